@@ -1,0 +1,443 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller: every block, joined. The only wide file."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.auxiliary.functions import AuxiliaryFunctions
+from rtl.gap.discriminator import Discriminator
+from rtl.gap.short import ShortDetector
+from rtl.lib.event_queue import EventQueue
+from rtl.motion.axis import Axis
+from rtl.motion.distributor import LineDistributor
+from rtl.motion.feed import PathPulseGenerator
+from rtl.motion.path import SegmentWindow
+from rtl.motion.ramp import Ramp
+from rtl.motion.retraction import Event, Retraction
+from rtl.pads import INPUTS, OUTPUTS
+from rtl.power.limiter import Limiter
+from rtl.power.pulse_generator import PulseGenerator
+from rtl.safety.interlock import Cause, Interlock
+from rtl.safety.watchdog import Watchdog
+
+__all__ = ["Machine", "pins"]
+
+AXES = "xyz"
+
+REST_S = 0.1  # without axis pulses: from then on the following error at rest is supervised
+
+CAUSES = len(Cause)
+
+
+def pins():
+    """Members of a machine that lead to pads, as plain active-high signals.
+
+    Vectors have one bit per axis. ``gap_high`` to ``gap_current`` are the comparators of the gap:
+    voltage above the open level, below the arc level, below the short level, current flowing.
+    ``gap_on`` and ``gap_sense`` gate the discharge and the current-limited sensing source.
+    ``dac`` has a density of ones proportional to the speed command, ``dac_negative`` its sign.
+    ``safe`` says that the interlock holds the outputs in their safe state.
+    """
+    serial = ("rx", "tx")
+    members = {name: In(width) for name, (width, _) in INPUTS.items() if name not in serial}
+    return members | {name: Out(width, init=init) for name, (width, init) in OUTPUTS.items()
+                      if name not in serial}
+
+
+def _registers():
+    """Members that lead to registers: ``softcore/regmap.py`` has their meaning and units."""
+    coordinate = signed(32)
+    members = {
+        "path_slot_length": In(30), "path_slot_rate": In(30),
+        "path_slot_write": In(8), "path_slot_write_strobe": In(1),
+        "path_ahead": In(coordinate), "path_behind": In(coordinate), "path_floor": In(coordinate),
+        "path_fast_ahead": In(coordinate), "path_fast_behind": In(coordinate),
+        "path_origin": In(8), "path_origin_strobe": In(1),
+        "path_command": Out(coordinate), "path_position": Out(coordinate),
+        "path_front": Out(coordinate), "path_slot": Out(8),
+        "path_status_moving": Out(1), "path_status_reverse": Out(1),
+        "path_status_in_position": Out(1), "path_status_state": Out(4),
+
+        "ramp_start_rate": In(30), "ramp_acceleration": In(30),
+
+        "retraction_rate": In(30), "retraction_limit": In(31), "retraction_high_rate": In(30),
+        "retraction_low_rate": In(30), "retraction_changeover": In(31),
+        "retraction_low_lead": In(24), "retraction_jump_distance": In(31),
+        "retraction_jump_rate": In(30), "retraction_jump_high_rate": In(30),
+        "retraction_commit": In(1), "retraction_commit_strobe": In(1),
+        "retraction_jump_period": In(32), "retraction_gain": In(16), "retraction_repeats": In(8),
+        "retraction_settle": In(24), "retraction_control_run": In(1),
+        "retraction_control_hold": In(1), "retraction_command_retract": In(1),
+        "retraction_command_release": In(1), "retraction_command_strobe": In(1),
+        "retraction_start": Out(coordinate), "retraction_first": Out(coordinate),
+        "retraction_series": Out(8),
+
+        "event_head_kind": Out(8), "event_head_detail": Out(8), "event_head_slot": Out(8),
+        "event_head_valid": Out(1), "event_cycle": Out(32), "event_path": Out(coordinate),
+        "event_first": Out(32), "event_second": Out(32), "event_pop": In(1),
+        "event_pop_strobe": In(1), "event_status": Out(1),
+
+        "gap_short_ratio_needed": In(6), "gap_short_ratio_window": In(6),
+        "gap_short_duration": In(24), "gap_clear_needed": In(8), "gap_blanking": In(16),
+        "gap_open_count": Out(32), "gap_ok_count": Out(32), "gap_dame_count": Out(32),
+        "gap_short_count": Out(32), "gap_status_shorted": Out(1), "gap_status_last": Out(2),
+
+        "power_on_time": In(20), "power_off_time": In(20), "power_level": In(6),
+        "power_sense_on": In(16), "power_sense_off": In(16), "power_control_machining": In(1),
+        "power_control_cut": In(1), "power_limits_level": Out(6), "power_limits_off": Out(20),
+
+        "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
+        "safety_status_first": Out(4), "safety_status_simultaneous": Out(CAUSES),
+        "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),
+        "safety_clear_strobe": In(1), "safety_stop": In(1), "safety_stop_strobe": In(1),
+        "safety_fluid": In(1), "safety_period": Out(32),
+
+        "auxiliary_send_code": In(16), "auxiliary_send_letter": In(2),
+        "auxiliary_send_strobe": In(1), "auxiliary_timeout": In(32),
+        "auxiliary_status_busy": Out(1), "auxiliary_status_timed_out": Out(1),
+    }
+    for letter in AXES:
+        members |= {
+            f"path_slot_{letter}_magnitude": In(31), f"path_slot_{letter}_negative": In(1),
+            f"event_{letter}": Out(coordinate),
+            f"axis_{letter}_command": Out(coordinate), f"axis_{letter}_position": Out(coordinate),
+            f"axis_{letter}_error": Out(coordinate), f"axis_{letter}_overshoot": Out(32),
+            f"axis_{letter}_follow_stopped": In(18), f"axis_{letter}_follow_moving": In(18),
+            f"axis_{letter}_mode_step": In(1), f"axis_{letter}_mode_reverse": In(1),
+            f"axis_{letter}_step_time_width": In(8), f"axis_{letter}_step_time_space": In(8),
+            f"axis_{letter}_step_time_setup": In(8), f"axis_{letter}_adopt": In(1),
+            f"axis_{letter}_adopt_strobe": In(1), f"axis_{letter}_status_saturated": Out(1),
+            f"axis_{letter}_status_illegal": Out(1),
+        }
+    return members
+
+
+class Machine(wiring.Component):
+    """An electric discharge machine's controller, without its processor.
+
+    Firmware writes segments, rates and data; when to move, to retract and to discharge is decided
+    here. From the sample that completes a short to the last path pulse are at most 8 clocks. Every
+    output is in its safe state while ``safe`` is high.
+
+    Parameters
+    ----------
+    clock_hz : int
+        Frequency of ``sync``.
+    pulses_per_mm : int
+        Unit of position.
+    slots : int
+        Segments in the path window.
+    jump_axis : int
+        Axis along which a sinker jumps, or 15.
+    level_max, on_max_s, off_min_s : int, float, float
+        What no register can exceed: current level in IP, on-time and off-time in s.
+    dac_kind : str
+        ``"sigma_delta"`` or ``"pwm"``.
+
+    Members
+    -------
+    cycle : In(32)
+        Clock count, for events.
+
+    The others: ``pins`` and the registers of ``softcore/regmap.py``.
+    """
+
+    def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 16,
+                 jump_axis: int = 2, level_max: int = 20, on_max_s: float = 2e-3,
+                 off_min_s: float = 5e-6, dac_kind: str = "sigma_delta"):
+        self.clock_hz = clock_hz
+        self.pulses_per_mm = pulses_per_mm
+        self.axes = len(AXES)
+        self.slots = slots
+        self.jump_axis = jump_axis
+        self.level_max = level_max
+        self.on_max_s = on_max_s
+        self.off_min_s = off_min_s
+        self.dac_kind = dac_kind
+        super().__init__({"cycle": In(32)} | pins() | _registers())
+
+    def clocks(self, seconds):
+        """Clocks in so many seconds, at least 1."""
+        return max(1, round(seconds * self.clock_hz))
+
+    def elaborate(self, platform):
+        m = Module()
+        retraction, entered, faults = self._motion(m)
+        self._discharge(m, retraction)
+        interlock = self._safety(m, faults)
+        self._events(m, retraction, entered, interlock)
+        m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
+        m.d.comb += [
+            auxiliary.code.eq(self.auxiliary_send_code),
+            auxiliary.letter.eq(self.auxiliary_send_letter),
+            auxiliary.send.eq(self.auxiliary_send_strobe),
+            auxiliary.timeout.eq(self.auxiliary_timeout),
+            auxiliary.safe.eq(self.safe),
+            auxiliary.fin.eq(self.fin),
+            self.auxiliary_status_busy.eq(auxiliary.busy),
+            self.auxiliary_status_timed_out.eq(auxiliary.timed_out),
+            self.auxiliary_code.eq(auxiliary.function),
+            self.auxiliary_strobe.eq(auxiliary.strobe),
+        ]
+        return m
+
+    def _motion(self, m):
+        """Zc → Ps → Pp → Pi → Er → speed command, for the path and every axis."""
+        m.submodules.feed = feed = PathPulseGenerator()
+        m.submodules.ramp = ramp = Ramp()
+        m.submodules.path = path = SegmentWindow(axes=self.axes, slots=self.slots)
+        m.submodules.distributor = distributor = LineDistributor(axes=self.axes)
+        m.submodules.retraction = retraction = Retraction()
+        load = Signal()
+        m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
+
+        m.d.comb += [
+            feed.rate.eq(retraction.target),
+            feed.go.eq(retraction.go),
+            feed.reverse.eq(retraction.reverse),
+            feed.bound.eq(retraction.bound),
+            feed.pull.eq(ramp.pull),
+            # What was stored when the outputs became safe will not be moved.
+            feed.load.eq(load | self.safe),
+            feed.load_value.eq(Mux(load, 0, path.position)),
+
+            ramp.start_rate.eq(self.ramp_start_rate),
+            ramp.acceleration.eq(self.ramp_acceleration),
+            ramp.target.eq(retraction.target),
+            ramp.brake.eq(retraction.brake),
+            ramp.ps.eq(feed.ps),
+            ramp.room.eq(feed.room),
+            ramp.drop.eq(self.safe),
+
+            path.slot_length.eq(self.path_slot_length),
+            path.slot_rate.eq(self.path_slot_rate),
+            path.slot_write.eq(self.path_slot_write),
+            path.slot_write_strobe.eq(self.path_slot_write_strobe),
+            path.pulse.eq(ramp.pp & ~self.safe),
+            path.reverse.eq(retraction.reverse),
+            path.ahead.eq(self.path_ahead),
+            path.load.eq(load),
+            path.load_slot.eq(self.path_origin),
+
+            distributor.pulse.eq(path.distribute),
+            distributor.reverse.eq(path.distribute_reverse),
+            distributor.length.eq(path.length),
+            distributor.restart.eq(load),
+
+            self.path_command.eq(feed.command),
+            self.path_position.eq(path.position),
+            self.path_front.eq(path.front),
+            self.path_slot.eq(path.slot),
+            self.path_status_moving.eq(~ramp.rest),
+            self.path_status_reverse.eq(retraction.reverse),
+            self.path_status_state.eq(retraction.state),
+        ]
+        for name in ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
+                     "jump_distance", "jump_rate", "jump_high_rate", "commit_strobe",
+                     "jump_period", "gain", "repeats", "settle"):
+            m.d.comb += getattr(retraction, name).eq(getattr(self, f"retraction_{name}"))
+        command = self.retraction_command_strobe
+        m.d.comb += [
+            retraction.commit_valid.eq(self.retraction_commit),
+            retraction.run.eq(self.retraction_control_run),
+            retraction.hold.eq(self.retraction_control_hold),
+            retraction.retract.eq(command & self.retraction_command_retract),
+            retraction.release.eq(command & self.retraction_command_release),
+            retraction.safe.eq(self.safe),
+            retraction.in_position.eq(self.path_status_in_position),
+            retraction.cycle.eq(self.cycle),
+            retraction.load.eq(load),
+            retraction.feed.eq(path.rate),
+            retraction.ahead.eq(self.path_ahead),
+            retraction.behind.eq(self.path_behind),
+            retraction.floor.eq(self.path_floor),
+            retraction.fast_ahead.eq(self.path_fast_ahead),
+            retraction.fast_behind.eq(self.path_fast_behind),
+            retraction.command.eq(feed.command),
+            retraction.position.eq(path.position),
+            retraction.front.eq(path.front),
+            retraction.pp.eq(ramp.pp),
+            retraction.rest.eq(ramp.rest),
+            retraction.steady.eq(ramp.steady),
+            retraction.distance.eq(ramp.distance),
+            self.retraction_start.eq(path.front),
+            self.retraction_first.eq(retraction.first),
+            self.retraction_series.eq(retraction.series),
+        ]
+
+        in_position = []
+        faults = {"error_saturated": [], "encoder": [], "following_stopped": [],
+                  "following_moving": []}
+        for index, letter in enumerate(AXES):
+            axis = Axis(dac=self.dac_kind, rest_clocks=self.clocks(REST_S))
+            m.submodules[f"axis_{letter}"] = axis
+            m.d.comb += [
+                path.slot_travel[index].magnitude.eq(
+                    getattr(self, f"path_slot_{letter}_magnitude")),
+                path.slot_travel[index].negative.eq(getattr(self, f"path_slot_{letter}_negative")),
+                distributor.travel[index].magnitude.eq(path.travel[index].magnitude),
+                distributor.travel[index].negative.eq(path.travel[index].negative),
+                axis.pi.eq(distributor.pi[index]),
+                axis.pi_reverse.eq(distributor.pi_reverse[index]),
+                axis.enc_a.eq(self.enc_a[index]),
+                axis.enc_b.eq(self.enc_b[index]),
+                axis.safe.eq(self.safe),
+                axis.adopt.eq(getattr(self, f"axis_{letter}_adopt_strobe")),
+                axis.mark.eq(retraction.mark),
+                # Going back along a segment with positive travel, the axis goes down.
+                axis.mark_reverse.eq(~path.travel[index].negative),
+                self.dac[index].eq(axis.dac),
+                self.dac_negative[index].eq(axis.dac_negative),
+                self.step[index].eq(axis.step),
+                self.dir[index].eq(axis.dir),
+                self.drive_enable[index].eq(~self.safe),
+            ]
+            for name in ("follow_stopped", "follow_moving", "mode_step", "mode_reverse",
+                         "step_time_width", "step_time_space", "step_time_setup"):
+                m.d.comb += getattr(axis, name).eq(getattr(self, f"axis_{letter}_{name}"))
+            for name in ("command", "position", "error", "overshoot", "status_saturated",
+                         "status_illegal"):
+                m.d.comb += getattr(self, f"axis_{letter}_{name}").eq(getattr(axis, name))
+            in_position.append(axis.in_position)
+            faults["error_saturated"].append(axis.status_saturated)
+            faults["encoder"].append(axis.status_illegal)
+            faults["following_stopped"].append(axis.following_stopped)
+            faults["following_moving"].append(axis.following_moving)
+        m.d.comb += self.path_status_in_position.eq(Cat(in_position).all())
+        return retraction, path.entered, faults
+
+    def _discharge(self, m, retraction):
+        """Discharge and sensing pulses, what they were, and the short signal Ss."""
+        m.submodules.limiter = limiter = Limiter(
+            level_max=self.level_max, on_max=self.clocks(self.on_max_s),
+            off_min=self.clocks(self.off_min_s))
+        m.submodules.pulses = pulses = PulseGenerator()
+        m.submodules.discriminator = discriminator = Discriminator()
+        m.submodules.short = short = ShortDetector()
+        discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
+        m.d.comb += [
+            limiter.level.eq(self.power_level),
+            limiter.on_time.eq(self.power_on_time),
+            limiter.off_time.eq(self.power_off_time),
+            self.power_limits_level.eq(limiter.limit_level),
+            self.power_limits_off.eq(limiter.limit_off),
+
+            pulses.enable.eq(discharging),
+            pulses.sensing.eq(retraction.sensing),
+            pulses.on_time.eq(limiter.allowed_on),
+            pulses.off_time.eq(limiter.allowed_off),
+            pulses.level.eq(limiter.allowed_level),
+            pulses.sense_on.eq(self.power_sense_on),
+            pulses.sense_off.eq(self.power_sense_off),
+            pulses.cut.eq(self.power_control_cut),
+            pulses.shorted.eq(discriminator.shorted_now),
+            self.gap_on.eq(pulses.on),
+            self.gap_sense.eq(pulses.sense),
+            self.gap_level.eq(pulses.level_out),
+
+            discriminator.on.eq(pulses.on),
+            discriminator.sense.eq(pulses.sense),
+            discriminator.arc.eq(self.gap_arc),
+            discriminator.short.eq(self.gap_short),
+            discriminator.current.eq(self.gap_current),
+            discriminator.blanking.eq(self.gap_blanking),
+            self.gap_open_count.eq(discriminator.open_count),
+            self.gap_ok_count.eq(discriminator.ok_count),
+            self.gap_dame_count.eq(discriminator.dame_count),
+            self.gap_short_count.eq(discriminator.short_count),
+
+            short.sample.eq(discriminator.sample),
+            short.sample_shorted.eq(discriminator.sample_shorted),
+            short.shorted_now.eq(discriminator.shorted_now),
+            short.needed.eq(self.gap_short_ratio_needed),
+            short.window.eq(self.gap_short_ratio_window),
+            short.duration.eq(self.gap_short_duration),
+            short.clear_needed.eq(self.gap_clear_needed),
+            short.restart.eq(~self.power_control_machining),
+            self.gap_status_shorted.eq(short.shorted),
+            self.gap_status_last.eq(discriminator.last),
+
+            retraction.shorted.eq(short.shorted),
+            retraction.completed.eq(short.completed),
+            retraction.discharging.eq(discharging),
+        ]
+
+    def _safety(self, m, faults):
+        """Interlock and watchdog: the one place that decides whether outputs are safe."""
+        m.submodules.watchdog = watchdog = Watchdog(clock_hz=self.clock_hz)
+        m.submodules.interlock = interlock = Interlock(clock_hz=self.clock_hz, axes=self.axes)
+        m.d.comb += [
+            watchdog.pet.eq(self.safety_pet_strobe),
+            watchdog.key.eq(self.safety_pet),
+            self.safety_period.eq(watchdog.limit),
+            interlock.discharging.eq(self.power_control_machining),
+            interlock.fluid_required.eq(self.safety_fluid),
+            interlock.watchdog.eq(watchdog.expired),
+            interlock.stop.eq(self.safety_stop_strobe),
+            interlock.clear.eq(self.safety_clear_strobe),
+            interlock.key.eq(self.safety_clear),
+            self.safe.eq(interlock.safe),
+            self.safety_live.eq(interlock.live),
+            self.safety_latched.eq(interlock.latched),
+            self.safety_status_safe.eq(interlock.safe),
+            self.safety_status_first.eq(interlock.first),
+            self.safety_status_simultaneous.eq(interlock.simultaneous),
+        ]
+        for name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low"):
+            m.d.comb += getattr(interlock, name).eq(getattr(self, name))
+        for name, flags in faults.items():
+            m.d.comb += getattr(interlock, name).eq(Cat(flags))
+        return interlock
+
+    def _events(self, m, retraction, entered, interlock):
+        """One queue for what happened: the retraction first, the others when it has nothing."""
+        m.submodules.events = queue = EventQueue(width=152 + 32 * self.axes, depth=16)
+        positions = [getattr(self, f"axis_{letter}_position") for letter in AXES]
+
+        pushed, head = ([Signal(shape, name=f"{side}_{name}") for name, shape in (
+            ("kind", 8), ("detail", 8), ("slot", 8), ("cycle", 32), ("path", signed(32)),
+            ("first", 32), ("second", 32), *((letter, signed(32)) for letter in AXES))]
+            for side in ("pushed", "head"))
+        kind, detail, slot, cycle, path, first, second, *axes = pushed
+        m.d.comb += [
+            slot.eq(self.path_slot), cycle.eq(self.cycle), path.eq(self.path_position),
+            *(into.eq(position) for into, position in zip(axes, positions, strict=True)),
+            queue.data.eq(Cat(*pushed)),
+        ]
+
+        segment = Signal()  # a segment was entered: to be told
+        trip = Signal()     # the interlock has tripped: to be told
+        segment_cycle = Signal(32)
+        segment_slot = Signal(8)
+        trip_cycle = Signal(32)
+        with m.If(retraction.event != Event.NONE):
+            m.d.comb += [
+                queue.push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
+                cycle.eq(retraction.event_cycle), first.eq(retraction.event_first),
+                second.eq(retraction.event_second),
+            ]
+        with m.Elif(segment):
+            m.d.comb += [queue.push.eq(1), kind.eq(Event.SEGMENT), cycle.eq(segment_cycle),
+                         slot.eq(segment_slot)]
+            m.d.sync += segment.eq(0)
+        with m.Elif(trip):
+            m.d.comb += [queue.push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
+                         detail.eq(interlock.first)]
+            m.d.sync += trip.eq(0)
+        with m.If(entered):
+            m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle),
+                         segment_slot.eq(self.path_slot)]
+        with m.If(interlock.tripped):
+            m.d.sync += [trip.eq(1), trip_cycle.eq(self.cycle)]
+
+        m.d.comb += [
+            Cat(*head).eq(queue.head),
+            queue.pop.eq(self.event_pop_strobe),
+            self.event_head_valid.eq(queue.valid),
+            self.event_status.eq(queue.lost),
+        ]
+        for name, value in zip(
+                ("head_kind", "head_detail", "head_slot", "cycle", "path", "first", "second",
+                 *AXES), head, strict=True):
+            m.d.comb += getattr(self, f"event_{name}").eq(value)

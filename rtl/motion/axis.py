@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One axis: from command pulses and an encoder to a velocity command or steps."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.motion.dac import Dac, check_modulator
+from rtl.motion.encoder import Encoder
+from rtl.motion.error_counter import ErrorCounter
+from rtl.motion.step_dir import StepDir
+
+__all__ = ["Axis"]
+
+FULL_SCALE_BITS = 15
+FULL_SCALE = (1 << FULL_SCALE_BITS) - 1  # of the DAC, in pulses of Er
+
+
+class Overshoot(wiring.Component):
+    """How far a position has been beyond a mark.
+
+    ``mark`` takes the command with the Pi of its clock as the mark. ``furthest`` is then the
+    greatest distance by which the position has been beyond it since (from the FP of that clock on),
+    in the direction ``reverse`` of the clock of ``mark``, never below 0. It is three clocks behind
+    both: until then it still tells of the mark before. Reset is a mark at 0, upwards.
+
+    Members
+    -------
+    mark : In(1)
+        Take the command as the mark.
+    reverse : In(1)
+        The travel at the mark is down. Read with ``mark``.
+    fp : In(1)
+        Feedback pulse.
+    fp_reverse : In(1)
+        Its direction.
+    size : In(width - 1)
+        Magnitude of Er, one clock after Er.
+    negative : In(1)
+        Sign of Er, one clock after Er.
+    furthest : Out(travel)
+        Distance, in pulses.
+    """
+
+    def __init__(self, *, width, travel):
+        self.travel = travel
+        super().__init__({
+            "mark":       In(1),
+            "reverse":    In(1),
+            "fp":         In(1),
+            "fp_reverse": In(1),
+            "size":       In(width - 1),
+            "negative":   In(1),
+            "furthest":   Out(travel),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # Er with the pulses of a clock in it comes as a magnitude two clocks later. The mark waits
+        # for it, and so do the feedback pulses.
+        mark, down, fp, up = (Signal(2, name=f"{name}_delay")
+                              for name in ("mark", "down", "fp", "up"))
+        m.d.sync += [mark.eq(Cat(self.mark, mark)), down.eq(Cat(self.reverse, down)),
+                     fp.eq(Cat(self.fp, fp)), up.eq(Cat(~self.fp_reverse, up))]
+
+        # Counted, not subtracted: the position is ``back`` pulses short of the furthest point, and
+        # the two of them are all there is to know.
+        back = Signal(self.travel)
+        travel_down = Signal()
+        onward = up[1] != travel_down
+        with m.If(mark[1]):
+            # The command lies Er ahead of the position: ahead in the direction of travel is a
+            # way still to go, behind is an overshoot already made.
+            behind = self.negative != down[1]
+            m.d.sync += [
+                travel_down.eq(down[1]),
+                self.furthest.eq(Mux(behind, self.size, 0)),
+                back.eq(Mux(behind, 0, self.size)),
+            ]
+        with m.Elif(fp[1] & onward & (back == 0)):
+            m.d.sync += self.furthest.eq(self.furthest + 1)
+        with m.Elif(fp[1]):
+            m.d.sync += back.eq(back + Cat(1, onward.replicate(self.travel - 1)))  # +-1
+
+        return m
+
+
+class Axis(wiring.Component):
+    """Error counter, encoder, DAC and step output of one axis, and its supervision.
+
+    ``command``, ``position`` and ``error`` keep the law of ``ErrorCounter``:
+    ``command == position + error`` in every clock in which ``status_saturated`` is low. Pi is
+    accepted in any clock, also while ``safe``. FP is the encoder's or, with ``mode_step``, the
+    step pulses sent: Er is then the queue of steps, and neither DAC nor encoder does anything.
+
+    The velocity command is Er limited to +-32767 pulses, in 2**-15 of full scale, so that the DAC
+    saturates at a quarter of the error counter's range, which is where the alarm is.
+
+    Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
+    ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
+    errors. ``safe`` takes ``dac`` and ``step`` low in 1 clock. From an edge of the encoder to
+    ``fp``: ``Encoder``, 3.
+
+    ``adopt`` works only while ``safe``: it also clears ``status_illegal``. It does not touch the
+    mark of the overshoot, which is a position.
+
+    Parameters
+    ----------
+    error_bits : int
+        Bits of Er, at least 17.
+    dac : str
+        Modulator, ``"sigma_delta"`` or ``"pwm"``.
+    rest_clocks : int
+        Clocks without Pi after which the axis counts as at rest, at least 1. It should be some
+        time constants of the position loop, in which Er decays. Default 0.1 s at 2 MHz.
+    travel : int
+        Bits of the positions.
+
+    Members
+    -------
+    pi : In(1)
+        Command pulse.
+    pi_reverse : In(1)
+        Its direction, high for down.
+    enc_a : In(1)
+        First phase of the encoder, synchronous to the clock.
+    enc_b : In(1)
+        Second phase.
+    safe : In(1)
+        No output.
+    adopt : In(1)
+        Take the position as command; ignored unless ``safe``.
+    mark : In(1)
+        Measure the overshoot from here: from the command with this clock's Pi.
+    mark_reverse : In(1)
+        The axis went down at the mark. Read with ``mark``.
+    follow_stopped : In(18)
+        Following error allowed at rest, in pulses.
+    follow_moving : In(18)
+        Following error allowed in motion, in pulses.
+    mode_step : In(1)
+        Step/direction instead of DAC and encoder.
+    mode_reverse : In(1)
+        The encoder counts the other way.
+    step_time_width : In(8)
+        See ``StepDir``; so are the next two.
+    step_time_space : In(8)
+        In clocks.
+    step_time_setup : In(8)
+        In clocks.
+    command : Out(signed(travel))
+        Sum of Pi, in pulses.
+    position : Out(signed(travel))
+        Sum of FP, in pulses.
+    error : Out(signed(32))
+        Er, in pulses.
+    overshoot : Out(travel)
+        Furthest position beyond the last mark, in pulses; see ``Overshoot``.
+    status_saturated : Out(1)
+        Er could not take a pulse, since ``adopt``.
+    status_illegal : Out(1)
+        The encoder has jumped, since ``adopt``.
+    following_stopped : Out(1)
+        At rest, and Er further from 0 than ``follow_stopped``.
+    following_moving : Out(1)
+        In motion, and Er further from 0 than ``follow_moving``.
+    dac : Out(1)
+        Velocity command, as density of pulses.
+    dac_negative : Out(1)
+        Its sign.
+    step : Out(1)
+        Step pulse.
+    dir : Out(1)
+        Its direction, high for down.
+    fp : Out(1)
+        Feedback pulse.
+    fp_reverse : Out(1)
+        Its direction, high for down. Valid while ``fp`` is high.
+    in_position : Out(1)
+        Er is -1, 0 or 1.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, error_bits=18, dac="sigma_delta", rest_clocks=200_000, travel=32):
+        if not 17 <= error_bits <= 32:
+            raise ValueError(f"error counter must have 17 to 32 bits, more than the DAC, "
+                             f"not {error_bits!r}")
+        if rest_clocks < 1:
+            raise ValueError(f"an axis must be at rest after 1 clock or more, not {rest_clocks!r}")
+        check_modulator(dac)
+        self.error_bits = error_bits
+        self.dac_modulator = dac
+        self.rest_clocks = rest_clocks
+        self.travel = travel
+        super().__init__({
+            "pi":                In(1),
+            "pi_reverse":        In(1),
+            "enc_a":             In(1),
+            "enc_b":             In(1),
+            "safe":              In(1),
+            "adopt":             In(1),
+            "mark":              In(1),
+            "mark_reverse":      In(1),
+            "follow_stopped":    In(18),
+            "follow_moving":     In(18),
+            "mode_step":         In(1),
+            "mode_reverse":      In(1),
+            "step_time_width":   In(8),
+            "step_time_space":   In(8),
+            "step_time_setup":   In(8),
+            "command":           Out(signed(travel)),
+            "position":          Out(signed(travel)),
+            "error":             Out(signed(32)),
+            "overshoot":         Out(travel),
+            "status_saturated":  Out(1),
+            "status_illegal":    Out(1),
+            "following_stopped": Out(1),
+            "following_moving":  Out(1),
+            "dac":               Out(1),
+            "dac_negative":      Out(1),
+            "step":              Out(1),
+            "dir":               Out(1),
+            "fp":                Out(1),
+            "fp_reverse":        Out(1),
+            "in_position":       Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.error_counter = counter = ErrorCounter(width=self.error_bits,
+                                                            travel=self.travel)
+        m.submodules.encoder = encoder = Encoder()
+        m.submodules.dac = dac = Dac(self.dac_modulator)
+        m.submodules.step_dir = step_dir = StepDir()
+        m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
+
+        adopt = Signal()
+        m.d.comb += [
+            adopt.eq(self.adopt & self.safe),
+
+            encoder.a.eq(self.enc_a),
+            encoder.b.eq(self.enc_b),
+            encoder.clear.eq(adopt | self.mode_step),
+            self.status_illegal.eq(encoder.illegal),
+
+            step_dir.pending.eq(counter.error != 0),
+            step_dir.negative.eq(counter.error < 0),
+            step_dir.width.eq(self.step_time_width),
+            step_dir.space.eq(self.step_time_space),
+            step_dir.setup.eq(self.step_time_setup),
+            step_dir.safe.eq(self.safe | ~self.mode_step),
+            self.step.eq(step_dir.step),
+            self.dir.eq(step_dir.dir),
+
+            self.fp.eq(Mux(self.mode_step, step_dir.taken, encoder.fp)),
+            self.fp_reverse.eq(Mux(self.mode_step, step_dir.dir,
+                                   encoder.fp_reverse ^ self.mode_reverse)),
+
+            counter.pi.eq(self.pi),
+            counter.pi_reverse.eq(self.pi_reverse),
+            counter.fp.eq(self.fp),
+            counter.fp_reverse.eq(self.fp_reverse),
+            counter.adopt.eq(adopt),
+            self.command.eq(counter.command),
+            self.position.eq(counter.position),
+            self.error.eq(counter.error),
+            self.status_saturated.eq(counter.saturated),
+        ]
+
+        # The counter's lowest code is never used, so the magnitude has a bit less.
+        size = Signal(self.error_bits - 1)
+        negative = Signal()
+        m.d.sync += [
+            size.eq((counter.error ^ counter.error[-1].replicate(self.error_bits))
+                    + counter.error[-1]),
+            negative.eq(counter.error[-1]),
+        ]
+        m.d.comb += [
+            self.in_position.eq(size <= 1),
+
+            dac.magnitude.eq(Mux(size[FULL_SCALE_BITS:].any(), FULL_SCALE, size)),
+            dac.reverse.eq(negative),
+            dac.safe.eq(self.safe | self.mode_step),
+            self.dac.eq(dac.pulse),
+            self.dac_negative.eq(dac.negative),
+
+            overshoot.mark.eq(self.mark),
+            overshoot.reverse.eq(self.mark_reverse),
+            overshoot.fp.eq(self.fp),
+            overshoot.fp_reverse.eq(self.fp_reverse),
+            overshoot.size.eq(size),
+            overshoot.negative.eq(negative),
+            self.overshoot.eq(overshoot.furthest),
+        ]
+
+        # Counts down through 0, and rests at -1: the sign is all that has to be looked at.
+        rest = Signal(range(-1, self.rest_clocks), init=-1)
+        resting = rest[-1]
+        with m.If(self.pi):
+            m.d.sync += rest.eq(self.rest_clocks - 1)
+        with m.Elif(~resting):
+            m.d.sync += rest.eq(rest - 1)
+
+        too_far = size > Mux(resting, self.follow_stopped, self.follow_moving)
+        m.d.sync += [
+            self.following_stopped.eq(too_far & resting),
+            self.following_moving.eq(too_far & ~resting),
+        ]
+
+        return m

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Retraction: when to go back along the path, how far, and how to come forward again."""
+
+from amaranth import *
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["Cause", "Event", "Halt", "Reason", "Retraction", "State"]
+
+
+class State(enum.Enum, shape=4):
+    """What the motion is doing."""
+
+    FRONT = 0       # machining at the front of the path
+    STOPPING = 1    # a retraction was ordered: coming to rest
+    RETRACTING = 2  # going back
+    AT_LIMIT = 3    # as far back as allowed, still short
+    HIGH = 4        # re-advance at high speed, to the changeover position
+    LOW = 5         # re-advance at low speed, to the start point
+    HALTED = 6      # stopped by an alarm
+
+
+class Event(enum.Enum, shape=8):
+    """Kinds of events."""
+
+    NONE = 0
+    START = 1    # detail Cause; first: latency in clocks; second: rate before
+    END = 2      # detail Reason; first: pulses and second: clocks of the plateau
+    ADVANCE = 3  # detail 1 high, 2 low; first and second: distances to the start point, from and to
+    RESUME = 4
+    HALT = 5     # detail Halt
+    SEGMENT = 6
+    TRIP = 7     # detail: number of the first cause
+
+
+class Cause(enum.Enum, shape=8):
+    """Why a retraction starts."""
+
+    NONE = 0
+    SHORT = 1
+    JUMP = 2
+    OPERATOR = 3
+
+
+class Reason(enum.Enum, shape=8):
+    """Why a retraction ends."""
+
+    NONE = 0
+    CLEARED = 1
+    LIMIT = 2
+    FLOOR = 3
+
+
+class Halt(enum.Enum, shape=8):
+    """Why the machine halts."""
+
+    NONE = 0
+    LIMIT = 1    # still short at the retractable limit
+    FLOOR = 2    # still short at the floor
+    SERIES = 3   # too many shorts returned
+    NO_DATA = 4  # a short, and no retraction data in force
+
+
+class Retraction(wiring.Component):
+    """The retraction program of the first patent, started and stepped in gateware.
+
+    It steers the path-pulse generator and the ramp: whether pulses may come (``go``), which way,
+    at what rate and to what bound. At the front it lets the segment's feed through. On a short, a
+    jump or the operator's order it comes to rest, goes back, and re-advances at the high speed to
+    the changeover position and at the low speed to the start point:
+
+    * The start point BS is ``front``, the furthest coordinate commanded. The limit is measured from
+      ``first``, the BS of the first short of a series; a series ends when ``gain`` pulses beyond
+      ``first`` were made at the front. No pulse goes back beyond the higher of ``first - limit``
+      and ``floor``. A jump goes back to ``front - jump_distance``, or ``floor``.
+    * A retraction for a short ends when the short is gone, on the pulse; if it is not gone at the
+      limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
+      operator ends at its distance, and goes on as one for a short if the gap is short there.
+    * The re-advance changes from high to low at ``front - changeover`` on the pulse; if less was
+      retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction.
+    * A short at the front or in the re-advance starts a retraction: at or below the start/stop
+      speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
+      data, or as the return number ``repeats`` of a series, it halts instead.
+
+    From ``shorted`` to ``go`` low: the same clock. From there, at rest, to the reversed command:
+    ``PREPARE + 2`` clocks.
+
+    The data words are taken over together by ``commit``, at once at the front, or on the next
+    return there.
+
+    Ref: first patent (retraction conditions in the tape), Figs. 2 to 4. The rules where it is
+    silent: README, "Retraction".
+    """
+
+    PREPARE = 6   # clocks until bounds and comparisons have followed a change of state
+    MARGIN = 4    # pulses: the ramp is back at the start/stop speed so far before a bound
+
+    def __init__(self):
+        rate, length, coordinate = 30, 31, signed(32)
+        super().__init__({
+            # data, staged
+            "rate": In(rate), "limit": In(length), "high_rate": In(rate), "low_rate": In(rate),
+            "changeover": In(length), "low_lead": In(24),
+            "jump_distance": In(length), "jump_rate": In(rate), "jump_high_rate": In(rate),
+            "commit_valid": In(1), "commit_strobe": In(1),
+            # rules
+            "jump_period": In(32), "gain": In(16), "repeats": In(8), "settle": In(24),
+            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1),
+            # the machine
+            "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
+            "in_position": In(1), "cycle": In(32),
+            # the path
+            "load": In(1), "feed": In(rate), "ahead": In(coordinate), "behind": In(coordinate),
+            "floor": In(coordinate), "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
+            "command": In(coordinate), "position": In(coordinate), "front": In(coordinate),
+            # the ramp
+            "pp": In(1), "rest": In(1), "steady": In(1), "distance": In(24),
+            # orders
+            "go": Out(1), "reverse": Out(1), "target": Out(rate), "bound": Out(coordinate),
+            "brake": Out(1), "sensing": Out(1), "quiet": Out(1),
+            # reports
+            "state": Out(State), "first": Out(coordinate), "series": Out(8),
+            "mark": Out(1),
+            "event": Out(Event), "event_detail": Out(8), "event_cycle": Out(32),
+            "event_first": Out(32), "event_second": Out(32),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        state = self.state
+
+        force = self._data_in_force(m)
+        cause = Signal(Cause)
+        returning = Signal()   # a series is under way
+        moving = Signal()      # the state lets the machine move
+        bounds = self._bounds(m, force, cause, returning, moving)
+
+        prepare = Signal(range(self.PREPARE + 1))
+        with m.If(prepare != 0):
+            m.d.sync += prepare.eq(prepare - 1)
+        ready = prepare == 0
+
+        jump_due = self._jump_timer(m)
+        latency = self._latency(m)
+        plateau = self._plateau(m, moving)
+
+        ending = Signal()      # the retraction is over, but for coming to rest
+        reason = Signal(Reason)
+        halt = Signal(Halt)
+        announce = Signal()    # the state just entered has an event of its own to report
+        stamp = Signal(32)     # when the retraction was ordered
+        before = Signal(30)    # rate then
+        settle = Signal(24)
+        # The last pulse has reached the axes, and the comparisons of its position.
+        rested = Signal(3)
+        m.d.sync += rested.eq(Cat(self.rest, rested))
+        at_rest = Signal()
+        m.d.comb += at_rest.eq(self.rest & rested.all())
+
+        forward = Signal()
+        m.d.comb += forward.eq((state == State.FRONT) | (state == State.HIGH)
+                               | (state == State.LOW))
+        with m.If(forward):
+            m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe)
+        with m.Elif(state == State.RETRACTING):
+            m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
+                                  & ((cause != Cause.SHORT) | self.shorted))
+        m.d.comb += [
+            self.go.eq(moving & ~bounds["enough"]),
+            self.sensing.eq(~((state == State.FRONT) | (state == State.LOW)
+                              | (state == State.HALTED))),
+            self.quiet.eq(state == State.HALTED),
+        ]
+        with m.Switch(state):
+            with m.Case(State.HIGH):
+                m.d.comb += self.target.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
+                                               force["high_rate"]))
+            with m.Case(State.LOW):
+                m.d.comb += self.target.eq(force["low_rate"])
+            with m.Case(State.RETRACTING):
+                m.d.comb += self.target.eq(Mux(cause == Cause.JUMP, force["jump_rate"],
+                                               force["rate"]))
+            with m.Default():
+                m.d.comb += self.target.eq(self.feed)
+
+        def order(why):
+            """Come to rest, then go back."""
+            m.d.sync += [
+                state.eq(State.STOPPING), cause.eq(why), stamp.eq(self.cycle),
+                before.eq(self.target),
+            ]
+
+        def report(kind, detail, first=0, second=0, cycle=self.cycle):
+            m.d.comb += [
+                self.event.eq(kind), self.event_detail.eq(detail), self.event_cycle.eq(cycle),
+                self.event_first.eq(first), self.event_second.eq(second),
+            ]
+
+        with m.Switch(state):
+            with m.Case(State.FRONT):
+                with m.If(announce):
+                    m.d.sync += announce.eq(0)
+                    report(Event.RESUME, 0)
+                with m.If(self.run & self.shorted):
+                    order(Cause.SHORT)
+                with m.Elif(self.run & self.retract):
+                    order(Cause.OPERATOR)
+                with m.Elif(self.run & jump_due & ~self.hold):
+                    order(Cause.JUMP)
+
+            with m.Case(State.STOPPING):
+                with m.If(self.rest):
+                    m.d.sync += [self.reverse.eq(1), prepare.eq(self.PREPARE), ending.eq(0)]
+                    last = Signal()
+                    m.d.comb += last.eq(returning & (self.repeats != 0)
+                                        & (self.series + 1 >= self.repeats))
+                    with m.If((cause != Cause.JUMP) & ~force["valid"]):
+                        m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NO_DATA), announce.eq(1)]
+                    with m.Elif((cause == Cause.SHORT) & last):
+                        m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERIES), announce.eq(1)]
+                    with m.Else():
+                        m.d.sync += state.eq(State.RETRACTING)
+                        report(Event.START, cause, latency, before, stamp)
+                    with m.If(cause == Cause.SHORT):
+                        with m.If(returning):
+                            m.d.sync += self.series.eq(self.series + 1)
+                        with m.Else():
+                            m.d.sync += [returning.eq(1), self.first.eq(self.front),
+                                         self.series.eq(0)]
+
+            with m.Case(State.RETRACTING):
+                with m.If(ending):
+                    with m.If(at_rest):
+                        m.d.comb += self.mark.eq(1)
+                        report(Event.END, reason, *plateau)
+                        m.d.sync += [ending.eq(0), prepare.eq(self.PREPARE), announce.eq(1)]
+                        with m.If(halt != Halt.NONE):
+                            m.d.sync += state.eq(State.HALTED)
+                        with m.Elif(self.shorted):
+                            # At the top of a jump, or again in the clock it ended.
+                            m.d.sync += announce.eq(0)
+                            order(Cause.SHORT)
+                        with m.Else():
+                            m.d.sync += self.reverse.eq(0)
+                            m.d.sync += state.eq(Mux(bounds["before_changeover"], State.HIGH,
+                                                     State.LOW))
+                with m.Elif((cause == Cause.SHORT) & ~self.shorted):
+                    m.d.sync += [ending.eq(1), reason.eq(Reason.CLEARED)]
+                with m.Elif(ready & bounds["at_target"] & self.rest):
+                    m.d.sync += [settle.eq(0), reason.eq(Mux(bounds["floor_wins"], Reason.FLOOR,
+                                                             Reason.LIMIT))]
+                    with m.If(cause == Cause.SHORT):
+                        m.d.sync += state.eq(State.AT_LIMIT)
+                    with m.Else():
+                        m.d.sync += ending.eq(1)
+
+            with m.Case(State.AT_LIMIT):
+                with m.If(~self.shorted):
+                    m.d.sync += [state.eq(State.RETRACTING), ending.eq(1),
+                                 reason.eq(Reason.CLEARED)]
+                with m.Elif(settle == self.settle):
+                    m.d.sync += [
+                        state.eq(State.RETRACTING), ending.eq(1),
+                        halt.eq(Mux(reason == Reason.FLOOR, Halt.FLOOR, Halt.LIMIT)),
+                    ]
+                with m.Elif(self.in_position):
+                    m.d.sync += settle.eq(settle + 1)
+
+            with m.Case(State.HIGH):
+                with m.If(announce):
+                    m.d.sync += announce.eq(0)
+                    report(Event.ADVANCE, 1, self.front - self.position, force["changeover"])
+                with m.Elif(self.run & self.shorted):
+                    order(Cause.SHORT)
+                with m.Elif(ready & ~bounds["before_changeover"]):
+                    m.d.sync += [state.eq(State.LOW), announce.eq(1)]
+
+            with m.Case(State.LOW):
+                with m.If(announce):
+                    m.d.sync += announce.eq(0)
+                    report(Event.ADVANCE, 2, self.front - self.position, 0)
+                with m.Elif(self.run & self.shorted):
+                    order(Cause.SHORT)
+                with m.Elif(ready & bounds["at_front"]):
+                    m.d.sync += [state.eq(State.FRONT), announce.eq(1)]
+
+            with m.Case(State.HALTED):
+                with m.If(announce & (halt != Halt.NONE)):
+                    m.d.sync += announce.eq(0)
+                    report(Event.HALT, halt)
+                with m.Elif(self.release & ~self.safe):
+                    m.d.sync += [
+                        halt.eq(Halt.NONE), self.reverse.eq(0), prepare.eq(self.PREPARE),
+                        cause.eq(Cause.OPERATOR), returning.eq(0), self.series.eq(0),
+                        announce.eq(1),
+                        state.eq(Mux(bounds["before_changeover"], State.HIGH, State.LOW)),
+                    ]
+
+        with m.If(returning & (state == State.FRONT)
+                  & ((self.front - self.first)[:32].as_signed() >= self.gain)):
+            m.d.sync += [returning.eq(0), self.series.eq(0)]
+        with m.If(self.safe):
+            m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NONE), announce.eq(0)]
+        with m.If(self.load):
+            m.d.sync += [
+                state.eq(State.FRONT), self.reverse.eq(0), prepare.eq(self.PREPARE),
+                halt.eq(Halt.NONE), returning.eq(0), self.series.eq(0), announce.eq(0),
+                ending.eq(0),
+            ]
+
+        return m
+
+    def _data_in_force(self, m):
+        """Take the staged words over together, at the front."""
+        words = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
+                 "jump_distance", "jump_rate", "jump_high_rate")
+        force = {word: Signal.like(getattr(self, word), name=f"{word}_in_force") for word in words}
+        force["valid"] = Signal(name="valid")
+        pending = Signal()
+        valid = Signal()
+        with m.If(self.commit_strobe):
+            m.d.sync += [pending.eq(1), valid.eq(self.commit_valid)]
+        with m.Elif(pending & (self.state == State.FRONT)):
+            m.d.sync += pending.eq(0)
+            m.d.sync += [force[word].eq(getattr(self, word)) for word in words]
+            m.d.sync += force["valid"].eq(valid)
+        return force
+
+    def _bounds(self, m, force, cause, returning, moving):
+        """Bounds of the motion, and where it stands to them; each a few clocks behind."""
+        def later(a, b):
+            """``a`` lies further along the path than ``b`` (coordinates wrap)."""
+            return (a - b)[:32].as_signed() > 0
+
+        reach = Signal(31)
+        target = Signal(signed(32))      # where the limit alone would end
+        lowest = Signal(signed(32))      # ... and with the floor
+        loaded = Signal(signed(32))      # ... as far as segments are loaded
+        floor_wins = Signal()
+        changeover = Signal(signed(32))
+        leading = Signal(signed(32))
+        high = Signal(signed(32))
+        low = Signal(signed(32))
+        before_changeover = Signal()
+        at_front = Signal()
+        at_target = Signal()
+        m.d.sync += [
+            reach.eq(Mux(cause == Cause.JUMP, force["jump_distance"], force["limit"])),
+            target.eq(Mux(returning & (cause == Cause.SHORT), self.first, self.front) - reach),
+            floor_wins.eq(later(self.floor, target)),
+            lowest.eq(Mux(later(self.floor, target), self.floor, target)),
+            loaded.eq(Mux(later(self.behind, lowest), self.behind, lowest)),
+            changeover.eq(self.front - force["changeover"]),
+            leading.eq(changeover + force["low_lead"]),
+            high.eq(Mux(later(leading, self.ahead), self.ahead, leading)),
+            low.eq(Mux(later(self.front, self.ahead), self.ahead, self.front)),
+            before_changeover.eq(later(changeover, self.position)),
+            at_front.eq(self.position == self.front),
+            at_target.eq(~later(self.command, lowest)),
+        ]
+        with m.Switch(self.state):
+            with m.Case(State.FRONT):
+                m.d.sync += self.bound.eq(self.ahead)
+            with m.Case(State.RETRACTING):
+                m.d.sync += self.bound.eq(loaded)
+            with m.Case(State.HIGH):
+                m.d.sync += self.bound.eq(high)
+            with m.Case(State.LOW):
+                m.d.sync += self.bound.eq(low)
+
+        # The ramp must be able to stop before what bounds the motion, and be slow at a corner.
+        to_bound = Signal(signed(32))
+        to_corner = Signal(signed(32))
+        near = Signal()
+        needed = Signal(25)
+        # More on its way than stopping takes would only put off the stop.
+        under_way = Signal(signed(32))
+        enough = Signal()
+        m.d.sync += [
+            needed.eq(self.distance + self.MARGIN),
+            to_bound.eq(Mux(self.reverse, self.position - self.bound,
+                            self.bound - self.position)),
+            to_corner.eq(Mux(self.reverse, self.position - self.fast_behind,
+                             self.fast_ahead - self.position)),
+            near.eq((to_bound <= needed) | (to_corner <= needed)),
+            under_way.eq(Mux(self.reverse, self.position - self.command,
+                             self.command - self.position)),
+            enough.eq(under_way > needed),
+        ]
+        m.d.comb += self.brake.eq(near | ~moving)
+        return {"floor_wins": floor_wins, "before_changeover": before_changeover,
+                "at_front": at_front, "at_target": at_target, "enough": enough}
+
+    def _jump_timer(self, m):
+        """Machining time since the last jump."""
+        elapsed = Signal(32)
+        due = Signal()
+        m.d.comb += due.eq((self.jump_period != 0) & (elapsed >= self.jump_period))
+        with m.If(self.jump_period == 0):
+            m.d.sync += elapsed.eq(0)
+        with m.Elif(self.state != State.FRONT):
+            with m.If(due):
+                m.d.sync += elapsed.eq(0)
+        with m.Elif(self.discharging & self.run & ~self.hold & ~due):
+            m.d.sync += elapsed.eq(elapsed + 1)
+        return due
+
+    def _latency(self, m):
+        """Clocks from the sample that completed the short to the last forward pulse after it."""
+        since = Signal(16)
+        latency = Signal(16)
+        # ``completed`` comes one clock after the sample.
+        with m.If(self.completed):
+            m.d.sync += since.eq(2)
+        with m.Elif(~since.all()):
+            m.d.sync += since.eq(since + 1)
+        with m.If((self.state == State.STOPPING) & self.pp):
+            m.d.sync += latency.eq(since)
+        with m.Elif(self.state != State.STOPPING):
+            m.d.sync += latency.eq(self.completed & self.pp & ~self.reverse)
+        return latency
+
+    def _plateau(self, m, moving):
+        """Pulses and clocks of the last stretch of a retraction at its speed."""
+        pulses = Signal(31)
+        clocks = Signal(32)
+        now = Signal(32)
+        begun = Signal()
+        with m.If(self.state != State.RETRACTING):
+            with m.If(self.state == State.STOPPING):
+                m.d.sync += [pulses.eq(0), clocks.eq(0), begun.eq(0)]
+        with m.Else():
+            m.d.sync += now.eq(now + 1)
+            with m.If(~moving | ~self.steady):
+                m.d.sync += begun.eq(0)
+            with m.Elif(self.pp):
+                m.d.sync += begun.eq(1)
+                with m.If(begun):
+                    m.d.sync += [pulses.eq(pulses + 1), clocks.eq(now + 1)]
+                with m.Else():
+                    m.d.sync += [now.eq(0), pulses.eq(0), clocks.eq(0)]
+        return pulses, clocks

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pads: the only place where the machine meets its ports."""
+
+from amaranth import *
+from amaranth.lib import io, wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["INPUTS", "OUTPUTS", "Pads"]
+
+AXES = 3
+
+# Width, and the level before the first clocks have passed: the one that is safe or idle.
+INPUTS = {
+    "rx": (1, 1),
+    "enc_a": (AXES, 0), "enc_b": (AXES, 0),
+    "gap_high": (1, 0), "gap_arc": (1, 0), "gap_short": (1, 0), "gap_current": (1, 0),
+    "estop": (1, 1), "drive_fault": (AXES, 0),
+    "limit_low": (AXES, 0), "limit_high": (AXES, 0), "fluid_low": (1, 0),
+    "fin": (1, 0),
+}
+# Width, and the level in reset: the safe or idle one.
+OUTPUTS = {
+    "tx": (1, 1),
+    "dac": (AXES, 0), "dac_negative": (AXES, 0), "step": (AXES, 0), "dir": (AXES, 0),
+    "drive_enable": (AXES, 0),
+    "gap_on": (1, 0), "gap_level": (6, 0), "gap_sense": (1, 0),
+    "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
+    "safe": (1, 1),
+}
+
+
+class Pads(wiring.Component):
+    """Buffers and synchronisers of every pin, true = active on this side of them.
+
+    An input is seen 3 clocks after the clock edge that caught it (a register in the pad, two of a
+    synchroniser). An output follows its member by 1 clock; in reset, and from configuration on, it
+    is at its safe level, inverted pins included. Without a bitstream the board's pull resistors
+    must do the same. Inversion is a property of the port (``PinsN``, ``~port``).
+
+    Parameters
+    ----------
+    ports : object
+        A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: of a platform
+        (requested with ``dir="-"``) or an ``io.SimulationPort``.
+
+    Members
+    -------
+    The names of ``INPUTS`` are outputs of this component (from the pin to the machine), those of
+    ``OUTPUTS`` inputs (from the machine to the pin). Vectors are by axis, X lowest.
+
+    Raises
+    ------
+    ValueError
+        If a port is missing or has another width.
+    """
+
+    def __init__(self, ports):
+        for name, (width, _) in (INPUTS | OUTPUTS).items():
+            port = getattr(ports, name, None)
+            if port is None:
+                raise ValueError(f"there is no port {name!r}")
+            if len(port) != width:
+                raise ValueError(f"port {name!r} must have {width} pins, not {len(port)}")
+        self.ports = ports
+        super().__init__({name: Out(width, init=init) for name, (width, init) in INPUTS.items()}
+                         | {name: In(width, init=init) for name, (width, init) in OUTPUTS.items()})
+
+    def elaborate(self, platform):
+        m = Module()
+
+        for name, (_, init) in INPUTS.items():
+            buffer = io.FFBuffer("i", getattr(self.ports, name))
+            m.submodules[f"{name}_pad"] = buffer
+            m.submodules[f"{name}_sync"] = FFSynchronizer(buffer.i, getattr(self, name), init=init)
+
+        for name, (width, init) in OUTPUTS.items():
+            # Not an FFBuffer: its register comes up with the pin low, which is not every pin's
+            # safe level, and it is not reset.
+            value = Signal(width, init=init, name=f"{name}_out")
+            buffer = io.Buffer("o", getattr(self.ports, name))
+            m.submodules[f"{name}_pad"] = buffer
+            m.d.sync += value.eq(getattr(self, name))
+            m.d.comb += buffer.o.eq(value)
+
+        return m

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Discharge pulse generator: main pulses for machining, sensing pulses for retraction."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["PulseGenerator"]
+
+
+class PulseGenerator(wiring.Component):
+    """Gates of the two sources of the power supply, by programmed on- and off-times.
+
+    There are two modes, main and sensing. A pulse lasts exactly the on-time of its mode, and at
+    least the off-time of the mode of the last pulse lies between two pulses, whatever happens:
+    exactly that, while ``enable`` is high. The mode of a pulse is ``sensing`` in the clock before
+    it begins, so the gates are never both high and change only over an off-time.
+
+    A main pulse ends early, one clock after ``cut`` and ``shorted`` were both high and one clock
+    after ``sensing`` rose: the discharge is reduced at once, not at the end of a long pulse. A
+    sensing pulse is never cut.
+
+    ``enable`` low takes both gates low in the same clock (it passes one gate, no register) and
+    begins an off-time anew: the first pulse comes one off-time after ``enable`` rose. So does the
+    first after reset.
+
+    A time of 0 counts as 1. A time is read in the clock before it begins. ``level`` is held for a
+    whole pulse: it is read in the clock before the pulse.
+
+    Members
+    -------
+    enable : In(1)
+        Pulses are allowed and wanted.
+    sensing : In(1)
+        Sensing pulses are wanted, not main pulses.
+    on_time, off_time : In(20)
+        Main pulses, in clocks.
+    sense_on, sense_off : In(16)
+        Sensing pulses, in clocks.
+    level : In(6)
+        Current of main pulses, in steps of the power supply.
+    cut : In(1)
+        Shorted main pulses are cut off.
+    shorted : In(1)
+        The pulse is shorted now.
+    on : Out(1)
+        Gate of the main source.
+    sense : Out(1)
+        Gate of the current-limited sensing source.
+    level_out : Out(6)
+        Current of the main source; 0 while ``on`` is low.
+    """
+
+    enable: In(1)
+    sensing: In(1)
+    on_time: In(20)
+    off_time: In(20)
+    sense_on: In(16)
+    sense_off: In(16)
+    level: In(6)
+    cut: In(1)
+    shorted: In(1)
+    on: Out(1)
+    sense: Out(1)
+    level_out: Out(6)
+
+    def elaborate(self, platform):
+        m = Module()
+
+        ready = Signal()       # low in the first clock after reset only: that begins an off-time
+        pulse = Signal()       # the on-time is running, else the off-time
+        probe = Signal()       # mode of the last pulse: sensing
+        level = Signal(6)
+        remaining = Signal(20)  # clocks of the present time, this one included; 0 as 1
+        m.d.comb += [
+            self.on.eq(self.enable & pulse & ~probe),
+            self.sense.eq(self.enable & pulse & probe),
+            self.level_out.eq(Mux(self.on, level, 0)),
+        ]
+
+        off = Signal(20)
+        ends = Signal()
+        m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time))
+        m.d.comb += ends.eq((remaining <= 1)
+                            | (~probe & ((self.cut & self.shorted) | self.sensing)))
+
+        m.d.sync += ready.eq(1)
+        with m.If(~self.enable | ~ready | (pulse & ends)):
+            m.d.sync += [pulse.eq(0), remaining.eq(off)]
+        with m.Elif(remaining > 1):
+            m.d.sync += remaining.eq(remaining - 1)
+        with m.Else():
+            m.d.sync += [
+                pulse.eq(1),
+                probe.eq(self.sensing),
+                level.eq(self.level),
+                remaining.eq(Mux(self.sensing, self.sense_on, self.on_time)),
+            ]
+
+        return m

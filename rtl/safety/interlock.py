@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Interlock: what makes the outputs safe, latched with its reason."""
+
+from amaranth import *
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.lib.debounce import Debounce
+
+__all__ = ["CLEAR_KEY", "Cause", "Interlock"]
+
+CLEAR_KEY = 0x5A
+
+
+class Cause(enum.Enum, shape=4):
+    """Causes by number: their bit in every vector, and the priority among simultaneous ones."""
+
+    POWER_ON = 0
+    ESTOP = 1
+    DRIVE_FAULT = 2
+    LIMIT_LOW = 3
+    LIMIT_HIGH = 4
+    FLUID_LOW = 5
+    WATCHDOG = 6
+    ERROR_SATURATED = 7
+    ENCODER = 8
+    FOLLOWING_STOPPED = 9
+    FOLLOWING_MOVING = 10
+    FIRMWARE = 11
+
+
+class Interlock(wiring.Component):
+    """Safe until every cause is gone and someone has acknowledged it.
+
+    ``safe`` is high in the same clock as any cause (gates only, no register) and from then on until
+    cleared. ``latched`` holds each cause from the clock after it was live. ``clear`` with the key
+    drops every latched cause that is not live in that very clock, and nothing else; a held key does
+    nothing later, so what comes back must be cleared again. Out of reset ``power_on`` is latched.
+
+    A trip is a clock with a cause while nothing is latched: ``safe`` rises then, or would just have
+    fallen. In the clock after it ``tripped`` is high, and
+    ``first`` (lowest number wins) and ``simultaneous`` tell the causes live in the clock of the
+    trip. They stay until the next trip; but when a clear leaves causes and the first is not among
+    them, they tell those that are left.
+
+    Debouncing: the limit switches of one end are a cause in the clock after 2 clocks in a row with
+    any of them (a single clock is a disturbance), until all were released for ``limit_release_us``.
+    The fluid level counts, and no longer counts, after ``fluid_ms``. All else counts at once.
+    Low fluid is a cause only while ``discharging`` and ``fluid_required`` are high.
+
+    Proof: ``testbench/formal/test_interlock.py``.
+
+    Parameters
+    ----------
+    clock_hz : int
+        Frequency of the clock.
+    axes : int
+        Width of the members by axis, at least 1.
+    limit_release_us : int
+        A limit switch must be released for so long. At least 1 clock is used.
+    fluid_ms : int
+        The fluid must be low, or back, for so long: it splashes. At least 1 clock is used.
+
+    Members
+    -------
+    estop : In(1)
+        Emergency stop.
+    drive_fault, limit_low, limit_high : In(axes)
+        From the drives and the switches.
+    fluid_low : In(1)
+        The fluid is below its level.
+    discharging : In(1)
+        Discharge is wanted. The wish, not the gate: that depends on ``safe``.
+    fluid_required : In(1)
+        Low fluid trips.
+    watchdog : In(1)
+        The watchdog has expired.
+    error_saturated, encoder, following_stopped, following_moving : In(axes)
+        Faults of the axes.
+    stop : In(1)
+        Firmware asks for a trip: a strobe.
+    clear : In(1), key : In(8)
+        Acknowledgement: a strobe, and its key.
+    live : Out(12), latched : Out(12)
+        Causes, bit by ``Cause``.
+    safe : Out(1)
+        Outputs must be safe.
+    first : Out(4)
+        Number of the first cause.
+    simultaneous : Out(12)
+        Causes that came with the first, itself included.
+    tripped : Out(1)
+        A trip: high for one clock.
+
+    Raises
+    ------
+    ValueError
+        If ``axes`` is less than 1.
+    """
+
+    def __init__(self, *, clock_hz, axes=3, limit_release_us=1000, fluid_ms=50):
+        if axes < 1:
+            raise ValueError(f"there must be at least 1 axis, not {axes!r}")
+        self.clock_hz = clock_hz
+        self.axes = axes
+        self.limit_release_us = limit_release_us
+        self.fluid_ms = fluid_ms
+        causes = len(Cause)
+        super().__init__({
+            "estop": In(1), "drive_fault": In(axes), "limit_low": In(axes), "limit_high": In(axes),
+            "fluid_low": In(1), "discharging": In(1), "fluid_required": In(1),
+            "watchdog": In(1), "error_saturated": In(axes), "encoder": In(axes),
+            "following_stopped": In(axes), "following_moving": In(axes),
+            "stop": In(1), "clear": In(1), "key": In(8),
+            "live": Out(causes), "latched": Out(causes, init=1 << Cause.POWER_ON.value),
+            "safe": Out(1), "first": Out(4, init=Cause.POWER_ON.value),
+            "simultaneous": Out(causes, init=1 << Cause.POWER_ON.value), "tripped": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        release = max(1, self.clock_hz * self.limit_release_us // 1_000_000)
+        splash = max(1, self.clock_hz * self.fluid_ms // 1000)
+
+        def steady(name, raw, *, rise, fall):
+            m.submodules[name] = debounce = Debounce(rise=rise, fall=fall)
+            m.d.comb += debounce.raw.eq(raw)
+            return debounce.steady
+
+        limit_low = steady("low", self.limit_low.any(), rise=2, fall=release)
+        limit_high = steady("high", self.limit_high.any(), rise=2, fall=release)
+        fluid_low = steady("fluid", self.fluid_low, rise=splash, fall=splash)
+        causes = {
+            Cause.POWER_ON: C(0, 1),  # only ever latched, by reset
+            Cause.ESTOP: self.estop,
+            Cause.DRIVE_FAULT: self.drive_fault.any(),
+            Cause.LIMIT_LOW: limit_low,
+            Cause.LIMIT_HIGH: limit_high,
+            Cause.FLUID_LOW: fluid_low & self.discharging & self.fluid_required,
+            Cause.WATCHDOG: self.watchdog,
+            Cause.ERROR_SATURATED: self.error_saturated.any(),
+            Cause.ENCODER: self.encoder.any(),
+            Cause.FOLLOWING_STOPPED: self.following_stopped.any(),
+            Cause.FOLLOWING_MOVING: self.following_moving.any(),
+            Cause.FIRMWARE: self.stop,
+        }
+        m.d.comb += [
+            self.live.eq(Cat(causes[cause] for cause in Cause)),
+            self.safe.eq((self.live | self.latched).any()),
+        ]
+
+        lowest = Signal(4)
+        for cause in reversed(Cause):
+            with m.If(self.live[cause.value]):
+                m.d.comb += lowest.eq(cause.value)
+
+        clear = Signal()
+        trip = Signal()
+        moot = Signal()  # what is told is no longer among the causes that are left
+        m.d.comb += [
+            clear.eq(self.clear & (self.key == CLEAR_KEY)),
+            trip.eq(~self.latched.any()),
+            moot.eq(clear & ~self.live.bit_select(self.first, 1)),
+        ]
+        m.d.sync += self.latched.eq(Mux(clear, self.live, self.latched | self.live))
+        m.d.sync += self.tripped.eq(trip & self.live.any())
+        with m.If(self.live.any() & (trip | moot)):
+            m.d.sync += [self.first.eq(lowest), self.simultaneous.eq(self.live)]
+
+        return m

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processor: VexRiscv from its data package, behind two simple buses."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["BusSignature", "VexRiscv"]
+
+
+class BusSignature(wiring.Signature):
+    """Classic Wishbone, 32-bit words: ``ack`` ends each access; the initiator's side."""
+
+    def __init__(self):
+        super().__init__({
+            "adr": Out(30), "dat_w": Out(32), "dat_r": In(32), "sel": Out(4), "we": Out(1),
+            "stb": Out(1), "ack": In(1),
+        })
+
+
+class VexRiscv(wiring.Component):
+    """VexRiscv, RV32IM with caches of 4 KiB, starting at address 0.
+
+    The data cache writes through, and leaves addresses with the top bit set alone.
+
+    Ref: SpinalHDL/VexRiscv, as packaged in ``pythondata-cpu-vexriscv`` (MIT licence).
+
+    Members
+    -------
+    ibus, dbus : Out(BusSignature)
+        Instructions and data.
+    interrupt : In(1)
+        External interrupt 0, level.
+    """
+
+    ibus: Out(BusSignature())
+    dbus: Out(BusSignature())
+    interrupt: In(1)
+
+    @staticmethod
+    def source() -> Path:
+        """Path of the core's Verilog."""
+        package = find_spec("pythondata_cpu_vexriscv").submodule_search_locations[0]
+        return Path(package) / "verilog" / "VexRiscv.v"
+
+    def elaborate(self, platform):
+        m = Module()
+
+        ports = {}
+        for name, bus in (("iBus", self.ibus), ("dBus", self.dbus)):
+            cycle = Signal(name=f"{name}_cyc")
+            strobe = Signal(name=f"{name}_stb")
+            m.d.comb += bus.stb.eq(cycle & strobe)
+            ports |= {
+                f"o_{name}Wishbone_CYC": cycle, f"o_{name}Wishbone_STB": strobe,
+                f"i_{name}Wishbone_ACK": bus.ack, f"o_{name}Wishbone_WE": bus.we,
+                f"o_{name}Wishbone_ADR": bus.adr, f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
+                f"o_{name}Wishbone_DAT_MOSI": bus.dat_w, f"o_{name}Wishbone_SEL": bus.sel,
+                f"i_{name}Wishbone_ERR": 0,
+                f"o_{name}Wishbone_CTI": Signal(3, name=f"{name}_cti"),
+                f"o_{name}Wishbone_BTE": Signal(2, name=f"{name}_bte"),
+            }
+        m.submodules.core = Instance(
+            "VexRiscv", i_clk=ClockSignal(), i_reset=ResetSignal(),
+            i_externalResetVector=C(0, 32), i_timerInterrupt=0, i_softwareInterrupt=0,
+            i_externalInterruptArray=Cat(self.interrupt, C(0, 31)), **ports)
+        if platform is not None and hasattr(platform, "add_file"):
+            platform.add_file("VexRiscv.v", self.source().read_text())
+
+        return m

@@ -1,0 +1,443 @@
+/* Generated from softcore/regmap.py by `python -m softcore.generate`; do not edit. */
+#pragma once
+#include <stddef.h>
+#include <stdint.h>
+
+/* What this gateware is, and its clock. */
+typedef volatile struct {
+    const uint32_t ident; /* Always ``GAPK``, so that firmware refuses another machine. */
+    const uint32_t build; /* Digest of the gateware's sources. */
+    const uint32_t clock_hz; /* Clock frequency. [Hz] */
+    const uint32_t pulses_per_mm; /* Unit of position. [pulse/mm] */
+    const uint32_t shape; /* Sizes of this build. */
+    const uint32_t cycle_low; /* Clocks since reset, lower half. Reading it latches the upper half. [clock] */
+    const uint32_t cycle_high; /* Upper half of the clock count latched by the last read of the lower. [2**32 clock] */
+} system_regs;
+_Static_assert(offsetof(system_regs, ident) == 0x0, "");
+_Static_assert(offsetof(system_regs, build) == 0x4, "");
+_Static_assert(offsetof(system_regs, clock_hz) == 0x8, "");
+_Static_assert(offsetof(system_regs, pulses_per_mm) == 0xc, "");
+_Static_assert(offsetof(system_regs, shape) == 0x10, "");
+_Static_assert(offsetof(system_regs, cycle_low) == 0x14, "");
+_Static_assert(offsetof(system_regs, cycle_high) == 0x18, "");
+#define SYSTEM_SHAPE_AXES_SHIFT 0
+#define SYSTEM_SHAPE_AXES_MASK 0x0000000fu
+#define SYSTEM_SHAPE_SLOTS_SHIFT 4
+#define SYSTEM_SHAPE_SLOTS_MASK 0x00000ff0u
+#define SYSTEM_SHAPE_JUMP_AXIS_SHIFT 12
+#define SYSTEM_SHAPE_JUMP_AXIS_MASK 0x0000f000u
+#define SYSTEM ((system_regs *)0x80000000u)
+
+/* Bytes to and from the host. */
+typedef volatile struct {
+    const uint32_t receive; /* Oldest byte received. Reading takes it. */
+    uint32_t transmit; /* Send a byte. Lost if the transmitter is not ready. */
+    uint32_t status; /* State of the link. */
+} link_regs;
+_Static_assert(offsetof(link_regs, receive) == 0x0, "");
+_Static_assert(offsetof(link_regs, transmit) == 0x4, "");
+_Static_assert(offsetof(link_regs, status) == 0x8, "");
+#define LINK_RECEIVE_DATA_SHIFT 0
+#define LINK_RECEIVE_DATA_MASK 0x000000ffu
+#define LINK_RECEIVE_VALID_SHIFT 8
+#define LINK_RECEIVE_VALID_MASK 0x00000100u
+#define LINK_TRANSMIT_VALUE_SHIFT 0
+#define LINK_TRANSMIT_VALUE_MASK 0x000000ffu
+#define LINK_STATUS_READY_SHIFT 0
+#define LINK_STATUS_READY_MASK 0x00000001u
+#define LINK_STATUS_OVERRUN_SHIFT 1
+#define LINK_STATUS_OVERRUN_MASK 0x00000002u
+#define LINK_STATUS_FRAMING_SHIFT 2
+#define LINK_STATUS_FRAMING_MASK 0x00000004u
+#define LINK ((link_regs *)0x80000100u)
+
+/* The path: its window of segments and where the machine is on it. Coordinates are path pulses and wrap at 32 bits. */
+typedef volatile struct {
+    uint32_t slot_length; /* Length of the segment to write. At least 1. [pulse] */
+    uint32_t slot_rate; /* Feed on the segment to write. [2**-32 pulse/clock] */
+    uint32_t slot_x; /* Travel of X over the segment to write; at most its length. */
+    uint32_t slot_y; /* Travel of Y over the segment to write; at most its length. */
+    uint32_t slot_z; /* Travel of Z over the segment to write; at most its length. */
+    uint32_t slot_write; /* Write the segment into a slot of the window. Slots follow the path, modulo their number. */
+    int32_t ahead; /* End of what is loaded and may be machined: no forward pulse passes it. [pulse] */
+    int32_t behind; /* Start of what is loaded: no backward pulse passes it. [pulse] */
+    int32_t floor; /* Lowest point a retraction may reach (ceiling, soft limit or start of the path). [pulse] */
+    int32_t fast_ahead; /* Next corner ahead: the ramp is back at the start/stop speed there. [pulse] */
+    int32_t fast_behind; /* Next corner behind, for the way back. [pulse] */
+    uint32_t origin; /* Put the (resting) machine at coordinate 0, at the start of a slot's segment. */
+    const int32_t command; /* Path coordinate of the last pulse Ps. [pulse] */
+    const int32_t position; /* Path coordinate of the last ramped pulse Pp. [pulse] */
+    const int32_t front; /* Furthest path coordinate commanded. [pulse] */
+    const uint32_t slot; /* Slot of the segment in which the machine is. */
+    const uint32_t status; /* State of the motion. */
+} path_regs;
+_Static_assert(offsetof(path_regs, slot_length) == 0x0, "");
+_Static_assert(offsetof(path_regs, slot_rate) == 0x4, "");
+_Static_assert(offsetof(path_regs, slot_x) == 0x8, "");
+_Static_assert(offsetof(path_regs, slot_y) == 0xc, "");
+_Static_assert(offsetof(path_regs, slot_z) == 0x10, "");
+_Static_assert(offsetof(path_regs, slot_write) == 0x14, "");
+_Static_assert(offsetof(path_regs, ahead) == 0x18, "");
+_Static_assert(offsetof(path_regs, behind) == 0x1c, "");
+_Static_assert(offsetof(path_regs, floor) == 0x20, "");
+_Static_assert(offsetof(path_regs, fast_ahead) == 0x24, "");
+_Static_assert(offsetof(path_regs, fast_behind) == 0x28, "");
+_Static_assert(offsetof(path_regs, origin) == 0x2c, "");
+_Static_assert(offsetof(path_regs, command) == 0x30, "");
+_Static_assert(offsetof(path_regs, position) == 0x34, "");
+_Static_assert(offsetof(path_regs, front) == 0x38, "");
+_Static_assert(offsetof(path_regs, slot) == 0x3c, "");
+_Static_assert(offsetof(path_regs, status) == 0x40, "");
+#define PATH_SLOT_LENGTH_VALUE_SHIFT 0
+#define PATH_SLOT_LENGTH_VALUE_MASK 0x3fffffffu
+#define PATH_SLOT_RATE_VALUE_SHIFT 0
+#define PATH_SLOT_RATE_VALUE_MASK 0x3fffffffu
+#define PATH_SLOT_X_MAGNITUDE_SHIFT 0
+#define PATH_SLOT_X_MAGNITUDE_MASK 0x7fffffffu
+#define PATH_SLOT_X_NEGATIVE_SHIFT 31
+#define PATH_SLOT_X_NEGATIVE_MASK 0x80000000u
+#define PATH_SLOT_Y_MAGNITUDE_SHIFT 0
+#define PATH_SLOT_Y_MAGNITUDE_MASK 0x7fffffffu
+#define PATH_SLOT_Y_NEGATIVE_SHIFT 31
+#define PATH_SLOT_Y_NEGATIVE_MASK 0x80000000u
+#define PATH_SLOT_Z_MAGNITUDE_SHIFT 0
+#define PATH_SLOT_Z_MAGNITUDE_MASK 0x7fffffffu
+#define PATH_SLOT_Z_NEGATIVE_SHIFT 31
+#define PATH_SLOT_Z_NEGATIVE_MASK 0x80000000u
+#define PATH_SLOT_WRITE_VALUE_SHIFT 0
+#define PATH_SLOT_WRITE_VALUE_MASK 0x000000ffu
+#define PATH_ORIGIN_VALUE_SHIFT 0
+#define PATH_ORIGIN_VALUE_MASK 0x000000ffu
+#define PATH_SLOT_VALUE_SHIFT 0
+#define PATH_SLOT_VALUE_MASK 0x000000ffu
+#define PATH_STATUS_MOVING_SHIFT 0
+#define PATH_STATUS_MOVING_MASK 0x00000001u
+#define PATH_STATUS_REVERSE_SHIFT 1
+#define PATH_STATUS_REVERSE_MASK 0x00000002u
+#define PATH_STATUS_IN_POSITION_SHIFT 2
+#define PATH_STATUS_IN_POSITION_MASK 0x00000004u
+#define PATH_STATUS_STATE_SHIFT 3
+#define PATH_STATUS_STATE_MASK 0x00000078u
+#define PATH ((path_regs *)0x80000200u)
+
+/* Accelerator/decelerator; see ``rtl.motion.ramp``. */
+typedef volatile struct {
+    uint32_t start_rate; /* Start/stop speed: any change of speed below it is immediate. [2**-32 pulse/clock] */
+    uint32_t acceleration; /* Slope of the linear ramp. [2**-32 pulse/clock per 16 clock] */
+} ramp_regs;
+_Static_assert(offsetof(ramp_regs, start_rate) == 0x0, "");
+_Static_assert(offsetof(ramp_regs, acceleration) == 0x4, "");
+#define RAMP_START_RATE_VALUE_SHIFT 0
+#define RAMP_START_RATE_VALUE_MASK 0x3fffffffu
+#define RAMP_ACCELERATION_VALUE_SHIFT 0
+#define RAMP_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP ((ramp_regs *)0x80000300u)
+
+/* Retraction data in force and the start of retractions; see ``rtl.motion.retraction``. The data words are staged: ``commit`` puts them in force together. */
+typedef volatile struct {
+    uint32_t rate; /* Retraction speed. [2**-32 pulse/clock] */
+    uint32_t limit; /* Retractable limit: distance from the first start point. [pulse] */
+    uint32_t high_rate; /* High re-advance speed. [2**-32 pulse/clock] */
+    uint32_t low_rate; /* Low re-advance speed. [2**-32 pulse/clock] */
+    uint32_t changeover; /* Changeover position: distance before the start point. [pulse] */
+    uint32_t low_lead; /* Braking distance from the low re-advance speed to the start/stop speed. [pulse] */
+    uint32_t jump_distance; /* How far a jump goes. [pulse] */
+    uint32_t jump_rate; /* Speed of a jump upwards. [2**-32 pulse/clock] */
+    uint32_t jump_high_rate; /* Speed of a jump back, down to the changeover position. [2**-32 pulse/clock] */
+    uint32_t commit; /* Put the staged data in force, at once at the front, else when back there. */
+    uint32_t jump_period; /* Machining time between jumps; 0 for none. [clock] */
+    uint32_t gain; /* Depth beyond the first start point that ends a series of shorts. [pulse] */
+    uint32_t repeats; /* Returned shorts in one series that halt the machine; 0 for no bound. */
+    uint32_t settle; /* Rest at the limit, error counters small, after which a short there halts. [clock] */
+    uint32_t control; /* What motion may do. */
+    uint32_t command; /* Orders to the retraction. */
+    const int32_t start; /* Start point BS: furthest commanded position of this short. [pulse] */
+    const int32_t first; /* First start point of the series; limit is measured from it. [pulse] */
+    const uint32_t series; /* Shorts that returned in the series under way. */
+} retraction_regs;
+_Static_assert(offsetof(retraction_regs, rate) == 0x0, "");
+_Static_assert(offsetof(retraction_regs, limit) == 0x4, "");
+_Static_assert(offsetof(retraction_regs, high_rate) == 0x8, "");
+_Static_assert(offsetof(retraction_regs, low_rate) == 0xc, "");
+_Static_assert(offsetof(retraction_regs, changeover) == 0x10, "");
+_Static_assert(offsetof(retraction_regs, low_lead) == 0x14, "");
+_Static_assert(offsetof(retraction_regs, jump_distance) == 0x18, "");
+_Static_assert(offsetof(retraction_regs, jump_rate) == 0x1c, "");
+_Static_assert(offsetof(retraction_regs, jump_high_rate) == 0x20, "");
+_Static_assert(offsetof(retraction_regs, commit) == 0x24, "");
+_Static_assert(offsetof(retraction_regs, jump_period) == 0x28, "");
+_Static_assert(offsetof(retraction_regs, gain) == 0x2c, "");
+_Static_assert(offsetof(retraction_regs, repeats) == 0x30, "");
+_Static_assert(offsetof(retraction_regs, settle) == 0x34, "");
+_Static_assert(offsetof(retraction_regs, control) == 0x38, "");
+_Static_assert(offsetof(retraction_regs, command) == 0x3c, "");
+_Static_assert(offsetof(retraction_regs, start) == 0x40, "");
+_Static_assert(offsetof(retraction_regs, first) == 0x44, "");
+_Static_assert(offsetof(retraction_regs, series) == 0x48, "");
+#define RETRACTION_RATE_VALUE_SHIFT 0
+#define RETRACTION_RATE_VALUE_MASK 0x3fffffffu
+#define RETRACTION_LIMIT_VALUE_SHIFT 0
+#define RETRACTION_LIMIT_VALUE_MASK 0x7fffffffu
+#define RETRACTION_HIGH_RATE_VALUE_SHIFT 0
+#define RETRACTION_HIGH_RATE_VALUE_MASK 0x3fffffffu
+#define RETRACTION_LOW_RATE_VALUE_SHIFT 0
+#define RETRACTION_LOW_RATE_VALUE_MASK 0x3fffffffu
+#define RETRACTION_CHANGEOVER_VALUE_SHIFT 0
+#define RETRACTION_CHANGEOVER_VALUE_MASK 0x7fffffffu
+#define RETRACTION_LOW_LEAD_VALUE_SHIFT 0
+#define RETRACTION_LOW_LEAD_VALUE_MASK 0x00ffffffu
+#define RETRACTION_JUMP_DISTANCE_VALUE_SHIFT 0
+#define RETRACTION_JUMP_DISTANCE_VALUE_MASK 0x7fffffffu
+#define RETRACTION_JUMP_RATE_VALUE_SHIFT 0
+#define RETRACTION_JUMP_RATE_VALUE_MASK 0x3fffffffu
+#define RETRACTION_JUMP_HIGH_RATE_VALUE_SHIFT 0
+#define RETRACTION_JUMP_HIGH_RATE_VALUE_MASK 0x3fffffffu
+#define RETRACTION_COMMIT_VALID_SHIFT 0
+#define RETRACTION_COMMIT_VALID_MASK 0x00000001u
+#define RETRACTION_GAIN_VALUE_SHIFT 0
+#define RETRACTION_GAIN_VALUE_MASK 0x0000ffffu
+#define RETRACTION_REPEATS_VALUE_SHIFT 0
+#define RETRACTION_REPEATS_VALUE_MASK 0x000000ffu
+#define RETRACTION_SETTLE_VALUE_SHIFT 0
+#define RETRACTION_SETTLE_VALUE_MASK 0x00ffffffu
+#define RETRACTION_CONTROL_RUN_SHIFT 0
+#define RETRACTION_CONTROL_RUN_MASK 0x00000001u
+#define RETRACTION_CONTROL_HOLD_SHIFT 1
+#define RETRACTION_CONTROL_HOLD_MASK 0x00000002u
+#define RETRACTION_COMMAND_RETRACT_SHIFT 0
+#define RETRACTION_COMMAND_RETRACT_MASK 0x00000001u
+#define RETRACTION_COMMAND_RELEASE_SHIFT 1
+#define RETRACTION_COMMAND_RELEASE_MASK 0x00000002u
+#define RETRACTION_SERIES_VALUE_SHIFT 0
+#define RETRACTION_SERIES_VALUE_MASK 0x000000ffu
+#define RETRACTION ((retraction_regs *)0x80000400u)
+
+/* Queue of what the gateware did, oldest first. Its head interrupts the CPU. */
+typedef volatile struct {
+    const uint32_t head; /* The oldest event. */
+    const uint32_t cycle; /* When. [clock] */
+    const int32_t path; /* Path coordinate then. [pulse] */
+    const uint32_t first; /* By kind. */
+    const uint32_t second; /* By kind. */
+    const int32_t x; /* Encoder position of X then. [pulse] */
+    const int32_t y; /* Encoder position of Y then. [pulse] */
+    const int32_t z; /* Encoder position of Z then. [pulse] */
+    uint32_t pop; /* Drop the oldest event. */
+    uint32_t status; /* State of the queue. */
+} event_regs;
+_Static_assert(offsetof(event_regs, head) == 0x0, "");
+_Static_assert(offsetof(event_regs, cycle) == 0x4, "");
+_Static_assert(offsetof(event_regs, path) == 0x8, "");
+_Static_assert(offsetof(event_regs, first) == 0xc, "");
+_Static_assert(offsetof(event_regs, second) == 0x10, "");
+_Static_assert(offsetof(event_regs, x) == 0x14, "");
+_Static_assert(offsetof(event_regs, y) == 0x18, "");
+_Static_assert(offsetof(event_regs, z) == 0x1c, "");
+_Static_assert(offsetof(event_regs, pop) == 0x20, "");
+_Static_assert(offsetof(event_regs, status) == 0x24, "");
+#define EVENT_HEAD_KIND_SHIFT 0
+#define EVENT_HEAD_KIND_MASK 0x000000ffu
+#define EVENT_HEAD_DETAIL_SHIFT 8
+#define EVENT_HEAD_DETAIL_MASK 0x0000ff00u
+#define EVENT_HEAD_SLOT_SHIFT 16
+#define EVENT_HEAD_SLOT_MASK 0x00ff0000u
+#define EVENT_HEAD_VALID_SHIFT 24
+#define EVENT_HEAD_VALID_MASK 0x01000000u
+#define EVENT_POP_VALUE_SHIFT 0
+#define EVENT_POP_VALUE_MASK 0x00000001u
+#define EVENT_STATUS_LOST_SHIFT 0
+#define EVENT_STATUS_LOST_MASK 0x00000001u
+#define EVENT ((event_regs *)0x80000500u)
+
+/* What the discharges were, and the short detector. */
+typedef volatile struct {
+    uint32_t short_ratio; /* Short: this many shorted pulses of the last so many. */
+    uint32_t short_duration; /* Short: shorted without a clear sample for so long; 0 for never. [clock] */
+    uint32_t clear_needed; /* Clear samples in a row that end a short. */
+    uint32_t blanking; /* From the start of a pulse (or sensing pulse) until the comparators are read. [clock] */
+    const uint32_t open_count; /* Pulses without a discharge. */
+    const uint32_t ok_count; /* Good discharges. */
+    const uint32_t dame_count; /* Arcs: discharges below the arc level. */
+    const uint32_t short_count; /* Shorted pulses. */
+    const uint32_t status; /* State of the gap. */
+} gap_regs;
+_Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
+_Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
+_Static_assert(offsetof(gap_regs, clear_needed) == 0x8, "");
+_Static_assert(offsetof(gap_regs, blanking) == 0xc, "");
+_Static_assert(offsetof(gap_regs, open_count) == 0x10, "");
+_Static_assert(offsetof(gap_regs, ok_count) == 0x14, "");
+_Static_assert(offsetof(gap_regs, dame_count) == 0x18, "");
+_Static_assert(offsetof(gap_regs, short_count) == 0x1c, "");
+_Static_assert(offsetof(gap_regs, status) == 0x20, "");
+#define GAP_SHORT_RATIO_NEEDED_SHIFT 0
+#define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
+#define GAP_SHORT_RATIO_WINDOW_SHIFT 6
+#define GAP_SHORT_RATIO_WINDOW_MASK 0x00000fc0u
+#define GAP_SHORT_DURATION_VALUE_SHIFT 0
+#define GAP_SHORT_DURATION_VALUE_MASK 0x00ffffffu
+#define GAP_CLEAR_NEEDED_VALUE_SHIFT 0
+#define GAP_CLEAR_NEEDED_VALUE_MASK 0x000000ffu
+#define GAP_BLANKING_VALUE_SHIFT 0
+#define GAP_BLANKING_VALUE_MASK 0x0000ffffu
+#define GAP_STATUS_SHORTED_SHIFT 0
+#define GAP_STATUS_SHORTED_MASK 0x00000001u
+#define GAP_STATUS_LAST_SHIFT 1
+#define GAP_STATUS_LAST_MASK 0x00000006u
+#define GAP ((gap_regs *)0x80000600u)
+
+/* Discharge pulses; see ``rtl.power``. */
+typedef volatile struct {
+    uint32_t on_time; /* Pulse on-time. [clock] */
+    uint32_t off_time; /* Pulse off-time. [clock] */
+    uint32_t level; /* Current level. [IP] */
+    uint32_t sense_on; /* Sensing pulse on-time. [clock] */
+    uint32_t sense_off; /* Sensing pulse off-time. [clock] */
+    uint32_t control; /* Discharge. */
+    const uint32_t limits; /* What no register can exceed. */
+} power_regs;
+_Static_assert(offsetof(power_regs, on_time) == 0x0, "");
+_Static_assert(offsetof(power_regs, off_time) == 0x4, "");
+_Static_assert(offsetof(power_regs, level) == 0x8, "");
+_Static_assert(offsetof(power_regs, sense_on) == 0xc, "");
+_Static_assert(offsetof(power_regs, sense_off) == 0x10, "");
+_Static_assert(offsetof(power_regs, control) == 0x14, "");
+_Static_assert(offsetof(power_regs, limits) == 0x18, "");
+#define POWER_ON_TIME_VALUE_SHIFT 0
+#define POWER_ON_TIME_VALUE_MASK 0x000fffffu
+#define POWER_OFF_TIME_VALUE_SHIFT 0
+#define POWER_OFF_TIME_VALUE_MASK 0x000fffffu
+#define POWER_LEVEL_VALUE_SHIFT 0
+#define POWER_LEVEL_VALUE_MASK 0x0000003fu
+#define POWER_SENSE_ON_VALUE_SHIFT 0
+#define POWER_SENSE_ON_VALUE_MASK 0x0000ffffu
+#define POWER_SENSE_OFF_VALUE_SHIFT 0
+#define POWER_SENSE_OFF_VALUE_MASK 0x0000ffffu
+#define POWER_CONTROL_MACHINING_SHIFT 0
+#define POWER_CONTROL_MACHINING_MASK 0x00000001u
+#define POWER_CONTROL_CUT_SHIFT 1
+#define POWER_CONTROL_CUT_MASK 0x00000002u
+#define POWER_LIMITS_LEVEL_SHIFT 0
+#define POWER_LIMITS_LEVEL_MASK 0x0000003fu
+#define POWER_LIMITS_OFF_SHIFT 6
+#define POWER_LIMITS_OFF_MASK 0x03ffffc0u
+#define POWER ((power_regs *)0x80000700u)
+
+/* Interlock and watchdog; see ``rtl.safety``. */
+typedef volatile struct {
+    const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since reset; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, firmware stopped calling the watchdog; 7 `error_saturated`, an error counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, following error at rest above its limit; 10 `following_moving`, following error in motion above its limit; 11 `firmware`, firmware asked for it. */
+    const uint32_t latched; /* Causes since the interlock was cleared, by the same bits. */
+    const uint32_t status; /* State of the interlock. */
+    uint32_t pet; /* Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end. */
+    uint32_t clear; /* Operator's acknowledgement ``0x5A``: clears what is no longer present. */
+    uint32_t stop; /* Trip the interlock (cause ``firmware``). */
+    uint32_t fluid; /* Fluid supervision. */
+    const uint32_t period; /* Longest time between two watchdog calls. [clock] */
+} safety_regs;
+_Static_assert(offsetof(safety_regs, live) == 0x0, "");
+_Static_assert(offsetof(safety_regs, latched) == 0x4, "");
+_Static_assert(offsetof(safety_regs, status) == 0x8, "");
+_Static_assert(offsetof(safety_regs, pet) == 0xc, "");
+_Static_assert(offsetof(safety_regs, clear) == 0x10, "");
+_Static_assert(offsetof(safety_regs, stop) == 0x14, "");
+_Static_assert(offsetof(safety_regs, fluid) == 0x18, "");
+_Static_assert(offsetof(safety_regs, period) == 0x1c, "");
+#define SAFETY_LIVE_VALUE_SHIFT 0
+#define SAFETY_LIVE_VALUE_MASK 0x00000fffu
+#define SAFETY_LATCHED_VALUE_SHIFT 0
+#define SAFETY_LATCHED_VALUE_MASK 0x00000fffu
+#define SAFETY_STATUS_SAFE_SHIFT 0
+#define SAFETY_STATUS_SAFE_MASK 0x00000001u
+#define SAFETY_STATUS_FIRST_SHIFT 1
+#define SAFETY_STATUS_FIRST_MASK 0x0000001eu
+#define SAFETY_STATUS_SIMULTANEOUS_SHIFT 5
+#define SAFETY_STATUS_SIMULTANEOUS_MASK 0x0001ffe0u
+#define SAFETY_PET_VALUE_SHIFT 0
+#define SAFETY_PET_VALUE_MASK 0x000000ffu
+#define SAFETY_CLEAR_VALUE_SHIFT 0
+#define SAFETY_CLEAR_VALUE_MASK 0x000000ffu
+#define SAFETY_STOP_VALUE_SHIFT 0
+#define SAFETY_STOP_VALUE_MASK 0x00000001u
+#define SAFETY_FLUID_REQUIRED_SHIFT 0
+#define SAFETY_FLUID_REQUIRED_MASK 0x00000001u
+#define SAFETY ((safety_regs *)0x80000800u)
+
+/* M, S and T functions of the machine side. */
+typedef volatile struct {
+    uint32_t send; /* Send a function. */
+    uint32_t timeout; /* Longest wait for each edge of FIN. [clock] */
+    uint32_t status; /* State of the handshake. */
+} auxiliary_regs;
+_Static_assert(offsetof(auxiliary_regs, send) == 0x0, "");
+_Static_assert(offsetof(auxiliary_regs, timeout) == 0x4, "");
+_Static_assert(offsetof(auxiliary_regs, status) == 0x8, "");
+#define AUXILIARY_SEND_CODE_SHIFT 0
+#define AUXILIARY_SEND_CODE_MASK 0x0000ffffu
+#define AUXILIARY_SEND_LETTER_SHIFT 16
+#define AUXILIARY_SEND_LETTER_MASK 0x00030000u
+#define AUXILIARY_STATUS_BUSY_SHIFT 0
+#define AUXILIARY_STATUS_BUSY_MASK 0x00000001u
+#define AUXILIARY_STATUS_TIMED_OUT_SHIFT 1
+#define AUXILIARY_STATUS_TIMED_OUT_MASK 0x00000002u
+#define AUXILIARY ((auxiliary_regs *)0x80000900u)
+
+/* One axis. */
+typedef volatile struct {
+    const int32_t command; /* Commanded position: sum of the axis pulses Pi. [pulse] */
+    const int32_t position; /* Position: sum of the feedback pulses FP. [pulse] */
+    const int32_t error; /* Reversible error counter Er. [pulse] */
+    const uint32_t overshoot; /* Furthest travel beyond the last mark (end of a retraction). [pulse] */
+    uint32_t follow_stopped; /* Following error allowed at rest. [pulse] */
+    uint32_t follow_moving; /* Following error allowed in motion. [pulse] */
+    uint32_t mode; /* Output of the axis. */
+    uint32_t step_time; /* Shape of step pulses. */
+    uint32_t adopt; /* Take the position as command and clear Er. Only while the outputs are safe. */
+    const uint32_t status; /* Faults. */
+} axis_regs;
+_Static_assert(offsetof(axis_regs, command) == 0x0, "");
+_Static_assert(offsetof(axis_regs, position) == 0x4, "");
+_Static_assert(offsetof(axis_regs, error) == 0x8, "");
+_Static_assert(offsetof(axis_regs, overshoot) == 0xc, "");
+_Static_assert(offsetof(axis_regs, follow_stopped) == 0x10, "");
+_Static_assert(offsetof(axis_regs, follow_moving) == 0x14, "");
+_Static_assert(offsetof(axis_regs, mode) == 0x18, "");
+_Static_assert(offsetof(axis_regs, step_time) == 0x1c, "");
+_Static_assert(offsetof(axis_regs, adopt) == 0x20, "");
+_Static_assert(offsetof(axis_regs, status) == 0x24, "");
+#define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
+#define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
+#define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
+#define AXIS_FOLLOW_MOVING_VALUE_MASK 0x0003ffffu
+#define AXIS_MODE_STEP_SHIFT 0
+#define AXIS_MODE_STEP_MASK 0x00000001u
+#define AXIS_MODE_REVERSE_SHIFT 1
+#define AXIS_MODE_REVERSE_MASK 0x00000002u
+#define AXIS_STEP_TIME_WIDTH_SHIFT 0
+#define AXIS_STEP_TIME_WIDTH_MASK 0x000000ffu
+#define AXIS_STEP_TIME_SPACE_SHIFT 8
+#define AXIS_STEP_TIME_SPACE_MASK 0x0000ff00u
+#define AXIS_STEP_TIME_SETUP_SHIFT 16
+#define AXIS_STEP_TIME_SETUP_MASK 0x00ff0000u
+#define AXIS_ADOPT_VALUE_SHIFT 0
+#define AXIS_ADOPT_VALUE_MASK 0x00000001u
+#define AXIS_STATUS_SATURATED_SHIFT 0
+#define AXIS_STATUS_SATURATED_MASK 0x00000001u
+#define AXIS_STATUS_ILLEGAL_SHIFT 1
+#define AXIS_STATUS_ILLEGAL_MASK 0x00000002u
+#define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
+
+/* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */
+#define CAUSE_POWER_ON 0
+#define CAUSE_ESTOP 1
+#define CAUSE_DRIVE_FAULT 2
+#define CAUSE_LIMIT_LOW 3
+#define CAUSE_LIMIT_HIGH 4
+#define CAUSE_FLUID_LOW 5
+#define CAUSE_WATCHDOG 6
+#define CAUSE_ERROR_SATURATED 7
+#define CAUSE_ENCODER 8
+#define CAUSE_FOLLOWING_STOPPED 9
+#define CAUSE_FOLLOWING_MOVING 10
+#define CAUSE_FIRMWARE 11
+#define CAUSES 12
+#define AXES 3

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Write the files derived from the register map: ``python -m softcore.generate``."""
+
+from pathlib import Path
+
+from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+
+HERE = Path(__file__).parent
+NOTICE = "Generated from softcore/regmap.py by `python -m softcore.generate`; do not edit."
+
+
+def _kind(block):
+    """Blocks that repeat share one C struct: those of the axes."""
+    return "axis" if block.name.startswith("axis_") else block.name
+
+
+def _struct(block):
+    kind = _kind(block)
+    lines = [f"/* {block.doc} */" if kind == block.name else "/* One axis. */",
+             "typedef volatile struct {"]
+    for register in block.registers:
+        lone = register.fields[0] if len(register.fields) == 1 else None
+        ctype = "int32_t" if lone and lone.signed else "uint32_t"
+        const = "const " if all(f.access == "r" for f in register.fields) else ""
+        unit = f" [{lone.unit}]" if lone and lone.unit else ""
+        lines.append(f"    {const}{ctype} {register.name}; /* {register.doc}{unit} */")
+    lines.append(f"}} {kind}_regs;")
+    lines += [f'_Static_assert(offsetof({kind}_regs, {r.name}) == 0x{r.offset:x}, "");'
+              for r in block.registers]
+    for register in block.registers:
+        shift = 0
+        for field in register.fields:
+            if len(register.fields) > 1 or field.bits < 32:
+                stem = f"{kind}_{register.name}_{field.name}".upper()
+                lines.append(f"#define {stem}_SHIFT {shift}")
+                lines.append(f"#define {stem}_MASK 0x{((1 << field.bits) - 1) << shift:08x}u")
+            shift += field.bits
+    return lines
+
+
+def c_header() -> str:
+    """C header: a struct per kind of block, its address, and a mask and shift per field."""
+    lines = [f"/* {NOTICE} */", "#pragma once", "#include <stddef.h>", "#include <stdint.h>", ""]
+    done = set()
+    for block in BLOCKS:
+        kind = _kind(block)
+        if kind in done:
+            continue
+        done.add(kind)
+        lines += _struct(block)
+        if kind == block.name:
+            lines.append(f"#define {kind.upper()} (({kind}_regs *)0x{BASE + block.base:08x}u)")
+        else:
+            siblings = [b for b in BLOCKS if _kind(b) == kind]
+            pitch = siblings[1].base - siblings[0].base
+            lines.append(f"#define {kind.upper()}(i) (({kind}_regs *)(0x{BASE + block.base:08x}u "
+                         f"+ 0x{pitch:x}u * (i)))")
+        lines.append("")
+    lines += ["/* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */"]
+    lines += [f"#define CAUSE_{name.upper()} {index}" for index, (name, _) in enumerate(CAUSES)]
+    lines += [f"#define CAUSES {len(CAUSES)}", f"#define AXES {len(AXES)}"]
+    return "\n".join(lines) + "\n"
+
+
+def reference() -> str:
+    """Register reference in Markdown."""
+    lines = [f"<!-- {NOTICE} -->", "# Registers", "",
+             f"Base address 0x{BASE:08x}; registers are 32 bits wide, read and written whole."]
+    for block in BLOCKS:
+        lines += ["", f"## `{block.name}` +0x{block.base:03x}", "", block.doc]
+        for register in block.registers:
+            lines += ["", f"### `{register.name}` +0x{register.offset:02x}", "", register.doc, "",
+                      "| bits | field | access | reset | unit | meaning |",
+                      "| --- | --- | --- | --- | --- | --- |"]
+            shift = 0
+            for f in register.fields:
+                bits = f"{shift + f.bits - 1}:{shift}" if f.bits > 1 else f"{shift}"
+                sign = " (signed)" if f.signed else ""
+                lines.append(f"| {bits} | `{f.name}`{sign} | {f.access} | {f.init} | {f.unit} "
+                             f"| {f.doc} |")
+                shift += f.bits
+    return "\n".join(lines) + "\n"
+
+
+OUTPUTS = {HERE / "firmware" / "regs.h": c_header, HERE / "REGISTERS.md": reference}
+
+if __name__ == "__main__":
+    for path, render in OUTPUTS.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(render())

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The register map: the only place an address, a bit or a unit is written down.
+
+Gateware (``softcore.csr``), the C header and the register reference are all derived from these
+tables by ``python -m softcore.generate``. Plain data: imports nothing from Amaranth.
+
+A field of register ``r`` in block ``b`` is the member ``b_r`` of the machine if it is the only
+field of its register, and ``b_r_f`` otherwise; ``softcore.soc`` joins the two by that name.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+# rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
+# one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.
+Access = Literal["r", "rw", "w", "rw1c"]
+
+RATE = "2**-32 pulse/clock"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field:
+    """A range of bits. ``unit`` is the physical size of one count; ``""`` for a flag or a code."""
+
+    name: str
+    bits: int
+    doc: str
+    access: Access = "rw"
+    signed: bool = False
+    init: int = 0
+    unit: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Register:
+    """A 32-bit word at a byte ``offset`` into its block; fields fill it from bit 0 upwards.
+
+    ``pulse`` says that the gateware is told of every access: ``"write"`` gives it a strobe in the
+    clock after a write, ``"read"`` one in the clock in which the value was taken.
+    """
+
+    name: str
+    offset: int
+    doc: str
+    fields: tuple[Field, ...]
+    pulse: Literal["", "read", "write"] = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """The registers of one peripheral, at a byte address ``base`` of the register space."""
+
+    name: str
+    base: int
+    doc: str
+    registers: tuple[Register, ...]
+
+
+BASE = 0x8000_0000  # the CPU's data cache leaves addresses with the top bit set alone
+
+AXES = "xyz"
+
+
+def _value(bits, doc, **options):
+    return (Field(name="value", bits=bits, doc=doc, **options),)
+
+
+def _registers(*rows):
+    """Number the rows ``(name, doc, fields[, pulse])`` from offset 0 on."""
+    return tuple(Register(name=row[0], offset=4 * index, doc=row[1], fields=row[2],
+                          pulse=row[3] if len(row) > 3 else "")
+                 for index, row in enumerate(rows))
+
+
+SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
+               registers=_registers(
+    ("ident", "Always ``GAPK``, so that firmware refuses another machine.",
+     _value(32, "The four letters, first letter lowest.", access="r")),
+    ("build", "Digest of the gateware's sources.",
+     _value(32, "First 32 bits of the digest.", access="r")),
+    ("clock_hz", "Clock frequency.", _value(32, "Clock.", access="r", unit="Hz")),
+    ("pulses_per_mm", "Unit of position.", _value(32, "Pulses.", access="r", unit="pulse/mm")),
+    ("shape", "Sizes of this build.", (
+        Field(name="axes", bits=4, access="r", doc="Number of axes."),
+        Field(name="slots", bits=8, access="r", doc="Segments that the path window holds."),
+        Field(name="jump_axis", bits=4, access="r", doc="Axis of jumps; 15 for a wire machine."))),
+    ("cycle_low", "Clocks since reset, lower half. Reading it latches the upper half.",
+     _value(32, "Clocks.", access="r", unit="clock"), "read"),
+    ("cycle_high", "Upper half of the clock count latched by the last read of the lower.",
+     _value(32, "Clocks.", access="r", unit="2**32 clock")),
+))
+
+LINK = Block(name="link", base=0x100, doc="Bytes to and from the host.", registers=_registers(
+    ("receive", "Oldest byte received. Reading takes it.", (
+        Field(name="data", bits=8, access="r", doc="The byte."),
+        Field(name="valid", bits=1, access="r", doc="There was a byte.")), "read"),
+    ("transmit", "Send a byte. Lost if the transmitter is not ready.",
+     _value(8, "The byte.", access="w"), "write"),
+    ("status", "State of the link.", (
+        Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
+        Field(name="overrun", bits=1, access="rw1c", doc="A byte came with the queue full."),
+        Field(name="framing", bits=1, access="rw1c", doc="A byte came without its stop bit."))),
+))
+
+_DELTA = (Field(name="magnitude", bits=31, unit="pulse", doc="Steps of the axis over the segment."),
+          Field(name="negative", bits=1, doc="The steps go down."))
+
+PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "
+             "is on it. Coordinates are path pulses and wrap at 32 bits.", registers=_registers(
+    ("slot_length", "Length of the segment to write. At least 1.",
+     _value(30, "Path pulses.", unit="pulse")),
+    ("slot_rate", "Feed on the segment to write.", _value(30, "Commanded rate.", unit=RATE)),
+    *((f"slot_{axis}", f"Travel of {axis.upper()} over the segment to write; at most its length.",
+       _DELTA) for axis in AXES),
+    ("slot_write", "Write the segment into a slot of the window. Slots follow the path, modulo "
+     "their number.", _value(8, "The slot.", access="w"), "write"),
+    ("ahead", "End of what is loaded and may be machined: no forward pulse passes it.",
+     _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("behind", "Start of what is loaded: no backward pulse passes it.",
+     _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("floor", "Lowest point a retraction may reach (ceiling, soft limit or start of the path).",
+     _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("fast_ahead", "Next corner ahead: the ramp is back at the start/stop speed there.",
+     _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("fast_behind", "Next corner behind, for the way back.",
+     _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("origin", "Put the (resting) machine at coordinate 0, at the start of a slot's segment.",
+     _value(8, "The slot.", access="w"), "write"),
+    ("command", "Path coordinate of the last pulse Ps.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("position", "Path coordinate of the last ramped pulse Pp.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("front", "Furthest path coordinate commanded.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("slot", "Slot of the segment in which the machine is.",
+     _value(8, "The slot.", access="r")),
+    ("status", "State of the motion.", (
+        Field(name="moving", bits=1, access="r",
+              doc="Pulses are stored, or the ramp is not at rest."),
+        Field(name="reverse", bits=1, access="r", doc="Direction of the last pulse was backward."),
+        Field(name="in_position", bits=1, access="r", doc="Every error counter is within 1 pulse."),
+        Field(name="state", bits=4, access="r",
+              doc="Retraction: 0 front, 1 stopping, 2 retracting, 3 at limit, 4 re-advance high, "
+                  "5 re-advance low, 6 halted."))),
+))
+
+RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.motion.ramp``.",
+             registers=_registers(
+    ("start_rate", "Start/stop speed: any change of speed below it is immediate.",
+     _value(30, "Rate.", unit=RATE)),
+    ("acceleration", "Slope of the linear ramp.",
+     _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+))
+
+RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force and the start of "
+                   "retractions; see ``rtl.motion.retraction``. The data words are staged: "
+                   "``commit`` puts them in force together.", registers=_registers(
+    ("rate", "Retraction speed.", _value(30, "Rate.", unit=RATE)),
+    ("limit", "Retractable limit: distance from the first start point.",
+     _value(31, "Path pulses.", unit="pulse")),
+    ("high_rate", "High re-advance speed.", _value(30, "Rate.", unit=RATE)),
+    ("low_rate", "Low re-advance speed.", _value(30, "Rate.", unit=RATE)),
+    ("changeover", "Changeover position: distance before the start point.",
+     _value(31, "Path pulses.", unit="pulse")),
+    ("low_lead", "Braking distance from the low re-advance speed to the start/stop speed.",
+     _value(24, "Path pulses.", unit="pulse")),
+    ("jump_distance", "How far a jump goes.", _value(31, "Path pulses.", unit="pulse")),
+    ("jump_rate", "Speed of a jump upwards.", _value(30, "Rate.", unit=RATE)),
+    ("jump_high_rate", "Speed of a jump back, down to the changeover position.",
+     _value(30, "Rate.", unit=RATE)),
+    ("commit", "Put the staged data in force, at once at the front, else when back there.", (
+        Field(name="valid", bits=1, access="w", doc="There are data: without, a short halts."),),
+     "write"),
+    ("jump_period", "Machining time between jumps; 0 for none.",
+     _value(32, "Clocks at the front with the discharge on.", unit="clock")),
+    ("gain", "Depth beyond the first start point that ends a series of shorts.",
+     _value(16, "Path pulses.", unit="pulse", init=10)),
+    ("repeats", "Returned shorts in one series that halt the machine; 0 for no bound.",
+     _value(8, "Shorts.", init=20)),
+    ("settle", "Rest at the limit, error counters small, after which a short there halts.",
+     _value(24, "Clocks.", unit="clock", init=1000)),
+    ("control", "What motion may do.", (
+        Field(name="run", bits=1, doc="Path pulses are allowed at all."),
+        Field(name="hold", bits=1, doc="Feed hold: no forward pulses; retraction goes on."))),
+    ("command", "Orders to the retraction.", (
+        Field(name="retract", bits=1, access="w", doc="Retract now (operator)."),
+        Field(name="release", bits=1, access="w",
+              doc="Leave the halted state: advance to the front again.")), "write"),
+    ("start", "Start point BS: furthest commanded position of this short.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("first", "First start point of the series; limit is measured from it.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("series", "Shorts that returned in the series under way.",
+     _value(8, "Shorts.", access="r")),
+))
+
+EVENT = Block(name="event", base=0x500, doc="Queue of what the gateware did, oldest first. Its "
+              "head interrupts the CPU.", registers=_registers(
+    ("head", "The oldest event.", (
+        Field(name="kind", bits=8, access="r",
+              doc="1 retraction start, 2 retraction end, 3 re-advance, 4 resume, 5 halt, "
+                  "6 segment entered, 7 interlock trip."),
+        Field(name="detail", bits=8, access="r", doc="By kind: cause, reason, phase."),
+        Field(name="slot", bits=8, access="r", doc="Slot of the segment of the machine then."),
+        Field(name="valid", bits=1, access="r", doc="There is an event."))),
+    ("cycle", "When.", _value(32, "Lower half of the clock count.", access="r", unit="clock")),
+    ("path", "Path coordinate then.",
+     _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
+    ("first", "By kind.", _value(32, "See ``rtl.motion.retraction``.", access="r")),
+    ("second", "By kind.", _value(32, "See ``rtl.motion.retraction``.", access="r")),
+    *((axis, f"Encoder position of {axis.upper()} then.",
+       _value(32, "Position.", signed=True, access="r", unit="pulse")) for axis in AXES),
+    ("pop", "Drop the oldest event.", _value(1, "Any value.", access="w"), "write"),
+    ("status", "State of the queue.", (
+        Field(name="lost", bits=1, access="rw1c", doc="An event came with the queue full."),)),
+))
+
+GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short detector.",
+            registers=_registers(
+    ("short_ratio", "Short: this many shorted pulses of the last so many.", (
+        Field(name="needed", bits=6, init=4, doc="Shorted pulses, 1 to 32."),
+        Field(name="window", bits=6, init=5, doc="Last pulses looked at, 1 to 32."))),
+    ("short_duration", "Short: shorted without a clear sample for so long; 0 for never.",
+     _value(24, "Clocks with the pulse on.", unit="clock")),
+    ("clear_needed", "Clear samples in a row that end a short.", _value(8, "Samples.", init=3)),
+    ("blanking", "From the start of a pulse (or sensing pulse) until the comparators are read.",
+     _value(16, "Clocks.", unit="clock", init=6)),
+    ("open_count", "Pulses without a discharge.", _value(32, "Pulses, wraps.", access="r")),
+    ("ok_count", "Good discharges.", _value(32, "Pulses, wraps.", access="r")),
+    ("dame_count", "Arcs: discharges below the arc level.",
+     _value(32, "Pulses, wraps.", access="r")),
+    ("short_count", "Shorted pulses.", _value(32, "Pulses, wraps.", access="r")),
+    ("status", "State of the gap.", (
+        Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
+        Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
+              "2 dame, 3 short."))),
+))
+
+POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``.",
+              registers=_registers(
+    ("on_time", "Pulse on-time.", _value(20, "Clocks.", unit="clock", init=100)),
+    ("off_time", "Pulse off-time.", _value(20, "Clocks.", unit="clock", init=100)),
+    ("level", "Current level.", _value(6, "Steps of the power supply.", unit="IP")),
+    ("sense_on", "Sensing pulse on-time.", _value(16, "Clocks.", unit="clock", init=20)),
+    ("sense_off", "Sensing pulse off-time.", _value(16, "Clocks.", unit="clock", init=80)),
+    ("control", "Discharge.", (
+        Field(name="machining", bits=1, doc="Discharge pulses are wanted (M03)."),
+        Field(name="cut", bits=1, init=1, doc="A shorted pulse is cut off."))),
+    ("limits", "What no register can exceed.", (
+        Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
+        Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
+))
+
+CAUSES = (
+    ("power_on", "Nobody has cleared the interlock since reset."),
+    ("estop", "Emergency stop."),
+    ("drive_fault", "A drive reports a fault."),
+    ("limit_low", "An axis is on its lower limit switch."),
+    ("limit_high", "An axis is on its upper limit switch."),
+    ("fluid_low", "The fluid is below its level."),
+    ("watchdog", "Firmware stopped calling the watchdog."),
+    ("error_saturated", "An error counter reached its limit."),
+    ("encoder", "An encoder made an illegal transition."),
+    ("following_stopped", "Following error at rest above its limit."),
+    ("following_moving", "Following error in motion above its limit."),
+    ("firmware", "Firmware asked for it."),
+)
+
+_CAUSE_BITS = "By bit: " + "; ".join(
+    f"{bit} `{name}`, {doc[0].lower()}{doc[1:-1]}" for bit, (name, doc) in enumerate(CAUSES)) + "."
+
+SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl.safety``.",
+               registers=_registers(
+    ("live", "Causes present now. " + _CAUSE_BITS,
+     _value(len(CAUSES), "One bit per cause.", access="r")),
+    ("latched", "Causes since the interlock was cleared, by the same bits.",
+     _value(len(CAUSES), "One bit per cause.", access="r")),
+    ("status", "State of the interlock.", (
+        Field(name="safe", bits=1, access="r", doc="Outputs are in their safe state."),
+        Field(name="first", bits=4, access="r", doc="Number of the first cause latched."),
+        Field(name="simultaneous", bits=12, access="r", doc="Causes that came with the first."))),
+    ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end.",
+     _value(8, "The key.", access="w"), "write"),
+    ("clear", "Operator's acknowledgement ``0x5A``: clears what is no longer present.",
+     _value(8, "The key.", access="w"), "write"),
+    ("stop", "Trip the interlock (cause ``firmware``).",
+     _value(1, "Any value.", access="w"), "write"),
+    ("fluid", "Fluid supervision.", (
+        Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging."),)),
+    ("period", "Longest time between two watchdog calls.",
+     _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
+))
+
+AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the machine side.",
+                  registers=_registers(
+    ("send", "Send a function.", (
+        Field(name="code", bits=16, access="w", doc="The number after the letter."),
+        Field(name="letter", bits=2, access="w", doc="0 M, 1 S, 2 T.")), "write"),
+    ("timeout", "Longest wait for each edge of FIN.",
+     _value(32, "Clocks.", unit="clock", init=1_000_000)),
+    ("status", "State of the handshake.", (
+        Field(name="busy", bits=1, access="r", doc="A function is under way."),
+        Field(name="timed_out", bits=1, access="rw1c", doc="FIN did not come in time."))),
+))
+
+
+def _axis(index, letter):
+    return Block(name=f"axis_{letter}", base=0xA00 + 0x40 * index,
+                 doc=f"Axis {letter.upper()}; see ``rtl.motion.axis``.", registers=_registers(
+        ("command", "Commanded position: sum of the axis pulses Pi.",
+         _value(32, "Position.", signed=True, access="r", unit="pulse")),
+        ("position", "Position: sum of the feedback pulses FP.",
+         _value(32, "Position.", signed=True, access="r", unit="pulse")),
+        ("error", "Reversible error counter Er.",
+         _value(32, "Sum of Pi less sum of FP.", signed=True, access="r", unit="pulse")),
+        ("overshoot", "Furthest travel beyond the last mark (end of a retraction).",
+         _value(32, "Distance.", access="r", unit="pulse")),
+        ("follow_stopped", "Following error allowed at rest.",
+         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1)),
+        ("follow_moving", "Following error allowed in motion.",
+         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1)),
+        ("mode", "Output of the axis.", (
+            Field(name="step", bits=1, doc="Step/direction; feedback is the step pulses."),
+            Field(name="reverse", bits=1, doc="Encoder counts the other way."))),
+        ("step_time", "Shape of step pulses.", (
+            Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
+            Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
+            Field(name="setup", bits=8, init=2, doc="Direction before step.", unit="clock"))),
+        ("adopt", "Take the position as command and clear Er. Only while the outputs are safe.",
+         _value(1, "Any value.", access="w"), "write"),
+        ("status", "Faults.", (
+            Field(name="saturated", bits=1, access="r", doc="Er is at its limit."),
+            Field(name="illegal", bits=1, access="r", doc="The encoder has jumped."))),
+    ))
+
+
+BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
+          *(_axis(index, letter) for index, letter in enumerate(AXES)))

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller on a chip: processor, memory, registers, serial link, and the machine."""
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.machine import Machine, pins
+from softcore.cpu import BusSignature, VexRiscv
+from softcore.csr import RegisterFile, member
+from softcore.regmap import BLOCKS, LINK, SYSTEM
+from softcore.uart import Uart
+
+__all__ = ["BlockRam", "Soc"]
+
+
+class BlockRam(wiring.Component):
+    """Memory of the processor: instructions on one port, data on the other.
+
+    An access takes 2 clocks. ``init`` is the firmware image, little-endian.
+
+    Members
+    -------
+    ibus, dbus : In(BusSignature)
+        Word accesses; only ``dbus`` writes, by bytes.
+    """
+
+    def __init__(self, *, size: int, image: bytes = b""):
+        if len(image) > size:
+            raise ValueError(f"the firmware image has {len(image)} bytes, the memory {size}")
+        self.size = size
+        self.image = image
+        super().__init__({"ibus": In(BusSignature()), "dbus": In(BusSignature())})
+
+    def elaborate(self, platform):
+        m = Module()
+
+        image = self.image + bytes(-len(self.image) % 4)
+        words = [int.from_bytes(image[at:at + 4], "little") for at in range(0, len(image), 4)]
+        m.submodules.ram = ram = memory.Memory(shape=32, depth=self.size // 4, init=words)
+        write = ram.write_port(granularity=8)
+        # Transparent, or ECP5 needs a copy of the memory per read port.
+        for bus in (self.ibus, self.dbus):
+            read = ram.read_port(transparent_for=(write,))
+            m.d.comb += [read.addr.eq(bus.adr), read.en.eq(bus.stb), bus.dat_r.eq(read.data)]
+            m.d.sync += bus.ack.eq(bus.stb & ~bus.ack)
+        m.d.comb += [
+            write.addr.eq(self.dbus.adr),
+            write.data.eq(self.dbus.dat_w),
+            write.en.eq(Mux(self.dbus.stb & self.dbus.we & ~self.dbus.ack, self.dbus.sel, 0)),
+        ]
+
+        return m
+
+
+class Soc(wiring.Component):
+    """Everything but the pads.
+
+    Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
+    are the machine's pins, see ``rtl.machine.pins``.
+
+    Parameters
+    ----------
+    clock_hz : int
+        Frequency of ``sync``.
+    link_divisor : int
+        Clocks per bit of the serial link.
+    memory_size : int
+        Bytes of memory; a power of two.
+    image : bytes
+        Firmware.
+    build : int
+        Digest of the sources, for the register ``build``.
+    options : dict
+        Parameters of ``rtl.machine.Machine``.
+
+    Members
+    -------
+    rx : In(1)
+        Serial input, idle high.
+    tx : Out(1)
+        Serial output, idle high.
+    """
+
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 65536,
+                 image: bytes = b"", build: int = 0, **options):
+        self.clock_hz = clock_hz
+        self.build = build
+        self.cpu = VexRiscv()
+        self.memory = BlockRam(size=memory_size, image=image)
+        self.registers = RegisterFile(BLOCKS)
+        self.uart = Uart(divisor=link_divisor)
+        self.machine = Machine(clock_hz=clock_hz, **options)
+        super().__init__({"rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.cpu = cpu = self.cpu
+        m.submodules.memory = ram = self.memory
+        m.submodules.registers = registers = self.registers
+        m.submodules.machine = machine = self.machine
+        m.submodules.uart = uart = self.uart
+
+        wiring.connect(m, cpu.ibus, ram.ibus)
+        peripheral = cpu.dbus.adr[29]  # regmap.BASE is the upper half of the address space
+        m.d.comb += [
+            ram.dbus.adr.eq(cpu.dbus.adr), ram.dbus.dat_w.eq(cpu.dbus.dat_w),
+            ram.dbus.sel.eq(cpu.dbus.sel), ram.dbus.we.eq(cpu.dbus.we),
+            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral),
+            registers.adr.eq(cpu.dbus.adr), registers.dat_w.eq(cpu.dbus.dat_w),
+            registers.we.eq(cpu.dbus.we), registers.stb.eq(cpu.dbus.stb & peripheral),
+            cpu.dbus.ack.eq(ram.dbus.ack | registers.ack),
+            cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
+            cpu.interrupt.eq(machine.event_head_valid),
+        ]
+
+        cycle = Signal(64)
+        m.d.sync += cycle.eq(cycle + 1)
+        with m.If(registers.system_cycle_low_strobe):
+            m.d.sync += registers.system_cycle_high.eq(cycle[32:])
+        m.d.comb += [
+            machine.cycle.eq(cycle),
+            registers.system_ident.eq(int.from_bytes(b"GAPK", "little")),
+            registers.system_build.eq(self.build),
+            registers.system_clock_hz.eq(self.clock_hz),
+            registers.system_pulses_per_mm.eq(machine.pulses_per_mm),
+            registers.system_shape_axes.eq(machine.axes),
+            registers.system_shape_slots.eq(machine.slots),
+            registers.system_shape_jump_axis.eq(machine.jump_axis),
+            registers.system_cycle_low.eq(cycle[:32]),
+        ]
+
+        # The blocks of the machine and of the link have the registers' members, by name.
+        for block in BLOCKS:
+            if block is SYSTEM:
+                continue
+            for register in block.registers:
+                for field in register.fields:
+                    name = member(block, register, field)
+                    inner = self._owned(block, name)
+                    if field.access in ("r", "rw1c"):
+                        m.d.comb += getattr(registers, name).eq(inner)
+                    else:
+                        m.d.comb += inner.eq(getattr(registers, name))
+                if register.pulse:
+                    name = f"{block.name}_{register.name}_strobe"
+                    m.d.comb += self._owned(block, name).eq(getattr(registers, name))
+
+        m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx)]
+        for name, port in pins().items():
+            outer, inner = getattr(self, name), getattr(machine, name)
+            m.d.comb += inner.eq(outer) if port.flow is In else outer.eq(inner)
+
+        return m
+
+    def _owned(self, block, name):
+        """Signal behind a register's member: of the UART for the link, else of the machine."""
+        if block is LINK:
+            return getattr(self.uart, name.removeprefix("link_").removeprefix("status_"))
+        return getattr(self.machine, name)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole controller with its pads: for a board's ports, or for simulation."""
+
+import argparse
+import hashlib
+from pathlib import Path
+from types import SimpleNamespace
+
+from amaranth import *
+from amaranth.back import verilog
+from amaranth.lib import io, wiring
+
+from rtl.machine import pins
+from rtl.pads import INPUTS, OUTPUTS, Pads
+from softcore.cpu import VexRiscv
+from softcore.soc import Soc
+
+__all__ = ["Top", "digest", "simulated", "simulation_verilog"]
+
+ROOT = Path(__file__).parents[1]
+SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
+
+
+def digest() -> str:
+    """Digest of every gateware source, in hexadecimal."""
+    total = hashlib.sha256()
+    for top in ("rtl", "softcore"):
+        for path in sorted((ROOT / top).rglob("*.py")):
+            total.update(path.relative_to(ROOT).as_posix().encode() + b"\\0" + path.read_bytes())
+    return total.hexdigest()
+
+
+class Top(Elaboratable):
+    """Pads and controller, joined, in a clock domain that starts with a reset of its own.
+
+    Boards have no reset pin to rely on: after configuration, and while ``locked`` is low, ``sync``
+    is in reset, and for ``RESET_CLOCKS`` more.
+
+    Parameters
+    ----------
+    soc : Soc
+        The controller.
+    ports : object
+        The ports that ``rtl.pads.Pads`` asks for.
+    clock : Signal
+        Clock of ``sync``.
+    locked : Value
+        The clock is good.
+    """
+
+    RESET_CLOCKS = 15
+
+    def __init__(self, soc: Soc, ports, clock, locked=1):
+        self.soc = soc
+        self.ports = ports
+        self.clock = clock
+        self.locked = locked
+
+    def elaborate(self, platform):
+        m = Module()
+        m.domains.sync = sync = ClockDomain()
+        m.domains.power_on = power_on = ClockDomain(reset_less=True, local=True)
+        clocks = Signal(range(self.RESET_CLOCKS + 1))
+        m.d.comb += [sync.clk.eq(self.clock), power_on.clk.eq(self.clock)]
+        m.d.power_on += sync.rst.eq(clocks != self.RESET_CLOCKS)
+        with m.If(~Value.cast(self.locked)):
+            m.d.power_on += clocks.eq(0)
+        with m.Elif(clocks != self.RESET_CLOCKS):
+            m.d.power_on += clocks.eq(clocks + 1)
+
+        m.submodules.soc = soc = self.soc
+        m.submodules.pads = pads = Pads(self.ports)
+        for name, port in pins().items():
+            inner, outer = getattr(soc, name), getattr(pads, name)
+            m.d.comb += inner.eq(outer) if port.flow is wiring.In else outer.eq(inner)
+        m.d.comb += [soc.rx.eq(pads.rx), pads.tx.eq(soc.tx)]
+        return m
+
+
+def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
+    """Controller for the simulator, and its ports by the names of ``rtl.machine.pins``.
+
+    The memory is empty: the simulator loads firmware when it starts.
+    """
+    ports = SimpleNamespace(
+        **{name: io.SimulationPort("i", width, name=name) for name, (width, _) in INPUTS.items()},
+        **{name: io.SimulationPort("o", width, name=name) for name, (width, _) in OUTPUTS.items()})
+    outside = {name: (getattr(ports, name).i, None) for name in INPUTS}
+    outside |= {name: (getattr(ports, name).o, None) for name in OUTPUTS}
+    soc = Soc(clock_hz=clock_hz, link_divisor=SIMULATED_DIVISOR, **options)
+    clock = Signal(name="clk")
+    outside |= {"clk": (clock, None)}
+    return Top(soc, ports, clock), outside
+
+
+def simulation_verilog(clock_hz: int, **options) -> list[str]:
+    """Verilog of module ``gapkeeper`` and of what it instantiates, one text per file.
+
+    Its ports: ``clk``, ``rx``, ``tx`` and the pins. It resets itself.
+    """
+    top, outside = simulated(clock_hz, **options)
+    text = verilog.convert(top, name="gapkeeper", ports=outside, emit_src=False)
+    return [text, VexRiscv.source().read_text()]
+
+
+def main():
+    """Write the simulated controller's Verilog into a folder."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--clock", type=int, default=2_000_000, help="Hz")
+    arguments = parser.parse_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    for name, text in zip(("gapkeeper.v", "VexRiscv.v"), simulation_verilog(arguments.clock),
+                          strict=True):
+        (arguments.folder / name).write_text(text)
+
+
+if __name__ == "__main__":
+    main()

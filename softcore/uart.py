@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Serial link to the host: bytes in and out, with a queue each way."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.lib.wiring import In, Out
+
+from rtl.lib.event_queue import EventQueue
+
+__all__ = ["Receiver", "Transmitter", "Uart"]
+
+RECEIVE_DEPTH = 256  # bytes: more than three whole tape frames
+TRANSMIT_DEPTH = 64  # bytes: a line of the link's answers
+
+
+def _check(divisor):
+    if divisor < 4:
+        raise ValueError(f"there must be at least 4 clocks per bit, not {divisor!r}")
+    return divisor
+
+
+class Receiver(wiring.Component):
+    """Bytes from a line: one start bit, eight bits with the lowest first, one stop bit.
+
+    Each bit is read once, in its middle: ``divisor // 2`` clocks after the first clock in which the
+    start bit was seen, and every ``divisor`` clocks from there. A start bit that is gone in its
+    middle is noise and forgotten. ``done`` is high in the clock after the middle of a stop bit that
+    is high, with ``data``; ``framing`` is high there if the stop bit is low, and then nothing more
+    is received until the line was high. The next start bit may follow the middle of the stop bit.
+
+    A sender may be slower by 4 %, and faster by 5 % less 10 % / ``divisor``: the first clock of a
+    start bit may be one clock old, and the middle of the stop bit must still lie within it.
+
+    Parameters
+    ----------
+    divisor : int
+        Clocks per bit, at least 4.
+
+    Members
+    -------
+    rx : In(1)
+        The line, synchronised. Idles high.
+    data : Out(8)
+        The byte. Valid with ``done``.
+    done : Out(1)
+        A byte has come: high for one clock.
+    framing : Out(1)
+        A byte had no stop bit and was dropped: high for one clock.
+
+    Raises
+    ------
+    ValueError
+        If ``divisor`` is too small.
+    """
+
+    def __init__(self, *, divisor):
+        self.divisor = _check(divisor)
+        super().__init__({"rx": In(1, init=1), "data": Out(8), "done": Out(1), "framing": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+
+        timer = Signal(range(self.divisor))  # clocks to the middle of the next bit
+        bits = Signal(range(9))              # bits received, the start bit included
+        middle = Signal()
+        m.d.comb += middle.eq(timer == 0)
+
+        m.d.sync += [self.done.eq(0), self.framing.eq(0)]
+        m.d.sync += timer.eq(Mux(middle, self.divisor - 1, timer - 1))
+        with m.FSM():
+            with m.State("Idle"), m.If(~self.rx):
+                m.d.sync += [timer.eq(self.divisor // 2 - 1), bits.eq(0)]
+                m.next = "Start"
+            with m.State("Start"), m.If(middle):
+                with m.If(self.rx):
+                    m.next = "Idle"
+                with m.Else():
+                    m.next = "Data"
+            with m.State("Data"), m.If(middle):
+                m.d.sync += [self.data.eq(Cat(self.data[1:], self.rx)), bits.eq(bits + 1)]
+                with m.If(bits == 7):
+                    m.next = "Stop"
+            with m.State("Stop"), m.If(middle):
+                m.d.sync += [self.done.eq(self.rx), self.framing.eq(~self.rx)]
+                with m.If(self.rx):
+                    m.next = "Idle"
+                with m.Else():
+                    m.next = "Broken"
+            with m.State("Broken"), m.If(self.rx):
+                m.next = "Idle"
+
+        return m
+
+
+class Transmitter(wiring.Component):
+    """Bytes to a line, in the format of ``Receiver``.
+
+    A byte is taken in a clock in which ``valid`` and ``ready`` are high; its start bit begins in
+    the next. It lasts exactly ``10 * divisor`` clocks, and the next follows it without a gap
+    if it is there in the last of them.
+
+    Parameters
+    ----------
+    divisor : int
+        Clocks per bit, at least 4.
+
+    Members
+    -------
+    data : In(8), valid : In(1)
+        A byte to send.
+    ready : Out(1)
+        It is taken.
+    tx : Out(1)
+        The line. Idles high.
+
+    Raises
+    ------
+    ValueError
+        If ``divisor`` is too small.
+    """
+
+    def __init__(self, *, divisor):
+        self.divisor = _check(divisor)
+        super().__init__({
+            "data": In(8), "valid": In(1), "ready": Out(1), "tx": Out(1, init=1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        timer = Signal(range(self.divisor))  # clocks left of this bit
+        frame = Signal(9)                    # what follows the bit on the line; ends with a one
+        m.d.comb += self.ready.eq((timer == 0) & ~frame.any())
+
+        with m.If(timer != 0):
+            m.d.sync += timer.eq(timer - 1)
+        with m.Elif(frame.any()):
+            # Shifting in zeros marks the end: the last one to leave is the stop bit.
+            m.d.sync += [Cat(self.tx, frame).eq(frame), timer.eq(self.divisor - 1)]
+        with m.Elif(self.valid):
+            m.d.sync += [self.tx.eq(0), frame.eq(Cat(self.data, 1)), timer.eq(self.divisor - 1)]
+
+        return m
+
+
+class Uart(wiring.Component):
+    """The registers of block ``link``: a receive queue of 256 bytes, a transmit queue of 64.
+
+    ``receive_data`` shows the oldest byte while ``receive_valid`` is high, and ``receive_strobe``
+    takes it: the next one is in view in the next clock. A byte is in view 3 clocks after the middle
+    of its stop bit. A byte that finds the queue full is dropped: ``overrun`` is high for a clock.
+
+    ``transmit`` is queued with ``transmit_strobe`` if ``ready`` is high, else it is lost.
+
+    Parameters
+    ----------
+    divisor : int
+        Clocks per bit, at least 4.
+
+    Members
+    -------
+    rx : In(1), tx : Out(1)
+        The lines; idle high.
+    receive_data : Out(8), receive_valid : Out(1), receive_strobe : In(1)
+        Register ``receive``.
+    transmit : In(8), transmit_strobe : In(1)
+        Register ``transmit``.
+    ready : Out(1)
+        The transmit queue has room.
+    overrun, framing : Out(1)
+        A byte was lost for want of room, or of a stop bit: high for one clock each.
+
+    Raises
+    ------
+    ValueError
+        If ``divisor`` is too small.
+    """
+
+    def __init__(self, *, divisor):
+        self.divisor = _check(divisor)
+        super().__init__({
+            "rx": In(1, init=1), "tx": Out(1, init=1),
+            "receive_data": Out(8), "receive_valid": Out(1), "receive_strobe": In(1),
+            "transmit": In(8), "transmit_strobe": In(1),
+            "ready": Out(1), "overrun": Out(1), "framing": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.received = received = SyncFIFOBuffered(width=8, depth=RECEIVE_DEPTH)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            received.w_data.eq(receiver.data),
+            received.w_en.eq(receiver.done),
+            self.overrun.eq(receiver.done & ~received.w_rdy),
+            self.framing.eq(receiver.framing),
+            self.receive_data.eq(received.r_data),
+            self.receive_valid.eq(received.r_rdy),
+            received.r_en.eq(self.receive_strobe),
+        ]
+
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        m.submodules.waiting = waiting = EventQueue(width=8, depth=TRANSMIT_DEPTH)
+        m.d.comb += [
+            waiting.push.eq(self.transmit_strobe & ~waiting.full),
+            waiting.data.eq(self.transmit),
+            self.ready.eq(~waiting.full),
+            transmitter.data.eq(waiting.head),
+            transmitter.valid.eq(waiting.valid),
+            waiting.pop.eq(transmitter.ready),
+            self.tx.eq(transmitter.tx),
+        ]
+
+        return m
