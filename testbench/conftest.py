@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures shared by every test: the seed, the simulator and where the waves go."""
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from amaranth.hdl import Elaboratable
+from amaranth.sim import Simulator
+
+from testbench import tools
+
+tools.use_packaged()
+
+BUILD = Path(__file__).parents[1] / "build"
+
+
+def pytest_addoption(parser):
+    group = parser.getgroup("edm")
+    group.addoption("--seed", type=int, default=1, help="seed of every random stimulus")
+    group.addoption("--waves", action="store_true", help="write waves under build/tests/<test>/")
+
+
+def pytest_report_header(config):
+    return f"seed: {config.getoption('seed')}"
+
+
+@pytest.fixture
+def rng(request) -> random.Random:
+    """Random source of one test. It depends on the seed and on the test's own name only."""
+    return random.Random(f"{request.config.getoption('seed')}/{request.node.nodeid}")
+
+
+@pytest.fixture
+def workdir(request) -> Path:
+    """A directory of this test's own under ``build/``; its name is the test's."""
+    path = BUILD / "tests" / re.sub(r"[^\w.-]+", "_", request.node.nodeid)
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+@pytest.fixture
+def simulate(request, workdir):
+    """Run testbenches against a design: ``simulate(dut, bench, ...)``.
+
+    Clocks are given in hertz by domain. The run ends when every testbench has returned; one that
+    still waits after ``deadline`` seconds of simulated time fails the test instead of hanging it.
+    """
+
+    def run(dut: Elaboratable, *benches, clocks=None, deadline=1e-3):
+        async def watchdog(ctx):
+            await ctx.delay(deadline)
+            raise TimeoutError(f"testbench still waiting after {deadline} s")
+
+        sim = Simulator(dut)
+        for domain, frequency in (clocks or {"sync": 100e6}).items():
+            sim.add_clock(1 / frequency, domain=domain)
+        for bench in benches:
+            sim.add_testbench(bench)
+        sim.add_testbench(watchdog, background=True)
+        if request.config.getoption("waves"):
+            with sim.write_vcd(str(workdir / "waves.vcd")):
+                sim.run()
+        else:
+            sim.run()
+
+    return run

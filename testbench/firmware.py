@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware on this computer: its checks of tapes, and the whole of it on a model machine."""
+
+import ctypes
+from binascii import crc_hqx
+from dataclasses import dataclass
+
+from softcore.image import host_library
+
+ITEMS = "RLHEQZ"
+ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position")
+STOPS = ("none", "program", "optional", "end")
+STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
+KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",
+         "trip")
+BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
+
+
+class Record(ctypes.Structure):
+    """What a block would do: ``gk_record`` of host.h."""
+
+    _fields_ = [
+        ("line", ctypes.c_uint32),
+        ("moves", ctypes.c_int32), ("delta", ctypes.c_int32 * 3), ("speed", ctypes.c_uint32),
+        ("act", ctypes.c_int32), ("stop", ctypes.c_int32), ("machining", ctypes.c_int32),
+        ("condition", ctypes.c_int32), ("s", ctypes.c_int32), ("t", ctypes.c_int32),
+        ("m", ctypes.c_int32 * 6), ("fluid_off", ctypes.c_int32),
+        ("given", ctypes.c_uint32), ("items", ctypes.c_int64 * 6), ("dwell", ctypes.c_uint64),
+        ("jump_period", ctypes.c_uint32), ("jump_distance", ctypes.c_int32),
+        ("jump_speed", ctypes.c_uint32), ("jump_high", ctypes.c_uint32),
+        ("skipped", ctypes.c_int32),
+    ]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What the firmware found wrong. ``line`` and ``column`` are 0 where there is none."""
+
+    code: int
+    line: int
+    column: int
+    sentence: str
+
+
+def library(sanitize: str = "undefined") -> ctypes.CDLL:
+    """Load the firmware; a violation of C's rules ends the process where the compiler can tell."""
+    loaded = ctypes.CDLL(str(host_library(sanitize)))
+    loaded.gk_check_forget()
+    return loaded
+
+
+class Checker:
+    """Reader, words and their meaning, without motion."""
+
+    RECORDS = 400
+
+    def __init__(self, sanitize: str = "undefined"):
+        self.library = library(sanitize)
+        self._records = (Record * self.RECORDS)()
+        self._sentence = ctypes.create_string_buffer(256)
+
+    def enter(self, line: str) -> str:
+        """Enter a line by hand; the firmware's objection, or nothing."""
+        refused = self.library.gk_check_line(line.encode(), self._sentence, 256)
+        return self._sentence.value.decode() if refused else ""
+
+    def forget(self) -> None:
+        """Take back what was entered by hand."""
+        self.library.gk_check_forget()
+
+    def check(self, tape: bytes, *, tv: bool = False) -> list[Record] | Fault:
+        """Blocks of a tape, or its first fault."""
+        place = (ctypes.c_uint32 * 3)()
+        blocks = self.library.gk_check_records(bytes(tape), len(tape), tv, self._records,
+                                               self.RECORDS, place, self._sentence, 256)
+        if blocks < 0:
+            return Fault(*place, self._sentence.value.decode())
+        return self._records[:blocks]
+
+
+class Machine:
+    """The whole firmware on the model machine of ``hal_host.c``.
+
+    A pass of the main loop counts 1000 clocks. Lines that came are in ``lines``; acknowledgements
+    of frames in ``marks``.
+    """
+
+    def __init__(self, *, clock_hz=2_000_000, pulses_per_mm=10_000, jump_axis=2,
+                 sanitize="undefined"):
+        self.library = library(sanitize)
+        self.lines, self.marks = [], []
+        self._open = bytearray()
+        self.library.gk_boot(clock_hz, pulses_per_mm, jump_axis)
+        self.run(100)
+
+    def run(self, passes: int = 200) -> list[str]:
+        """Let the main loop run; the lines that came meanwhile."""
+        self.library.gk_pass(passes)
+        buffer = ctypes.create_string_buffer(65536)
+        count = self.library.gk_receive(buffer, len(buffer))
+        came = self._take(buffer.raw[:count])
+        self.lines += came
+        return came
+
+    def _take(self, data):
+        came = []
+        for byte in data:
+            mark = self._open[:1] and self._open[0] in (0x06, 0x15)
+            self._open.append(byte)
+            if mark:
+                self.marks.append(tuple(self._open))
+                self._open.clear()
+            elif self._open.endswith(b"\r\n"):
+                came.append(self._open[:-2].decode("ascii"))
+                self._open.clear()
+        return came
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to the firmware."""
+        self.library.gk_send(bytes(data), len(data))
+
+    def line(self, text: str, passes: int = 400) -> list[str]:
+        """Send a line; what came until some passes later."""
+        self.send(text.encode() + b"\n")
+        return self.run(passes)
+
+    def unlock(self) -> None:
+        """Get ready for programs."""
+        assert self.line("$X") == ["ok"]
+
+    def tape(self, rows: bytes, *, passes: int = 20_000) -> list[str]:
+        """Send a tape, as fast as it is taken, and let it run; the lines that came."""
+        count = len(self.lines)
+        self.frame(0, 0)
+        sequence = 0
+        for start in range(0, len(rows), 64):
+            sequence = (sequence + 1) % 256
+            payload = rows[start:start + 64]
+            self.frame(len(payload), sequence, payload)
+        self.frame(0xFF, (sequence + 1) % 256)
+        self.run(passes)
+        return self.lines[count:]
+
+    def frame(self, length: int, sequence: int, payload: bytes = b"") -> None:
+        """Send a frame until it is acknowledged."""
+        body = bytes([length, sequence]) + payload
+        for _ in range(200):
+            self.marks.clear()
+            self.send(b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2))
+            for _ in range(20):
+                self.run(40)
+                if (0x06, sequence) in self.marks:
+                    return
+        raise TimeoutError(f"frame {sequence} was never acknowledged")
+
+    def event(self, kind: str, detail: int, first: int = 0, second: int = 0) -> None:
+        """Let the gateware report an event where the machine stands."""
+        self.library.gk_event(KINDS.index(kind), detail, first, second)
+
+    def state(self, name: str) -> None:
+        """Set the state of the retraction."""
+        self.library.gk_state(STATES.index(name))
+
+    def bound(self, name: str) -> int:
+        """Bound that the firmware has written, a path coordinate."""
+        return self.library.gk_bound(BOUNDS.index(name))
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Commanded positions, pulses."""
+        return tuple(self.library.gk_axis(axis) for axis in range(3))
+
+    @property
+    def flags(self) -> set[str]:
+        """What is switched on."""
+        names = ("run", "hold", "discharge", "data", "safe")
+        return {name for bit, name in enumerate(names) if self.library.gk_flags() >> bit & 1}
+
+    @property
+    def data(self) -> dict[str, int]:
+        """Retraction data in force, in the gateware's units."""
+        words = (ctypes.c_uint32 * 10)()
+        self.library.gk_data(words)
+        names = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
+                 "jump_distance", "jump_rate", "jump_high_rate", "jump_period")
+        return dict(zip(names, words, strict=True))
+
+
+def events(lines: list[str], *names: str) -> list[list[str]]:
+    """Arguments of the event lines of some names (all, if none is given), each with its name."""
+    found = []
+    for line in lines:
+        if line.startswith("[E:"):
+            name, *rest = line[3:-1].split(",", 6)
+            if not names or name in names:
+                found.append([name, *(rest[5].split(",") if len(rest) > 5 else [])])
+    return found

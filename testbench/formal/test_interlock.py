@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs on ``rtl.safety``: no discharge and no drive with a cause, live, latched or stale."""
+
+from amaranth import *
+from amaranth.hdl import Assume, Cover
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from rtl.power.pulse_generator import PulseGenerator
+from rtl.safety.interlock import CLEAR_KEY, Cause, Interlock
+from rtl.safety.watchdog import Watchdog
+from testbench.formal.prover import prove
+
+AXES = 2
+PERIOD = 4   # clocks of the watchdog
+SPLASH = 3   # clocks of fluid supervision
+RELEASE = 2  # clocks of the limit switches
+AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "following_moving")
+
+
+class InterlockContract(wiring.Component):
+    """Watchdog, interlock and pulse generator, joined as in the machine.
+
+    Beside them stands the truth, kept from the inputs alone: which causes there are (``causes``),
+    and whether one came that nobody has acknowledged since it went (``owed``).
+    """
+
+    estop: In(1)
+    drive_fault: In(AXES)
+    limit_low: In(AXES)
+    limit_high: In(AXES)
+    fluid_low: In(1)
+    fluid_required: In(1)
+    error_saturated: In(AXES)
+    encoder: In(AXES)
+    following_stopped: In(AXES)
+    following_moving: In(AXES)
+    stop: In(1)
+    clear: In(1)
+    clear_key: In(8)
+    pet: In(1)
+    pet_key: In(8)
+    machining: In(1)
+    sensing: In(1)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.watchdog = watchdog = Watchdog(clock_hz=1_000_000, period_us=PERIOD)
+        m.submodules.interlock = interlock = Interlock(
+            clock_hz=1000, axes=AXES, limit_release_us=1000 * RELEASE, fluid_ms=SPLASH)
+        m.submodules.pulses = pulses = PulseGenerator()
+        m.d.comb += Assume(~ResetSignal("sync"))
+        m.d.comb += [
+            watchdog.pet.eq(self.pet), watchdog.key.eq(self.pet_key),
+            interlock.watchdog.eq(watchdog.expired),
+            interlock.clear.eq(self.clear), interlock.key.eq(self.clear_key),
+            interlock.discharging.eq(self.machining),
+            pulses.enable.eq(self.machining & ~interlock.safe), pulses.sensing.eq(self.sensing),
+        ]
+        for name in (*AT_ONCE, "estop", "limit_low", "limit_high", "fluid_low", "fluid_required",
+                     "stop"):
+            m.d.comb += getattr(interlock, name).eq(getattr(self, name))
+        powered = Signal()
+        m.d.comb += powered.eq(pulses.on | pulses.sense)
+
+        def lasts(level, clocks):
+            """Return whether a level has lasted so many clocks, up to the last."""
+            seen = Signal(clocks)
+            m.d.sync += seen.eq(Cat(level, seen))
+            return seen.all()
+
+        # Limit switches and fluid: a cause at the latest when the level has lasted.
+        causes = [self.estop, self.stop, *(getattr(self, name).any() for name in AT_ONCE)]
+        causes += [lasts(switches.any(), 2) & switches.any()
+                   for switches in (self.limit_low, self.limit_high)]
+        causes.append(lasts(self.fluid_low, SPLASH) & self.machining & self.fluid_required)
+
+        # The watchdog is stale when no second key after a first came within its period.
+        begun, age = Signal(), Signal(range(PERIOD + 1), init=PERIOD)
+        with m.If(age != PERIOD):
+            m.d.sync += age.eq(age + 1)
+        with m.If(self.pet):
+            m.d.sync += begun.eq(self.pet_key == 0xA5)
+            with m.If(begun & (self.pet_key == 0x5A)):
+                m.d.sync += age.eq(1)
+        stale = Signal()
+        m.d.comb += stale.eq(age == PERIOD)
+        causes.append(stale)
+
+        cause = Signal()
+        owed = Signal(init=1)
+        acknowledged = Signal()
+        m.d.comb += [cause.eq(Cat(causes).any()),
+                     acknowledged.eq(self.clear & (self.clear_key == CLEAR_KEY))]
+        m.d.sync += owed.eq(cause | (owed & ~acknowledged))
+
+        # SAFETY: in the very clock of a cause, and until it is gone and acknowledged.
+        with m.If(cause | owed):
+            m.d.comb += [Assert(interlock.safe), Assert(~powered)]
+        m.d.comb += Assert(~(pulses.on & pulses.sense))
+
+        self._bookkeeping(m, interlock, acknowledged)
+        m.d.comb += [Cover(pulses.on), Cover(pulses.sense),
+                     Cover(interlock.tripped & interlock.simultaneous[1:].all())]
+        trips = Signal(2)
+        with m.If(interlock.tripped):
+            m.d.sync += trips.eq(trips + 1)
+        m.d.comb += Cover((trips == 2) & ~interlock.safe)
+        return m
+
+    def _bookkeeping(self, m, interlock, acknowledged):
+        """Check latch, first cause and trip strobe against the clock before."""
+        ready = Signal()
+        latched, live = Signal.like(interlock.live), Signal.like(interlock.live)
+        clear, safe = Signal(), Signal()
+        m.d.sync += [ready.eq(1), latched.eq(interlock.latched), live.eq(interlock.live),
+                     clear.eq(acknowledged), safe.eq(interlock.safe)]
+        m.d.comb += Assert(interlock.safe == (interlock.live | interlock.latched).any())
+        with m.If(ready):
+            # A bit falls only if acknowledged and gone, and rises only with its cause.
+            m.d.comb += Assert((latched & ~interlock.latched & (~clear.replicate(len(live)) | live))
+                               == 0)
+            m.d.comb += Assert((interlock.latched & ~latched & ~live) == 0)
+            m.d.comb += Assert((live & ~interlock.latched) == 0)
+            # One strobe per trip: in the clock after safe rose. It may also be that safe would have
+            # fallen, had not a new cause come in the clock after the acknowledgement.
+            before, cleared, known = Signal(), Signal(), Signal()
+            m.d.sync += [before.eq(safe), cleared.eq(clear), known.eq(1)]
+            with m.If(known & safe & ~before):
+                m.d.comb += Assert(interlock.tripped)
+            with m.If(known & interlock.tripped):
+                m.d.comb += Assert(safe & ~latched.any() & (~before | cleared))
+            with m.If(interlock.tripped):
+                m.d.comb += Assert(interlock.simultaneous == live)
+                m.d.comb += Assert(live.bit_select(interlock.first, 1))
+                for cause in Cause:
+                    with m.If(interlock.first == cause.value):
+                        m.d.comb += Assert((live & ((1 << cause.value) - 1)) == 0)
+        for cause in Cause:
+            if cause is not Cause.POWER_ON:
+                m.d.comb += Cover(interlock.tripped & (interlock.first == cause.value))
+
+
+def test_contract_holds(workdir):
+    prove(InterlockContract(), workdir, depth=PERIOD + 4)
+
+
+def test_contract_is_reachable(workdir):
+    prove(InterlockContract(), workdir, depth=16, mode="cover")

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Model of the program dialect: what a block means, in exact decimal arithmetic.
+
+Written from the rules of the dialect and not from the firmware. Distances are rounded to whole
+pulses half away from zero, speeds to whole um/min half upwards; an inch is 25.4 mm.
+
+Ref: ISO 6983-1; README, "Programs".
+"""
+
+import re
+from dataclasses import dataclass, field
+from decimal import ROUND_HALF_UP, Decimal
+
+LIMIT = 1 << 28         # pulses: furthest position in any frame
+HIGHEST = 3_000_000     # um/min
+CONDITIONS = {100, 110, 120, 130, 140, 150}
+CODES = 6               # G words, and M words, of a block
+ITEMS = "RLHEQZ"
+SIGNED, NAMES, OTHERS = set("XYZIJK"), set("NOCST"), set("GMFPRLHEQ")
+GROUPS = {0: "motion", 1: "motion", 4: "once", 20: "units", 21: "units", 36: "once", 37: "once",
+          38: "once", 90: "distance", 91: "distance", 92: "once", 94: "feed"}
+_NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
+
+
+class DialectError(Exception):
+    """The block is no block of the dialect."""
+
+
+@dataclass
+class Meaning:
+    """What a block does. Distances in pulses, speeds in um/min, times in clocks."""
+
+    skipped: bool = False
+    delta: tuple[int, ...] = (0, 0, 0)
+    speed: int = 0
+    act: str = "none"
+    stop: str = "none"
+    machining: int = 0
+    condition: int = 0
+    codes: dict = field(default_factory=dict)   # S, T and the list M of the machine side
+    fluid_off: bool = False
+    dwell: int = 0
+
+
+def _require(condition, message):
+    if not condition:
+        raise DialectError(message)
+
+
+def _words(text, skip):
+    """Words of a block as (letter, sign, digits); nothing at all if it is skipped."""
+    at, begun, words = 0, False, []
+    while at < len(text):
+        char = text[at].upper()
+        if char in " \t":
+            at += 1
+        elif char == "(":
+            at = text.find(")", at) + 1
+            _require(at, "comment not closed")
+        elif char == ";":
+            break
+        elif char == "/" and not begun:
+            if skip:
+                return None
+            at += 1
+            begun = True
+        else:
+            letter = "O" if char == ":" else char
+            _require(letter in SIGNED | NAMES | OTHERS, f"unknown {letter}")
+            match = _NUMBER.match(text, at + 1)
+            _require(match, "no number")
+            _require(not match[1] or letter in SIGNED, "sign")
+            words.append((letter, match[1], match[2]))
+            at, begun = match.end(), True
+    return words
+
+
+def _value(letter, sign, digits):
+    whole, _, decimals = digits.partition(".")
+    significant = (whole + decimals).lstrip("0")
+    _require(len(significant) <= 12, "digits")
+    _require(len(decimals) <= 7, "decimals")
+    if letter in NAMES:
+        _require("." not in digits, "point")
+        _require(int(digits) <= 99_999_999, "name")
+    if letter in "GM":
+        _require(int(significant or "0") < 10**7, "code")
+    return Decimal(digits) * (-1 if sign == "-" else 1)
+
+
+def _round(value):
+    return int(value.to_integral_value(rounding=ROUND_HALF_UP))
+
+
+class Dialect:
+    """Modal state of a program, and the judgement of its blocks in turn."""
+
+    def __init__(self, *, pulses_per_mm=10_000, clock_hz=2_000_000, skip=True, mdi=None):
+        self.pulses_per_mm, self.clock_hz, self.skip = pulses_per_mm, clock_hz, skip
+        self.inch = self.incremental = False
+        self.mode = None
+        self.feed = 0
+        self.position = [0, 0, 0]
+        self.offset = [0, 0, 0]
+        self.mdi = dict(mdi or {})
+        self.tape = {}
+        self.jump = {"P": 0, "L": 0, "R": 0, "H": 0}
+        self.condition = 0
+
+    @property
+    def items(self):
+        """Retraction data in force."""
+        return {**self.mdi, **self.tape}
+
+    def block(self, text: str) -> Meaning:
+        """Judge a block and take over what it changes.
+
+        Raises
+        ------
+        DialectError
+            If it is damaged; the state is then of no more use.
+        """
+        found = _words(text, self.skip)
+        if found is None:
+            return Meaning(skipped=True)
+        words, codes = {}, {"G": [], "M": []}
+        for letter, sign, digits in found:
+            value = _value(letter, sign, digits)
+            if letter in codes:
+                _require(value * 10 == int(value * 10) and value * 10 <= 65535, "code")
+                _require(value not in codes[letter] and len(codes[letter]) < CODES, "code twice")
+                codes[letter].append(value)
+            else:
+                _require(letter not in words, "word twice")
+                words[letter] = value
+        words.pop("N", None)
+        return self._meaning(words, codes["G"], codes["M"])
+
+    def _meaning(self, words, g_codes, m_codes):
+        meaning = Meaning()
+        groups = {}
+        for code in g_codes:
+            _require(code in GROUPS, f"G{code}")
+            _require(GROUPS[code] not in groups, "group")
+            groups[GROUPS[int(code)]] = int(code)
+        once = groups.get("once")
+        _require(once is None or "motion" not in groups, "motion with a function")
+        _require(once not in (36, 37, 38) or len(g_codes) + len(m_codes) == 1, "not alone")
+        _require(once not in (36, 37, 38) or "O" not in words, "not alone")
+        words.pop("O", None)
+        if "units" in groups:
+            self.inch = groups["units"] == 20
+        if "distance" in groups:
+            self.incremental = groups["distance"] == 91
+        self.mode = groups.get("motion", self.mode)
+        if once is not None:
+            {4: self._dwell, 36: self._retraction, 37: self._defaults, 38: self._jump,
+             92: self._set_position}[once](words, meaning)
+            _require(once not in (36, 37, 38) or not words, "not alone")
+        if "F" in words:
+            self.feed = self._speed(words.pop("F"))
+        if "C" in words:
+            meaning.condition = self.condition = int(words.pop("C"))
+            _require(self.condition in CONDITIONS, "condition")
+        self._auxiliary(words, m_codes, meaning)
+        if once is None:
+            self._move(words, meaning)
+        _require(not words, f"left: {words}")
+        return meaning
+
+    def _distance(self, value):
+        scale = Decimal("25.4") if self.inch else 1
+        pulses = _round(value * scale * self.pulses_per_mm)
+        _require(abs(pulses) <= LIMIT, "distance")
+        return pulses
+
+    def _speed(self, value):
+        speed = _round(value * (Decimal("25.4") if self.inch else 1) * 1000)
+        _require(0 < speed <= HIGHEST, "speed")
+        return speed
+
+    def _clocks(self, seconds):
+        us = _round(seconds * 1_000_000)
+        _require(0 <= us <= 36_000_000_000, "time")
+        return us * (self.clock_hz // 1000) // 1000
+
+    def _dwell(self, words, meaning):
+        meaning.act = "dwell"
+        _require(("P" in words) != ("X" in words), "dwell")
+        seconds = words.pop("P") / 1000 if "P" in words else words.pop("X")
+        _require(seconds >= 0 and not (seconds == 0 and str(seconds).startswith("-")), "negative")
+        meaning.dwell = self._clocks(seconds)
+
+    def _retraction(self, words, meaning):
+        meaning.act = "retraction"
+        for letter in ITEMS:
+            if letter in words:
+                value = words.pop(letter)
+                if letter in "RHE":
+                    self.tape[letter] = self._speed(value)
+                else:
+                    self.tape[letter] = self._distance(value)
+                    if letter == "Z":
+                        self.tape[letter] += self.offset[2]
+        self._complete()
+
+    def _complete(self):
+        items = self.items
+        _require(set(ITEMS) - {"Z"} <= set(items), "missing item")
+        _require(items["L"] > 0 and 0 <= items["Q"] <= items["L"], "Q and L")
+
+    def _defaults(self, words, meaning):
+        meaning.act = "defaults"
+        self.tape = {}
+        self._complete()
+
+    def _jump(self, words, meaning):
+        meaning.act = "jump"
+        _require("P" in words, "period")
+        self.jump["P"] = self._clocks(words.pop("P") / 1000)
+        _require(self.jump["P"] < 1 << 32, "period")
+        if "L" in words:
+            self.jump["L"] = self._distance(words.pop("L"))
+        for letter in "RH":
+            if letter in words:
+                value = words.pop(letter)
+                self.jump[letter] = self._speed(value) if value else 0
+        if self.jump["P"]:
+            _require(all(self.jump.values()), "jump item")
+            _require(set(ITEMS) - {"Z"} <= set(self.items), "jump without data")
+
+    def _set_position(self, words, meaning):
+        meaning.act = "set position"
+        _require(set("XYZ") & set(words), "no axis")
+        for axis, letter in enumerate("XYZ"):
+            if letter in words:
+                self.offset[axis] = self.position[axis] - self._distance(words.pop(letter))
+
+    def _auxiliary(self, words, m_codes, meaning):
+        codes = {letter: int(words.pop(letter, -1)) for letter in "ST"}
+        _require(max(codes.values()) <= 65535, "code")
+        _require(all(code == int(code) for code in m_codes), "M with a decimal")
+        for group in ({0, 1, 2, 30}, {3, 5}, {8, 9}):
+            _require(len(group & set(m_codes)) <= 1, "M group")
+        stops = {0: "program", 1: "optional", 2: "end", 30: "end"}
+        meaning.stop = next((stops[code] for code in map(int, m_codes) if code in stops), "none")
+        meaning.machining = (3 in m_codes) - (5 in m_codes)
+        meaning.fluid_off = 9 in m_codes
+        own = set(stops) | {3, 5, 9}
+        meaning.codes = {**codes, "M": [int(code) for code in m_codes if code not in own]}
+        _require(3 not in m_codes or self.condition, "M03 without condition")
+
+    def _move(self, words, meaning):
+        delta = [0, 0, 0]
+        for axis, letter in enumerate("XYZ"):
+            if letter not in words:
+                continue
+            _require(self.mode is not None, "mode")
+            pulses = self._distance(words.pop(letter))
+            base = self.position if self.incremental else self.offset
+            target = base[axis] + pulses
+            _require(abs(target) <= LIMIT, "travel")
+            delta[axis] = target - self.position[axis]
+            self.position[axis] = target
+        meaning.delta = tuple(delta)
+        meaning.speed = HIGHEST if self.mode == 0 else self.feed
+        _require(not any(delta) or meaning.speed, "no feed")

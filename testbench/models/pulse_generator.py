@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reference model of the discharge pulse generator and of the limits before it."""
+
+from dataclasses import dataclass
+
+
+@dataclass
+class PulseGenerator:
+    """Pulses by their times: which kind runs, for how long, and what rest is still owed.
+
+    Call ``outputs`` for the levels of a clock, then ``edge`` with the inputs of the same clock.
+    ``running`` is ``""``, ``"main"`` or ``"sense"``; ``last`` is the kind of the last pulse.
+    """
+
+    running: str = ""
+    last: str = "main"
+    clocks: int = 0  # still to come of the pulse, or of the rest
+    level: int = 0
+    fresh: bool = True
+
+    def outputs(self, *, enable):
+        """Return ``(on, sense, level_out)``."""
+        on, sense = (int(bool(enable) and self.running == kind) for kind in ("main", "sense"))
+        return on, sense, self.level if on else 0
+
+    def edge(self, *, enable, sensing, on_time, off_time, sense_on, sense_off, level, cut, shorted):
+        """Go to the next clock."""
+        self.clocks -= 1
+        reduced = self.running == "main" and (sensing or (cut and shorted))
+        over = self.running and (self.clocks <= 0 or reduced)
+        if self.fresh or not enable or over:
+            self.fresh, self.running = False, ""
+            self.clocks = max(1, off_time if self.last == "main" else sense_off)
+        elif not self.running and self.clocks <= 0:
+            self.running = self.last = "sense" if sensing else "main"
+            self.clocks = max(1, sense_on if sensing else on_time)
+            self.level = level
+
+
+def limit(*, level, on_time, off_time, level_max, on_max, off_min):
+    """Return what is allowed of level, on-time and off-time."""
+    return min(level, level_max), min(on_time, on_max), max(off_time, off_min)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reference model of the accelerator/decelerator, clock by clock in exact integers."""
+
+from dataclasses import dataclass
+
+PULSE = 1 << 32
+STEP_CLOCKS = 16
+UNIT = 1 << 12  # the braking distance is summed in 2**-16 pulse: 16 clocks of rate, over 2**12
+
+
+def braking(start_rate: int, acceleration: int, rate: int) -> int:
+    """Whole pulses from ``rate``, a number of steps above ``start_rate``, down to it."""
+    levels = range(start_rate + acceleration, rate + 1, acceleration)
+    return sum(level // UNIT for level in levels) >> 16
+
+
+@dataclass
+class Ramp:
+    """The registers of the ramp as they are after so many calls of ``tick``.
+
+    What is decided in a clock, from what was stored and asked for then, acts in the next one; the
+    speed changes at the end of each sixteenth clock.
+    """
+
+    start_rate: int
+    acceleration: int
+    clock: int = 0
+    level: int = 0       # steps of the ramp above the start/stop speed
+    credit: int = 0      # towards the next pulse, which leaves at PULSE
+    stored: int = 0
+    pp: int = 0
+    slower: bool = False
+    faster: bool = False
+    steady: bool = False
+
+    @property
+    def rate(self) -> int:
+        return self.start_rate + self.level * self.acceleration
+
+    @property
+    def distance(self) -> int:
+        return braking(self.start_rate, self.acceleration, self.rate)
+
+    @property
+    def moving(self) -> bool:
+        return self.level > 0
+
+    def pull(self, ps: int) -> bool:
+        """A pulse is asked for in the clock to come, which has ``ps``."""
+        return self.slower and not self.stored and not ps
+
+    def rest(self, ps: int) -> bool:
+        return not (self.moving or self.stored or ps or self.pp)
+
+    def tick(self, ps=0, *, target=0, brake=False, room=True, drop=False):
+        """Go on by one clock with its inputs."""
+        lead = target - self.rate
+        near = 0 <= lead < self.acceleration
+        slower = self.moving and (brake or lead < 0)
+        faster = not brake and lead >= self.acceleration and self.stored > 0
+        steady = lead < self.acceleration and not slower
+
+        leave = self.credit >= PULSE and self.stored > 0
+        stuck = self.slower and not self.stored and not ps and not room
+        if self.credit < PULSE or leave:
+            self.credit = (self.credit % PULSE
+                           + (target if near and not self.slower else self.rate))
+        if self.clock % STEP_CLOCKS == 0:
+            if self.slower and self.moving:
+                self.level -= 1
+            elif self.faster and not self.slower:
+                self.level += 1
+        self.clock += 1
+        self.stored += ps - leave
+        self.pp = int(leave)
+        self.slower, self.faster, self.steady = slower, faster, steady
+        if stuck or drop:
+            self.level = 0
+        if drop:
+            self.stored = self.pp = 0
+            self.slower = self.faster = False

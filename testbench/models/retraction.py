@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reference model of the retraction: what happens, pulse by pulse, on a scripted gap.
+
+Time does not occur: at and below the start/stop speed the machine answers within a pulse, so that
+the events of a run and where they happen follow from the path alone.
+"""
+
+from dataclasses import dataclass, field, replace
+
+START, END, ADVANCE, RESUME, HALT = 1, 2, 3, 4, 5
+SHORT, JUMP, OPERATOR = 1, 2, 3
+CLEARED, AT_LIMIT, AT_FLOOR = 1, 2, 3
+STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA = 1, 2, 3, 4
+HIGH, LOW = 1, 2
+
+
+@dataclass(frozen=True)
+class Data:
+    """Retraction data in force. Distances in pulses, rates in 2**-32 pulse/clock."""
+
+    rate: int = 0
+    limit: int = 0
+    high_rate: int = 0
+    low_rate: int = 0
+    changeover: int = 0
+    low_lead: int = 0
+    jump_distance: int = 0
+    jump_rate: int = 0
+    jump_high_rate: int = 0
+    valid: bool = True
+
+
+@dataclass(frozen=True)
+class Cue:
+    """Something that happens when the position comes to ``at`` in one direction.
+
+    A short clears where the electrode has gone back to ``clear``; one that does not may still
+    clear while the machine waits at its limit (``patient``).
+    """
+
+    cause: int
+    at: int
+    clear: int | None = None
+    forward: bool = True
+    patient: bool = False
+
+
+@dataclass
+class Gap:
+    """The signal Ss, the operator and the jump timer by a list of cues, one after the other."""
+
+    cues: list[Cue]
+    short: Cue | None = None
+    order: int = 0  # JUMP or OPERATOR, until it is taken
+
+    @property
+    def shorted(self) -> bool:
+        return self.short is not None
+
+    def see(self, position: int, forward: bool) -> None:
+        """Look at a new position."""
+        if self.shorted:
+            if self.short.clear is not None and position <= self.short.clear:
+                self.short = None
+        elif self.cues and self.cues[0].at == position and self.cues[0].forward == forward:
+            cue = self.cues.pop(0)
+            if cue.cause == SHORT:
+                self.short = cue
+            else:
+                self.order = cue.cause
+
+    def wait(self) -> None:
+        """Time passes at the limit."""
+        if self.shorted and self.short.patient:
+            self.short = None
+
+    def copy(self) -> "Gap":
+        return replace(self, cues=list(self.cues))
+
+
+class HaltedError(Exception):
+    """The machine has halted."""
+
+
+@dataclass
+class Retraction:
+    """A run from ``position`` to ``end``, with what it reports.
+
+    ``feed`` is the feed at the front by position. An event is ``(kind, detail, position, first,
+    second)``; what depends on time is None.
+    """
+
+    data: Data
+    gap: Gap
+    end: int
+    feed: object
+    floor: int = -10**9
+    gain: int = 10
+    repeats: int = 0
+    position: int = 0
+    front: int = 0
+    first: int = 0
+    series: int = 0
+    returning: bool = False
+    lowest: int = 0  # position ever
+    events: list = field(default_factory=list)
+
+    def report(self, kind, detail=0, first=0, second=0):
+        self.events.append((kind, detail, self.position, first, second))
+
+    def pulse(self, step):
+        self.position += step
+        self.front = max(self.front, self.position)
+        self.lowest = min(self.lowest, self.position)
+        self.gap.see(self.position, step > 0)
+
+    def halt(self, why):
+        self.report(HALT, why)
+        raise HaltedError
+
+    def run(self):
+        """Machine to the end, or to a halt."""
+        try:
+            while True:
+                if self.returning and self.front - self.first >= self.gain:
+                    self.returning, self.series = False, 0
+                if self.gap.shorted or self.gap.order:
+                    cause = SHORT if self.gap.shorted else self.gap.order
+                    self.gap.order = 0
+                    self.retract(cause, self.feed(self.position))
+                elif self.position == self.end:
+                    break
+                else:
+                    self.pulse(+1)
+        except HaltedError:
+            pass
+        return self.events
+
+    def retract(self, cause, before):
+        """Go back, come forward again, and be at the front."""
+        data = self.data
+        again = self.returning
+        if cause == SHORT:
+            if again:
+                self.series += 1
+            else:
+                self.returning, self.first, self.series = True, self.front, 0
+        if cause != JUMP and not data.valid:
+            self.halt(NO_DATA)
+        if cause == SHORT and again and 0 < self.repeats <= self.series:
+            self.halt(SERIES)
+        self.report(START, cause, 0, before)
+
+        origin = self.first if cause == SHORT else self.front
+        limit = origin - (data.jump_distance if cause == JUMP else data.limit)
+        lowest = max(limit, self.floor)
+        begin = self.position
+        while self.position > lowest and (cause != SHORT or self.gap.shorted):
+            self.pulse(-1)
+        reason = AT_FLOOR if self.floor > limit else AT_LIMIT
+        if cause == SHORT:
+            if self.gap.shorted:
+                self.gap.wait()
+            if not self.gap.shorted:
+                reason = CLEARED
+        self.report(END, reason, max(0, begin - self.position - 1), None)
+        if self.gap.shorted:
+            if cause == SHORT:
+                self.halt(STILL_FLOOR if reason == AT_FLOOR else STILL_LIMIT)
+            self.retract(SHORT, data.jump_rate if cause == JUMP else data.rate)
+        else:
+            self.advance(data.jump_high_rate if cause == JUMP else data.high_rate)
+
+    def advance(self, high_rate):
+        """Come forward: fast, then slow."""
+        change = self.front - self.data.changeover
+        phases = [(LOW, self.front, self.data.low_rate)]
+        if self.position < change:
+            phases.insert(0, (HIGH, change, high_rate))
+        for phase, target, rate in phases:
+            self.report(ADVANCE, phase, self.front - self.position, self.front - target)
+            while self.position < target:
+                self.pulse(+1)
+                if self.gap.shorted:
+                    self.retract(SHORT, rate)
+                    return
+        self.report(RESUME)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random part programs: mostly right ones, and what damage can be done to them."""
+
+import random
+
+from host.codes import ISO
+from host.tape import encode
+
+LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+
+def number(rng: random.Random, *, signed=True, largest=99.0) -> str:
+    """A number in one of the ways in which people write them."""
+    sign = rng.choice(("", "", "-", "+")) if signed else ""
+    decimals = rng.choice((0, 1, 2, 3, 4, 7))
+    text = f"{rng.uniform(0, largest):.{decimals}f}"
+    if rng.random() < 0.2:
+        text = "0" * rng.randint(1, 3) + text
+    if decimals == 0 and rng.random() < 0.5:
+        text += "."
+    if rng.random() < 0.2 and text.startswith("0."):
+        text = text[1:]
+    return sign + text
+
+
+def block(rng: random.Random) -> str:
+    """One block that is right in most states."""
+    move = [f"{axis}{number(rng)}" for axis in rng.sample("XYZ", rng.randint(1, 3))]
+    kinds = [
+        lambda: [rng.choice(("G00", "G1", "G01", "")), *move, f"F{number(rng, signed=False)}1"],
+        lambda: [rng.choice(("G0", "G01", "")), *move],
+        lambda: [rng.choice(("G90", "G91", "G20", "G21", "G94"))],
+        lambda: ["G36", f"R{rng.randint(1, 90)}", f"L{rng.randint(5, 9)}.5",
+                 f"H{number(rng, signed=False)}1", f"E{rng.randint(1, 90)}.",
+                 f"Q{number(rng, signed=False, largest=5)}",
+                 *([f"Z{number(rng)}"] if rng.random() < 0.3 else [])],
+        lambda: ["G36", f"R{rng.randint(1, 90)}"],
+        lambda: ["G38", f"P{rng.randint(0, 900)}", f"L{number(rng, signed=False)}1", "R90", "H8."],
+        lambda: ["G92", *move],
+        lambda: ["G04", rng.choice((f"P{rng.randint(0, 50)}", "X0.05"))],
+        lambda: [f"C{rng.choice((100, 110, 120, 130, 140, 150))}", rng.choice(("M03", "M3", "M8"))],
+        lambda: [rng.choice(("M05", "M9", "M01", "M77", "S100", "T5"))],
+        lambda: ["M08", "M77", f"S{rng.randint(0, 999)}", f"T{rng.randint(0, 99)}"],
+        lambda: [rng.choice(("(a comment; with G99)", "", "/ G99 A1", "; nothing"))],
+    ]
+    words = rng.choice(kinds)()
+    if not words[0].startswith(("(", "/", ";")):
+        rng.shuffle(words)
+    if rng.random() < 0.2 and words != [""]:
+        words.insert(0, f"N{rng.randint(1, 9999)}")
+    return rng.choice(("", " ")).join(words)
+
+
+def program(rng: random.Random, blocks: int) -> list[str]:
+    """Blocks of a program, with its end."""
+    body = ["G36R100L5H600E60Q.5", "C130G1F5", *(block(rng) for _ in range(blocks))]
+    return [*body, rng.choice(("M02", "M30"))]
+
+
+def damage(rng: random.Random, text: str) -> str:
+    """Change something in a block, so that it may be wrong."""
+    at = rng.randrange(len(text) + 1)
+    return rng.choice((
+        lambda: text[:at] + text[at + 1:],
+        lambda: text[:at] + rng.choice(LETTERS + "0123456789.+-/(): ") + text[at:],
+        lambda: text[:at] + rng.choice(LETTERS + "0123456789.+-/():") + text[at + 1:],
+        lambda: text + text,
+        lambda: f"{text}{rng.choice(LETTERS)}{number(rng)}",
+        lambda: f"{text} G{rng.randint(0, 99)}",
+        lambda: f"{text}X{'9' * rng.randint(5, 14)}",
+    ))()
+
+
+def punched(blocks: list[str], code=ISO) -> bytes:
+    """Rows of a tape of these blocks; the first of them stands on line 2."""
+    return encode("\n".join(["%", *blocks, "%"]), code).rows

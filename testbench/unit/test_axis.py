@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.motion.axis``, against the exact model and around a small motor."""
+
+from collections import deque
+
+import pytest
+
+from rtl.motion.axis import Axis
+from testbench.models import axis as model
+from testbench.models.dac import Dac, PulseWidth
+from testbench.models.encoder import CYCLE
+from testbench.models.error_counter import wrapped
+from testbench.refusal import refuses
+
+
+class Bench:
+    """An axis and its model side by side, and a motor that turns the encoder."""
+
+    def __init__(self, dut, axis):
+        self.dut = dut
+        self.axis = axis
+        self.place = 0  # of the motor, in encoder edges
+        self.overshoot = deque([0] * 3, maxlen=3)
+
+    async def clock(self, ctx, *, pi=0, move=0, safe=False, adopt=False, mark=None,
+                    stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
+                    times=(2, 2, 2)):
+        """Go on by one clock and compare every output."""
+        dut, axis = self.dut, self.axis
+        self.place += move
+        a, b = CYCLE[self.place % 4]
+        for signal, value in (
+                (dut.pi, pi != 0), (dut.pi_reverse, pi < 0), (dut.enc_a, a), (dut.enc_b, b),
+                (dut.safe, safe), (dut.adopt, adopt), (dut.mark, mark is not None),
+                (dut.mark_reverse, bool(mark)), (dut.follow_stopped, stopped),
+                (dut.follow_moving, moving), (dut.mode_step, mode_step),
+                (dut.mode_reverse, mode_reverse), (dut.step_time_width, times[0]),
+                (dut.step_time_space, times[1]), (dut.step_time_setup, times[2])):
+            ctx.set(signal, value)
+        fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
+        assert ctx.get(dut.fp) == abs(fp)
+        assert not fp or ctx.get(dut.fp_reverse) == (fp < 0)
+        self.overshoot.append(axis.overshoot.furthest)
+        axis.tick(pi=pi, a=a, b=b, safe=safe, adopt=adopt, mark=mark, follow_stopped=stopped,
+                  follow_moving=moving, mode_step=mode_step, mode_reverse=mode_reverse,
+                  times=times)
+        await ctx.tick()
+
+        counter = axis.counter
+        for name, value in (
+                ("command", wrapped(counter.commanded, 32)),
+                ("position", wrapped(counter.moved, 32)), ("error", counter.error),
+                ("status_saturated", counter.saturated),
+                ("status_illegal", axis.encoder.illegal),
+                ("overshoot", self.overshoot[1]), ("in_position", abs(axis.seen) <= 1),
+                ("following_stopped", axis.following_stopped),
+                ("following_moving", axis.following_moving), ("dac", axis.dac.pulse),
+                ("dac_negative", axis.dac.negative), ("step", axis.step_dir.step),
+                ("dir", axis.step_dir.dir)):
+            assert ctx.get(getattr(dut, name)) == value, name
+
+
+@pytest.mark.parametrize("dac", ["sigma_delta", "pwm"])
+@pytest.mark.parametrize("mode", [{}, {"mode_reverse": True}, {"mode_step": True}], ids=str)
+def test_follows_the_model(simulate, rng, dac, mode):
+    dut = Axis(dac=dac, rest_clocks=10)
+    converter = Dac() if dac == "sigma_delta" else Dac(PulseWidth)
+    bench = Bench(dut, model.Axis(rest_clocks=10, dac=converter))
+
+    async def run(ctx):
+        limits = dict(stopped=20, moving=40)
+        for clock in range(2500):
+            lean = (-1, 0, 1, 0)[clock // 200 % 4]
+            busy = clock % 300 < 200
+            await bench.clock(
+                ctx, **mode, **limits, times=(rng.randrange(4), rng.randrange(4), 3),
+                pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
+                move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
+                safe=rng.random() < 0.05, adopt=rng.random() < 0.05,
+                mark=rng.choice((None,) * 20 + (False, True)))
+
+    simulate(dut, run)
+
+
+def test_output_is_limited_below_the_counter(simulate):
+    dut, axis = Axis(rest_clocks=5), model.Axis(rest_clocks=5)
+    bench = Bench(dut, axis)
+
+    async def run(ctx):
+        for stop in 32_760, 131_066:
+            idle = stop - axis.counter.error
+            ctx.set(dut.pi, 1)
+            await ctx.tick().repeat(idle)
+            for _ in range(idle):
+                axis.tick(pi=1)
+            for _ in range(20):
+                await bench.clock(ctx, pi=1)
+            for _ in range(100):
+                await bench.clock(ctx)
+            # Full scale leaves out one clock in 32768.
+            assert sum([ctx.get(dut.dac)] + [await bench.clock(ctx) or ctx.get(dut.dac)
+                                            for _ in range(99)]) >= 99
+        assert ctx.get(dut.status_saturated)
+        assert ctx.get(dut.error) == 131_071
+        assert ctx.get(dut.command) == 131_086
+
+    simulate(dut, run, deadline=3e-3)
+
+
+def test_step_axis_sends_every_pulse(simulate, rng):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+    options = dict(mode_step=True, times=(1, 1, 2))
+
+    async def run(ctx):
+        steps = 0
+        for _ in range(400):
+            await bench.clock(ctx, pi=rng.choice((0, 0, 0, 1, 1, -1)), **options)
+            steps += ctx.get(dut.step) * (-1 if ctx.get(dut.dir) else 1)
+        for _ in range(1000):
+            await bench.clock(ctx, **options)
+            steps += ctx.get(dut.step) * (-1 if ctx.get(dut.dir) else 1)
+        assert ctx.get(dut.command) == ctx.get(dut.position) == steps != 0
+        assert ctx.get(dut.error) == 0
+        assert not ctx.get(dut.dac)
+
+    simulate(dut, run)
+
+
+@pytest.mark.parametrize("down", [False, True], ids=["up", "down"])
+def test_overshoot_is_the_furthest_beyond_the_mark(simulate, down):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+    way = -1 if down else 1
+
+    async def run(ctx):
+        async def go(pulses, motor):
+            for index in range(max(pulses, motor) * 4):
+                order = way if pulses > index // 4 and index % 4 == 0 else 0
+                move = way if motor > index // 4 and index % 4 == 0 else 0
+                await bench.clock(ctx, pi=order, move=move)
+
+        for _ in range(20):
+            await bench.clock(ctx)
+        await go(20, 12)
+        await bench.clock(ctx, mark=down, pi=way)  # the mark is at 21
+        await go(0, 13)                            # beyond it by 4
+        for _ in range(10):
+            await bench.clock(ctx)
+        assert ctx.get(dut.overshoot) == 4
+        for _ in range(10):
+            await bench.clock(ctx, move=-way)
+            for _ in range(3):
+                await bench.clock(ctx)
+        assert ctx.get(dut.overshoot) == 4
+        await bench.clock(ctx, mark=not down)      # at 21 again, the other way, position 15
+        for _ in range(3):
+            await bench.clock(ctx)
+        assert ctx.get(dut.overshoot) == 6
+
+    simulate(dut, run)
+
+
+@pytest.mark.parametrize("fp", [-1, 0, 1])
+def test_adopts_only_while_safe_and_with_the_pulse_of_that_clock(simulate, fp):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        for clock in range(30):
+            await bench.clock(ctx, pi=int(clock < 9))
+        await bench.clock(ctx, adopt=True)
+        assert ctx.get(dut.error) == 9
+        await bench.clock(ctx, move=fp, safe=True)
+        await bench.clock(ctx, safe=True)
+        await bench.clock(ctx, safe=True)
+        assert ctx.get(dut.fp) == abs(fp)
+        await bench.clock(ctx, safe=True, adopt=True)
+        assert ctx.get(dut.position) == ctx.get(dut.command) == fp
+        assert ctx.get(dut.error) == 0
+
+    simulate(dut, run)
+
+
+def test_safe_silences_the_outputs_in_one_clock(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        for mode_step in False, True:
+            pin = dut.step if mode_step else dut.dac
+            for _ in range(2000):
+                await bench.clock(ctx, pi=-1, mode_step=mode_step, times=(20, 1, 1))
+                if ctx.get(pin):
+                    break
+            assert ctx.get(pin)
+            for _ in range(50):
+                await bench.clock(ctx, pi=-1, safe=True, mode_step=mode_step, times=(20, 1, 1))
+                assert not ctx.get(pin)
+                assert not ctx.get(dut.dac_negative)
+
+    simulate(dut, run)
+
+
+def test_following_error_has_a_limit_for_each_state(simulate):
+    dut = Axis(rest_clocks=8)
+    bench = Bench(dut, model.Axis(rest_clocks=8))
+
+    async def run(ctx):
+        seen = []
+        for clock in range(60):
+            await bench.clock(ctx, pi=-int(clock < 20), stopped=5, moving=15)
+            seen.append((ctx.get(dut.following_moving), ctx.get(dut.following_stopped)))
+        # Er passes 15 with the 16th pulse, of clock 15; the last pulse is that of clock 19.
+        assert seen == ([(0, 0)] * 17 + [(1, 0)] * 11 + [(0, 1)] * 32)
+
+    simulate(dut, run)
+
+
+@pytest.mark.parametrize(("wrong", "message"), [
+    (dict(error_bits=16), r"must have 17 to 32 bits, more than the DAC, not 16"),
+    (dict(rest_clocks=0), r"at rest after 1 clock or more, not 0"),
+    (dict(dac="ladder"), r"sigma_delta or pwm, not 'ladder'"),
+])
+def test_refuses_wrong_parameters(wrong, message):
+    refuses(Axis, message, **wrong)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.motion.distributor``, against the closed form."""
+
+from fractions import Fraction
+
+import pytest
+
+from rtl.motion.distributor import LineDistributor
+from testbench.models.distributor import steps
+from testbench.refusal import refuses
+
+LONGEST = (1 << 30) - 1
+
+
+class Bench:
+    """A distributor with a place on its segment."""
+
+    def __init__(self, dut):
+        self.dut = dut
+        self.position = [0] * dut.axes
+
+    async def segment(self, ctx, length, travel):
+        self.length, self.travel = length, travel
+        self.place = 0
+        self.origin = list(self.position)
+        ctx.set(self.dut.length, length)
+        for port, value in zip(self.dut.travel, travel, strict=True):
+            ctx.set(port.magnitude, abs(value))
+            ctx.set(port.negative, value < 0)
+
+    async def clock(self, ctx):
+        await ctx.tick()
+        for axis in range(self.dut.axes):
+            if ctx.get(self.dut.pi[axis]):
+                self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
+
+    async def pulse(self, ctx, step, spacing=3):
+        """One path pulse, and the axes exactly where they belong 2 clocks later."""
+        dut = self.dut
+        ctx.set(dut.pulse, 1)
+        ctx.set(dut.reverse, step < 0)
+        before = list(self.position)
+        await self.clock(ctx)
+        ctx.set(dut.pulse, 0)
+        ctx.set(dut.reverse, step > 0)
+        assert self.position == before
+        await self.clock(ctx)
+        self.place += step
+        self.check()
+        now = list(self.position)
+        for _ in range(spacing - 2):
+            await self.clock(ctx)
+        assert self.position == now
+
+    def check(self):
+        for axis, travel in enumerate(self.travel):
+            moved = self.position[axis] - self.origin[axis]
+            assert moved == steps(self.place, self.length, travel)
+            assert abs(moved - Fraction(self.place * travel, self.length)) <= Fraction(1, 2)
+
+
+def travels(rng, length, axes):
+    """Travels at the edges and inside."""
+    edges = [0, 1, length // 2, length - 1, length]
+    return [rng.choice((1, -1)) * min(length, rng.choice([*edges, rng.randint(0, length)]))
+            for _ in range(axes)]
+
+
+@pytest.mark.parametrize("axes", [1, 3, 5])
+def test_is_the_closed_form_at_every_pulse(simulate, rng, axes):
+    bench = Bench(LineDistributor(axes=axes))
+
+    async def run(ctx):
+        for length in [1, 1, 2, 3, 7, 8] + [rng.randint(1, 40) for _ in range(15)]:
+            await bench.segment(ctx, length, travels(rng, length, axes))
+            for _ in range(length):
+                await bench.pulse(ctx, +1, rng.choice((3, 3, 4, 7)))
+            for axis, travel in enumerate(bench.travel):
+                assert bench.position[axis] == bench.origin[axis] + travel
+
+    simulate(bench.dut, run)
+
+
+def test_mirrors_itself_wherever_it_turns(simulate, rng):
+    bench = Bench(LineDistributor(axes=4))
+
+    async def run(ctx):
+        for _ in range(12):
+            length = rng.randint(1, 50)
+            await bench.segment(ctx, length, travels(rng, length, 4))
+            while bench.place < length:
+                target = rng.choice((rng.randint(0, length), length))
+                while bench.place != target:
+                    await bench.pulse(ctx, 1 if bench.place < target else -1)
+
+    simulate(bench.dut, run)
+
+
+@pytest.mark.parametrize("place", [0, LONGEST // 3, LONGEST], ids=["start", "middle", "end"])
+def test_holds_on_the_longest_segment(simulate, rng, place):
+    """The remainders are set to what they are there, and take values all over their range."""
+    bench = Bench(LineDistributor(axes=6))
+
+    async def run(ctx):
+        travel = [LONGEST, LONGEST // 2, LONGEST // 2 + 1, -(LONGEST - 1),
+                  rng.randint(0, LONGEST), -rng.randint(0, LONGEST)]
+        await bench.segment(ctx, LONGEST, travel)
+        bench.place = place
+        bench.origin = [-steps(place, LONGEST, value) for value in travel]
+        for rest, value, origin in zip(bench.dut.rests, travel, bench.origin, strict=True):
+            ctx.set(rest, 2 * place * abs(value) - 2 * LONGEST * abs(origin))
+        forward = -1 if place == LONGEST else 1
+        for step in [1] * 120 + [-1] * 90 + [1] * 60:
+            await bench.pulse(ctx, step * forward)
+
+    simulate(bench.dut, run)
+
+
+def test_restart_forgets_the_remainder(simulate):
+    bench = Bench(LineDistributor(axes=1))
+
+    async def run(ctx):
+        await bench.segment(ctx, 10, [4])
+        await bench.pulse(ctx, 1)
+        ctx.set(bench.dut.restart, 1)
+        await bench.clock(ctx)
+        ctx.set(bench.dut.restart, 0)
+        await bench.segment(ctx, 10, [4])
+        for _ in range(10):
+            await bench.pulse(ctx, 1)
+
+    simulate(bench.dut, run)
+
+
+def test_refuses_no_axis():
+    refuses(LineDistributor, "at least 1 axis, not 0", axes=0)

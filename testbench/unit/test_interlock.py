@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.safety.interlock``, against the exact model."""
+
+import pytest
+
+from rtl.safety.interlock import Cause, Interlock
+from softcore import regmap
+from testbench.models import interlock as model
+from testbench.refusal import refuses
+
+BY_AXIS = ("drive_fault", "limit_low", "limit_high", "error_saturated", "encoder",
+           "following_stopped", "following_moving")
+QUIET = dict(dict.fromkeys(BY_AXIS, 0), estop=0, fluid_low=0, watchdog=0, stop=0, clear=0, key=0,
+             discharging=1, fluid_required=1)
+CLEAR = dict(clear=1, key=0x5A)
+
+
+class Bench:
+    """The interlock and its model side by side: release after 3 clocks, splashing for 5."""
+
+    def __init__(self):
+        self.dut = Interlock(clock_hz=1000, limit_release_us=3000, fluid_ms=5)
+        self.model = model.Interlock(release=3, splash=5)
+        self.trips = 0
+
+    async def clock(self, ctx, times=1, **inputs):
+        dut = self.dut
+        for _ in range(times):
+            for name, value in (QUIET | inputs).items():
+                ctx.set(getattr(dut, name), value)
+            self.model.begin(**QUIET | inputs)
+            for name in ("live", "latched"):
+                assert ctx.get(getattr(dut, name)) == model.vector(getattr(self.model, name)), name
+            assert ctx.get(dut.safe) == self.model.safe
+            assert ctx.get(dut.tripped) == self.model.tripped
+            assert ctx.get(dut.first) == model.CAUSES.index(self.model.first)
+            assert ctx.get(dut.simultaneous) == model.vector(self.model.told)
+            self.model.end()
+            self.trips += self.model.tripped
+            await ctx.tick()
+
+
+def test_causes_have_the_numbers_of_the_register_table():
+    names = [name for name, _ in regmap.CAUSES]
+    assert [cause.name.lower() for cause in Cause] == names
+    assert [cause.value for cause in Cause] == list(range(len(names)))
+    assert list(model.CAUSES) == names
+
+
+def test_follows_the_model(simulate, rng):
+    bench = Bench()
+
+    async def run(ctx):
+        calm = {}
+        for clock in range(3000):
+            busy = clock % 60 < 20
+            if clock % 7 == 0:
+                calm = dict(discharging=rng.random() < 0.8, fluid_required=rng.random() < 0.8,
+                            fluid_low=rng.random() < 0.3)
+            inputs = dict(calm, clear=rng.random() < 0.3,
+                          key=rng.choice((0x5A, 0x5A, 0xA5, rng.randrange(256))))
+            for name in (*BY_AXIS, "estop", "watchdog", "stop"):
+                if busy and rng.random() < 0.03:
+                    inputs[name] = rng.choice((1, 2, 4, 5)) if name in BY_AXIS else 1
+            if busy and rng.random() < 0.2:
+                inputs |= dict.fromkeys(rng.sample(("limit_low", "limit_high"), 1), 2)
+            await bench.clock(ctx, **inputs)
+
+    simulate(bench.dut, run)
+    assert bench.trips > 30
+
+
+def test_safe_until_acknowledged_after_reset(simulate):
+    bench = Bench()
+
+    async def run(ctx):
+        await bench.clock(ctx, 5)
+        assert ctx.get(bench.dut.safe)
+        await bench.clock(ctx, clear=1, key=0xA5)
+        assert ctx.get(bench.dut.safe), "another key"
+        await bench.clock(ctx, key=0x5A)
+        assert ctx.get(bench.dut.safe), "no strobe"
+        await bench.clock(ctx, **CLEAR)
+        assert not ctx.get(bench.dut.safe)
+        assert not ctx.get(bench.dut.tripped)
+
+    simulate(bench.dut, run)
+    assert bench.trips == 0
+
+
+@pytest.mark.parametrize("cause", [cause for cause in Cause if cause is not Cause.POWER_ON],
+                         ids=lambda cause: cause.name.lower())
+def test_every_cause_acts_in_its_clock_and_holds(simulate, cause):
+    bench = Bench()
+    name = "stop" if cause is Cause.FIRMWARE else cause.name.lower()
+    # Clocks of the input until it is a cause, and after it until it no longer is one.
+    before, after = {Cause.LIMIT_LOW: (2, 3), Cause.LIMIT_HIGH: (2, 3),
+                     Cause.FLUID_LOW: (5, 5)}.get(cause, (0, 0))
+    level = {name: 1 if name not in BY_AXIS else 4}
+
+    async def run(ctx):
+        dut = bench.dut
+        await bench.clock(ctx, **CLEAR)
+        await bench.clock(ctx, before, **level)
+        await bench.clock(ctx, 1, **level)   # in the clock of the cause: compared by the bench
+        assert ctx.get(dut.tripped)
+        assert ctx.get(dut.first) == cause.value
+        assert ctx.get(dut.simultaneous) == 1 << cause.value
+        await bench.clock(ctx, **level, **CLEAR)
+        await bench.clock(ctx, after)
+        await bench.clock(ctx, 3)
+        assert ctx.get(dut.safe), "not cleared while it was present"
+        await bench.clock(ctx, **CLEAR)
+        assert not ctx.get(dut.safe)
+
+    simulate(bench.dut, run)
+    assert bench.trips == 1
+
+
+def test_only_what_is_gone_is_cleared(simulate):
+    bench = Bench()
+
+    async def run(ctx):
+        dut = bench.dut
+        await bench.clock(ctx, **CLEAR)
+        await bench.clock(ctx, watchdog=1, encoder=2)
+        await bench.clock(ctx, estop=1)
+        assert ctx.get(dut.first) == Cause.WATCHDOG.value, "the first, not the lowest"
+        assert ctx.get(dut.simultaneous) == 1 << 6 | 1 << 8
+        await bench.clock(ctx, estop=1, **CLEAR)
+        assert ctx.get(dut.latched) == 1 << Cause.ESTOP.value
+        assert ctx.get(dut.first) == Cause.ESTOP.value, "what is left"
+        await bench.clock(ctx, **CLEAR)
+        assert not ctx.get(dut.safe)
+
+    simulate(bench.dut, run)
+
+
+def test_a_cause_in_the_clock_of_the_clear_stays(simulate):
+    bench = Bench()
+
+    async def run(ctx):
+        await bench.clock(ctx, stop=1, **CLEAR)
+        await bench.clock(ctx, 3)
+        assert ctx.get(bench.dut.latched) == 1 << Cause.FIRMWARE.value
+
+    simulate(bench.dut, run)
+
+
+def test_one_clock_of_a_limit_switch_is_a_disturbance(simulate):
+    bench = Bench()
+
+    async def run(ctx):
+        await bench.clock(ctx, **CLEAR)
+        for axis in range(3):
+            await bench.clock(ctx, limit_low=1 << axis)
+            await bench.clock(ctx)
+        assert not ctx.get(bench.dut.safe)
+
+    simulate(bench.dut, run)
+
+
+@pytest.mark.parametrize("off", ["discharging", "fluid_required"])
+def test_low_fluid_counts_while_discharging_only(simulate, off):
+    bench = Bench()
+
+    async def run(ctx):
+        await bench.clock(ctx, **CLEAR)
+        await bench.clock(ctx, 20, fluid_low=1, **{off: 0})
+        assert not ctx.get(bench.dut.safe)
+        await bench.clock(ctx, fluid_low=1)
+        assert ctx.get(bench.dut.tripped), "at once: the level is known"
+
+    simulate(bench.dut, run)
+
+
+def test_refuses_no_axis():
+    refuses(Interlock, r"there must be at least 1 axis, not 0", clock_hz=1000, axes=0)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.motion.ramp``, against the exact model and behind the generator."""
+
+from itertools import pairwise
+
+import pytest
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from rtl.motion.feed import PathPulseGenerator
+from rtl.motion.ramp import Ramp
+from testbench.models import ramp as model
+
+ONE = 1 << 32           # 1 pulse/clock
+TOP = (1 << 30) - 1
+SLOW = ONE // 20
+STEP = ONE // 200
+FAR = 1 << 29
+
+
+class Bench:
+    """Ramp and model side by side."""
+
+    def __init__(self, start_rate, acceleration):
+        self.dut = Ramp()
+        self.model = model.Ramp(start_rate, acceleration)
+        self.sent = self.received = 0
+
+    async def tick(self, ctx, *, ps=0, target=0, brake=False, room=True, drop=False):
+        dut, ramp = self.dut, self.model
+        for port, value in ((dut.start_rate, ramp.start_rate), (dut.ps, ps), (dut.room, room),
+                            (dut.acceleration, ramp.acceleration), (dut.target, target),
+                            (dut.brake, brake), (dut.drop, drop)):
+            ctx.set(port, value)
+        assert ctx.get(dut.pull) == ramp.pull(ps)
+        assert ctx.get(dut.rest) == ramp.rest(ps)
+        await ctx.tick()
+        ramp.tick(ps, target=target, brake=brake, room=room, drop=drop)
+        for name in ("pp", "stored", "rate", "distance", "steady"):
+            assert ctx.get(getattr(dut, name)) == getattr(ramp, name), name
+        self.sent += ps
+        self.received += ramp.pp
+        assert drop or self.sent == self.received + ctx.get(dut.stored)
+        if drop:
+            self.sent = self.received = 0
+
+
+@pytest.mark.parametrize(("start_rate", "acceleration"), [
+    (SLOW, STEP), (SLOW, 1), (1, ONE // 64), (TOP, STEP), (ONE // 7, ONE // 7), (1000, 1)])
+def test_follows_the_model(simulate, rng, start_rate, acceleration):
+    bench = Bench(start_rate, acceleration)
+    edges = [0, 1, start_rate - 1, start_rate, start_rate + 1, TOP,
+             min(TOP, start_rate + acceleration), min(TOP, start_rate + acceleration - 1)]
+
+    async def run(ctx):
+        spacing = 0
+        for turn in range(40):
+            # By turns: gather speed with little stored, then anything.
+            gather = turn % 2 == 0
+            target = TOP if gather else rng.choice([*edges, ONE // rng.randint(4, 60)])
+            density = 1 if gather else rng.choice((0, 0, 0.05, 1))
+            full = 3 if gather else 100
+            brake = not gather and rng.random() < 0.5
+            room = gather or rng.random() < 0.8
+            for _ in range(rng.randint(1, 150)):
+                ps = spacing == 0 and rng.random() < density and bench.model.stored < full
+                if spacing == 0 and room and bench.model.pull(0):
+                    ps = rng.random() < 0.5
+                spacing = 3 if ps else max(0, spacing - 1)
+                if rng.random() < 0.01:
+                    brake = not brake
+                await bench.tick(ctx, ps=int(ps), target=target, brake=brake, room=room,
+                                 drop=rng.random() < 0.001)
+
+    simulate(bench.dut, run)
+
+
+@pytest.mark.parametrize("start_rate", [TOP, ONE // 9, SLOW])
+def test_is_a_delay_of_two_clocks_up_to_the_start_stop_speed(simulate, rng, start_rate):
+    bench = Bench(start_rate, STEP)
+    sent, received = [], []
+
+    async def run(ctx):
+        await bench.tick(ctx)
+        for _ in range(40):  # full after 2**32 / start_rate clocks, from reset on
+            await bench.tick(ctx)
+        clock = 0
+        for _ in range(100):
+            space = -(-ONE // start_rate) + rng.choice((1, 2, 3, 20))
+            for wait in range(space):
+                await bench.tick(ctx, ps=int(wait == 0), target=start_rate)
+                if wait == 0:
+                    sent.append(clock)
+                clock += 1
+                if bench.model.pp:
+                    received.append(clock)
+
+    simulate(bench.dut, run)
+    assert received == [clock + 2 for clock in sent]
+
+
+class Chain(wiring.Component):
+    """Generator and ramp, with a target and a brake."""
+
+    target: In(30)
+    go: In(1)
+    brake: In(1)
+    reverse: In(1)
+    bound: In(signed(32))
+
+    def __init__(self):
+        self.feed = PathPulseGenerator()
+        self.ramp = Ramp()
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.feed = feed = self.feed
+        m.submodules.ramp = ramp = self.ramp
+        m.d.comb += [
+            feed.rate.eq(self.target), feed.go.eq(self.go), feed.reverse.eq(self.reverse),
+            feed.bound.eq(self.bound), feed.pull.eq(ramp.pull),
+            ramp.start_rate.eq(SLOW), ramp.acceleration.eq(STEP), ramp.target.eq(self.target),
+            ramp.brake.eq(self.brake), ramp.ps.eq(feed.ps), ramp.room.eq(feed.room),
+        ]
+        return m
+
+
+class Run:
+    """Pulses of a chain, with the clocks of each and the speed of the ramp then."""
+
+    def __init__(self):
+        self.dut = Chain()
+        self.clock = self.sent = 0
+        self.out = []
+
+    async def ticks(self, ctx, clocks=None, pulses=None, **inputs):
+        """Go on for so many clocks, or so many pulses, or until at rest."""
+        dut = self.dut
+        for name, value in inputs.items():
+            ctx.set(getattr(dut, name), value)
+        end = self.clock + (clocks or 20_000)
+        goal = len(self.out) + (pulses or FAR)
+        while self.clock < end and len(self.out) < goal:
+            await ctx.tick()
+            self.clock += 1
+            self.sent += ctx.get(dut.feed.ps)
+            if ctx.get(dut.ramp.pp):
+                self.out.append((self.clock, ctx.get(dut.ramp.rate)))
+            if clocks is None and pulses is None and ctx.get(dut.ramp.rest):
+                break
+        assert clocks or self.clock < end
+
+    def check_spacing(self, target):
+        """Neighbouring pulses are as far apart as the speed says, within a step and a clock."""
+        for (before, fast), (after, slow) in pairwise(self.out):
+            top, low = max(fast, slow) + STEP, max(1, min(fast, slow) - STEP)
+            assert ONE // min(top, target) - 1 <= after - before <= -(-ONE // low) + 1
+
+
+@pytest.mark.parametrize("target", [TOP, ONE // 6, SLOW + 3 * STEP, SLOW + STEP // 2])
+def test_ramps_are_linear_up_and_down(simulate, target):
+    run = Run()
+    shape = {}
+
+    async def bench(ctx):
+        await run.ticks(ctx, clocks=3, bound=FAR, target=target)
+        begin = run.clock
+        await run.ticks(ctx, clocks=1200, go=1)
+        shape["top"] = ctx.get(run.dut.ramp.rate)
+        shape["plateau"] = [after - before for (before, _), (after, _) in pairwise(run.out[-30:])]
+        shape["up"] = [clock - begin for clock, rate in run.out if rate < shape["top"]]
+        distance = ctx.get(run.dut.ramp.distance)
+        pulses, begin = len(run.out), run.clock
+        await run.ticks(ctx, go=0, brake=1)
+        shape["down"] = run.clock - begin
+        shape["over"] = len(run.out) - pulses - distance
+
+    simulate(run.dut, bench)
+    run.check_spacing(target)
+    levels = (target - SLOW) // STEP
+    assert shape["top"] == SLOW + levels * STEP
+    assert abs(sum(shape["plateau"]) / len(shape["plateau"]) - ONE / target) < 0.1
+    # The first pulse comes a period after ``go`` and 2 clocks, the first step within 16 of it; but
+    # at a target little above the start/stop speed it takes some pulses until one is stored.
+    slack = 24 if target > 2 * SLOW else 60
+    assert not levels or 16 * (levels - 1) <= max(shape["up"]) <= 16 * levels + 16 + slack
+    assert 0 <= shape["over"] <= 6
+    assert run.sent == len(run.out)
+    assert shape["down"] <= 16 * levels + 16 + 3 * ONE // SLOW
+
+
+def test_hold_and_reversal_in_mid_acceleration(simulate, rng):
+    run = Run()
+
+    async def bench(ctx):
+        place = done = 0
+        reverse = False
+        await run.ticks(ctx, clocks=3, bound=FAR, target=TOP)
+        for _ in range(12):
+            await run.ticks(ctx, clocks=rng.randint(1, 700), go=1, brake=0)
+            distance = ctx.get(run.dut.ramp.distance)
+            stored = ctx.get(run.dut.ramp.stored)
+            pulses = len(run.out)
+            await run.ticks(ctx, go=0, brake=1)
+            assert ctx.get(run.dut.ramp.rate) == SLOW
+            assert len(run.out) - pulses <= max(distance, stored) + 6
+            assert run.sent == len(run.out)
+            place += (-1 if reverse else 1) * (len(run.out) - done)
+            done = len(run.out)
+            assert ctx.get(run.dut.feed.command) == place
+            reverse = not reverse
+            await run.ticks(ctx, clocks=3, reverse=reverse, bound=-FAR if reverse else FAR)
+
+    simulate(run.dut, bench)
+    for (_, before), (_, after) in pairwise(run.out):
+        assert (after - before) % STEP == 0
+
+
+def test_pulls_nothing_beyond_the_bound(simulate):
+    run = Run()
+
+    async def bench(ctx):
+        await run.ticks(ctx, clocks=3, bound=60, target=TOP)
+        await run.ticks(ctx, pulses=50, go=1)
+        assert ctx.get(run.dut.ramp.rate) > SLOW + 10 * STEP
+        await run.ticks(ctx, go=0, brake=1)  # far too late
+        assert ctx.get(run.dut.feed.command) == len(run.out) == 60
+        assert ctx.get(run.dut.ramp.rate) == SLOW
+        assert ctx.get(run.dut.ramp.distance) == 0
+
+    simulate(run.dut, bench)

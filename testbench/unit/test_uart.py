@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``softcore.uart``, against the exact model."""
+
+import pytest
+
+from softcore.uart import Receiver, Transmitter, Uart
+from testbench.models import uart as model
+from testbench.refusal import refuses
+
+EDGES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80]
+
+
+async def listen(ctx, dut, line):
+    """Put a line on a receiver; return what it says, by the clock of the stop bit's middle."""
+    found = []
+    for clock, level in enumerate(line):
+        ctx.set(dut.rx, level)
+        if ctx.get(dut.done):
+            found.append((clock - 1, ctx.get(dut.data)))
+        if ctx.get(dut.framing):
+            found.append((clock - 1, model.FRAMING))
+        await ctx.tick()
+    return found
+
+
+@pytest.mark.parametrize("divisor", [4, 5, 8, 25])
+def test_receiver_follows_the_model(simulate, rng, divisor):
+    """Bytes with and without gaps, with noise, lost stop bits and breaks."""
+    line = [1] * 20
+    for byte in EDGES + [rng.randrange(256) for _ in range(40)]:
+        bits = model.levels([byte], divisor)
+        fault = rng.random()
+        if fault < 0.2:
+            bits[rng.randrange(len(bits))] ^= 1
+        elif fault < 0.3:
+            bits[-divisor:] = [0] * divisor * rng.choice((1, 5, 12))
+        line += bits + [1] * rng.choice((0, 0, 1, divisor, rng.randrange(40)))
+        if rng.random() < 0.2:
+            line += [0] * rng.randrange(1, divisor) + [1] * divisor
+    line += [1] * 12 * divisor
+    expected = model.receive(line, divisor)
+    assert {model.FRAMING} < {what for _, what in expected}
+
+    async def bench(ctx):
+        assert await listen(ctx, dut, line) == expected
+
+    dut = Receiver(divisor=divisor)
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize(("divisor", "off"), [
+    (4, 0.02), (4, -0.02), (8, 0.03), (8, -0.03), (25, 0.04), (25, -0.04)])
+def test_receiver_bears_another_clock(simulate, rng, divisor, off):
+    """Bytes without gaps from a sender whose bits are longer or shorter by ``off``."""
+    data = EDGES + [rng.randrange(256) for _ in range(30)]
+    line = model.waveform(data, divisor * (1 + off), phase=rng.random(), idle=7) + [1] * 10
+    dut = Receiver(divisor=divisor)
+
+    async def bench(ctx):
+        assert [what for _, what in await listen(ctx, dut, line)] == data
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("divisor", [4, 7, 8])
+def test_transmitter_follows_the_model(simulate, rng, divisor):
+    dut = Transmitter(divisor=divisor)
+    data = EDGES + [rng.randrange(256) for _ in range(10)]
+
+    async def bench(ctx):
+        assert ctx.get(dut.tx), "idle"
+        ctx.set(dut.valid, 1)
+        line = []
+        for byte in data:
+            ctx.set(dut.data, byte)
+            assert ctx.get(dut.ready)
+            await ctx.tick()
+            for _ in range(10 * divisor - 1):
+                assert not ctx.get(dut.ready)
+                line.append(ctx.get(dut.tx))
+                await ctx.tick()
+            line.append(ctx.get(dut.tx))
+        assert line == model.levels(data, divisor)
+        ctx.set(dut.valid, 0)
+        for _ in range(20):
+            await ctx.tick()
+            assert ctx.get(dut.tx)
+
+    simulate(dut, bench)
+
+
+def test_bytes_go_round(simulate, rng):
+    """Everything sent comes back, over a line of some clocks, while both sides pause at random."""
+    dut = Uart(divisor=4)
+    data = EDGES + [rng.randrange(256) for _ in range(150)]
+
+    async def send(ctx):
+        for byte in data:
+            while not ctx.get(dut.ready) or rng.random() < 0.5:
+                await ctx.tick()
+            ctx.set(dut.transmit, byte)
+            ctx.set(dut.transmit_strobe, 1)
+            await ctx.tick()
+            ctx.set(dut.transmit_strobe, 0)
+
+    async def receive(ctx):
+        got = []
+        line = [1, 1, 1]
+        while len(got) < len(data):
+            taken = ctx.get(dut.receive_valid) and rng.random() < 0.1
+            if taken:
+                got.append(ctx.get(dut.receive_data))
+            ctx.set(dut.receive_strobe, taken)
+            ctx.set(dut.rx, line.pop(0))
+            line.append(ctx.get(dut.tx))
+            assert not ctx.get(dut.overrun)
+            assert not ctx.get(dut.framing)
+            await ctx.tick()
+        assert got == data
+
+    simulate(dut, send, receive)
+
+
+def test_full_queues_refuse(simulate, rng):
+    dut = Uart(divisor=4)
+    data = [rng.randrange(256) for _ in range(258)]
+
+    async def bench(ctx):
+        overruns = 0
+        for level in model.levels(data, 4) + [1] * 5:
+            ctx.set(dut.rx, level)
+            overruns += ctx.get(dut.overrun)
+            await ctx.tick()
+        assert overruns == 2
+        ctx.set(dut.receive_strobe, 1)
+        for byte in data[:256]:
+            assert ctx.get(dut.receive_valid)
+            assert ctx.get(dut.receive_data) == byte
+            await ctx.tick()
+        assert not ctx.get(dut.receive_valid)
+
+        accepted = 0
+        ctx.set(dut.transmit_strobe, 1)
+        for _ in range(100):
+            accepted += ctx.get(dut.ready)
+            await ctx.tick()
+        assert accepted == 64 + 3, "the queue, and those on the line meanwhile"
+
+    simulate(dut, bench)
+
+
+def test_break_is_one_framing_error(simulate):
+    dut = Uart(divisor=8)
+
+    async def bench(ctx):
+        errors = 0
+        for clock in range(600):
+            ctx.set(dut.rx, not 20 <= clock < 500)
+            errors += ctx.get(dut.framing)
+            await ctx.tick()
+        assert errors == 1
+        assert not ctx.get(dut.receive_valid)
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("block", [Uart, Receiver, Transmitter])
+def test_refuses_wrong_parameters(block):
+    refuses(block, r"there must be at least 4 clocks per bit, not 3", divisor=3)
