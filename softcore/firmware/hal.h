@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+/* The only way from the firmware to the gateware. `hal_regs.c` implements it with the registers of
+   `regs.h`; on the host a model of the machine takes its place, so that everything above it is
+   tested there. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#define HAL_AXES 3
+#define HAL_SLOTS 16        /* segments in the gateware's window */
+#define HAL_NO_AXIS 15      /* jump axis of a machine without one (wire) */
+
+/* What the gateware knows about itself. */
+bool hal_is_gapkeeper(void);
+uint32_t hal_clock_hz(void);
+uint32_t hal_pulses_per_mm(void);
+unsigned hal_jump_axis(void);
+uint64_t hal_cycle(void);       /* clocks since reset */
+uint32_t hal_cycle_low(void);   /* lower half, for short intervals */
+
+/* Link. */
+int hal_receive(void);          /* next byte, or -1 */
+bool hal_transmit_ready(void);
+void hal_transmit(uint8_t byte);
+
+/* Path window; see the block `path` of the register reference. */
+typedef struct {
+    uint32_t length;            /* path pulses */
+    uint32_t rate;              /* 2**-32 pulse/clock */
+    int32_t delta[HAL_AXES];    /* pulses */
+} hal_segment;
+
+typedef enum {
+    BOUND_AHEAD, BOUND_BEHIND, BOUND_FLOOR, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
+} hal_bound;
+
+typedef enum {
+    MOTION_FRONT, MOTION_STOPPING, MOTION_RETRACTING, MOTION_AT_LIMIT, MOTION_HIGH, MOTION_LOW,
+    MOTION_HALTED
+} hal_motion_state;
+
+typedef struct {
+    bool moving;
+    bool in_position;
+    hal_motion_state state;
+} hal_motion;
+
+void hal_slot_write(unsigned slot, const hal_segment *segment);
+void hal_bound_write(hal_bound bound, int32_t coordinate);
+void hal_origin(unsigned slot);
+int32_t hal_command(void);      /* path coordinate of the last pulse Ps */
+int32_t hal_position(void);     /* path coordinate of the last ramped pulse */
+int32_t hal_front(void);        /* furthest path coordinate commanded */
+unsigned hal_slot(void);        /* slot of the segment in which the machine is */
+hal_motion hal_motion_read(void);
+void hal_ramp(uint32_t start_rate, uint32_t acceleration);
+
+/* Retraction. */
+typedef struct {
+    uint32_t rate, limit, high_rate, low_rate, changeover, low_lead;
+    uint32_t jump_distance, jump_rate, jump_high_rate;
+    bool valid;
+} hal_retraction;
+
+void hal_retraction_commit(const hal_retraction *data);
+void hal_jump_period(uint32_t clocks);
+void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle);
+void hal_control(bool run, bool hold);
+void hal_retract(void);         /* operator's order: retract now */
+int32_t hal_first(void);        /* first start point of the series, path coordinate */
+uint32_t hal_shorts(void);      /* shorts in the series */
+
+/* Event queue. */
+typedef enum {
+    EVENT_NONE, EVENT_RETRACTION_START, EVENT_RETRACTION_END, EVENT_READVANCE, EVENT_RESUME,
+    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP
+} hal_event_kind;
+
+typedef struct {
+    uint8_t kind, detail, slot;
+    uint32_t cycle_low;
+    int32_t path;
+    uint32_t first, second;
+    int32_t encoder[HAL_AXES];
+} hal_event;
+
+bool hal_event_pop(hal_event *event);   /* false: queue empty */
+bool hal_event_lost(void);              /* an event found the queue full; reading clears it */
+void hal_interrupts(bool enabled);
+
+/* Gap and power. */
+typedef struct {
+    uint32_t needed, window, duration, clear, blanking; /* pulses, pulses, clocks, samples, clocks */
+} hal_short_detector;
+
+void hal_short_write(const hal_short_detector *detector);
+void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
+bool hal_shorted(void);
+void hal_pulse(uint32_t on, uint32_t off, uint32_t level);  /* clocks, clocks, IP */
+void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
+void hal_discharge(bool machining);
+uint32_t hal_highest_level(void);                           /* IP */
+
+/* Safety. */
+void hal_pet(uint8_t key);
+bool hal_safe(void);
+unsigned hal_first_cause(void);
+uint32_t hal_live_causes(void);
+void hal_interlock_clear(void);
+void hal_interlock_trip(void);
+void hal_fluid_required(bool required);
+
+/* Machine side. */
+typedef enum { AUXILIARY_M, AUXILIARY_S, AUXILIARY_T } hal_letter;
+void hal_auxiliary_send(hal_letter letter, uint32_t code);
+void hal_auxiliary_timeout(uint32_t clocks);
+bool hal_auxiliary_busy(void);
+bool hal_auxiliary_timed_out(void);     /* reading clears it */
+
+/* Axes. */
+int32_t hal_axis_command(unsigned axis);
+int32_t hal_axis_position(unsigned axis);
+int32_t hal_axis_error(unsigned axis);
+uint32_t hal_axis_overshoot(unsigned axis);
+void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving);
+void hal_axis_mode(unsigned axis, bool step, bool reverse);
+void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
+void hal_axis_adopt(unsigned axis);

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: Apache-2.0
+/* A machine for the firmware to talk to on a computer: it stands where it is told, or follows the path
+   at once. It knows nothing of time, servo or gap; the real gateware is simulated elsewhere. */
+#include "events.h"
+#include "hal.h"
+#include "host.h"
+#include "watch.h"
+
+#define PASS_CLOCKS 1000
+#define BYTES (1u << 16)
+#define QUEUE 16
+
+typedef struct {
+    uint8_t bytes[BYTES];
+    uint32_t head, tail;
+} fifo;
+
+static uint32_t clock_hz, pulses_per_mm, jump_axis;
+static uint64_t cycle;
+static fifo to_firmware, from_firmware;
+static hal_segment slots[HAL_SLOTS];
+static int32_t bounds[BOUNDS];
+static int32_t position, front;
+static uint32_t slot, offset;       /* place in the segment */
+static bool begun;                  /* the first segment has been entered */
+static unsigned entered_slot;
+static int32_t base[HAL_AXES];      /* axes at the start of the segment */
+static hal_motion_state state;
+static uint32_t speed;
+static bool run, hold, discharge, safe, interrupts;
+static uint32_t live, cause;
+static hal_retraction data;
+static uint32_t period;
+static uint32_t fin_passes, busy_passes;
+static bool late;
+static hal_event queue[QUEUE];
+static uint32_t queue_head, queue_tail;
+static bool lost;
+static uint32_t pets;
+static uint8_t expected_pet;
+static int32_t start_first;
+
+static void push(fifo *f, uint8_t byte) {
+    if (f->head - f->tail < BYTES)
+        f->bytes[f->head++ % BYTES] = byte;
+}
+
+static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
+    uint64_t magnitude = s->delta[axis] < 0 ? 0u - (uint32_t)s->delta[axis] : (uint32_t)s->delta[axis];
+    int32_t steps = (int32_t)((2 * at * magnitude + s->length) / (2 * (uint64_t)s->length));
+    return s->delta[axis] < 0 ? -steps : steps;
+}
+
+static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)to - (uint32_t)from); }
+
+int32_t gk_axis(uint32_t axis) {
+    return base[axis] + (slots[slot].length ? travel(&slots[slot], offset, axis) : 0);
+}
+
+static void announce(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
+    if (queue_head - queue_tail == QUEUE) {
+        lost = true;
+        return;
+    }
+    hal_event *e = &queue[queue_head++ % QUEUE];
+    *e = (hal_event){.kind = (uint8_t)kind, .detail = (uint8_t)detail, .slot = (uint8_t)slot,
+                     .cycle_low = (uint32_t)cycle, .path = position, .first = first,
+                     .second = second};
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        e->encoder[axis] = gk_axis(axis);
+    if (interrupts)
+        events_interrupt();
+}
+
+static void enter(void) {
+    if (!begun || slot == (entered_slot + 1) % HAL_SLOTS) {
+        begun = true;
+        entered_slot = slot;
+        announce(EVENT_SEGMENT, 0, 0, 0);
+    }
+}
+
+/* One segment's worth of `pulses`, at most. */
+static int32_t go_forward(int32_t pulses) {
+    int32_t ahead = distance(position, bounds[BOUND_AHEAD]);
+    if (ahead <= 0)
+        return 0;
+    if (!begun)
+        enter();
+    if (offset == slots[slot].length) {
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            base[axis] += slots[slot].delta[axis];
+        slot = (slot + 1) % HAL_SLOTS;
+        offset = 0;
+        if (position == front)
+            enter();
+    }
+    int32_t step = (int32_t)(slots[slot].length - offset);
+    step = step < pulses ? step : pulses;
+    step = step < ahead ? step : ahead;
+    offset += (uint32_t)step;
+    position = (int32_t)((uint32_t)position + (uint32_t)step);
+    if (distance(front, position) > 0)
+        front = position;
+    return step;
+}
+
+static int32_t go_back(int32_t pulses) {
+    int32_t behind = distance(bounds[BOUND_BEHIND], position);
+    int32_t above = distance(bounds[BOUND_FLOOR], position);
+    behind = above < behind ? above : behind;
+    if (behind <= 0)
+        return 0;
+    if (offset == 0) {
+        slot = (slot + HAL_SLOTS - 1) % HAL_SLOTS;
+        offset = slots[slot].length;
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            base[axis] -= slots[slot].delta[axis];
+    }
+    int32_t step = (int32_t)offset < pulses ? (int32_t)offset : pulses;
+    step = step < behind ? step : behind;
+    offset -= (uint32_t)step;
+    position = (int32_t)((uint32_t)position - (uint32_t)step);
+    return step;
+}
+
+int32_t gk_go(int32_t pulses) {
+    int32_t made = 0;
+    while (made < pulses || made < -pulses) {
+        int32_t step = pulses > 0 ? go_forward(pulses - made) : go_back(-pulses - made);
+        if (!step)
+            break;
+        made += step;
+    }
+    return pulses > 0 ? made : -made;
+}
+
+void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
+    clock_hz = hz;
+    pulses_per_mm = per_mm;
+    jump_axis = axis;
+    cycle = 0;
+    to_firmware.head = to_firmware.tail = from_firmware.head = from_firmware.tail = 0;
+    position = front = 0;
+    slot = offset = 0;
+    begun = run = hold = discharge = interrupts = late = lost = false;
+    safe = true;
+    live = cause = 0;
+    for (unsigned i = 0; i < HAL_AXES; i++)
+        base[i] = 0;
+    for (unsigned i = 0; i < HAL_SLOTS; i++)
+        slots[i] = (hal_segment){0};
+    for (unsigned i = 0; i < BOUNDS; i++)
+        bounds[i] = 0;
+    state = MOTION_HALTED;
+    speed = 1u << 30;
+    data = (hal_retraction){0};
+    period = 0;
+    fin_passes = 1;
+    busy_passes = 0;
+    queue_head = queue_tail = 0;
+    pets = 0;
+    expected_pet = 0xa5;
+    watch_boot();
+}
+
+void gk_pass(uint32_t passes) {
+    while (passes--) {
+        watch_pass();
+        cycle += PASS_CLOCKS;
+        if (busy_passes && busy_passes != UINT32_MAX)
+            busy_passes--;
+        if (run && !hold && !safe && speed && state == MOTION_FRONT)
+            (void)go_forward((int32_t)speed);
+    }
+}
+
+uint32_t gk_send(const uint8_t *bytes, uint32_t length) {
+    for (uint32_t i = 0; i < length; i++)
+        push(&to_firmware, bytes[i]);
+    return length;
+}
+
+uint32_t gk_receive(uint8_t *bytes, uint32_t size) {
+    uint32_t count = 0;
+    while (count < size && from_firmware.tail != from_firmware.head)
+        bytes[count++] = from_firmware.bytes[from_firmware.tail++ % BYTES];
+    return count;
+}
+
+void gk_speed(uint32_t pulses) { speed = pulses; }
+void gk_state(uint32_t value) { state = (hal_motion_state)value; }
+void gk_live(uint32_t causes) { live = causes; }
+void gk_fin(uint32_t passes) { fin_passes = passes; }
+int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
+int32_t gk_position(void) { return position; }
+uint32_t gk_pets(void) { return pets; }
+
+void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
+    if (kind == EVENT_RETRACTION_START)
+        start_first = position;
+    announce(kind, detail, first, second);
+}
+
+void gk_trip(uint32_t number) {
+    cause = number;
+    safe = true;
+    state = MOTION_HALTED;
+    announce(EVENT_TRIP, number, 0, 0);
+}
+
+uint32_t gk_flags(void) {
+    return (uint32_t)run | (uint32_t)hold << 1 | (uint32_t)discharge << 2 |
+           (uint32_t)data.valid << 3 | (uint32_t)safe << 4;
+}
+
+void gk_data(uint32_t words[10]) {
+    const uint32_t all[10] = {data.rate, data.limit, data.high_rate, data.low_rate,
+                              data.changeover, data.low_lead, data.jump_distance, data.jump_rate,
+                              data.jump_high_rate, period};
+    for (unsigned i = 0; i < 10; i++)
+        words[i] = all[i];
+}
+
+bool hal_is_gapkeeper(void) { return true; }
+uint32_t hal_clock_hz(void) { return clock_hz; }
+uint32_t hal_pulses_per_mm(void) { return pulses_per_mm; }
+unsigned hal_jump_axis(void) { return jump_axis; }
+uint64_t hal_cycle(void) { return cycle; }
+uint32_t hal_cycle_low(void) { return (uint32_t)cycle; }
+
+int hal_receive(void) {
+    if (to_firmware.head == to_firmware.tail)
+        return -1;
+    return to_firmware.bytes[to_firmware.tail++ % BYTES];
+}
+
+bool hal_transmit_ready(void) { return from_firmware.head - from_firmware.tail < BYTES; }
+void hal_transmit(uint8_t byte) { push(&from_firmware, byte); }
+
+void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
+void hal_bound_write(hal_bound bound, int32_t coordinate) { bounds[bound] = coordinate; }
+
+void hal_origin(unsigned number) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        base[axis] = gk_axis(axis);
+    position = front = 0;
+    slot = number;
+    offset = 0;
+    begun = false;
+    state = MOTION_FRONT;
+    slots[number].length = 0;
+}
+
+int32_t hal_command(void) { return position; }
+int32_t hal_position(void) { return position; }
+int32_t hal_front(void) { return front; }
+unsigned hal_slot(void) { return slot; }
+hal_motion hal_motion_read(void) {
+    return (hal_motion){.moving = false, .in_position = true, .state = state};
+}
+void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
+    (void)start_rate;
+    (void)acceleration;
+}
+
+void hal_retraction_commit(const hal_retraction *words) { data = *words; }
+void hal_jump_period(uint32_t clocks) { period = clocks; }
+void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+    (void)gain;
+    (void)repeats;
+    (void)settle;
+}
+void hal_control(bool new_run, bool new_hold) {
+    run = new_run;
+    hold = new_hold;
+}
+void hal_retract(void) { announce(EVENT_RETRACTION_START, 3, 0, 0); }
+int32_t hal_first(void) { return start_first; }
+uint32_t hal_shorts(void) { return 0; }
+
+bool hal_event_pop(hal_event *event) {
+    if (queue_head == queue_tail)
+        return false;
+    *event = queue[queue_tail++ % QUEUE];
+    return true;
+}
+bool hal_event_lost(void) {
+    bool was = lost;
+    lost = false;
+    return was;
+}
+void hal_interrupts(bool enabled) {
+    interrupts = enabled;
+    if (enabled)
+        events_interrupt();
+}
+
+void hal_short_write(const hal_short_detector *detector) { (void)detector; }
+void hal_gap_counts(uint32_t counts[4]) { counts[0] = counts[1] = counts[2] = counts[3] = 0; }
+bool hal_shorted(void) { return false; }
+void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
+    (void)on;
+    (void)off;
+    (void)level;
+}
+void hal_sense(uint32_t on, uint32_t off) {
+    (void)on;
+    (void)off;
+}
+void hal_discharge(bool machining) { discharge = machining; }
+uint32_t hal_highest_level(void) { return 63; }
+
+void hal_pet(uint8_t key) {
+    pets += key == expected_pet;
+    expected_pet = key == 0xa5 ? 0x5a : 0xa5;
+}
+bool hal_safe(void) { return safe; }
+unsigned hal_first_cause(void) { return cause; }
+uint32_t hal_live_causes(void) { return live; }
+void hal_interlock_clear(void) { safe = live != 0; }
+void hal_interlock_trip(void) { safe = true; }
+void hal_fluid_required(bool required) { (void)required; }
+
+void hal_auxiliary_send(hal_letter letter, uint32_t code) {
+    (void)letter;
+    (void)code;
+    busy_passes = fin_passes;
+    if (busy_passes == UINT32_MAX)
+        busy_passes = 0;
+    late = fin_passes == UINT32_MAX;
+}
+void hal_auxiliary_timeout(uint32_t clocks) { (void)clocks; }
+bool hal_auxiliary_busy(void) { return busy_passes; }
+bool hal_auxiliary_timed_out(void) {
+    bool was = late;
+    late = false;
+    return was;
+}
+
+int32_t hal_axis_command(unsigned axis) { return gk_axis(axis); }
+int32_t hal_axis_position(unsigned axis) { return gk_axis(axis); }
+int32_t hal_axis_error(unsigned axis) {
+    (void)axis;
+    return 0;
+}
+uint32_t hal_axis_overshoot(unsigned axis) {
+    (void)axis;
+    return 7;
+}
+void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving) {
+    (void)axis;
+    (void)stopped;
+    (void)moving;
+}
+void hal_axis_mode(unsigned axis, bool step, bool reverse) {
+    (void)axis;
+    (void)step;
+    (void)reverse;
+}
+void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
+    (void)axis;
+    (void)width;
+    (void)space;
+    (void)setup;
+}
+void hal_axis_adopt(unsigned axis) { (void)axis; }

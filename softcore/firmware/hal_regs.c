@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Hardware access of the target: every function is a few register accesses. */
+#include "hal.h"
+#include "regs.h"
+
+_Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the axes");
+
+#define GET(word, field) (((word) & field##_MASK) >> field##_SHIFT)
+#define PUT(value, field) (((uint32_t)(value) << field##_SHIFT) & field##_MASK)
+
+#define IDENT 0x4b504147u   /* "GAPK", first letter lowest */
+
+/* Numbers of the interrupt registers that LiteX's VexRiscv adds, and the bits of the standard ones. */
+#define CSR_IRQ_MASK "0xbc0"
+#define MIE_EXTERNAL (1u << 11)
+#define MSTATUS_MIE (1u << 3)
+
+bool hal_is_gapkeeper(void) { return SYSTEM->ident == IDENT; }
+uint32_t hal_clock_hz(void) { return SYSTEM->clock_hz; }
+uint32_t hal_pulses_per_mm(void) { return SYSTEM->pulses_per_mm; }
+unsigned hal_jump_axis(void) { return GET(SYSTEM->shape, SYSTEM_SHAPE_JUMP_AXIS); }
+uint32_t hal_cycle_low(void) { return SYSTEM->cycle_low; }
+
+uint64_t hal_cycle(void) {
+    /* The interrupt handler reads the same latch, so the two halves are read without it. */
+    uint32_t was;
+    __asm__ volatile("csrrc %0, mstatus, %1" : "=r"(was) : "r"(MSTATUS_MIE) : "memory");
+    uint32_t low = SYSTEM->cycle_low;
+    uint32_t high = SYSTEM->cycle_high;
+    __asm__ volatile("csrs mstatus, %0" ::"r"(was & MSTATUS_MIE) : "memory");
+    return (uint64_t)high << 32 | low;
+}
+
+void hal_interrupts(bool enabled) {
+    __asm__ volatile("csrw " CSR_IRQ_MASK ", %0" ::"r"(enabled ? 1u : 0u));
+    __asm__ volatile("csrw mie, %0" ::"r"(enabled ? MIE_EXTERNAL : 0u));
+    if (enabled)
+        __asm__ volatile("csrs mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
+    else
+        __asm__ volatile("csrc mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
+}
+
+int hal_receive(void) {
+    uint32_t word = LINK->receive;
+    return word & LINK_RECEIVE_VALID_MASK ? (int)GET(word, LINK_RECEIVE_DATA) : -1;
+}
+
+bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
+void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
+
+static uint32_t sign_magnitude(int32_t delta) {
+    return delta < 0 ? PATH_SLOT_X_NEGATIVE_MASK | (0u - (uint32_t)delta) : (uint32_t)delta;
+}
+
+void hal_slot_write(unsigned slot, const hal_segment *segment) {
+    PATH->slot_length = segment->length;
+    PATH->slot_rate = segment->rate;
+    PATH->slot_x = sign_magnitude(segment->delta[0]);
+    PATH->slot_y = sign_magnitude(segment->delta[1]);
+    PATH->slot_z = sign_magnitude(segment->delta[2]);
+    PATH->slot_write = slot;
+}
+
+void hal_bound_write(hal_bound bound, int32_t coordinate) {
+    switch (bound) {
+    case BOUND_AHEAD: PATH->ahead = coordinate; break;
+    case BOUND_BEHIND: PATH->behind = coordinate; break;
+    case BOUND_FLOOR: PATH->floor = coordinate; break;
+    case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
+    default: PATH->fast_behind = coordinate; break;
+    }
+}
+
+void hal_origin(unsigned slot) { PATH->origin = slot; }
+int32_t hal_command(void) { return PATH->command; }
+int32_t hal_position(void) { return PATH->position; }
+int32_t hal_front(void) { return PATH->front; }
+unsigned hal_slot(void) { return PATH->slot; }
+
+hal_motion hal_motion_read(void) {
+    uint32_t word = PATH->status;
+    return (hal_motion){.moving = word & PATH_STATUS_MOVING_MASK,
+                        .in_position = word & PATH_STATUS_IN_POSITION_MASK,
+                        .state = (hal_motion_state)GET(word, PATH_STATUS_STATE)};
+}
+
+void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
+    RAMP->start_rate = start_rate;
+    RAMP->acceleration = acceleration;
+}
+
+void hal_retraction_commit(const hal_retraction *data) {
+    RETRACTION->rate = data->rate;
+    RETRACTION->limit = data->limit;
+    RETRACTION->high_rate = data->high_rate;
+    RETRACTION->low_rate = data->low_rate;
+    RETRACTION->changeover = data->changeover;
+    RETRACTION->low_lead = data->low_lead;
+    RETRACTION->jump_distance = data->jump_distance;
+    RETRACTION->jump_rate = data->jump_rate;
+    RETRACTION->jump_high_rate = data->jump_high_rate;
+    RETRACTION->commit = PUT(data->valid, RETRACTION_COMMIT_VALID);
+}
+
+void hal_jump_period(uint32_t clocks) { RETRACTION->jump_period = clocks; }
+
+void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+    RETRACTION->gain = gain;
+    RETRACTION->repeats = repeats;
+    RETRACTION->settle = settle;
+}
+
+void hal_control(bool run, bool hold) {
+    RETRACTION->control = PUT(run, RETRACTION_CONTROL_RUN) | PUT(hold, RETRACTION_CONTROL_HOLD);
+}
+
+void hal_retract(void) { RETRACTION->command = PUT(1, RETRACTION_COMMAND_RETRACT); }
+int32_t hal_first(void) { return RETRACTION->first; }
+uint32_t hal_shorts(void) { return RETRACTION->series; }
+
+bool hal_event_pop(hal_event *event) {
+    uint32_t head = EVENT->head;
+    if (!(head & EVENT_HEAD_VALID_MASK))
+        return false;
+    event->kind = GET(head, EVENT_HEAD_KIND);
+    event->detail = GET(head, EVENT_HEAD_DETAIL);
+    event->slot = GET(head, EVENT_HEAD_SLOT);
+    event->cycle_low = EVENT->cycle;
+    event->path = EVENT->path;
+    event->first = EVENT->first;
+    event->second = EVENT->second;
+    event->encoder[0] = EVENT->x;
+    event->encoder[1] = EVENT->y;
+    event->encoder[2] = EVENT->z;
+    EVENT->pop = 1;
+    return true;
+}
+
+bool hal_event_lost(void) {
+    uint32_t lost = EVENT->status & EVENT_STATUS_LOST_MASK;
+    if (lost)
+        EVENT->status = lost;
+    return lost;
+}
+
+void hal_short_write(const hal_short_detector *detector) {
+    GAP->short_ratio = PUT(detector->needed, GAP_SHORT_RATIO_NEEDED) |
+                       PUT(detector->window, GAP_SHORT_RATIO_WINDOW);
+    GAP->short_duration = detector->duration;
+    GAP->clear_needed = detector->clear;
+    GAP->blanking = detector->blanking;
+}
+
+void hal_gap_counts(uint32_t counts[4]) {
+    counts[0] = GAP->open_count;
+    counts[1] = GAP->ok_count;
+    counts[2] = GAP->dame_count;
+    counts[3] = GAP->short_count;
+}
+
+bool hal_shorted(void) { return GAP->status & GAP_STATUS_SHORTED_MASK; }
+
+void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
+    POWER->on_time = on;
+    POWER->off_time = off;
+    POWER->level = level;
+}
+
+void hal_sense(uint32_t on, uint32_t off) {
+    POWER->sense_on = on;
+    POWER->sense_off = off;
+}
+
+void hal_discharge(bool machining) {
+    POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);
+}
+
+uint32_t hal_highest_level(void) { return GET(POWER->limits, POWER_LIMITS_LEVEL); }
+
+void hal_pet(uint8_t key) { SAFETY->pet = key; }
+bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
+unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
+uint32_t hal_live_causes(void) { return SAFETY->live; }
+void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
+void hal_interlock_trip(void) { SAFETY->stop = 1; }
+void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }
+
+void hal_auxiliary_send(hal_letter letter, uint32_t code) {
+    AUXILIARY->send = PUT(code, AUXILIARY_SEND_CODE) | PUT(letter, AUXILIARY_SEND_LETTER);
+}
+
+void hal_auxiliary_timeout(uint32_t clocks) { AUXILIARY->timeout = clocks; }
+bool hal_auxiliary_busy(void) { return AUXILIARY->status & AUXILIARY_STATUS_BUSY_MASK; }
+
+bool hal_auxiliary_timed_out(void) {
+    uint32_t late = AUXILIARY->status & AUXILIARY_STATUS_TIMED_OUT_MASK;
+    if (late)
+        AUXILIARY->status = late;
+    return late;
+}
+
+int32_t hal_axis_command(unsigned axis) { return AXIS(axis)->command; }
+int32_t hal_axis_position(unsigned axis) { return AXIS(axis)->position; }
+int32_t hal_axis_error(unsigned axis) { return AXIS(axis)->error; }
+uint32_t hal_axis_overshoot(unsigned axis) { return AXIS(axis)->overshoot; }
+
+void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving) {
+    AXIS(axis)->follow_stopped = stopped;
+    AXIS(axis)->follow_moving = moving;
+}
+
+void hal_axis_mode(unsigned axis, bool step, bool reverse) {
+    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE);
+}
+
+void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
+    AXIS(axis)->step_time = PUT(width, AXIS_STEP_TIME_WIDTH) | PUT(space, AXIS_STEP_TIME_SPACE) |
+                            PUT(setup, AXIS_STEP_TIME_SETUP);
+}
+
+void hal_axis_adopt(unsigned axis) { AXIS(axis)->adopt = 1; }

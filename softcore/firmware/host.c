@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Checking of tapes for a computer; see host.h. */
+#include "host.h"
+
+#include "plan.h"
+#include "reader.h"
+#include "settings.h"
+#include "text.h"
+#include "units.h"
+#include "watch.h"
+
+/* The default machine of the simulation: a tape is judged for it. */
+#define CHECK_CLOCK_HZ 2000000
+#define CHECK_PULSES_PER_MM 10000
+
+static modal entered; /* what lines by hand have left */
+
+static modal fresh(void) {
+    modal state = {0};
+    plan_start(&state);
+    return state;
+}
+
+void gk_check_forget(void) { entered = fresh(); }
+
+static void prepare(void) {
+    units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
+    settings_init();
+}
+
+static bool parse(block *words, const char *text, uint32_t length, fault *f) {
+    block_begin(words, text, length);
+    block_result result;
+    do
+        result = block_step(words, settings_get(SET_BLOCK_SKIP), 16, f);
+    while (result == BLOCK_MORE);
+    return result == BLOCK_DONE;
+}
+
+static bool judge(const block *words, const modal *state, bool by_hand, plan *p, fault *f) {
+    return plan_block(words, state, by_hand, settings_highest_speed(), UNITS_POSITION_LIMIT, 2, p,
+                      f);
+}
+
+int gk_check_line(const char *line, char *message, uint32_t size) {
+    block words;
+    plan p;
+    fault f = {0};
+    prepare();
+    if (parse(&words, line, (uint32_t)text_length(line), &f) &&
+        judge(&words, &entered, true, &p, &f)) {
+        entered = p.after;
+        return 0;
+    }
+    fault_sentence(&f, message, size);
+    return -1;
+}
+
+static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
+    retraction_layer set = retraction_combined(&p->after.memory);
+    *r = (gk_record){.line = line, .skipped = skipped};
+    if (skipped)
+        return;
+    r->moves = p->moves;
+    r->speed = p->speed;
+    r->act = p->act;
+    r->stop = p->stop;
+    r->machining = p->machining_on ? 1 : p->machining_off ? -1 : 0;
+    r->condition = p->changes_condition ? p->after.condition->number : 0;
+    r->s = p->s;
+    r->t = p->t;
+    r->fluid_off = p->fluid_off;
+    bool more = true;
+    for (unsigned i = 0; i < BLOCK_CODES; i++) {
+        more = more && p->m[i] >= 0;
+        r->m[i] = more ? p->m[i] : -1;
+    }
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        r->delta[axis] = p->delta[axis];
+    r->given = set.given;
+    for (unsigned item = 0; item < ITEMS; item++)
+        r->items[item] = set.given & (1u << item) ? set.value[item] : 0;
+    r->dwell = p->dwell;
+    r->jump_period = p->after.jump.period;
+    r->jump_distance = p->after.jump.distance;
+    r->jump_speed = p->after.jump.speed;
+    r->jump_high = p->after.jump.high;
+}
+
+int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,
+                     uint32_t count, uint32_t place[3], char *message, uint32_t size) {
+    reader r;
+    block words;
+    plan p = {0};
+    modal state = entered;
+    uint32_t blocks = 0;
+    fault f = {0};
+    prepare();
+    plan_start(&state);
+    reader_begin(&r, tv);
+    for (uint32_t i = 0; i < length && f.code == FAULT_NONE; i++) {
+        reader_result result = reader_byte(&r, tape[i], &f);
+        if (result == READER_ENDED)
+            break;
+        if (result != READER_BLOCK)
+            continue;
+        f.line = r.line;
+        if (!parse(&words, r.text, r.length, &f)) {
+            f.block = block_has(&words, 'N') ? block_name(&words, 'N') : 0;
+            break;
+        }
+        if (!words.skipped) {
+            if (!judge(&words, &state, false, &p, &f))
+                break;
+            state = p.after;
+        }
+        if (blocks < count)
+            record(&records[blocks], r.line, &p, words.skipped);
+        blocks++;
+        f = (fault){0};
+        if (!words.skipped && p.stop == STOP_END)
+            reader_stop(&r);
+        else
+            reader_next(&r);
+    }
+    if (f.code == FAULT_NONE && reader_finish(&r, &f))
+        return (int)blocks;
+    if (place) {
+        place[0] = f.code;
+        place[1] = f.line;
+        place[2] = f.column;
+    }
+    fault_sentence(&f, message, size);
+    return -1;
+}
+
+int gk_check(const uint8_t *tape, uint32_t length, char *message, uint32_t size) {
+    return gk_check_records(tape, length, 0, 0, 0, 0, message, size);
+}
+
+int32_t gk_distance(uint64_t digits, uint32_t decimals, int inch, int32_t *pulses) {
+    return units_distance((units_number){digits, decimals}, inch, pulses);
+}
+
+int32_t gk_speed_of(uint64_t digits, uint32_t decimals, int inch, uint32_t *um_per_min) {
+    return units_speed((units_number){digits, decimals}, inch, um_per_min);
+}
+
+uint32_t gk_rate(uint32_t um_per_min) { return units_rate(um_per_min); }
+uint32_t gk_speed_of_rate(uint32_t rate) { return units_speed_of_rate(rate); }
+uint32_t gk_acceleration(uint32_t mm_per_s2) { return units_acceleration(mm_per_s2); }
+uint32_t gk_root(uint64_t square) { return units_root(square); }
+
+uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks) {
+    return units_speed_of_count(pulses, clocks);
+}
+
+uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration) {
+    return units_braking(rate, start_rate, acceleration);
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/* The firmware as a library of a computer: what Python calls. None of it is on the target. */
+#pragma once
+#include <stdint.h>
+
+/* Checking a tape: the reader, the words and their meaning, without any motion. */
+
+/* What a block of a checked tape would do. Distances in pulses, speeds in um/min. */
+typedef struct {
+    uint32_t line;
+    int32_t moves, delta[3];
+    uint32_t speed;
+    int32_t act;                /* plan_act */
+    int32_t stop;               /* plan_stop */
+    int32_t machining;          /* 1 on, -1 off, 0 as it was */
+    int32_t condition;          /* number, 0 for none */
+    int32_t s, t, m[6];         /* codes for the machine side, -1 for none */
+    int32_t fluid_off;
+    uint32_t given;             /* retraction items in force after the block, by bit */
+    int64_t items[6];           /* R L H E Q Z */
+    uint64_t dwell;             /* clocks */
+    uint32_t jump_period;       /* clocks */
+    int32_t jump_distance;
+    uint32_t jump_speed, jump_high;
+    int32_t skipped;
+} gk_record;
+
+/* Enter a line by hand before a check, such as the defaults of the retraction data. 0, or -1 with one
+   sentence in `message`. gk_check_forget takes back what was entered. */
+void gk_check_forget(void);
+int gk_check_line(const char *line, char *message, uint32_t size);
+
+/* Blocks of a tape that has no fault; or -1, with one sentence in `message`. */
+int gk_check(const uint8_t *tape, uint32_t length, char *message, uint32_t size);
+
+/* The same, with the TV check and what each block means: `count` records are filled at most. Of a
+   fault, its code, line and character are written to `place`. */
+int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,
+                     uint32_t count, uint32_t place[3], char *message, uint32_t size);
+
+/* The whole firmware on a model of the machine (`hal_host.c`). */
+void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
+void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
+uint32_t gk_send(const uint8_t *bytes, uint32_t length);
+uint32_t gk_receive(uint8_t *bytes, uint32_t size);
+
+/* How the model moves by itself: path pulses per pass at most; 0 stands still. */
+void gk_speed(uint32_t pulses);
+/* Move along the path, forward or back, as far as it is loaded; returns the pulses made. */
+int32_t gk_go(int32_t pulses);
+void gk_state(uint32_t state);  /* hal_motion_state */
+void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
+void gk_trip(uint32_t cause);
+void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing */
+void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
+int32_t gk_bound(uint32_t bound);
+int32_t gk_position(void);
+int32_t gk_axis(uint32_t axis); /* commanded position */
+uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
+void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
+uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
+
+/* Single functions. */
+int32_t gk_distance(uint64_t digits, uint32_t decimals, int inch, int32_t *pulses);
+int32_t gk_speed_of(uint64_t digits, uint32_t decimals, int inch, uint32_t *um_per_min);
+uint32_t gk_rate(uint32_t um_per_min);
+uint32_t gk_speed_of_rate(uint32_t rate);
+uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks);
+uint32_t gk_acceleration(uint32_t mm_per_s2);
+uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration);
+uint32_t gk_root(uint64_t square);

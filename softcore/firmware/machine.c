@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine.h"
+
+#include "events.h"
+#include "hal.h"
+#include "link.h"
+#include "output.h"
+#include "path.h"
+#include "program.h"
+#include "regs.h"
+
+/* Reads of the interlock after its clear before it counts as refused; it takes a few clocks. */
+#define CLEAR_TRIES 16
+
+static bool locked, held, running, machining;
+
+static const char *const CAUSE_TEXT[CAUSES] = {
+    [CAUSE_POWER_ON] = "nobody has cleared the interlock since power-on",
+    [CAUSE_ESTOP] = "emergency stop",
+    [CAUSE_DRIVE_FAULT] = "a drive reports a fault",
+    [CAUSE_LIMIT_LOW] = "an axis is on its lower limit switch",
+    [CAUSE_LIMIT_HIGH] = "an axis is on its upper limit switch",
+    [CAUSE_FLUID_LOW] = "the fluid is below its level",
+    [CAUSE_WATCHDOG] = "the firmware stopped calling the watchdog",
+    [CAUSE_ERROR_SATURATED] = "an error counter reached its limit",
+    [CAUSE_ENCODER] = "an encoder made an illegal transition",
+    [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
+    [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
+    [CAUSE_FIRMWARE] = "the firmware asked for it",
+};
+
+void machine_init(void) {
+    locked = true;
+    held = running = machining = false;
+    hal_control(false, false);
+    hal_discharge(false);
+}
+
+bool machine_locked(void) { return locked; }
+bool machine_held(void) { return held; }
+bool machine_machining(void) { return machining; }
+
+void machine_run(bool run) {
+    if (running == run)
+        return;
+    running = run;
+    hal_control(running, held);
+}
+
+void machine_hold(bool hold) {
+    held = hold;
+    hal_control(running, held);
+}
+
+void machine_discharge(bool on) {
+    machining = on;
+    hal_discharge(on);
+}
+
+void machine_retract(void) {
+    if (!locked && running)
+        hal_retract();
+}
+
+static void stop(void) {
+    held = false;
+    running = true; /* so that the register is written whatever it was */
+    machine_run(false);
+    machine_discharge(false);
+    program_abort();
+}
+
+void machine_alarm(const fault *f) {
+    char sentence[200];
+    stop();
+    events_flush();
+    fault_sentence(f, sentence, sizeof sentence);
+    if (f->line)
+        events_set_line(f->line);
+    if (!locked) {
+        events_now("alarm", ",%u,%s", (uint32_t)f->code, sentence);
+        output_line("ALARM:%u", (uint32_t)f->code);
+    } else {
+        output_line("[MSG:%s]", sentence);
+    }
+    locked = true;
+}
+
+static const char *cause_text(unsigned cause) {
+    return cause < CAUSES ? CAUSE_TEXT[cause] : "unknown cause";
+}
+
+bool machine_unlock(fault *f) {
+    if (!locked)
+        return true;
+    if (hal_motion_read().moving && !hal_safe())
+        return fault_at(f, FAULT_LOCKED, 0, "the machine is still coming to rest");
+    /* The command is set to the position while the outputs are still safe: cleared first, the drives
+       would be enabled with the old error. */
+    if (hal_safe()) {
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            hal_axis_adopt(axis);
+        hal_interlock_clear();
+        for (unsigned i = 0; i < CLEAR_TRIES && hal_safe(); i++) {
+        }
+        if (hal_safe())
+            return fault_at(f, FAULT_TRIP, 0, "the interlock stays open: %s",
+                            cause_text(hal_first_cause()));
+    }
+    /* A path that begins here also ends the halted state. */
+    events_drop();
+    path_begin();
+    program_resynchronise();
+    locked = false;
+    return true;
+}
+
+void machine_reset(void) {
+    bool moving = !path_at_front() || program_running();
+    if (moving && !locked) {
+        fault f = {.code = FAULT_RESET, .text = "reset by the operator during motion"};
+        machine_alarm(&f);
+    }
+    stop();
+    link_banner();
+}
+
+void machine_halted(unsigned detail) {
+    static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
+                                       FAULT_HALT_SERIES, FAULT_HALT_NO_DATA};
+    static const char *const texts[] = {
+        "retraction stopped",
+        "still short at the retractable limit",
+        "still short where the way back ends (ceiling, soft limit or start of the path)",
+        "too many shorts in series without new depth",
+        "short without retraction data (G36)",
+    };
+    unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
+    fault f = {.line = events_line()};
+    fault_at(&f, codes[row], 0, "%s", texts[row]);
+    machine_alarm(&f);
+}
+
+void machine_tripped(unsigned cause) {
+    if (locked && cause == CAUSE_POWER_ON)
+        return;
+    fault f = {.line = events_line()};
+    fault_at(&f, FAULT_TRIP, 0, "interlock: %s", cause_text(cause));
+    machine_alarm(&f);
+}
+
+void machine_events_lost(void) {
+    fault f = {0};
+    fault_at(&f, FAULT_EVENTS, 0, "events of the gateware were lost");
+    machine_alarm(&f);
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/* State of the machine as a whole: locked by an alarm, free, held; discharge; alarms. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fault.h"
+
+void machine_init(void);
+
+bool machine_locked(void);
+bool machine_held(void);
+bool machine_machining(void);
+
+void machine_run(bool run);             /* path pulses are allowed */
+void machine_hold(bool hold);
+void machine_discharge(bool machining);
+void machine_retract(void);             /* operator's order */
+
+/* Stop everything, tell the host, and lock until machine_unlock. */
+void machine_alarm(const fault *f);
+bool machine_unlock(fault *f);
+void machine_reset(void);               /* operator's reset */
+
+/* The gateware's events that end a program. */
+void machine_halted(unsigned detail);
+void machine_tripped(unsigned cause);
+void machine_events_lost(void);

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Everything the firmware says, in a queue that never blocks: whoever has much to say asks for room
+   first. Answers to tape frames overtake it between two lines. */
+#pragma once
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#define OUTPUT_QUEUE 4096       /* bytes; a power of two */
+#define OUTPUT_LINE 320         /* longest line with its end */
+#define OUTPUT_RESERVE 1024     /* kept free for alarms and answers */
+
+void output_init(void);
+void output_step(void);                         /* send what the link takes */
+bool output_has_room(void);                     /* for a few lines, without the reserve */
+bool output_is_empty(void);
+void output_line(const char *format, ...);      /* as text_print, with CR LF; dropped if full */
+void output_answer(uint8_t code, uint8_t sequence); /* two bytes for a tape frame */
+
+/* An event line: stamp, line, place (machine frame), then what `format` adds. */
+void output_event(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,
+                  const char *format, ...);
+void output_vevent(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,
+                   const char *format, va_list arguments);
+
+/* Origin of the program frame, subtracted from every event's place. */
+void output_frame(const int32_t *offset);

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plan.h"
+
+#include "units.h"
+
+/* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
+typedef enum { G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_GROUPS } g_group;
+
+typedef struct {
+    uint16_t tenths;
+    uint8_t group;
+} g_row;
+
+static const g_row G_ROWS[] = {
+    {0, G_MOTION}, {10, G_MOTION}, {40, G_ONCE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
+    {370, G_ONCE}, {380, G_ONCE}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE},
+    {940, G_FEED},
+};
+
+typedef struct {
+    uint16_t first, last; /* tenths */
+    const char *name;
+} refused_row;
+
+/* Codes of the dialect that this version does not carry out: named, so that nobody looks for a
+   typing error. */
+static const refused_row REFUSED[] = {
+    {20, 30, "arcs (G02, G03) are not in this version"},
+    {170, 190, "planes (G17 to G19) belong to arcs, which are not in this version"},
+    {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
+    {400, 420, "cutter compensation is not in this version"},
+    {540, 599, "work offsets (G54 to G59) are not in this version; use G92"},
+    {950, 950, "servo feed (G95) is not in this version; use G94"},
+};
+
+typedef struct {
+    const block *b;
+    fault *f;
+    plan *p;
+    int16_t g[G_GROUPS];        /* tenths by group, -1 for none */
+    uint32_t column[G_GROUPS];
+    uint32_t free;              /* letters that nothing has used yet */
+} context;
+
+static const char AXIS[HAL_AXES] = {'X', 'Y', 'Z'};
+#define AXIS_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
+
+void plan_start(modal *state) {
+    state->inch = state->incremental = false;
+    state->mode = MODE_NONE;
+    state->feed = 0;
+    state->memory.tape.given = 0;
+    state->jump.period = 0;
+    state->condition = 0;
+}
+
+/* Use a letter of the block, if it is there. */
+static const word *take(context *c, char letter) {
+    if (!block_has(c->b, letter))
+        return 0;
+    c->free &= ~BLOCK_BIT(letter);
+    return BLOCK_WORD(c->b, letter);
+}
+
+static bool find_groups(context *c) {
+    for (unsigned group = 0; group < G_GROUPS; group++)
+        c->g[group] = -1;
+    for (unsigned i = 0; i < c->b->g_count; i++) {
+        code_word code = c->b->g[i];
+        for (unsigned k = 0; k < sizeof REFUSED / sizeof *REFUSED; k++)
+            if (code.tenths >= REFUSED[k].first && code.tenths <= REFUSED[k].last)
+                return fault_at(c->f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
+        const g_row *row = G_ROWS;
+        const g_row *end = G_ROWS + sizeof G_ROWS / sizeof *G_ROWS;
+        while (row < end && row->tenths != code.tenths)
+            row++;
+        if (row == end)
+            return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
+                            (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+        if (c->g[row->group] >= 0)
+            return fault_at(c->f, FAULT_CONFLICT, code.column, "G%u and G%u exclude each other",
+                            (uint32_t)c->g[row->group] / 10, (uint32_t)code.tenths / 10);
+        c->g[row->group] = (int16_t)code.tenths;
+        c->column[row->group] = code.column;
+    }
+    return true;
+}
+
+static bool distance(context *c, const word *w, char letter, int32_t *pulses) {
+    if (!units_distance(w->number, c->p->after.inch, pulses))
+        return fault_at(c->f, FAULT_OVERFLOW, w->column, "the distance %c is out of range", letter);
+    if (w->negative)
+        *pulses = -*pulses;
+    return true;
+}
+
+static bool speed(context *c, const word *w, char letter, uint32_t *um_per_min) {
+    if (!units_speed(w->number, c->p->after.inch, um_per_min))
+        return fault_at(c->f, FAULT_OVERFLOW, w->column, "the speed %c is out of range", letter);
+    return true;
+}
+
+static bool plan_feed(context *c, uint32_t highest_speed) {
+    const word *w = take(c, 'F');
+    if (!w)
+        return true;
+    if (!speed(c, w, 'F', &c->p->after.feed))
+        return false;
+    if (c->p->after.feed == 0)
+        return fault_at(c->f, FAULT_FEED, w->column, "the feed F must be above zero");
+    if (c->p->after.feed > highest_speed)
+        return fault_at(c->f, FAULT_FEED, w->column, "the feed F is above the machine's %u mm/min",
+                        highest_speed / 1000);
+    return true;
+}
+
+/* G36 and G38 carry no motion and no other word. */
+static bool alone(context *c, uint32_t allowed) {
+    uint32_t column = 0;
+    if (c->b->g_count > 1)
+        column = c->b->g[c->b->g[0].tenths == (uint16_t)c->g[G_ONCE] ? 1 : 0].column;
+    else if (c->b->m_count)
+        column = c->b->m[0].column;
+    uint32_t others = c->b->present & ~(allowed | BLOCK_BIT('N'));
+    for (unsigned i = 0; others && !column; i++)
+        if (others & (1u << i))
+            column = c->b->words[i].column;
+    if (column)
+        return fault_at(c->f, FAULT_PLACE, column, "a G%u block carries no other word",
+                        (uint32_t)c->g[G_ONCE] / 10);
+    return true;
+}
+
+static bool plan_retraction(context *c, bool mdi, uint32_t highest_speed) {
+    uint32_t letters = BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | BLOCK_BIT('E') |
+                       BLOCK_BIT('Q') | BLOCK_BIT('Z');
+    if (!alone(c, letters))
+        return false;
+    modal *after = &c->p->after;
+    retraction_layer *layer = mdi ? &after->memory.mdi : &after->memory.tape;
+    uint32_t columns[ITEMS] = {0};
+    for (unsigned item = 0; item < ITEMS; item++) {
+        char letter = RETRACTION_LETTERS[item];
+        const word *w = take(c, letter);
+        if (!w)
+            continue;
+        columns[item] = w->column;
+        int32_t pulses;
+        uint32_t um_per_min;
+        if (item == ITEM_L || item == ITEM_Q || item == ITEM_Z) {
+            if (!distance(c, w, letter, &pulses))
+                return false;
+            /* The ceiling is a position in the work frame, kept in the machine's. */
+            layer->value[item] = item == ITEM_Z ? pulses + after->offset[2] : pulses;
+        } else {
+            if (!speed(c, w, letter, &um_per_min))
+                return false;
+            layer->value[item] = um_per_min;
+        }
+        layer->given |= (uint8_t)(1u << item);
+    }
+    /* What was entered by hand may wait for the tape to complete it. */
+    retraction_layer set = retraction_combined(&after->memory);
+    return retraction_check(&set, !mdi, highest_speed, columns, c->f);
+}
+
+static bool plan_defaults(context *c, uint32_t highest_speed) {
+    static const uint32_t nowhere[ITEMS];
+    if (!alone(c, 0))
+        return false;
+    c->p->after.memory.tape.given = 0;
+    retraction_layer set = retraction_combined(&c->p->after.memory);
+    return retraction_check(&set, true, highest_speed, nowhere, c->f);
+}
+
+static bool jump_speed(context *c, const word *w, char letter, uint32_t highest, uint32_t *value) {
+    if (!w)
+        return true;
+    if (!speed(c, w, letter, value))
+        return false;
+    if (*value > highest)
+        return fault_at(c->f, FAULT_RETRACTION, w->column,
+                        "the speed %c is above the machine's %u mm/min", letter, highest / 1000);
+    return true;
+}
+
+static bool plan_jump(context *c, uint32_t highest_speed) {
+    if (!alone(c, BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('R') | BLOCK_BIT('H')))
+        return false;
+    retraction_jump *jump = &c->p->after.jump;
+    const word *period = take(c, 'P'), *limit = take(c, 'L');
+    const word *up = take(c, 'R'), *high = take(c, 'H');
+    if (!period)
+        return fault_at(c->f, FAULT_MISSING, 0, "G38 needs the period P");
+    uint64_t clocks;
+    if (!units_clocks(period->number, true, &clocks) || clocks > UINT32_MAX)
+        return fault_at(c->f, FAULT_OVERFLOW, period->column, "the period P is out of range");
+    jump->period = (uint32_t)clocks;
+    if (limit && !distance(c, limit, 'L', &jump->distance))
+        return false;
+    if (!jump_speed(c, up, 'R', highest_speed, &jump->speed) ||
+        !jump_speed(c, high, 'H', highest_speed, &jump->high))
+        return false;
+    if (!jump->period)
+        return true;
+    char missing = jump->distance == 0 ? 'L' : jump->speed == 0 ? 'R' : jump->high == 0 ? 'H' : 0;
+    if (missing)
+        return fault_at(c->f, FAULT_MISSING, 0, "G38 needs %c, above zero", missing);
+    /* The way back ends like any re-advance: at the changeover, then low. */
+    retraction_layer set = retraction_combined(&c->p->after.memory);
+    if (!retraction_complete(&set))
+        return fault_at(c->f, FAULT_RETRACTION, 0, "G38 needs retraction data (G36) before it");
+    return true;
+}
+
+static bool plan_dwell(context *c) {
+    const word *ms = take(c, 'P'), *seconds = take(c, 'X');
+    if (!ms == !seconds)
+        return fault_at(c->f, ms ? FAULT_CONFLICT : FAULT_MISSING, ms ? ms->column : 0,
+                        "G04 needs its time, as P (ms) or X (s)");
+    const word *w = ms ? ms : seconds;
+    if (w->negative || !units_clocks(w->number, ms != 0, &c->p->dwell))
+        return fault_at(c->f, FAULT_OVERFLOW, w->column, "the time of G04 is out of range");
+    return true;
+}
+
+static bool plan_set_position(context *c) {
+    if (!(c->b->present & AXIS_LETTERS))
+        return fault_at(c->f, FAULT_MISSING, 0, "G92 needs X, Y or Z");
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        const word *w = take(c, AXIS[axis]);
+        int32_t pulses;
+        if (!w)
+            continue;
+        if (!distance(c, w, AXIS[axis], &pulses))
+            return false;
+        c->p->after.offset[axis] = c->p->after.position[axis] - pulses;
+    }
+    return true;
+}
+
+static bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned jump_axis) {
+    modal *after = &c->p->after;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        const word *w = take(c, AXIS[axis]);
+        int32_t pulses;
+        if (!w)
+            continue;
+        if (after->mode == MODE_NONE)
+            return fault_at(c->f, FAULT_MODE, w->column, "%c without G00 or G01", AXIS[axis]);
+        if (!distance(c, w, AXIS[axis], &pulses))
+            return false;
+        /* Four times 2**28 at most: no overflow. */
+        int32_t target = pulses + (after->incremental ? after->position[axis] : after->offset[axis]);
+        if (target > UNITS_POSITION_LIMIT || target < -UNITS_POSITION_LIMIT ||
+            (axis == jump_axis && target > soft_limit && target > after->position[axis]))
+            return fault_at(c->f, FAULT_TRAVEL, w->column, "%c is beyond the travel", AXIS[axis]);
+        c->p->delta[axis] = target - after->position[axis];
+        c->p->moves = c->p->moves || c->p->delta[axis] != 0;
+        after->position[axis] = target;
+    }
+    c->p->speed = after->mode == MODE_RAPID ? highest_speed : after->feed;
+    if (c->p->moves && !c->p->speed)
+        return fault_at(c->f, FAULT_FEED, c->column[G_MOTION], "G01 without a feed F");
+    return true;
+}
+
+static bool plan_condition(context *c) {
+    const word *w = take(c, 'C');
+    if (!w)
+        return true;
+    c->p->after.condition = technology_find(block_name(c->b, 'C'));
+    c->p->changes_condition = true;
+    if (!c->p->after.condition)
+        return fault_at(c->f, FAULT_CONDITION, w->column,
+                        "the machining condition C%u is not in the table", block_name(c->b, 'C'));
+    return true;
+}
+
+static bool plan_auxiliary(context *c) {
+    plan *p = c->p;
+    const word *s = take(c, 'S'), *t = take(c, 'T');
+    p->s = s ? (int32_t)block_name(c->b, 'S') : -1;
+    p->t = t ? (int32_t)block_name(c->b, 'T') : -1;
+    if (p->s > UINT16_MAX || p->t > UINT16_MAX)
+        return fault_at(c->f, FAULT_OVERFLOW, p->s > UINT16_MAX ? s->column : t->column,
+                        "the code of S or T is above 65535");
+    unsigned passed = 0, fluid = 0;
+    uint32_t machining_column = 0;
+    for (unsigned i = 0; i < c->b->m_count; i++) {
+        code_word code = c->b->m[i];
+        uint32_t m = code.tenths / 10;
+        bool clash = false;
+        if (code.tenths % 10)
+            return fault_at(c->f, FAULT_NUMBER, code.column, "the word M takes no decimal point");
+        if (m <= 2 || m == 30) {
+            clash = p->stop != STOP_NONE;
+            p->stop = m == 0 ? STOP_PROGRAM : m == 1 ? STOP_OPTIONAL : STOP_END;
+        } else if (m == 3 || m == 5) {
+            clash = p->machining_on || p->machining_off;
+            machining_column = code.column;
+            p->machining_on = m == 3;
+            p->machining_off = m == 5;
+        } else if (m == 9) {
+            clash = fluid++;
+            p->fluid_off = true;
+        } else {
+            clash = m == 8 ? fluid++ : 0;
+            p->m[passed++] = (int32_t)m;
+        }
+        if (clash)
+            return fault_at(c->f, FAULT_CONFLICT, code.column,
+                            "M%u and another M code exclude each other", m);
+    }
+    if (passed < BLOCK_CODES)
+        p->m[passed] = -1;
+    if (p->machining_on && !p->after.condition)
+        return fault_at(c->f, FAULT_CONDITION, machining_column,
+                        "M03 without a machining condition (C) before it");
+    return true;
+}
+
+static bool plan_once(context *c, bool mdi, uint32_t highest_speed) {
+    switch (c->g[G_ONCE]) {
+    case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
+    case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed);
+    case 370: c->p->act = ACT_DEFAULTS; return plan_defaults(c, highest_speed);
+    case 380: c->p->act = ACT_JUMP; return plan_jump(c, highest_speed);
+    case 920: c->p->act = ACT_SET_POSITION; return plan_set_position(c);
+    default: return true;
+    }
+}
+
+/* Every word must have meant something. */
+static bool nothing_left(context *c) {
+    for (unsigned i = 0; c->free; i++)
+        if (c->free & (1u << i))
+            return fault_at(c->f, FAULT_PLACE, c->b->words[i].column,
+                            "the word %c has no meaning in this block", (char)('A' + i));
+    return true;
+}
+
+bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
+                int32_t soft_limit, unsigned jump_axis, plan *p, fault *f) {
+    context c = {.b = b, .f = f, .p = p, .free = b->present};
+    *p = (plan){.after = *state, .s = -1, .t = -1, .m = {-1}, .name = -1};
+    f->block = block_has(b, 'N') ? block_name(b, 'N') : 0;
+    take(&c, 'N');
+    if (take(&c, 'O'))
+        p->name = block_name(b, 'O');
+    if (!find_groups(&c))
+        return false;
+    if (c.g[G_UNITS] >= 0)
+        p->after.inch = c.g[G_UNITS] == 200;
+    if (c.g[G_DISTANCE] >= 0)
+        p->after.incremental = c.g[G_DISTANCE] == 910;
+    if (c.g[G_MOTION] >= 0)
+        p->after.mode = c.g[G_MOTION] == 0 ? MODE_RAPID : MODE_FEED;
+    if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
+        return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
+                        (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
+    if (!plan_once(&c, mdi, highest_speed) || !plan_feed(&c, highest_speed) ||
+        !plan_condition(&c) || !plan_auxiliary(&c) ||
+        (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
+        !nothing_left(&c))
+        return false;
+    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->machining_on || p->s >= 0 ||
+                     p->t >= 0 || p->m[0] >= 0;
+    p->acts_after = p->machining_off || p->fluid_off || p->stop != STOP_NONE;
+    return true;
+}

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program.h"
+
+#include "events.h"
+#include "execute.h"
+#include "hal.h"
+#include "link.h"
+#include "machine.h"
+#include "output.h"
+#include "path.h"
+#include "reader.h"
+#include "settings.h"
+
+#define READ_BUDGET 12      /* bytes of tape per step */
+#define PARSE_BUDGET 16     /* characters per step */
+
+typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
+
+static uint8_t tape[PROGRAM_TAPE];
+static uint32_t tape_head, tape_tail;
+static enum { TAPE_NONE, TAPE_OPEN, TAPE_RUNNING } tape_state;
+static bool tape_ended;     /* no more bytes will come */
+static bool announced;      /* `start` has been told */
+static reader tape_reader;
+
+static stage at;
+static bool by_hand;        /* the block at work comes from a line */
+static char line_text[READER_BLOCK_SIZE];
+static uint32_t line_length;
+static bool line_waits;
+static block words;
+static plan work;
+static fault trouble;
+static program_cost cost;
+static uint32_t spent;      /* clocks on the block at work */
+
+void program_init(void) {
+    tape_head = tape_tail = 0;
+    tape_state = TAPE_NONE;
+    tape_ended = announced = line_waits = by_hand = false;
+    at = STAGE_READ;
+    cost = (program_cost){0};
+    execute_init();
+}
+
+bool program_on_tape(void) { return tape_state == TAPE_RUNNING; }
+bool program_running(void) { return program_on_tape() || at != STAGE_READ || line_waits; }
+bool program_paused(void) { return at == STAGE_EXECUTE && execute_paused(); }
+program_cost program_profile(void) { return cost; }
+void program_resynchronise(void) { execute_resynchronise(); }
+const int32_t *program_offset(void) { return execute_state()->offset; }
+
+void program_resume(void) {
+    if (program_paused())
+        execute_resume();
+}
+
+static void answer_line(const fault *f) {
+    by_hand = line_waits = false;
+    link_answer(f);
+}
+
+void program_abort(void) {
+    if (by_hand || line_waits) {
+        fault f = {0};
+        fault_at(&f, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
+        answer_line(&f);
+    }
+    tape_state = TAPE_NONE;
+    tape_head = tape_tail = 0;
+    at = STAGE_READ;
+    execute_abort();
+}
+
+bool program_tape_begin(void) {
+    if (program_on_tape())
+        return false;
+    tape_state = TAPE_OPEN;
+    tape_head = tape_tail = 0;
+    tape_ended = announced = false;
+    reader_begin(&tape_reader, settings_get(SET_TV));
+    return true;
+}
+
+uint32_t program_tape_room(void) { return PROGRAM_TAPE - (tape_head - tape_tail); }
+
+void program_tape_byte(uint8_t byte) {
+    if (tape_state != TAPE_NONE)
+        tape[tape_head++ % PROGRAM_TAPE] = byte;
+}
+
+void program_tape_end(void) { tape_ended = true; }
+
+bool program_line(const char *text, uint32_t length) {
+    if (line_waits || by_hand)
+        return false;
+    line_length = length < sizeof line_text ? length : sizeof line_text;
+    for (uint32_t i = 0; i < line_length; i++)
+        line_text[i] = text[i];
+    line_waits = true;
+    return true;
+}
+
+static void fail(void) {
+    if (by_hand) {
+        /* Nothing has been done: the machine needs no alarm, the operator an answer. */
+        at = STAGE_READ;
+        answer_line(&trouble);
+    } else {
+        machine_alarm(&trouble);
+    }
+}
+
+static void begin_block(const char *text, uint32_t length) {
+    trouble = (fault){.line = by_hand ? 0 : tape_reader.line};
+    block_begin(&words, text, length);
+    at = STAGE_PARSE;
+}
+
+/* The tape starts to run with its first byte. */
+static bool tape_starts(void) {
+    if (tape_state == TAPE_OPEN && (tape_head != tape_tail || tape_ended)) {
+        if (!path_at_front())
+            return false; /* a line entered by hand is still being carried out */
+        tape_state = TAPE_RUNNING;
+        if (machine_locked()) {
+            trouble = (fault){0};
+            fault_at(&trouble, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
+            fail();
+            return false;
+        }
+        execute_start();
+    }
+    return tape_state == TAPE_RUNNING;
+}
+
+static void read_tape(void) {
+    if (!tape_starts())
+        return;
+    trouble = (fault){0};
+    for (unsigned i = 0; i < READ_BUDGET && tape_head != tape_tail; i++) {
+        switch (reader_byte(&tape_reader, tape[tape_tail++ % PROGRAM_TAPE], &trouble)) {
+        case READER_BLOCK: begin_block(tape_reader.text, tape_reader.length); return;
+        case READER_FAULT: fail(); return;
+        case READER_ENDED: return;
+        default: break;
+        }
+    }
+    if (tape_head == tape_tail && tape_ended && !reader_finish(&tape_reader, &trouble))
+        fail();
+}
+
+static void step_read(void) {
+    if (!line_waits) {
+        read_tape();
+        return;
+    }
+    line_waits = false;
+    by_hand = true;
+    begin_block(line_text, line_length);
+}
+
+static void finish_block(void) {
+    at = STAGE_READ;
+    if (by_hand)
+        answer_line(0);
+    else if (tape_reader.state == READ_DATA)
+        reader_next(&tape_reader);
+}
+
+static void step_parse(void) {
+    switch (block_step(&words, settings_get(SET_BLOCK_SKIP), PARSE_BUDGET, &trouble)) {
+    case BLOCK_DONE:
+        if (words.skipped)
+            finish_block();
+        else
+            at = STAGE_PLAN;
+        break;
+    case BLOCK_FAULT:
+        trouble.block = block_has(&words, 'N') ? block_name(&words, 'N') : 0;
+        fail();
+        break;
+    default: break;
+    }
+}
+
+static void step_plan(void) {
+    if (!plan_block(&words, execute_state(), by_hand, settings_highest_speed(),
+                    settings_soft_limit(), hal_jump_axis(), &work, &trouble)) {
+        fail();
+        return;
+    }
+    if (!by_hand && work.stop == STOP_END)
+        reader_stop(&tape_reader);
+    cost.blocks++;
+    at = STAGE_ANNOUNCE;
+}
+
+static void step_announce(void) {
+    if (!by_hand && !announced) {
+        announced = true;
+        events_set_line(tape_reader.line);
+        if (work.name >= 0)
+            events_now("start", ",%u", (uint32_t)work.name);
+        else
+            events_now("start", ",");
+        return;
+    }
+    /* A block without words, such as a comment, is not worth an event. */
+    bool empty = !words.present && !words.g_count && !words.m_count;
+    execute_begin(&work, by_hand, tape_reader.line, words.text, empty ? 0 : words.length);
+    at = STAGE_EXECUTE;
+}
+
+static void step_execute(void) {
+    trouble = (fault){.line = by_hand ? 0 : tape_reader.line, .block = trouble.block};
+    switch (execute_step(&trouble)) {
+    case EXECUTE_DONE: finish_block(); break;
+    case EXECUTE_END:
+        tape_state = by_hand ? tape_state : TAPE_NONE;
+        finish_block();
+        break;
+    case EXECUTE_FAULT: machine_alarm(&trouble); break;
+    default: break;
+    }
+}
+
+void program_step(void) {
+    if (!output_has_room())
+        return;
+    uint32_t began = hal_cycle_low();
+    stage was = at;
+    switch (at) {
+    case STAGE_READ: step_read(); break;
+    case STAGE_PARSE: step_parse(); break;
+    case STAGE_PLAN: step_plan(); break;
+    case STAGE_ANNOUNCE: step_announce(); return;
+    case STAGE_EXECUTE: step_execute(); return;
+    }
+    if (was == STAGE_READ && at == STAGE_READ && !program_on_tape())
+        return;
+    spent += hal_cycle_low() - began;
+    if (was == STAGE_PLAN) {
+        cost.total += spent;
+        cost.worst = spent > cost.worst ? spent : cost.worst;
+        spent = 0;
+    }
+}

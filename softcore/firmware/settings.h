@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Machine constants that the host writes before a run (`$n=value`) and lists (`$$`). */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {
+    SET_SHORT_NEEDED, SET_SHORT_WINDOW, SET_SHORT_DURATION_US, SET_CLEAR_NEEDED, SET_BLANKING_NS,
+    SET_SENSE_ON_NS, SET_SENSE_OFF_NS, SET_GAIN_PULSES, SET_REPEATS, SET_SETTLE_US,
+    SET_START_SPEED_UM_S, SET_ACCELERATION_MM_S2, SET_HIGHEST_SPEED_MM_MIN,
+    SET_FOLLOW_STOPPED, SET_FOLLOW_MOVING, SET_SOFT_LIMIT_UM,
+    SET_STEP_AXES, SET_REVERSED_ENCODERS, SET_STEP_WIDTH_NS, SET_STEP_SPACE_NS, SET_STEP_SETUP_NS,
+    SET_TV, SET_BLOCK_SKIP, SET_OPTIONAL_STOP, SET_FIN_MS, SET_FLUID_REQUIRED,
+    SETTINGS
+} setting;
+
+typedef struct {
+    uint32_t initial, lowest, highest;
+    const char *name;
+} setting_row;
+
+extern const setting_row SETTING_ROWS[SETTINGS];
+
+void settings_init(void);           /* initial values, into the gateware */
+uint32_t settings_get(setting which);
+bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of range */
+
+/* Settings in the gateware's units. */
+uint32_t settings_start_rate(void);
+uint32_t settings_acceleration(void);
+uint32_t settings_highest_speed(void);  /* um/min */
+int32_t settings_soft_limit(void);      /* pulses, machine frame */

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Exact conversions between what programs say and what the gateware counts. Integers only.
+   A programmed number comes as it stands: its digits, and how many of them are decimals. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#define UNITS_DIGITS 12             /* significant digits of a programmed number, */
+#define UNITS_DECIMALS 7            /* and how many may be decimals */
+#define UNITS_POSITION_LIMIT (1 << 28) /* pulses; a move between two such points fits a segment */
+#define UNITS_RATE_LIMIT (1u << 30) /* 2**-32 pulse/clock: one pulse in four clocks */
+
+void units_init(uint32_t clock_hz, uint32_t pulses_per_mm);
+
+typedef struct {
+    uint64_t digits;        /* below 10**UNITS_DIGITS */
+    unsigned decimals;      /* at most UNITS_DECIMALS */
+} units_number;
+
+/* Distance in pulses, half a pulse away from zero; false if it does not fit. */
+bool units_distance(units_number number, bool inch, int32_t *pulses);
+
+/* Speed in um/min, half upwards; false if it does not fit. */
+bool units_speed(units_number number, bool inch, uint32_t *um_per_min);
+
+/* Clocks of a time in seconds or milliseconds; false above 36 000 s. */
+bool units_clocks(units_number number, bool milliseconds, uint64_t *clocks);
+
+uint32_t units_rate(uint32_t um_per_min);       /* saturates at UNITS_RATE_LIMIT */
+uint32_t units_speed_of_rate(uint32_t rate);    /* um/min */
+uint32_t units_speed_of_count(uint32_t pulses, uint32_t clocks);    /* um/min */
+uint32_t units_acceleration(uint32_t mm_per_s2); /* 2**-32 pulse/clock per 16 clock, at least 1 */
+uint32_t units_clocks_of_ns(uint32_t ns);       /* upwards */
+uint32_t units_clocks_of_us(uint32_t us);       /* upwards, saturating */
+uint32_t units_tenths_of_um(uint32_t pulses);
+int32_t units_pulses_of_um(uint32_t um);
+
+/* Path pulses from `rate` down to `start_rate` at `acceleration`, rounded up. */
+uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration);
+
+/* Rounded down. A value below 2**32 takes the divider of the CPU; the 64-bit division costs about a
+   thousand clocks. */
+uint64_t units_quotient(uint64_t value, uint32_t divisor);
+uint32_t units_root(uint64_t square);           /* nearest integer to the square root */

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware, compiled: an image for the soft core, and a library of it for this computer.
+
+Both come from the same sources; the library has ``hal_host.c`` in place of the registers. Results
+are kept under ``build/firmware/`` by the digest of everything that goes into them.
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+__all__ = ["FirmwareError", "host_library", "target_image"]
+
+SOURCES = Path(__file__).parent / "firmware"
+BUILD = Path(__file__).parents[1] / "build" / "firmware"
+
+TARGET_ONLY = {"hal_regs.c", "main.c", "memory.S", "start.S"}
+HOST_ONLY = {"hal_host.c", "host.c"}
+
+# A warning is an error: the firmware has no other reader.
+COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror"]
+# Whole-program optimisation and linker relaxation save an eighth of the code. The sanitizer that
+# zig turns on by default has no place on the target.
+TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+zicsr", "-Os", "-flto",
+          "-mrelax", "-ffreestanding", "-fno-sanitize=all", "-Wl,--gc-sections"]
+SANITIZE = {
+    "": [],
+    "undefined": ["-fsanitize=undefined", "-fno-sanitize-recover=all"],
+    "address": ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
+}
+
+
+class FirmwareError(RuntimeError):
+    """The firmware does not compile; the compiler's own words follow."""
+
+
+def _zig(tool):
+    return [sys.executable, "-m", "ziglang", tool]
+
+
+def _host_compiler():
+    """The machine's C compiler if it has one, else zig's."""
+    for name in ("cc", "gcc", "clang"):
+        found = shutil.which(name)
+        if found:
+            return [found]
+    return _zig("cc")
+
+
+def _is_clang(compiler):
+    said = subprocess.run([*compiler, "--version"], capture_output=True, text=True, check=False)
+    return "clang" in said.stdout
+
+
+def _sources(leave_out):
+    return sorted(path for path in SOURCES.iterdir()
+                  if path.suffix in {".c", ".S"} and path.name not in leave_out)
+
+
+def _digest(command):
+    total = hashlib.sha256(repr(command).encode())
+    for path in sorted(SOURCES.iterdir()):
+        total.update(path.name.encode() + b"\0" + path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def _run(command):
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True,
+                          check=False)
+    if done.returncode:
+        raise FirmwareError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+
+
+def _cached(name, command, build):
+    """Path of ``name`` in the folder of its digest; ``build(folder)`` makes it if it is not there.
+
+    It is made under another name and moved, so that two processes may build at once.
+    """
+    folder = BUILD / _digest(command)
+    result = folder / name
+    if not result.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as place:
+            build(Path(place))
+            os.replace(Path(place) / name, result)
+    return result
+
+
+def target_image(memory_size: int = 65536) -> Path:
+    """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
+
+    Parameters
+    ----------
+    memory_size : int
+        Bytes of the block RAM that holds code, data and stack.
+
+    Raises
+    ------
+    FirmwareError
+        If it does not compile, or does not fit.
+    """
+    command = [*_zig("cc"), *TARGET, *COMMON, *_sources(HOST_ONLY)]
+    # zig's linker front end does not know --defsym.
+    script = f"__ram_size = {memory_size};\n" + (SOURCES / "link.ld").read_text()
+
+    def build(folder):
+        (folder / "link.ld").write_text(script)
+        _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
+        _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])
+
+    return _cached("firmware.bin", [*command, script], build)
+
+
+def host_library(sanitize: str = "") -> Path:
+    """Shared library of everything above ``hal.h``, with a model of the machine below it.
+
+    Parameters
+    ----------
+    sanitize : str
+        ``""``, ``"undefined"`` (a violation traps) or ``"address"`` (both; the machine's compiler
+        must have it).
+
+    Raises
+    ------
+    FirmwareError
+        If it does not compile.
+    """
+    compiler = _host_compiler()
+    options = SANITIZE[sanitize]
+    if sanitize == "undefined":
+        # Trapping needs no runtime library, which the Python process would not have.
+        options = [*options, "-fsanitize-trap=all" if _is_clang(compiler)
+                   else "-fsanitize-undefined-trap-on-error"]
+    command = [*compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, *options,
+               *_sources(TARGET_ONLY)]
+    return _cached("firmware.so", command,
+                   lambda folder: _run([*command, "-o", folder / "firmware.so"]))
