@@ -6,7 +6,9 @@ from amaranth.lib import io, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["INPUTS", "OUTPUTS", "Pads"]
+from rtl.lib.shift_output import ShiftOutput
+
+__all__ = ["CHAINED", "INPUTS", "OUTPUTS", "Pads"]
 
 AXES = 3
 
@@ -28,6 +30,10 @@ OUTPUTS = {
     "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
     "safe": (1, 1),
 }
+# What a board may lead out through shift registers, in the order of their outputs.
+CHAINED = ("auxiliary_code", "auxiliary_strobe")
+CHAIN_PINS = 3       # data, shift clock, latch clock
+CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers, at any clock that the machine reaches
 
 
 class Pads(wiring.Component):
@@ -38,11 +44,17 @@ class Pads(wiring.Component):
     is at its safe level, inverted pins included. Without a bitstream the board's pull resistors
     must do the same. Inversion is a property of the port (``PinsN``, ``~port``).
 
+    A board with too few pins has a port ``chain`` in place of those of ``CHAINED``: its pins are
+    the data, the shift clock and the latch clock of ``rtl.lib.shift_output.ShiftOutput``, the
+    auxiliary code in the outputs 0 to 15 and its strobes in the next three. What they carry is
+    at most two frames old (of 320 clocks); a strobe is up when it was up in two frames running, so
+    that the code stands for a whole frame before its strobe rises.
+
     Parameters
     ----------
     ports : object
         A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: of a platform
-        (requested with ``dir="-"``) or an ``io.SimulationPort``.
+        (requested with ``dir="-"``) or an ``io.SimulationPort``. ``chain`` as said above.
 
     Members
     -------
@@ -56,7 +68,12 @@ class Pads(wiring.Component):
     """
 
     def __init__(self, ports):
-        for name, (width, _) in (INPUTS | OUTPUTS).items():
+        self.chained = hasattr(ports, "chain")
+        wanted = {name: width for name, (width, _) in (INPUTS | OUTPUTS).items()
+                  if not (self.chained and name in CHAINED)}
+        if self.chained:
+            wanted["chain"] = CHAIN_PINS
+        for name, width in wanted.items():
             port = getattr(ports, name, None)
             if port is None:
                 raise ValueError(f"there is no port {name!r}")
@@ -74,13 +91,25 @@ class Pads(wiring.Component):
             m.submodules[f"{name}_pad"] = buffer
             m.submodules[f"{name}_sync"] = FFSynchronizer(buffer.i, getattr(self, name), init=init)
 
-        for name, (width, init) in OUTPUTS.items():
-            # Not an FFBuffer: its register comes up with the pin low, which is not every pin's
-            # safe level, and it is not reset.
-            value = Signal(width, init=init, name=f"{name}_out")
-            buffer = io.Buffer("o", getattr(self.ports, name))
-            m.submodules[f"{name}_pad"] = buffer
-            m.d.sync += value.eq(getattr(self, name))
-            m.d.comb += buffer.o.eq(value)
+        for name, (_, init) in OUTPUTS.items():
+            if not (self.chained and name in CHAINED):
+                self._output(m, name, getattr(self, name), init)
+        if self.chained:
+            m.submodules.shift = shift = ShiftOutput(
+                width=sum(OUTPUTS[name][0] for name in CHAINED), half=CHAIN_HALF_BIT)
+            before = Signal.like(self.auxiliary_strobe)  # strobes when the frame before was taken
+            with m.If(shift.take):
+                m.d.sync += before.eq(self.auxiliary_strobe)
+            m.d.comb += shift.data.eq(Cat(self.auxiliary_code, self.auxiliary_strobe & before))
+            self._output(m, "chain", Cat(shift.serial, shift.clock, shift.latch), 0)
 
         return m
+
+    def _output(self, m, name, level, init):
+        # Not an FFBuffer: its register comes up with the pin low, which is not every pin's safe
+        # level, and it is not reset.
+        port = getattr(self.ports, name)
+        value = Signal(len(port), init=init, name=f"{name}_out")
+        m.submodules[f"{name}_pad"] = buffer = io.Buffer("o", port)
+        m.d.sync += value.eq(level)
+        m.d.comb += buffer.o.eq(value)

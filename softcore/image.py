@@ -6,20 +6,19 @@ are kept under ``build/firmware/`` by the digest of everything that goes into th
 """
 
 import hashlib
-import os
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-__all__ = ["FirmwareError", "host_library", "target_image"]
+__all__ = ["FirmwareError", "address_runtime", "host_library", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 
 TARGET_ONLY = {"hal_regs.c", "main.c", "memory.S", "start.S"}
-HOST_ONLY = {"hal_host.c", "host.c"}
+HOST_ONLY = {"hal_host.c", "host.c", "coverage.c"}
 
 # A warning is an error: the firmware has no other reader.
 COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror"]
@@ -30,6 +29,8 @@ TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+zicsr", 
 SANITIZE = {
     "": [],
     "undefined": ["-fsanitize=undefined", "-fno-sanitize-recover=all"],
+    "coverage": ["-fsanitize=undefined", "-fno-sanitize-recover=all",
+                 "-fsanitize-coverage=trace-pc"],
     "address": ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
 }
 
@@ -54,6 +55,17 @@ def _host_compiler():
 def _is_clang(compiler):
     said = subprocess.run([*compiler, "--version"], capture_output=True, text=True, check=False)
     return "clang" in said.stdout
+
+
+def address_runtime() -> Path | None:
+    """Runtime library of the host compiler's address sanitizer, if it has one as a file."""
+    compiler = _host_compiler()
+    if _is_clang(compiler):
+        return None
+    said = subprocess.run([*compiler, "-print-file-name=libasan.so"], capture_output=True,
+                          text=True, check=True)
+    path = Path(said.stdout.strip())
+    return path if path.is_absolute() and path.exists() else None
 
 
 def _sources(leave_out):
@@ -86,7 +98,7 @@ def _cached(name, command, build):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as place:
             build(Path(place))
-            os.replace(Path(place) / name, result)
+            (Path(place) / name).replace(result)
     return result
 
 
@@ -121,8 +133,9 @@ def host_library(sanitize: str = "") -> Path:
     Parameters
     ----------
     sanitize : str
-        ``""``, ``"undefined"`` (a violation traps) or ``"address"`` (both; the machine's compiler
-        must have it).
+        ``""``; ``"undefined"``: undefined behaviour ends the process; ``"coverage"``: the same, and
+        ``gk_coverage`` counts; ``"address"``: the address sanitizer too, whose runtime
+        (``address_runtime``) must have been loaded before.
 
     Raises
     ------
@@ -131,7 +144,7 @@ def host_library(sanitize: str = "") -> Path:
     """
     compiler = _host_compiler()
     options = SANITIZE[sanitize]
-    if sanitize == "undefined":
+    if sanitize in ("undefined", "coverage"):
         # Trapping needs no runtime library, which the Python process would not have.
         options = [*options, "-fsanitize-trap=all" if _is_clang(compiler)
                    else "-fsanitize-undefined-trap-on-error"]

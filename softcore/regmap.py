@@ -88,6 +88,8 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      _value(32, "Clocks.", access="r", unit="clock"), "read"),
     ("cycle_high", "Upper half of the clock count latched by the last read of the lower.",
      _value(32, "Clocks.", access="r", unit="2**32 clock")),
+    ("sleep", "Stop the processor until there is an event or a byte from the host, at the longest "
+     "for so long.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
 ))
 
 LINK = Block(name="link", base=0x100, doc="Bytes to and from the host.", registers=_registers(

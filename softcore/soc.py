@@ -9,6 +9,7 @@ from rtl.machine import Machine, pins
 from softcore.cpu import BusSignature, VexRiscv
 from softcore.csr import RegisterFile, member
 from softcore.regmap import BLOCKS, LINK, SYSTEM
+from softcore.sleep import ClockGate, Sleep
 from softcore.uart import Uart
 
 __all__ = ["BlockRam", "Soc"]
@@ -95,8 +96,14 @@ class Soc(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.cpu = cpu = self.cpu
-        m.submodules.memory = ram = self.memory
+        # The processor and its memory have a clock that stops while firmware sleeps.
+        m.domains.processor = ClockDomain(local=True)
+        asleep = DomainRenamer("processor")
+        m.submodules.gate = gate = ClockGate()
+        m.submodules.sleep = sleep = Sleep()
+        m.submodules.cpu = asleep(self.cpu)
+        m.submodules.memory = asleep(self.memory)
+        cpu, ram = self.cpu, self.memory
         m.submodules.registers = registers = self.registers
         m.submodules.machine = machine = self.machine
         m.submodules.uart = uart = self.uart
@@ -108,10 +115,19 @@ class Soc(wiring.Component):
             ram.dbus.sel.eq(cpu.dbus.sel), ram.dbus.we.eq(cpu.dbus.we),
             ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral),
             registers.adr.eq(cpu.dbus.adr), registers.dat_w.eq(cpu.dbus.dat_w),
-            registers.we.eq(cpu.dbus.we), registers.stb.eq(cpu.dbus.stb & peripheral),
+            registers.we.eq(cpu.dbus.we), registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running),
             cpu.dbus.ack.eq(ram.dbus.ack | registers.ack),
             cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
             cpu.interrupt.eq(machine.event_head_valid),
+        ]
+
+        m.d.comb += [
+            gate.clock.eq(ClockSignal()), gate.enable.eq(sleep.running),
+            ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(ResetSignal()),
+            sleep.strobe.eq(registers.system_sleep_strobe),
+            sleep.clocks.eq(registers.system_sleep),
+            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | ResetSignal()),
+            sleep.ack.eq(registers.ack),
         ]
 
         cycle = Signal(64)

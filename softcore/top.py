@@ -13,6 +13,7 @@ from amaranth.lib import io, wiring
 from rtl.machine import pins
 from rtl.pads import INPUTS, OUTPUTS, Pads
 from softcore.cpu import VexRiscv
+from softcore.sleep import GATE
 from softcore.soc import Soc
 
 __all__ = ["Top", "digest", "simulated", "simulation_verilog"]
@@ -100,7 +101,7 @@ def simulation_verilog(clock_hz: int, **options) -> list[str]:
     """
     top, outside = simulated(clock_hz, **options)
     text = verilog.convert(top, name="gapkeeper", ports=outside, emit_src=False)
-    return [text, VexRiscv.source().read_text()]
+    return [text, VexRiscv.source().read_text(), GATE]
 
 
 def main():
@@ -110,7 +111,7 @@ def main():
     parser.add_argument("--clock", type=int, default=2_000_000, help="Hz")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(("gapkeeper.v", "VexRiscv.v"), simulation_verilog(arguments.clock),
+    for name, text in zip(("gapkeeper.v", "VexRiscv.v", "gate.v"), simulation_verilog(arguments.clock),
                           strict=True):
         (arguments.folder / name).write_text(text)
 

@@ -160,7 +160,12 @@ block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
             if (!read_word(b, c, f))
                 return BLOCK_FAULT;
         } else {
-            fault_at(f, FAULT_CHARACTER, b->at + 1, "the character '%c' is out of place", c);
+            /* A line by hand may hold any byte; what the host is told is ASCII. */
+            if (c > ' ' && c < 0x7f)
+                fault_at(f, FAULT_CHARACTER, b->at + 1, "the character '%c' is out of place", c);
+            else
+                fault_at(f, FAULT_CHARACTER, b->at + 1, "the byte %x is out of place",
+                         (unsigned)(uint8_t)c);
             return BLOCK_FAULT;
         }
         b->begun = b->begun || !(c == ' ' || c == '\t' || c == '(');

@@ -28,6 +28,7 @@ static record ring[RING];
 static volatile uint32_t head; /* written by the interrupt handler only */
 static uint32_t tail;
 static volatile bool lost;
+static uint32_t worst;
 static notice notices[NOTICES];
 static uint32_t notice_head, notice_tail;
 static uint32_t line;
@@ -39,6 +40,7 @@ static record back;
 
 void events_init(void) {
     lost = false;
+    worst = 0;
     line = 0;
     jumping = false;
     speed_high = speed_low = speed_jump_high = 0;
@@ -51,6 +53,7 @@ void events_drop(void) {
     back_waits = false;
 }
 
+uint32_t events_worst(void) { return worst; }
 uint32_t events_line(void) { return line; }
 void events_set_line(uint32_t number) { line = number; }
 
@@ -64,7 +67,11 @@ void events_interrupt(void) {
     while (head - tail < RING && hal_event_pop(&ring[head % RING].event)) {
         record *r = &ring[head % RING];
         uint64_t now = hal_cycle();
-        r->cycle = now - ((uint32_t)now - r->event.cycle_low);
+        uint32_t age = (uint32_t)now - r->event.cycle_low;
+        r->cycle = now - age;
+        /* The stamp of a retraction's start is that of the short, before the way to rest. */
+        if (r->event.kind != EVENT_RETRACTION_START && age > worst)
+            worst = age;
         r->first = hal_first();
         head++;
     }
@@ -138,11 +145,6 @@ static void tell_back(void) {
     back_waits = false;
 }
 
-void events_flush(void) {
-    if (back_waits)
-        tell_back();
-}
-
 static void tell_start(const record *r) {
     static const char causes[] = {'?', 's', 'j', 'o'};
     uint8_t detail = r->event.detail;
@@ -187,6 +189,14 @@ void events_step(void) {
         lost = false;
         machine_events_lost();
         hal_interrupts(true);
+    }
+    if (machine_alarm_waits()) {
+        /* What happened before it comes first. */
+        if (back_waits)
+            tell_back();
+        else
+            machine_tell_alarm();
+        return;
     }
     if (!output_has_room())
         return;

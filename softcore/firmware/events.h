@@ -13,8 +13,8 @@
 void events_init(void);
 void events_interrupt(void);    /* the interrupt handler */
 void events_step(void);         /* at most one line */
+uint32_t events_worst(void);    /* clocks from an event until the handler had it, at most so far */
 bool events_idle(void);         /* nothing is waiting to be told */
-void events_flush(void);        /* tell a retraction's end at once; before an alarm */
 void events_drop(void);         /* forget what waits, and the notices */
 
 /* Announce a block when the machine enters segment `number`. */

@@ -64,7 +64,7 @@ static void commit(void) {
                   units_speed_of_rate(data.jump_high_rate));
     /* A jump may go further than a retraction; both need their way back remembered. */
     uint32_t reach = data.limit > data.jump_distance ? data.limit : data.jump_distance;
-    path_set_bounds(reach, set.given & (1u << ITEM_Z), (int32_t)set.value[ITEM_Z]);
+    path_set_bounds(reach, set.given & (1u << ITEM_Z), set.value[ITEM_Z]);
 }
 
 void execute_start(void) {
@@ -138,10 +138,10 @@ static void tell_set(void) {
         return;
     char ceiling[TEXT_NUMBER] = "-";
     if (set.given & (1u << ITEM_Z))
-        text_print(ceiling, sizeof ceiling, "%d", (int32_t)set.value[ITEM_Z] - state.offset[2]);
+        text_print(ceiling, sizeof ceiling, "%d", set.value[ITEM_Z] - state.offset[2]);
     events_now("set", ",%u,%d,%u,%u,%d,%s,%c", (uint32_t)set.value[ITEM_R],
-               (int32_t)set.value[ITEM_L], (uint32_t)set.value[ITEM_H],
-               (uint32_t)set.value[ITEM_E], (int32_t)set.value[ITEM_Q], ceiling,
+               set.value[ITEM_L], (uint32_t)set.value[ITEM_H],
+               (uint32_t)set.value[ITEM_E], set.value[ITEM_Q], ceiling,
                by_hand ? 'm' : 't');
 }
 

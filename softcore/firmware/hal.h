@@ -17,6 +17,7 @@ uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
 uint64_t hal_cycle(void);       /* clocks since reset */
 uint32_t hal_cycle_low(void);   /* lower half, for short intervals */
+void hal_sleep(uint32_t clocks); /* until an event or a byte, at the longest for so long */
 
 /* Link. */
 int hal_receive(void);          /* next byte, or -1 */

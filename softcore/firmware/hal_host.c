@@ -311,6 +311,8 @@ void hal_sense(uint32_t on, uint32_t off) {
 void hal_discharge(bool machining) { discharge = machining; }
 uint32_t hal_highest_level(void) { return 63; }
 
+void hal_sleep(uint32_t clocks) { (void)clocks; }
+
 void hal_pet(uint8_t key) {
     pets += key == expected_pet;
     expected_pet = key == 0xa5 ? 0x5a : 0xa5;

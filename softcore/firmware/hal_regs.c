@@ -177,6 +177,8 @@ void hal_discharge(bool machining) {
 
 uint32_t hal_highest_level(void) { return GET(POWER->limits, POWER_LIMITS_LEVEL); }
 
+void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
+
 void hal_pet(uint8_t key) { SAFETY->pet = key; }
 bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
 unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }

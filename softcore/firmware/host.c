@@ -158,3 +158,7 @@ uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks) {
 uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration) {
     return units_braking(rate, start_rate, acceleration);
 }
+
+int32_t gk_overflow(int32_t number) { return number + 1; }
+
+uint32_t gk_record_size(void) { return sizeof(gk_record); }

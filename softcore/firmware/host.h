@@ -60,6 +60,15 @@ uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction 
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 
+/* Edges of the control flow taken since the last call and never before, or never as often. */
+uint32_t gk_coverage(void);
+
+/* One more than a number: undefined for the largest, which a sanitizer has to notice. */
+int32_t gk_overflow(int32_t number);
+
+/* Bytes of a gk_record, for whoever writes its layout down once more. */
+uint32_t gk_record_size(void);
+
 /* Single functions. */
 int32_t gk_distance(uint64_t digits, uint32_t decimals, int inch, int32_t *pulses);
 int32_t gk_speed_of(uint64_t digits, uint32_t decimals, int inch, uint32_t *um_per_min);

@@ -29,18 +29,19 @@ static bool typed_lost;     /* the line being typed did not fit */
 static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
 static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
+static bool greets;         /* the greeting is to be said */
 
-void link_init(void) {
+static void forget(void) {
     typed_head = typed_tail = 0;
-    typed_lost = line_open = false;
+    typed_lost = line_open = greets = false;
     status = STATUS_NONE;
     listing = SETTINGS;
     frame_init();
 }
 
-void link_banner(void) {
-    link_init();
-    output_line("Gapkeeper " VERSION " ['$' for help]");
+void link_restart(void) {
+    forget();
+    greets = true;
 }
 
 void link_answer(const fault *f) {
@@ -143,11 +144,13 @@ static void assign(const char *line, uint32_t length, fault *f) {
         fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", which);
 }
 
+/* `$P`: blocks read and clocks per block, longest pass of the main loop by task, and longest time
+   from an event of the gateware to the end of its interrupt; all since reset, in clocks. */
 static void tell_cost(void) {
     program_cost cost = program_profile();
-    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u]",
+    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u]",
                 cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
-                watch_worst(0), watch_worst(1), watch_worst(2), watch_worst(3));
+                watch_worst(0), watch_worst(1), watch_worst(2), watch_worst(3), events_worst());
 }
 
 /* A line that begins with `$`. */
@@ -227,9 +230,12 @@ void link_step(void) {
 }
 
 void link_serve(void) {
-    if (!output_has_room())
+    if (!output_has_room() || machine_alarm_waits())
         return;
-    if (status != STATUS_NONE) {
+    if (greets) {
+        greets = false;
+        output_line("Gapkeeper " VERSION " ['$' for help]");
+    } else if (status != STATUS_NONE) {
         tell_status();
     } else if (listing < SETTINGS) {
         tell_setting();

@@ -12,8 +12,7 @@
 
 #include "fault.h"
 
-void link_init(void);
 void link_step(void);               /* bytes in and out */
 void link_serve(void);              /* at most one line or report */
-void link_banner(void);
+void link_restart(void);            /* forget what was typed, and greet */
 void link_answer(const fault *f);   /* to a line: ok, or the error with its message */

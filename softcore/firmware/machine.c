@@ -14,6 +14,15 @@
 
 static bool locked, held, running, machining;
 
+/* An alarm that has stopped the machine and is still to be told: saying it at once, on top of what
+   raised it, would take too long for one pass of the main loop. */
+static struct {
+    bool waits;
+    fault what;
+    uint64_t cycle;
+    int32_t position[HAL_AXES];
+} alarm;
+
 static const char *const CAUSE_TEXT[CAUSES] = {
     [CAUSE_POWER_ON] = "nobody has cleared the interlock since power-on",
     [CAUSE_ESTOP] = "emergency stop",
@@ -31,7 +40,7 @@ static const char *const CAUSE_TEXT[CAUSES] = {
 
 void machine_init(void) {
     locked = true;
-    held = running = machining = false;
+    held = running = machining = alarm.waits = false;
     hal_control(false, false);
     hal_discharge(false);
 }
@@ -71,19 +80,33 @@ static void stop(void) {
 }
 
 void machine_alarm(const fault *f) {
-    char sentence[200];
     stop();
-    events_flush();
-    fault_sentence(f, sentence, sizeof sentence);
-    if (f->line)
-        events_set_line(f->line);
-    if (!locked) {
-        events_now("alarm", ",%u,%s", (uint32_t)f->code, sentence);
-        output_line("ALARM:%u", (uint32_t)f->code);
-    } else {
+    if (alarm.waits)
+        return; /* the first one is what happened */
+    if (locked) {
+        char sentence[OUTPUT_LINE / 2];
+        fault_sentence(f, sentence, sizeof sentence);
         output_line("[MSG:%s]", sentence);
+        return;
     }
-    locked = true;
+    locked = alarm.waits = true;
+    alarm.what = *f;
+    alarm.cycle = hal_cycle();
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        alarm.position[axis] = hal_axis_position(axis);
+}
+
+bool machine_alarm_waits(void) { return alarm.waits; }
+
+void machine_tell_alarm(void) {
+    char sentence[OUTPUT_LINE / 2];
+    fault_sentence(&alarm.what, sentence, sizeof sentence);
+    if (alarm.what.line)
+        events_set_line(alarm.what.line);
+    output_event("alarm", alarm.cycle, events_line(), alarm.position, ",%u,%s",
+                 (uint32_t)alarm.what.code, sentence);
+    output_line("ALARM:%u", (uint32_t)alarm.what.code);
+    alarm.waits = false;
 }
 
 static const char *cause_text(unsigned cause) {
@@ -122,7 +145,7 @@ void machine_reset(void) {
         machine_alarm(&f);
     }
     stop();
-    link_banner();
+    link_restart();
 }
 
 void machine_halted(unsigned detail) {

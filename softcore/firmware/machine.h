@@ -17,8 +17,10 @@ void machine_hold(bool hold);
 void machine_discharge(bool machining);
 void machine_retract(void);             /* operator's order */
 
-/* Stop everything, tell the host, and lock until machine_unlock. */
+/* Stop everything at once, and lock until machine_unlock. The host is told a little later. */
 void machine_alarm(const fault *f);
+bool machine_alarm_waits(void);
+void machine_tell_alarm(void);
 bool machine_unlock(fault *f);
 void machine_reset(void);               /* operator's reset */
 

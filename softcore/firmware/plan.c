@@ -155,7 +155,7 @@ static bool plan_retraction(context *c, bool mdi, uint32_t highest_speed) {
         } else {
             if (!speed(c, w, letter, &um_per_min))
                 return false;
-            layer->value[item] = um_per_min;
+            layer->value[item] = (int32_t)um_per_min;
         }
         layer->given |= (uint8_t)(1u << item);
     }

@@ -12,6 +12,7 @@ typedef volatile struct {
     const uint32_t shape; /* Sizes of this build. */
     const uint32_t cycle_low; /* Clocks since reset, lower half. Reading it latches the upper half. [clock] */
     const uint32_t cycle_high; /* Upper half of the clock count latched by the last read of the lower. [2**32 clock] */
+    uint32_t sleep; /* Stop the processor until there is an event or a byte from the host, at the longest for so long. [clock] */
 } system_regs;
 _Static_assert(offsetof(system_regs, ident) == 0x0, "");
 _Static_assert(offsetof(system_regs, build) == 0x4, "");
@@ -20,12 +21,15 @@ _Static_assert(offsetof(system_regs, pulses_per_mm) == 0xc, "");
 _Static_assert(offsetof(system_regs, shape) == 0x10, "");
 _Static_assert(offsetof(system_regs, cycle_low) == 0x14, "");
 _Static_assert(offsetof(system_regs, cycle_high) == 0x18, "");
+_Static_assert(offsetof(system_regs, sleep) == 0x1c, "");
 #define SYSTEM_SHAPE_AXES_SHIFT 0
 #define SYSTEM_SHAPE_AXES_MASK 0x0000000fu
 #define SYSTEM_SHAPE_SLOTS_SHIFT 4
 #define SYSTEM_SHAPE_SLOTS_MASK 0x00000ff0u
 #define SYSTEM_SHAPE_JUMP_AXIS_SHIFT 12
 #define SYSTEM_SHAPE_JUMP_AXIS_MASK 0x0000f000u
+#define SYSTEM_SLEEP_VALUE_SHIFT 0
+#define SYSTEM_SLEEP_VALUE_MASK 0x0000ffffu
 #define SYSTEM ((system_regs *)0x80000000u)
 
 /* Bytes to and from the host. */

@@ -34,7 +34,7 @@ bool retraction_check(const retraction_layer *set, bool complete, uint32_t highe
             return fault_at(f, FAULT_RETRACTION, columns[item],
                             "%c of the retraction data must be above zero", letter);
         bool speed = item == ITEM_R || item == ITEM_H || item == ITEM_E;
-        if (speed && set->value[item] > highest_speed)
+        if (speed && (uint32_t)set->value[item] > highest_speed)
             return fault_at(f, FAULT_RETRACTION, columns[item],
                             "the speed %c is above the machine's %u mm/min", letter,
                             highest_speed / 1000);

@@ -13,7 +13,7 @@ typedef enum { ITEM_R, ITEM_L, ITEM_H, ITEM_E, ITEM_Q, ITEM_Z, ITEMS } retractio
 
 typedef struct {
     uint8_t given;              /* bit by item */
-    int64_t value[ITEMS];       /* 64 bits hold any speed and any signed position */
+    int32_t value[ITEMS];
 } retraction_layer;
 
 typedef struct {

@@ -77,7 +77,7 @@ bool units_distance(units_number number, bool inch, int32_t *pulses) {
 bool units_speed(units_number number, bool inch, uint32_t *um_per_min) {
     uint64_t speed = rounded(number.digits, (inch ? UM_OF_INCH : UM_OF_MM)[number.decimals]);
     *um_per_min = (uint32_t)speed;
-    return speed <= UINT32_MAX;
+    return speed <= INT32_MAX;
 }
 
 bool units_clocks(units_number number, bool milliseconds, uint64_t *clocks) {
@@ -108,7 +108,7 @@ uint32_t units_speed_of_rate(uint32_t rate) {
 uint32_t units_speed_of_count(uint32_t pulses, uint32_t clocks) {
     if (!clocks)
         return 0;
-    uint64_t per_clock = shifted_quotient(pulses, 32, clocks); /* 2**-32 pulse/clock */
+    uint64_t per_clock = ((uint64_t)pulses << 32) / clocks; /* 2**-32 pulse/clock */
     return per_clock > UINT32_MAX ? UINT32_MAX : units_speed_of_rate((uint32_t)per_clock);
 }
 
@@ -116,8 +116,8 @@ uint32_t units_acceleration(uint32_t mm_per_s2) {
     uint64_t pulses = (uint64_t)mm_per_s2 * pulses_per_mm;
     uint64_t per_clock = shifted_quotient(pulses, 20, clock_hz);   /* 2**-20 pulse/s/clock */
     uint64_t acceleration = shifted_quotient(per_clock, 16, clock_hz);
-    if (acceleration > UNITS_RATE_LIMIT - 1)
-        return UNITS_RATE_LIMIT - 1;
+    if (acceleration > UNITS_RATE_LIMIT)
+        return UNITS_RATE_LIMIT;
     return acceleration ? (uint32_t)acceleration : 1;
 }
 

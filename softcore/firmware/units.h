@@ -8,7 +8,7 @@
 #define UNITS_DIGITS 12             /* significant digits of a programmed number, */
 #define UNITS_DECIMALS 7            /* and how many may be decimals */
 #define UNITS_POSITION_LIMIT (1 << 28) /* pulses; a move between two such points fits a segment */
-#define UNITS_RATE_LIMIT (1u << 30) /* 2**-32 pulse/clock: one pulse in four clocks */
+#define UNITS_RATE_LIMIT ((1u << 30) - 1) /* 2**-32 pulse/clock: one pulse in four clocks */
 
 void units_init(uint32_t clock_hz, uint32_t pulses_per_mm);
 
@@ -20,7 +20,7 @@ typedef struct {
 /* Distance in pulses, half a pulse away from zero; false if it does not fit. */
 bool units_distance(units_number number, bool inch, int32_t *pulses);
 
-/* Speed in um/min, half upwards; false if it does not fit. */
+/* Speed in um/min, half upwards; false if it does not fit 31 bits. */
 bool units_speed(units_number number, bool inch, uint32_t *um_per_min);
 
 /* Clocks of a time in seconds or milliseconds; false above 36 000 s. */

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processor's clock, which firmware stops while it has nothing to do."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["ClockGate", "Sleep"]
+
+# What a device without a gate of its own uses, the simulator above all: the enable is taken on the
+# falling edge, so that no short pulse comes out.
+GATE = """\
+module gapkeeper_clock_gate(input clock, input enable, output gated);
+  reg open = 1'b1;
+  always @(negedge clock) open <= enable;
+  assign gated = clock & open;
+endmodule
+"""
+
+
+class ClockGate(wiring.Component):
+    """Clock of another domain: ``clock`` with the pulses after a clock of ``enable`` low left out.
+
+    On ECP5 it is the device's own gate, DCCA, which switches as cleanly.
+
+    Members
+    -------
+    clock : In(1)
+        The clock; a clock net.
+    enable : In(1)
+        The next pulse comes.
+    gated : Out(1)
+        The clock of the other domain, in phase with ``clock``.
+    """
+
+    clock: In(1)
+    enable: In(1)
+    gated: Out(1)
+
+    def elaborate(self, platform):
+        m = Module()
+        if getattr(platform, "device", "").startswith("LFE5"):
+            m.submodules.gate = Instance("DCCA", i_CLKI=self.clock, i_CE=self.enable,
+                                         o_CLKO=self.gated)
+        else:
+            m.submodules.gate = Instance("gapkeeper_clock_gate", i_clock=self.clock,
+                                         i_enable=self.enable, o_gated=self.gated)
+            if platform is not None and hasattr(platform, "add_file"):
+                platform.add_file("gapkeeper_clock_gate.v", GATE)
+        return m
+
+
+class Sleep(wiring.Component):
+    """Decides when the processor's clock runs.
+
+    ``strobe`` puts the processor to sleep in the next clock, for at most ``clocks`` clocks; ``wake``
+    ends or prevents it, in the same clock. An access of the register bus is never cut in two: its
+    ``ack`` keeps the clock running, and none is taken while ``running`` is low.
+
+    Members
+    -------
+    strobe : In(1)
+        Sleep.
+    clocks : In(16)
+        At most so long. Read with ``strobe``.
+    wake : In(1)
+        There is something to do.
+    ack : In(1)
+        An access of the register bus ends.
+    running : Out(1)
+        The processor sees the next clock.
+    """
+
+    strobe: In(1)
+    clocks: In(16)
+    wake: In(1)
+    ack: In(1)
+    running: Out(1, init=1)
+
+    def elaborate(self, platform):
+        m = Module()
+        left = Signal(16)
+        m.d.comb += self.running.eq((left == 0) | self.wake | self.ack)
+        with m.If(self.wake):
+            m.d.sync += left.eq(0)
+        with m.Elif(self.strobe):
+            m.d.sync += left.eq(self.clocks)
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
+        return m
