@@ -2,16 +2,20 @@
 """Reference model of the accelerator/decelerator, clock by clock in exact integers."""
 
 from dataclasses import dataclass
+from functools import cache
 
 PULSE = 1 << 32
-STEP_CLOCKS = 16
-UNIT = 1 << 12  # the braking distance is summed in 2**-16 pulse: 16 clocks of rate, over 2**12
+STEP_CLOCKS = 4  # a step of the ramp, by a quarter of the acceleration
+FRACTION = 20    # bits of the braking distance below the pulse
 
 
-def braking(start_rate: int, acceleration: int, rate: int) -> int:
-    """Whole pulses from ``rate``, a number of steps above ``start_rate``, down to it."""
-    levels = range(start_rate + acceleration, rate + 1, acceleration)
-    return sum(level // UNIT for level in levels) >> 16
+@cache
+def braking(start_rate: int, acceleration: int, level: int) -> int:
+    """2**-20 pulses from so many steps above ``start_rate`` down to it, each step rounded down."""
+    if level == 0:
+        return 0
+    covered = (4 * start_rate + level * acceleration) * STEP_CLOCKS // 4
+    return (braking(start_rate, acceleration, level - 1) + (covered >> 32 - FRACTION))
 
 
 @dataclass
@@ -19,7 +23,7 @@ class Ramp:
     """The registers of the ramp as they are after so many calls of ``tick``.
 
     What is decided in a clock, from what was stored and asked for then, acts in the next one; the
-    speed changes at the end of each sixteenth clock.
+    speed changes at the end of each fourth clock.
     """
 
     start_rate: int
@@ -35,11 +39,16 @@ class Ramp:
 
     @property
     def rate(self) -> int:
-        return self.start_rate + self.level * self.acceleration
+        return self.quarters // 4
+
+    @property
+    def quarters(self) -> int:
+        """The speed in quarters, in which a step is exact."""
+        return 4 * self.start_rate + self.level * self.acceleration
 
     @property
     def distance(self) -> int:
-        return braking(self.start_rate, self.acceleration, self.rate)
+        return braking(self.start_rate, self.acceleration, self.level) >> FRACTION
 
     @property
     def moving(self) -> bool:
@@ -47,14 +56,14 @@ class Ramp:
 
     def pull(self, ps: int) -> bool:
         """A pulse is asked for in the clock to come, which has ``ps``."""
-        return self.slower and not self.stored and not ps
+        return self.slower and self.moving and not self.stored and not ps
 
     def rest(self, ps: int) -> bool:
         return not (self.moving or self.stored or ps or self.pp)
 
     def tick(self, ps=0, *, target=0, brake=False, room=True, drop=False):
         """Go on by one clock with its inputs."""
-        lead = target - self.rate
+        lead = 4 * target - self.quarters
         near = 0 <= lead < self.acceleration
         slower = self.moving and (brake or lead < 0)
         faster = not brake and lead >= self.acceleration and self.stored > 0

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 from amaranth.lib import io
 
-from rtl.pads import INPUTS, OUTPUTS, Pads
+from rtl.pads import CHAINED, INPUTS, OUTPUTS, Pads
+from testbench.models.shift_output import ShiftRegisters
 from testbench.refusal import refuses
 
 
@@ -82,6 +83,61 @@ def test_inverted_ports_are_inverted(simulate):
         assert ctx.get(dut.estop) == 0
 
     simulate(dut, bench)
+
+
+FRAME = (2 * 19 + 2) * 8  # clocks: 19 bits and the latch, 8 clocks each half
+
+
+def chained_ports():
+    seen, plain = ports()
+    for name in CHAINED:
+        delattr(seen, name)
+    seen.chain = plain["chain"] = io.SimulationPort("o", 3)
+    return seen, plain
+
+
+def test_chain_brings_code_and_strobes_and_the_code_first(simulate, rng):
+    """Everything arrives within three frames, and a code stands for a frame before its strobe."""
+    seen, plain = chained_ports()
+    dut, chain = Pads(seen), ShiftRegisters(19)
+    rose = []
+
+    async def run(ctx, clocks):
+        """Run, and note for how many frames the code stood when a strobe rose."""
+        for _ in range(clocks):
+            await ctx.tick()
+            before = chain.outputs
+            levels = ctx.get(plain["chain"].o)
+            if chain.see(levels & 1, levels >> 1 & 1, levels >> 2):
+                run.stood = run.stood + 1 if chain.outputs & 0xFFFF == before & 0xFFFF else 0
+                if chain.outputs >> 16 & ~(before >> 16):
+                    rose.append(run.stood)
+
+    run.stood = 0
+
+    async def bench(ctx):
+        await run(ctx, rng.randrange(FRAME))
+        for _ in range(15):
+            # As of ``rtl.auxiliary.functions``: the code, a clock or more later its strobe, and back.
+            code, strobe = rng.randrange(1 << 16), 1 << rng.randrange(3)
+            ctx.set(dut.auxiliary_code, code)
+            await run(ctx, 1)
+            ctx.set(dut.auxiliary_strobe, strobe)
+            await run(ctx, 3 * FRAME)
+            assert chain.outputs == strobe << 16 | code
+            ctx.set(dut.auxiliary_strobe, 0)
+            await run(ctx, 2 * FRAME + rng.randrange(FRAME))
+            assert chain.outputs == code
+        assert len(rose) == 15
+        assert min(rose) >= 1
+
+    simulate(dut, bench)
+
+
+def test_chain_must_have_three_pins():
+    seen, _ = chained_ports()
+    seen.chain = io.SimulationPort("o", 2)
+    refuses(Pads, r"port 'chain' must have 3 pins, not 2", seen)
 
 
 def test_refuses_missing_and_wrong_ports():

@@ -15,7 +15,7 @@ from testbench.models import ramp as model
 ONE = 1 << 32           # 1 pulse/clock
 TOP = (1 << 30) - 1
 SLOW = ONE // 20
-STEP = ONE // 200
+STEP = ONE // 200   # per 16 clocks, in 4 steps
 FAR = 1 << 29
 
 
@@ -58,7 +58,7 @@ def test_follows_the_model(simulate, rng, start_rate, acceleration):
         for turn in range(40):
             # By turns: gather speed with little stored, then anything.
             gather = turn % 2 == 0
-            target = TOP if gather else rng.choice([*edges, ONE // rng.randint(4, 60)])
+            target = TOP if gather else rng.choice([*edges, ONE // rng.randint(5, 60)])
             density = 1 if gather else rng.choice((0, 0, 0.05, 1))
             full = 3 if gather else 100
             brake = not gather and rng.random() < 0.5
@@ -179,16 +179,16 @@ def test_ramps_are_linear_up_and_down(simulate, target):
 
     simulate(run.dut, bench)
     run.check_spacing(target)
-    levels = (target - SLOW) // STEP
-    assert shape["top"] == SLOW + levels * STEP
+    levels = 4 * (target - SLOW) // STEP
+    assert shape["top"] == SLOW + levels * STEP // 4
     assert abs(sum(shape["plateau"]) / len(shape["plateau"]) - ONE / target) < 0.1
-    # The first pulse comes a period after ``go`` and 2 clocks, the first step within 16 of it; but
+    # The first pulse comes a period after ``go`` and 2 clocks, the first step within 4 of it; but
     # at a target little above the start/stop speed it takes some pulses until one is stored.
     slack = 24 if target > 2 * SLOW else 60
-    assert not levels or 16 * (levels - 1) <= max(shape["up"]) <= 16 * levels + 16 + slack
+    assert not levels or 4 * (levels - 4) <= max(shape["up"]) <= 4 * levels + slack
     assert 0 <= shape["over"] <= 6
     assert run.sent == len(run.out)
-    assert shape["down"] <= 16 * levels + 16 + 3 * ONE // SLOW
+    assert shape["down"] <= 4 * levels + 4 + 3 * ONE // SLOW
 
 
 def test_hold_and_reversal_in_mid_acceleration(simulate, rng):
@@ -215,7 +215,7 @@ def test_hold_and_reversal_in_mid_acceleration(simulate, rng):
 
     simulate(run.dut, bench)
     for (_, before), (_, after) in pairwise(run.out):
-        assert (after - before) % STEP == 0
+        assert (after - before) % (STEP // 4) == 0
 
 
 def test_pulls_nothing_beyond_the_bound(simulate):

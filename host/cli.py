@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line ``gapkeeper``.
+
+Exit status: 0 done (program end, or ``--until`` reached); 1 any failure that is not named here;
+2 usage; 3 the machine ended in alarm; 4 the tape was rejected before any motion.
+"""
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from host.errors import DONE, FAULT, UserError
+
+app = typer.Typer(
+    help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
+         "simulated die-sinker whose controller is the real gateware and the real firmware.",
+    epilog="Exit status: 0 done, 1 failure, 2 usage, 3 the machine ended in alarm, 4 the tape was "
+           "rejected before any motion.",
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+tape_app = typer.Typer(
+    help="Punch, read and check tapes: text (.nc) to punched rows (.ptp) and back.",
+    no_args_is_help=True)
+app.add_typer(tape_app, name="tape")
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+TapeFile = Annotated[Path, typer.Argument(
+    metavar="TAPE",
+    exists=True, dir_okay=False, show_default=False,
+    help="Part program as text (.nc) or as punched rows (.ptp).")]
+
+
+class TapeCode(StrEnum):
+    """Codes a tape may be punched in."""
+
+    ISO = "iso"
+    EIA = "eia"
+
+
+@app.command()
+def run(
+    tape: TapeFile,
+    machine: Annotated[str, typer.Option(
+        metavar="NAME|FILE",
+        help="A built-in machine (sinker), or a TOML file of machine and plant parameters.",
+    )] = "sinker",
+    seed: Annotated[int, typer.Option(
+        min=0, metavar="N",
+        help="Seed of everything random. The same seed gives the same events, to the byte.",
+    )] = 1,
+    waves: Annotated[bool, typer.Option(
+        "--waves", help="Also record waveforms, with a saved view. Slower, and big files.",
+    )] = False,
+    folder: Annotated[Path | None, typer.Option(
+        "--out", metavar="DIR", file_okay=False, show_default="build/runs/<tape name>",
+        help="Folder for events.jsonl, summary.json, trace.npz and report.html.",
+    )] = None,
+    mdi: Annotated[list[str] | None, typer.Option(
+        metavar='"G36 …"', show_default=False,
+        help="A line entered by hand before the tape starts, such as retraction data for what the "
+             "tape leaves out. May be given several times.",
+    )] = None,
+    until: Annotated[float | None, typer.Option(
+        min=0.0, metavar="SECONDS", show_default=False,
+        help="Stop after so much of the machine's time; the outcome is then `stopped`.",
+    )] = None,
+    clock: Annotated[int | None, typer.Option(
+        min=100_000, metavar="HZ", show_default="the machine file's",
+        help="Clock of the controller. A slow clock simulates faster.",
+    )] = None,
+):
+    """Run a tape on the simulated machine, and write a report.
+
+    The tape is punched (if it is a text) and fed to the controller over its link. Every clock of
+    gateware and firmware is simulated, and the machine with its spark gap around them. A programmed
+    stop (M00) is resumed at once.
+    """
+    from host.session import run_tape
+    raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves, folder=folder,
+                              mdi=mdi or [], until_s=until, clock_hz=clock, console=out))
+
+
+@tape_app.command("encode")
+def tape_encode(
+    source: Annotated[Path, typer.Argument(metavar="IN", exists=True, dir_okay=False,
+                                           show_default=False, help="Part program as text.")],
+    target: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", dir_okay=False,
+                                         show_default=False, help="File for the punched rows.")],
+    code: Annotated[TapeCode, typer.Option(
+        help="ISO 840 (even parity) or EIA RS-244 (odd parity).")] = TapeCode.ISO,
+):
+    """Punch a part program.
+
+    One byte a row, track 1 in the lowest bit. Leader and trailer, and the % at start and end, are
+    added if the text lacks them. Small letters are punched as capitals: the codes have no others.
+    """
+    from host.codes import CODES
+    from host.tape import encode, text_of
+    tape = encode(text_of(source, source.read_bytes()), CODES[code.value])
+    _write(target, tape.rows)
+    out.print(f"{target}: {len(tape.rows)} rows in {tape.code.title}, "
+              f"{len(tape.rows) * 2.54 / 1000:.2f} m of tape")
+
+
+@tape_app.command("decode")
+def tape_decode(
+    source: Annotated[Path, typer.Argument(metavar="IN", exists=True, dir_okay=False,
+                                           show_default=False, help="Punched rows.")],
+    target: Annotated[Path | None, typer.Option(
+        "-o", "--output", metavar="OUT", dir_okay=False, show_default="the terminal",
+        help="File for the text.")] = None,
+):
+    """Read a punched tape as text.
+
+    The code is told from the first end of block. Every row is checked up to the end word (M02 or
+    M30); the first fault ends the reading and is named by block and character.
+    """
+    from host.tape import decode
+    text, code = decode(source.read_bytes())
+    if target is None:
+        sys.stdout.write(text)
+    else:
+        _write(target, text.encode())
+        out.print(f"{target}: {text.count(chr(10))} lines, from {code.title}")
+
+
+@tape_app.command("check")
+def tape_check(source: Annotated[Path, typer.Argument(
+        metavar="IN", exists=True, dir_okay=False, show_default=False,
+        help="Part program as text (.nc) or as punched rows (.ptp).")]):
+    """Check a tape with the controller's own reader, without a machine.
+
+    The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
+    The first fault is named by block and character; exit status 4.
+    """
+    from host.check import check
+    from host.tape import load
+    blocks = check(load(source))
+    out.print(f"{source}: {blocks} blocks, no fault found")
+
+
+@app.command()
+def build(
+    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
+                                         help="Board, such as ulx3s.")],
+):
+    """Build the bitstream for a board, firmware included.
+
+    Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
+    Everything goes to build/boards/<board>/. The first build takes minutes.
+    """
+    from host.bitstream import build_board
+    build_board(board, out)
+
+
+@app.command()
+def bench():
+    """Measure, and print the figures as one table.
+
+    Simulation speed, firmware clocks per block, reaction times, and the size and clock of every
+    block of the gateware on an ECP5. Takes minutes.
+    """
+    from host.bench import bench as measure
+    measure()
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    except OSError as error:
+        raise UserError(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def main() -> None:
+    """Entry of the command ``gapkeeper``: whatever goes wrong is one sentence on the terminal."""
+    status = DONE
+    try:
+        app()
+    except UserError as error:
+        err.print(f"gapkeeper: {error}", style="red", markup=False, soft_wrap=True)
+        status = error.status
+    except KeyboardInterrupt:
+        err.print("gapkeeper: interrupted.")
+        status = FAULT
+    except Exception as error:  # a fault of this program; a traceback helps no user
+        if os.environ.get("GAPKEEPER_DEBUG"):
+            raise
+        err.print(f"gapkeeper: unexpected failure, {type(error).__name__}: {error} "
+                  "(GAPKEEPER_DEBUG=1 shows where).", style="red", markup=False, soft_wrap=True)
+        status = FAULT
+    sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Failures that a user can understand: one clear sentence, and its exit status."""
+
+# Exit statuses of ``gapkeeper``.
+DONE, FAULT, USAGE, ALARM, REJECTED = 0, 1, 2, 3, 4
+
+
+class UserError(Exception):
+    """Something cannot be done; the text is the whole message for the user."""
+
+    status = FAULT
+
+
+class UsageError(UserError):
+    """What was asked for makes no sense."""
+
+    status = USAGE
+
+
+class TapeError(UserError):
+    """A tape or part program cannot be punched or read.
+
+    ``block`` and ``character`` count from 1; block 1 is the one that starts the tape. A position
+    that is not known is 0.
+    """
+
+    status = REJECTED
+
+    def __init__(self, reason: str, block: int = 0, character: int = 0):
+        self.block, self.character = block, character
+        where = f"block {block}, character {character}: " if character else (
+            f"block {block}: " if block else "")
+        super().__init__(f"{where}{reason}")

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plots of a run, as SVG text to stand inside the report's page.
+
+Traces have far more samples than a page has columns, so lines are drawn as the envelope of what
+falls into one column: no retraction, however short, is lost by leaving samples out.
+"""
+
+import io
+from itertools import pairwise
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+
+from host.retractions import Retraction
+
+COLUMNS = 1400
+INK, FAINT, GRID = "#1f2933", "#7b8794", "#e4e7eb"
+PATH, FEED, ERROR, GAP, WIDTH = "#1d5d9b", "#3b7a57", "#8a5a83", "#b7791f", "#5b7083"
+CAUSES = {"short": "#c0392b", "jump": "#2a9d8f", "operator": "#6c5ce7"}
+CLASSES = {"ok": ("good", "#3b7a57"), "open": ("open", "#9fb3c8"), "dame": ("arc", "#dd8a2e"),
+           "short": ("short", "#c0392b")}
+PHASES = {"retract": ("R: retraction", "#f6d5d1"), "high": ("H: high re-advance", "#d6e8f7"),
+          "low": ("E: low re-advance", "#d9efe3")}
+
+STYLE = {
+    "font.family": "sans-serif", "font.size": 9, "axes.edgecolor": FAINT, "axes.labelcolor": INK,
+    "axes.linewidth": 0.7, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.grid": True, "grid.color": GRID, "grid.linewidth": 0.7, "axes.axisbelow": True,
+    "xtick.color": FAINT, "ytick.color": FAINT, "xtick.labelcolor": INK, "ytick.labelcolor": INK,
+    "legend.frameon": False, "legend.fontsize": 8.5, "lines.linewidth": 1.1,
+    "svg.fonttype": "none",         # the page's own font, and text that can be searched
+    "svg.hashsalt": "gapkeeper",    # the same run gives the same page
+}
+
+
+def svg(draw, width, height, *arguments) -> str:
+    """SVG of a figure in inches, drawn by ``draw(figure, *arguments)``."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        draw(figure, *arguments)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
+    return text.getvalue()[text.getvalue().index("<svg"):]
+
+
+def envelope(t, values, columns=COLUMNS):
+    """Thin out a line to the least and the greatest value of each of ``columns`` stretches."""
+    step = len(t) // columns
+    if step < 4:
+        return t, values
+    whole = len(t) // step * step
+    blocks = values[:whole].reshape(-1, step)
+    starts = np.arange(0, whole, step)
+    picked = np.sort(np.concatenate([[0, len(t) - 1], starts + blocks.argmin(axis=1),
+                                     starts + blocks.argmax(axis=1)]))
+    return t[picked], values[picked]
+
+
+def averages(t, values, columns=COLUMNS // 4):
+    """Means of ``values`` over each of ``columns`` stretches of time."""
+    step = max(1, len(t) // columns)
+    whole = len(t) // step * step
+    return t[:whole].reshape(-1, step).mean(axis=1), values[:whole].reshape(-1, step).mean(axis=1)
+
+
+def overview(trace, events, retractions) -> str:
+    """Position, feed, following error, gap and pulse classes against time."""
+    return svg(_overview, 11.6, 10.2, trace, events, retractions)
+
+
+def _overview(figure, trace, events, retractions):
+    axes = figure.subplots(6, 1, sharex=True, height_ratios=[3.2, 1.2, 1.0, 1.0, 1.0, 1.5])
+    _position(axes[0], trace, events, retractions)
+    _feed(axes[1], trace)
+    axes[2].plot(*envelope(trace["t"], trace["error_z"]), color=ERROR)
+    axes[2].set_ylabel("Er of Z\n(pulses)")
+    axes[3].plot(*averages(trace["t"], trace["gap_v"]), color=GAP)
+    axes[3].set_ylabel("mean gap\nvoltage (V)")
+    axes[3].set_ylim(bottom=0)
+    axes[4].plot(*averages(trace["t"], trace["gap_um"]), color=WIDTH)
+    axes[4].set_ylabel("true gap\n(µm)")
+    axes[4].set_ylim(0, _typical(trace["gap_um"]))
+    _classes(axes[5], trace)
+    axes[5].set_xlabel("time (s)")
+    axes[5].set_xlim(trace["t"][0], max(trace["t"][-1], events[-1]["t"] if events else 0))
+    figure.align_ylabels(axes)
+
+
+def _typical(values):
+    """Top of a scale that shows where a value mostly is; retractions go far beyond."""
+    return max(2.5 * float(np.median(values)), 10.0) if len(values) else 10.0
+
+
+def _position(ax, trace, events, retractions):
+    t, z = envelope(trace["t"], trace["z"])
+    ax.axhline(0, color=FAINT, linewidth=0.8)
+    ax.plot(t, z, color=PATH, linewidth=1.0, zorder=3)
+    for cause, colour in CAUSES.items():
+        ended = [one for one in retractions if one.cause == cause and one.end]
+        if not ended:
+            continue
+        ax.plot([one.end["t"] for one in ended], [one.end["pos"]["z"] for one in ended], "^",
+                color=colour, markersize=4.5, zorder=4, label=f"end of a retraction ({cause})")
+    bounded = [one for one in retractions if one.limit and one.cause != "jump"]
+    if bounded:
+        ax.plot([one.start["t"] for one in bounded],
+                [one.start["pos"]["z"] + one.limit for one in bounded], "_", color=INK,
+                markersize=7, markeredgewidth=1.0, zorder=2, label="its retractable limit L")
+    _data_changes(ax, events)
+    ax.set_ylabel("Z (mm)")
+    if retractions:
+        ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
+    low, high = min(z.min(), 0), max(z.max(), 0)
+    ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
+
+
+def _data_changes(ax, events):
+    """Mark where retraction data came into force, and at which depth."""
+    changes = [event for event in events if event["event"] == "retraction_set"
+               and event["source"] == "tape"]
+    for index, event in enumerate(changes):
+        ax.axvline(event["t"], color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+        since = f", from Zr = {event['pos']['z']:.2f}" if index else ""
+        name = f"G36 L{event['limit']:g}{since}"
+        ax.annotate(name, (event["t"], 0), xytext=(4, 4), xycoords=("data", "axes fraction"),
+                    textcoords="offset points", color=INK, fontsize=8.5).set_in_layout(False)
+        if index:
+            ax.axhline(event["pos"]["z"], color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+
+
+def _feed(ax, trace):
+    # Machining feeds are a hundred times slower than retractions; both must be seen.
+    ax.plot(*envelope(trace["t"], trace["feed"]), color=FEED, linewidth=0.9)
+    ax.set_yscale("symlog", linthresh=10)
+    ax.set_yticks([-1000, -100, -10, 0, 10, 100, 1000])
+    ax.yaxis.set_major_formatter(StrMethodFormatter("{x:.0f}"))
+    ax.minorticks_off()
+    ax.axhline(0, color=FAINT, linewidth=0.7)
+    ax.set_ylabel("feed\n(mm/min)")
+
+
+def _classes(ax, trace):
+    step_s = trace["t"][1] - trace["t"][0] if len(trace["t"]) > 1 else 1.0
+    stack = {name: averages(trace["t"], trace[name] / step_s / 1000) for name in CLASSES}
+    ax.stackplot(stack["ok"][0], [rate for _, rate in stack.values()], linewidth=0,
+                 labels=[title for title, _ in CLASSES.values()],
+                 colors=[colour for _, colour in CLASSES.values()])
+    ax.set_ylabel("pulses\n(1000/s)")
+    ax.legend(loc="upper right", ncols=4)
+    ax.set_ylim(0, max(sum(rate for _, rate in stack.values()).max() * 1.35, 0.1))
+
+
+def close_up(trace, one: Retraction, pulses_per_mm: int) -> str:
+    """Distance to the start point against time over one retraction, phase by phase."""
+    return svg(_close_up, 11.6, 4.0, trace, one, pulses_per_mm)
+
+
+def _close_up(figure, trace, one, pulses_per_mm):
+    ax = figure.subplots()
+    begin, end = one.start["t"], one.resume["t"] if one.resume else one.end["t"]
+    margin = 0.12 * (end - begin)
+    near = (trace["t"] >= begin - margin) & (trace["t"] <= end + margin)
+    t = (trace["t"][near] - begin) * 1000
+    ax.plot(t, trace["z"][near] - one.start["pos"]["z"], color=FAINT, linewidth=1.0, zorder=3,
+            label="electrode, by its encoder")
+    before = trace["path"][(trace["t"] <= end) & near]
+    ax.plot(t, (before.max(initial=-np.inf) - trace["path"][near]) / pulses_per_mm, color=PATH,
+            linewidth=1.6, zorder=4, label="commanded path")
+    edges = [("retract", begin, one.end["t"])]
+    marks = [*((event["phase"], event["t"]) for event in one.advances), (None, end)]
+    edges += [(name, at, until) for (name, at), (_, until) in pairwise(marks)]
+    for name, at, until in edges:
+        title, colour = PHASES[name]
+        ax.axvspan((at - begin) * 1000, (until - begin) * 1000, color=colour, linewidth=0,
+                   zorder=0, label=title)
+    ax.axhline(0, color=FAINT, linewidth=0.9)
+    low = one.phase("low")
+    if low and one.phase("high"):
+        ax.axhline(low["from"], color=INK, linewidth=0.9, linestyle=(0, (4, 3)),
+                   label=f"changeover Q = {low['from']:g} mm")
+    ax.plot((one.end["t"] - begin) * 1000, one.distance, "^", color=CAUSES[one.cause], zorder=5,
+            label=f"end BE, {one.distance:.4f} mm ({one.end['reason']})")
+    if one.limit and one.distance > one.limit / 3:
+        ax.axhline(one.limit, color=CAUSES["short"], linewidth=0.9,
+                   label=f"limit L = {one.limit:g} mm")
+    ax.set_xlabel("time since the short (ms)" if one.cause == "short"
+                  else f"time since the {one.cause} (ms)")
+    ax.set_ylabel("distance from the\nstart point BS (mm)")
+    ax.set_xlim(-margin * 1000, (end - begin + margin) * 1000)
+    ax.yaxis.set_major_locator(MaxNLocator(6))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

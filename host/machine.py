@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Machines to run a tape on: built-in ones by name, others from a TOML file."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from host.errors import UsageError
+
+ROOT = Path(__file__).parents[1]
+BUILT_IN = ROOT / "testbench" / "plant"
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine: its name and the tables of its file, units in the keys' names."""
+
+    name: str
+    tables: dict
+
+    def number(self, *names: str) -> float:
+        """One number of the file, by table and key."""
+        value = self.tables
+        for name in names:
+            value = value.get(name) if isinstance(value, dict) else None
+        if not isinstance(value, int | float):
+            raise UsageError(f"machine {self.name}: {'.'.join(names)} is missing or no number.")
+        return value
+
+    @property
+    def clock_hz(self) -> int:
+        return int(self.number("clock_hz"))
+
+    @property
+    def pulses_per_mm(self) -> int:
+        return int(self.number("pulses_per_mm"))
+
+    @property
+    def removal_scale(self) -> float:
+        return self.number("removal_scale")
+
+    @property
+    def initial_gap_mm(self) -> float:
+        """Height of the electrode over the top of the workpiece when the program starts."""
+        return self.number("initial_gap_um") / 1000
+
+    @property
+    def settings(self) -> dict[str, int]:
+        """The controller's settings, as ``$number=value``."""
+        return self.tables.get("settings", {})
+
+
+def built_in() -> list[str]:
+    """Names of the machines that come with the project."""
+    return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
+
+
+def load(name: str) -> Machine:
+    """Machine by name or by the path of its TOML file.
+
+    Raises
+    ------
+    UsageError
+        If there is none, or its file cannot be read.
+    """
+    path = Path(name) if name.endswith(".toml") else BUILT_IN / f"{name}.toml"
+    if not path.is_file():
+        known = ", ".join(built_in()) or "none"
+        raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
+    try:
+        return Machine(path.stem, tomllib.loads(path.read_text()))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{path} is no machine description: {error}.") from error

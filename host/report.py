@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page a person looks at after a run: one HTML file that needs nothing else."""
+
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from host import figures
+from host.retractions import collect, most_telling
+
+DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
+
+OUTCOMES = {
+    "end": ("program end", "good"),
+    "stopped": ("stopped", "fair"),
+    "alarm": ("alarm", "bad"),
+    "rejected": ("tape rejected", "bad"),
+}
+REASONS = {"cleared": "cleared", "limit": "at the limit", "path_start": "at the path's start"}
+# Blocks and conditions are told by the listing; the table of events is for what happened.
+QUIET = {"block"}
+
+
+def _number(value, digits=3) -> str:
+    """A number for reading: no digits that say nothing, a true minus sign."""
+    if value is None:
+        return DASH
+    text = f"{value:,.{digits}f}" if isinstance(value, float) else f"{value:,}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return text.replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+def _fixed(value, digits) -> str:
+    """A number for a column: always as many digits, a true minus sign."""
+    return DASH if value is None else f"{value:.{digits}f}".replace("-", MINUS)
+
+
+def _flat(parameters: dict, prefix=""):
+    """Yield the leaves of nested tables, named with dots."""
+    for name, value in parameters.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _details(event: dict) -> str:
+    """What an event says beyond when and where."""
+    common = {"cycle", "t", "event", "line", "pos"}
+    said = {name.replace("_", " "): value if isinstance(value, str) else _number(value, 4)
+            for name, value in event.items() if name not in common and value is not None}
+    return ", ".join(f"{name} {value}" for name, value in said.items())
+
+
+def _tiles(summary, retractions):
+    shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
+    pulses = summary["discharges"]
+    total = sum(pulses.values())
+    counts = summary["retractions"]
+    return [
+        ("deepest", f"{_number(summary['max_depth_mm'])} mm", "below Z 0 of the program"),
+        ("time on the machine", f"{_number(summary['time_s'], 2)} s",
+         f"{_number(summary['cycles'])} clocks at {_number(summary['clock_hz'] / 1e6)} MHz"),
+        ("retractions", _number(counts["count"]),
+         ", ".join(f"{_number(counts[cause])} {cause}" for cause in ("short", "jump", "operator")
+                   if counts[cause]) or "none was needed"),
+        ("slowest reaction", f"{_number(max(shorts))} clocks" if shorts else DASH,
+         "from the sample that completed a short to the last forward pulse"),
+        ("discharges", _number(total),
+         f"{_number(100 * pulses['ok'] / total, 1)} % good" if total else "none"),
+        ("simulated in", f"{_number(summary['wall_s'], 1)} s",
+         f"{_number(summary['cycles_per_s'] / 1e6, 2)} million clocks a second"),
+    ]
+
+
+def render(*, title, listing, machine, parameters, summary, events, trace) -> str:
+    """HTML of a run.
+
+    ``listing`` is the tape's text with its line numbers, ``parameters`` the machine's nested
+    tables, the rest what the run has written into its folder.
+    """
+    retractions = collect(events)
+    telling = most_telling([one for one in retractions if one.end])
+    drawn = len(trace["t"]) > 1
+    close_up = ""
+    if drawn and telling:
+        close_up = figures.close_up(trace, telling, parameters["pulses_per_mm"])
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"),
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.filters |= {"number": _number, "fixed": _fixed}
+    outcome, colour = OUTCOMES[summary["outcome"]]
+    return environment.get_template("report.html.j2").render(
+        title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
+        tiles=_tiles(summary, retractions), listing=listing,
+        overview=figures.overview(trace, events, retractions) if drawn else "",
+        telling=telling, close_up=close_up,
+        retractions=retractions, reasons=REASONS,
+        events=[event for event in events if event["event"] not in QUIET],
+        details=_details, parameters=sorted(_flat(parameters)),
+    )

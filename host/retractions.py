@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Retractions of a run, put together from its events."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Retraction:
+    """One retraction: its start, its end, the way back and the resumption, as events.
+
+    ``series_t`` is when the first retraction of its series began: a short during the re-advance
+    starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm.
+    """
+
+    number: int
+    start: dict
+    limit: float | None
+    series_t: float
+    end: dict | None = None
+    advances: list[dict] = field(default_factory=list)
+    resume: dict | None = None
+
+    @property
+    def cause(self) -> str:
+        return self.start["cause"]
+
+    @property
+    def distance(self) -> float:
+        """Millimetres of commanded path from the first start point; 0 if it did not end."""
+        return self.end["distance"] if self.end else 0.0
+
+    @property
+    def seconds(self) -> float | None:
+        """Time from the start to the resumption of the feed."""
+        return self.resume["t"] - self.start["t"] if self.resume else None
+
+    def phase(self, name: str) -> dict | None:
+        """The re-advance ``high`` or ``low``, if there was one."""
+        return next((event for event in self.advances if event["phase"] == name), None)
+
+
+def collect(events: list[dict]) -> list[Retraction]:
+    """Retractions of a run, in order."""
+    found, limit, open_series = [], None, None
+    for event in events:
+        kind = event["event"]
+        if kind == "retraction_set":
+            limit = event["limit"]
+        elif kind == "retraction_start":
+            if open_series is None:
+                open_series = event["t"]
+            found.append(Retraction(len(found) + 1, event, limit, open_series))
+        elif found and kind == "retraction_end":
+            found[-1].end = event
+        elif found and kind == "readvance":
+            found[-1].advances.append(event)
+        elif found and kind == "resume" and found[-1].resume is None:
+            found[-1].resume = event
+            open_series = None
+    return found
+
+
+def most_telling(retractions: list[Retraction]) -> Retraction | None:
+    """The retraction to show in close-up: whole, with every phase, and the longest of those."""
+    def worth(one):
+        return (one.resume is not None, len(one.advances), one.cause == "short", one.distance)
+    return max(retractions, key=worth, default=None)

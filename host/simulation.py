@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one door from the host to the simulated machine: everything behind it is the test bench's."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from host.errors import UsageError, UserError
+from host.machine import ROOT, Machine
+
+LOG = ROOT / "build" / "failure.log"
+
+
+class Simulation:
+    """A simulated machine as a pipe of bytes with a clock; see ``host.link.BytePipe``."""
+
+    def __init__(self, native):
+        self._native = native
+        self.clock_hz = native.clock_hz
+
+    @property
+    def cycle(self) -> int:
+        """Clocks since reset."""
+        return self._native.cycle
+
+    def write(self, data: bytes) -> None:
+        """Send bytes, back to back."""
+        self._native.send(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        """Let the machine run until it says something, at most ``timeout_s`` of its time."""
+        return self._native.receive(max(1, round(timeout_s * self.clock_hz)))
+
+    def time_s(self) -> float:
+        """Seconds of the machine's time since reset."""
+        return self.cycle / self.clock_hz
+
+    def positions(self) -> dict[str, int]:
+        """Encoder positions by axis, in pulses."""
+        return self._native.positions()
+
+    def errors(self) -> dict[str, int]:
+        """Error counters by axis, in pulses."""
+        return self._native.errors()
+
+    def discharges(self) -> dict[str, int]:
+        """Discharge pulses so far, by class."""
+        return self._native.discharges()
+
+    def trace(self) -> dict:
+        """Samples of the run as columns."""
+        return self._native.trace()
+
+    def close(self) -> None:
+        """End the simulation and its files."""
+        self._native.close()
+
+
+def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
+          progress: Callable[[str], None]) -> Simulation:
+    """Switch a simulated machine on; builds it first where it has changed.
+
+    ``progress`` is told of every step that takes long, in one sentence.
+    """
+    try:
+        from testbench.native import start as start_native
+    except ImportError as error:
+        raise UserError("the simulated machine is not part of this installation: run gapkeeper "
+                        f"from a clone of the project ({error}).") from error
+    try:
+        return Simulation(start_native(machine=machine.tables, clock_hz=clock_hz, seed=seed,
+                                       waves=waves, progress=progress))
+    except ValueError as error:
+        raise UsageError(f"machine {machine.name}: {error}.") from error
+    except RuntimeError as error:  # a compiler or Verilator, with pages of its own words
+        LOG.parent.mkdir(exist_ok=True)
+        LOG.write_text(f"{error}\n")
+        raise UserError("the simulated machine or its firmware could not be built; what the tool "
+                        f"said is in {LOG}.") from error

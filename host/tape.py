@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tape codec: part programs as text (``.nc``) and as punched bytes (``.ptp``).
+
+A punched tape is: leader, start (``%`` or ER) and end of block, blocks, end (``%`` or ER), trailer.
+Texts are in upper case, as both codes have one case only; what is written small is punched large.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from host.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
+from host.errors import TapeError, UsageError
+
+FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
+
+_COMMENT = re.compile(r"\([^)]*\)?|;.*")
+_END_WORD = re.compile(r"M0*(?:2|30)(?![\d.])")
+
+
+@dataclass(frozen=True)
+class Tape:
+    """Punched bytes and how they came about.
+
+    ``shift`` is what must be added to a block number of the tape (the start is block 1) to get the
+    line of the source; it is not 0 if the text lacked its ``%`` or began with empty lines.
+    """
+
+    rows: bytes
+    code: Code
+    shift: int = 0
+
+
+def ends_program(block: str) -> bool:
+    """Whether a block holds the end word M02 or M30, outside comments and not skippable."""
+    block = block.strip()
+    return not block.startswith("/") and bool(_END_WORD.search(_COMMENT.sub("", block.upper())))
+
+
+def encode(text: str, code: Code = ISO) -> Tape:
+    """Punch a text.
+
+    Leader, trailer, and the ``%`` at the start and at the end are added if the text lacks them. The
+    end word is not: that a program ends there is for its author to say.
+
+    Raises
+    ------
+    TapeError
+        If the code has no row for a character, or a ``%`` stands inside the program.
+    """
+    lines = text.upper().splitlines()
+    first = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
+    lines = lines[first:]
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise TapeError("the text is empty: there is nothing to punch.")
+    shift = first
+    if lines[0].strip() != "%":
+        lines.insert(0, "%")
+        shift -= 1
+    if len(lines) > 1 and lines[-1].strip() == "%":
+        lines.pop()
+    lines[0] = "%"
+
+    rows = bytearray([BLANK] * FEED_ROWS)
+    for number, line in enumerate(lines, start=1):
+        for column, char in enumerate(line, start=1):
+            if char == "%" and number > 1:
+                raise TapeError("% starts and ends a tape and cannot stand inside the program.",
+                                number + shift, column)
+            if char not in code.punch:
+                shown = f'"{char}"' if char.isprintable() else f"character U+{ord(char):04X}"
+                raise TapeError(f"{code.title} tape has no code for {shown}.",
+                                number + shift, column)
+            rows.append(code.punch[char])
+        rows.append(code.end_of_block)
+    rows += bytes([code.start, code.end_of_block]) + bytes([BLANK] * FEED_ROWS)
+    return Tape(bytes(rows), code, shift)
+
+
+def recognise(rows: bytes) -> tuple[Code, int]:
+    """Find the start of a tape; return its code and the index of the start row.
+
+    The start is the first ``%`` or ER that stands right before an end of block of its code (in ISO
+    code a carriage return may come between). What precedes is leader and may hold any pattern, but
+    not a block of characters: that would be a program whose start is damaged or missing.
+
+    Raises
+    ------
+    TapeError
+        If the tape has no start.
+    """
+    begin = 0  # of what has come since the last end of block
+    for index, row in enumerate(rows):
+        code = next((c for c in (ISO, EIA) if row == c.end_of_block), None)
+        if code is None:
+            continue
+        start = index - 1
+        if code is ISO and start >= begin and rows[start] == CARRIAGE_RETURN:
+            start -= 1
+        if start >= begin and rows[start] == code.start:
+            return code, start
+        block = rows[begin:index].replace(bytes([BLANK]), b"")
+        # Two rows or more: one may be a character by chance.
+        if len(block) >= 2 and all(row in code.read for row in block):
+            break
+        begin = index + 1
+    raise TapeError("the tape has no start: % (ISO 840) or ER (EIA RS-244) and an end of block "
+                    "must stand before the program.", 1, 1)
+
+
+def _read_row(code: Code, row: int, block: int, character: int) -> str:
+    if odd(row) != code.parity:
+        raise TapeError(f"parity error: row 0x{row:02X} has {row.bit_count()} holes and "
+                        f"{code.title} wants an {'odd' if code.parity else 'even'} number.",
+                        block, character)
+    if row not in code.read:
+        raise TapeError(f"row 0x{row:02X} is no character of {code.title}.", block, character)
+    return code.read[row]
+
+
+def decode(rows: bytes) -> tuple[str, Code]:
+    """Read punched bytes; return the text, with ``%`` at its start and end, and the code.
+
+    Every row from the start to the end of block of the end word is checked; what precedes and what
+    follows is leader and trailer.
+
+    Raises
+    ------
+    TapeError
+        With the block and the character where the tape is damaged, has a wrong code, or stops.
+    """
+    code, start = recognise(rows)
+    lines, line, block, character = [], "", 1, 0
+    for row in rows[start:]:
+        character += 1
+        if row == code.end_of_block:
+            lines.append(line)
+            if ends_program(line):
+                break
+            line, block, character = "", block + 1, 0
+        elif row == BLANK and code.blank_is_fault:
+            raise TapeError(f"blank row inside the data of an {code.title} tape.", block, character)
+        else:
+            char = _read_row(code, row, block, character)
+            if char == "%" and block > 1:
+                raise TapeError("the tape ends without M02 or M30.", block, character)
+            line += char
+    else:
+        raise TapeError("the tape stops without M02 or M30.", block, character + 1)
+    lines[0] = "%"
+    return "\n".join([*lines, "%", ""]), code
+
+
+def load(path: Path) -> Tape:
+    """Tape of a file: punched rows as they are, a text punched in ISO code."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}.") from error
+    if path.suffix == ".ptp":
+        # A tape with a damaged start is still a tape: the machine's own reader is to refuse it.
+        code = next((c for row in data for c in CODES.values() if row == c.end_of_block), ISO)
+        return Tape(data, code)
+    return encode(text_of(path, data))
+
+
+def text_of(path: Path, data: bytes) -> str:
+    """Text of a part program's bytes."""
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        raise TapeError(f"{path} is no text (byte {error.start + 1} cannot be read); punched tapes "
+                        "have the ending .ptp.") from error

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Feed the firmware what nobody would: ``python -m testbench.fuzz --cases 1000 --seed 1``.
+
+Tapes are grown from good ones by damage of text and of punched rows; what takes a way through the
+code that was not taken before is kept and grown further. Now and then the whole firmware gets one,
+together with lines, real-time bytes, broken frames and events at random. The process ends at the
+first violation of C's rules; otherwise with one line of figures.
+"""
+
+import argparse
+import ctypes
+import os
+import random
+import subprocess
+import sys
+import time
+
+from host.codes import EIA, ISO
+from softcore.image import address_runtime, host_library
+from testbench import programs
+from testbench.firmware import KINDS, STATES, Checker, Machine
+
+KEPT = 400      # tapes that are grown further
+WHOLE = 25      # every so many cases the whole firmware gets the tape
+
+
+def damaged_rows(rng, rows):
+    """Damage of punched rows: bits, bytes, pieces."""
+    rows = bytearray(rows)
+    for _ in range(rng.choice((1, 1, 2, 8))):
+        at = rng.randrange(len(rows) + 1)
+        kind = rng.randrange(5)
+        if kind == 0 and at < len(rows):
+            rows[at] ^= 1 << rng.randrange(8)
+        elif kind == 1:
+            del rows[at:at + rng.randint(1, 20)]
+        elif kind == 2:
+            rows[at:at] = bytes(rng.randrange(256) for _ in range(rng.randint(1, 9)))
+        elif kind == 3:
+            rows[at:at] = rows[at:at + rng.randint(1, 60)] * rng.randint(1, 8)
+        else:
+            rows[at:at] = rng.choice((ISO, EIA)).punch[rng.choice("GXZ0159./(%M ")].to_bytes()
+    return bytes(rows[:20_000])
+
+
+def grown(rng, corpus):
+    """A new tape, out of one that was interesting or out of nothing."""
+    if not corpus or rng.random() < 0.2:
+        blocks = programs.program(rng, rng.randint(1, 12))
+        for _ in range(rng.randrange(3)):
+            at = rng.randrange(len(blocks))
+            blocks[at] = programs.damage(rng, blocks[at]).replace("%", "")
+        texts = [text.translate({ord(c): None for c in ":;=*#$'@[]!\"<>?"}) for text in blocks]
+        return programs.punched(texts, rng.choice((ISO, EIA)))
+    rows = rng.choice(corpus)
+    if rng.random() < 0.3:
+        other = rng.choice(corpus)
+        rows = rows[:rng.randrange(len(rows) + 1)] + other[rng.randrange(len(other) + 1):]
+    return damaged_rows(rng, rows) or b"%"
+
+
+def whole(rng, rows, sanitize):
+    """The whole firmware with a tape and everything that may come between."""
+    machine = Machine(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
+    machine.line("$X")
+    machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
+    machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$21=1")))
+    pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
+    frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
+    for sequence, (length, payload) in enumerate(frames):
+        body = bytes([length, sequence % 256]) + payload
+        data = b"\x02" + body + _crc(body)
+        if rng.random() < 0.05:
+            data = damaged_rows(rng, data)
+        machine.send(data)
+        machine.run(rng.choice((10, 100, 400)))
+        for _ in range(rng.randrange(3)):
+            _disturb(rng, machine)
+    machine.run(400)
+
+
+def _crc(body):
+    from binascii import crc_hqx
+    return crc_hqx(body, 0xFFFF).to_bytes(2)
+
+
+def _disturb(rng, machine):
+    kind = rng.randrange(8)
+    if kind == 0:
+        machine.send(rng.choice((b"?", b"!", b"~", b"~", b"\x92", b"\x18")))
+    elif kind == 1:
+        machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")
+    elif kind == 2:
+        machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$7=3\n", b"$\n")))
+    elif kind == 3:
+        machine.library.gk_event(rng.randrange(9), rng.randrange(6), rng.randrange(1 << 31),
+                                 rng.randrange(1 << 31))
+    elif kind == 4:
+        machine.state(rng.choice(STATES))
+    elif kind in (5, 6):
+        machine.library.gk_go(rng.randint(-5000, 5000))
+    elif rng.random() < 0.1:
+        machine.library.gk_trip(rng.randrange(14))
+        assert KINDS
+    machine.run(rng.choice((1, 10, 50)))
+
+
+def fuzz(*, cases: int, seed: int, seconds: float, sanitize: str) -> str:
+    """Run until ``cases`` or ``seconds`` are over; the figures of the run."""
+    rng = random.Random(seed)
+    checker = Checker(sanitize)
+    library = ctypes.CDLL(str(host_library(sanitize)))
+    corpus, fresh, ends = [], 0, time.monotonic() + seconds
+    done = 0
+    while done < cases and time.monotonic() < ends:
+        rows = grown(rng, corpus)
+        checker.check(rows, tv=rng.random() < 0.1)
+        new = library.gk_coverage() if sanitize == "coverage" else rng.random() < 0.02
+        if new:
+            fresh += new
+            if len(corpus) == KEPT:
+                corpus.pop(rng.randrange(KEPT))
+            corpus.append(rows)
+        done += 1
+        if done % WHOLE == 0:
+            whole(rng, rows, sanitize)
+    return f"{done} cases, {len(corpus)} tapes kept, {int(fresh)} ways through the code"
+
+
+def under_address_sanitizer(arguments: list[str]) -> subprocess.CompletedProcess:
+    """Run this script with the address sanitizer's runtime loaded first."""
+    environment = {**os.environ, "LD_PRELOAD": str(address_runtime()),
+                   "ASAN_OPTIONS": "detect_leaks=0"}  # Python itself leaks
+    return subprocess.run([sys.executable, "-m", "testbench.fuzz", "--sanitize", "address",
+                           *arguments], env=environment, capture_output=True, text=True,
+                          check=False)
+
+
+def main():
+    """Read the command line, run, print the figures."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--cases", type=int, default=1_000_000_000)
+    parser.add_argument("--seconds", type=float, default=1e9)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--sanitize", default="coverage",
+                        choices=("undefined", "coverage", "address"))
+    print(fuzz(**vars(parser.parse_args())))
+
+
+if __name__ == "__main__":
+    main()

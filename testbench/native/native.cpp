@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Verilated controller with its station, as a library with a C interface for Python.
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "Vtop.h"
+#include "Vtop___024root.h"
+#include "station.hpp"
+#include "verilated.h"
+
+#include "probes.inc"  // struct Probe; PROBES, MEMORY: made from testbench/native/probes.py
+
+// The model's own body. Vtop::eval() takes two locks around it that one thread does not need.
+void Vtop___024root___eval(Vtop___024root* root);
+
+namespace {
+
+constexpr size_t COLUMNS = 17;  // of the trace: see testbench/native/simulation.py
+
+struct Change {
+    uint64_t clock;
+    int64_t value;
+    uint32_t probe;
+};
+
+// The writer of pylibfst's library, by the addresses of its functions.
+struct Fst {
+    void* writer = nullptr;
+    void (*time)(void*, uint64_t) = nullptr;
+    void (*value)(void*, uint32_t, uint32_t, uint64_t) = nullptr;
+    uint64_t step = 1;  // of the file's time, per clock
+};
+
+class Session {
+public:
+    explicit Session(uint64_t seed) : station_(seed) {
+        model_.clk = 0;
+        model_.rx = 1;
+        apply(to_);
+        model_.eval();
+    }
+
+    bench::Station& station() { return station_; }
+
+    void load(const uint8_t* image, size_t size) {
+        auto& memory = MEMORY(model_.rootp);
+        for (size_t at = 0; at < size; at += 4) {
+            uint32_t word = 0;
+            std::memcpy(&word, image + at, std::min<size_t>(4, size - at));
+            memory[at / 4] = word;
+        }
+    }
+
+    void run(uint64_t clocks, bool until_byte) {
+        station_.arm(clocks, until_byte);
+        if (tapped_.empty())
+            advance<false>();
+        else
+            advance<true>();
+    }
+
+    // The netlist alone, with inputs that rest.
+    double bare(uint64_t clocks) {
+        const auto begin = std::chrono::steady_clock::now();
+        for (uint64_t i = 0; i < clocks; ++i)
+            edge();
+        const auto end = std::chrono::steady_clock::now();
+        return std::chrono::duration<double>(end - begin).count();
+    }
+
+    int64_t probe(size_t index) { return read(PROBES[index]); }
+
+    void tap(const uint32_t* probes, size_t count) {
+        tapped_.assign(probes, probes + count);
+        last_.assign(count, INT64_MIN);
+    }
+
+    std::vector<Change> changes;
+    Fst fst;
+    std::vector<double> trace;
+    uint64_t trace_period = 0;
+
+private:
+    // One clock: the falling edge of the one before, for the gate of the processor's clock, and a
+    // rising edge.
+    void edge() {
+        model_.clk = 0;
+        Vtop___024root___eval(model_.rootp);
+        model_.clk = 1;
+        Vtop___024root___eval(model_.rootp);
+    }
+
+    template <bool TAPPED>
+    void advance() {
+        if (trace_period != 0 && trace.empty())
+            sample_at_ = station_.clock;
+        while (station_.clock < station_.stop_at) {
+            if (trace_period != 0 && station_.clock >= sample_at_) {
+                sample();
+                sample_at_ += trace_period;
+            }
+            do {
+                if (TAPPED)
+                    look();
+                clock();
+            } while (station_.clock < station_.stop_at &&
+                     (trace_period == 0 || station_.clock < sample_at_));
+        }
+    }
+
+    void clock() {
+        plant::FromController from;
+        from.dac = model_.dac;
+        from.dac_negative = model_.dac_negative;
+        from.step = model_.step;
+        from.dir = model_.dir;
+        from.drive_enable = model_.drive_enable;
+        from.gap_on = model_.gap_on;
+        from.gap_sense = model_.gap_sense;
+        from.gap_level = model_.gap_level;
+        from.auxiliary_strobe = model_.auxiliary_strobe;
+        from.auxiliary_code = model_.auxiliary_code;
+        from.safe = model_.safe;
+        uint8_t rx = 1;
+        station_.step(from, model_.tx, to_, rx);
+        edge();
+        apply(to_);
+        model_.rx = rx;
+    }
+
+    void apply(const plant::ToController& to) {
+        model_.enc_a = to.enc_a;
+        model_.enc_b = to.enc_b;
+        model_.gap_high = to.gap_high;
+        model_.gap_arc = to.gap_arc;
+        model_.gap_short = to.gap_short;
+        model_.gap_current = to.gap_current;
+        model_.estop = to.estop;
+        model_.drive_fault = to.drive_fault;
+        model_.limit_low = to.limit_low;
+        model_.limit_high = to.limit_high;
+        model_.fluid_low = to.fluid_low;
+        model_.fin = to.fin;
+    }
+
+    void look() {
+        bool told = false;
+        for (size_t i = 0; i < tapped_.size(); ++i) {
+            const Probe& probe = PROBES[tapped_[i]];
+            const int64_t value = read(probe);
+            if (value == last_[i])
+                continue;
+            last_[i] = value;
+            if (!fst.writer) {
+                changes.push_back({station_.clock, value, tapped_[i]});
+                continue;
+            }
+            if (!told)
+                fst.time(fst.writer, station_.clock * fst.step);
+            told = true;
+            // Handles count from 1 in the order of the taps. No more bits than the signal has.
+            fst.value(fst.writer, static_cast<uint32_t>(i + 1), probe.bits,
+                      static_cast<uint64_t>(value) & (~0ull >> (64 - probe.bits)));
+        }
+    }
+
+    void sample() {
+        const plant::Plant& machine = station_.machine;
+        const double sum = machine.gap().voltage_sum();
+        const double clocks = static_cast<double>(station_.clock - sampled_);
+        double row[COLUMNS] = {static_cast<double>(station_.clock)};
+        size_t at = 1;
+        for (int axis = 0; axis < plant::AXES; ++axis)
+            row[at++] = machine.count(axis);
+        for (const char* name : {"axis_x_error", "axis_y_error", "axis_z_error", "path_position",
+                                 "path_status_state", "gap_status_shorted", "gap_open_count",
+                                 "gap_ok_count", "gap_dame_count", "gap_short_count"})
+            row[at++] = static_cast<double>(named(name));
+        row[at++] = clocks > 0 ? (sum - volts_) / clocks : 0;
+        row[at++] = machine.gap().gap_um();
+        row[at++] = machine.gap().debris();
+        volts_ = sum;
+        sampled_ = station_.clock;
+        trace.insert(trace.end(), row, row + COLUMNS);
+    }
+
+    int64_t read(const Probe& probe) const { return probe.read(model_.rootp, station_.machine); }
+
+    int64_t named(const char* name) {
+        for (const Probe& probe : PROBES)
+            if (!std::strcmp(probe.name, name))
+                return read(probe);
+        return 0;
+    }
+
+    Vtop model_;
+    bench::Station station_;
+    plant::ToController to_;
+    std::vector<uint32_t> tapped_;
+    std::vector<int64_t> last_;
+    uint64_t sample_at_ = 0, sampled_ = 0;
+    double volts_ = 0;
+};
+
+}  // namespace
+
+extern "C" {
+
+void* gk_create(uint64_t seed) { return new Session(seed); }
+void gk_free(Session* s) { delete s; }
+void* gk_station(Session* s) { return &s->station(); }
+void gk_load(Session* s, const uint8_t* image, uint64_t size) { s->load(image, size); }
+void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
+double gk_bare(Session* s, uint64_t clocks) { return s->bare(clocks); }
+int64_t gk_probe(Session* s, uint64_t index) { return s->probe(index); }
+
+void gk_trace_period(Session* s, uint64_t clocks) { s->trace_period = clocks; }
+uint64_t gk_trace_rows(Session* s) { return s->trace.size() / COLUMNS; }
+void gk_trace_read(Session* s, double* out) {
+    std::memcpy(out, s->trace.data(), s->trace.size() * sizeof(double));
+}
+
+void gk_tap(Session* s, const uint32_t* probes, uint64_t count) { s->tap(probes, count); }
+uint64_t gk_changes(Session* s) { return s->changes.size(); }
+void gk_changes_take(Session* s, int64_t* out) {
+    for (const Change& change : s->changes) {
+        *out++ = static_cast<int64_t>(change.clock);
+        *out++ = change.probe;
+        *out++ = change.value;
+    }
+    s->changes.clear();
+}
+void gk_fst(Session* s, void* writer, uint64_t time, uint64_t value, uint64_t step) {
+    s->fst.writer = writer;
+    s->fst.step = step;
+    s->fst.time = reinterpret_cast<void (*)(void*, uint64_t)>(time);
+    s->fst.value = reinterpret_cast<void (*)(void*, uint32_t, uint32_t, uint64_t)>(value);
+}
+
+}  // extern "C"

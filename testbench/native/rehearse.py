@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A short run from which the compiler learns what is frequent: ``rehearse.py LIBRARY``.
+
+Firmware starts, is idle, takes lines, moves and discharges.
+"""
+
+import sys
+import tomllib
+from pathlib import Path
+
+from testbench.native.simulation import Simulation
+
+MACHINE = Path(__file__).parents[1] / "plant" / "sinker.toml"
+LINES = b"$X\nG92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nM03\nG94 F15\nG01 Z-0.2\n"
+
+
+def main():
+    """Run it."""
+    machine = tomllib.loads(MACHINE.read_text())
+    with Simulation(machine=machine, clock_hz=int(machine["clock_hz"]), seed=1,
+                    code=Path(sys.argv[1])) as simulation:
+        simulation.run(100_000)
+        simulation.send(LINES)
+        simulation.run(400_000)
+
+
+if __name__ == "__main__":
+    main()

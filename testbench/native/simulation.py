@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The native simulation: millions of clocks a second, driven from Python in large steps."""
+
+import ctypes
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+
+from softcore.image import target_image
+from testbench.native import waves as waveforms
+from testbench.native.build import library
+from testbench.native.probes import PROBES
+from testbench.native.station import AXES, Session, declare
+
+__all__ = ["Simulation", "start"]
+
+TRACE_S = 1e-3
+NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
+COLUMNS = ["cycle", *AXES, *(f"error_{axis}" for axis in AXES), "path", "state", "shorted",
+           "open", "ok", "dame", "short", "gap_v", "gap_um", "debris"]
+
+_POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
+_FUNCTIONS = {
+    "gk_create": (_POINTER, [_UNSIGNED]),
+    "gk_free": (None, [_POINTER]),
+    "gk_station": (_POINTER, [_POINTER]),
+    "gk_load": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
+    "gk_run": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
+    "gk_bare": (ctypes.c_double, [_POINTER, _UNSIGNED]),
+    "gk_probe": (ctypes.c_int64, [_POINTER, _UNSIGNED]),
+    "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
+    "gk_trace_rows": (_UNSIGNED, [_POINTER]),
+    "gk_trace_read": (None, [_POINTER, _POINTER]),
+    "gk_tap": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
+    "gk_changes": (_UNSIGNED, [_POINTER]),
+    "gk_changes_take": (None, [_POINTER, _POINTER]),
+    "gk_fst": (None, [_POINTER, _POINTER, _UNSIGNED, _UNSIGNED, _UNSIGNED]),
+}
+
+
+class Simulation(Session):
+    """A controller with firmware, switched on, and the machine around it.
+
+    Nothing has happened yet when it is made: the first clock is still to come. Use it in a ``with``
+    statement, or ``close`` it.
+
+    Parameters
+    ----------
+    machine : dict
+        Tables of the machine's file.
+    clock_hz : int
+        Frequency of the simulated clock.
+    seed : int
+        Of everything random. Same seed, same run.
+    waves : Path or None
+        Folder for the waveforms of the key signals, with views for Surfer and GTKWave.
+    trace : bool
+        Keep a sample of the run for every millisecond; see ``trace``.
+    progress : callable
+        Told of every step that takes long, in one sentence.
+    code : Path or None
+        The built library; made from the sources if not given.
+    image : Path or None
+        Firmware; compiled from the sources if not given.
+    """
+
+    def __init__(self, *, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
+                 trace: bool = True, progress: Callable[[str], None] = lambda _: None,
+                 code: Path | None = None, image: Path | None = None):
+        code = code or library(clock_hz, progress)
+        if image is None:
+            progress("compiling the firmware")
+            image = target_image()
+        self._code = ctypes.CDLL(str(code))
+        declare(self._code, _FUNCTIONS)
+        self._handle = self._code.gk_create(seed)
+        self._waves = None
+        self._trace = None
+        super().__init__(self._code, self._code.gk_station(self._handle), machine=machine,
+                         clock_hz=clock_hz)
+        firmware = image.read_bytes()
+        self._code.gk_load(self._handle, firmware, len(firmware))
+        if trace:
+            self._code.gk_trace_period(self._handle, max(1, round(TRACE_S * clock_hz)))
+        if waves is not None:
+            self._waves = waveforms.Writer(waves, clock_hz)
+            self._tap(self._waves.signals)
+            self._code.gk_fst(self._handle, *self._waves.addresses())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self) -> None:
+        """End the simulation and its files. The trace can still be read."""
+        if self._handle is None:
+            return
+        self._trace = self.trace()
+        if self._waves is not None:
+            self._waves.close(self.cycle)
+        self._last = self.cycle, self.positions(), self.errors(), self.discharges()
+        self._code.gk_free(self._handle)
+        self._handle = None
+
+    @property
+    def cycle(self) -> int:
+        return self._last[0] if self._handle is None else super().cycle
+
+    def positions(self) -> dict[str, int]:
+        return self._last[1] if self._handle is None else super().positions()
+
+    def errors(self) -> dict[str, int]:
+        return self._last[2] if self._handle is None else super().errors()
+
+    def discharges(self) -> dict[str, int]:
+        return self._last[3] if self._handle is None else super().discharges()
+
+    def run(self, clocks: int) -> None:
+        self._code.gk_run(self._handle, clocks, False)
+
+    def receive(self, clocks: int) -> bytes:
+        self._code.gk_run(self._handle, clocks, True)
+        return self.received()
+
+    def probe(self, name: str) -> int:
+        return self._code.gk_probe(self._handle, NUMBER[name])
+
+    def bare(self, clocks: int) -> float:
+        """Seconds that the netlist alone takes for so many clocks, its inputs at rest.
+
+        The controller has run on without its machine afterwards: use a simulation of its own.
+        """
+        return self._code.gk_bare(self._handle, clocks)
+
+    # ---- what happened
+
+    def watch(self, names: Iterable[str]) -> None:
+        """Keep every change of these probes from now on; see ``changes``.
+
+        Raises
+        ------
+        ValueError
+            If waveforms are written: both come from the same place.
+        """
+        if self._waves is not None:
+            raise ValueError("changes are not kept while waveforms are written")
+        self._tap(names)
+
+    def _tap(self, names):
+        numbers = [NUMBER[name] for name in names]
+        self._code.gk_tap(self._handle, (ctypes.c_uint32 * len(numbers))(*numbers), len(numbers))
+
+    def changes(self) -> list[tuple[int, str, int]]:
+        """Take the changes of the watched probes: clock, name, value.
+
+        Values are those in the clock before the edge of that number: ``cycle`` is ``n`` while
+        clock ``n`` goes on.
+        """
+        rows = np.empty((self._code.gk_changes(self._handle), 3), dtype=np.int64)
+        self._code.gk_changes_take(self._handle, rows.ctypes.data)
+        return [(int(clock), PROBES[index].name, int(value)) for clock, index, value in rows]
+
+    def trace(self) -> dict[str, np.ndarray]:
+        """Columns, one row per millisecond, as they were at ``t``.
+
+        ``t`` s; ``x y z`` from the coders and ``error_x/y/z``, pulses; ``path`` path pulses so far;
+        ``feed`` mm/min along the path since the last row, negative backwards; ``state`` of the
+        retraction; ``shorted`` Ss; ``open ok dame short`` pulses since the last row; ``gap_v`` mean
+        voltage since the last row; ``gap_um`` true width; ``debris``.
+        """
+        if self._trace is not None:
+            return self._trace
+        rows = np.empty((self._code.gk_trace_rows(self._handle), len(COLUMNS)))
+        self._code.gk_trace_read(self._handle, rows.ctypes.data)
+        columns = {name: rows[:, index].copy() for index, name in enumerate(COLUMNS)}
+        columns["t"] = columns.pop("cycle") / self.clock_hz
+        step_s = np.diff(columns["t"], prepend=0)
+        step_s[:1] = 1
+        moved = np.diff(columns["path"], prepend=columns["path"][:1])
+        moved = (moved + 2**31) % 2**32 - 2**31  # the coordinate wraps
+        columns["feed"] = moved / step_s * 60 / self.get("pulses_per_mm")
+        for kind in ("open", "ok", "dame", "short"):
+            columns[kind] = np.diff(columns[kind], prepend=columns[kind][:1]) % 2**32
+        return columns
+
+
+def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
+          progress: Callable[[str], None] = lambda _: None) -> Simulation:
+    """Switch a simulated machine on; builds it first where it has changed.
+
+    The parameters are those of ``Simulation``.
+    """
+    return Simulation(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves,
+                      progress=progress)

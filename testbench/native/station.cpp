@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The station for Python, the same in the native and in the cocotb simulation.
+#include "station.hpp"
+
+using bench::Station;
+
+extern "C" {
+
+int station_set(Station* s, const char* name, double value) { return s->machine.set(name, value); }
+int station_get(Station* s, const char* name, double* value) {
+    return s->machine.get(name, *value);
+}
+uint64_t station_clock(Station* s) { return s->clock; }
+int32_t station_count(Station* s, int axis) { return s->machine.count(axis); }
+void station_arm(Station* s, uint64_t clocks, int until_byte) { s->arm(clocks, until_byte != 0); }
+
+void station_send(Station* s, const uint8_t* data, uint64_t size) {
+    s->serial.to_send.insert(s->serial.to_send.end(), data, data + size);
+}
+uint64_t station_waiting(Station* s) { return s->serial.received.size(); }
+void station_receive(Station* s, uint8_t* out) {
+    for (; !s->serial.received.empty(); s->serial.received.pop_front())
+        *out++ = s->serial.received.front();
+}
+uint64_t station_framing_errors(Station* s) { return s->serial.framing_errors; }
+
+uint64_t station_auxiliaries(Station* s) { return s->machine.auxiliaries().size(); }
+void station_auxiliary(Station* s, uint64_t index, uint64_t* out) {
+    const plant::Auxiliary& one = s->machine.auxiliaries()[index];
+    out[0] = one.clock;
+    out[1] = one.strobe;
+    out[2] = one.code;
+}
+
+}  // extern "C"

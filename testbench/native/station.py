@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The station for Python: the simulated machine and the host's end of the serial line.
+
+One class for both simulations: the native one and the one under cocotb differ in how clocks are
+run, and in nothing else.
+"""
+
+import ctypes
+from collections.abc import Iterator
+
+__all__ = ["AXES", "Session", "parameters"]
+
+AXES = "xyz"
+
+_POINTER, _UNSIGNED, _DOUBLE = ctypes.c_void_p, ctypes.c_uint64, ctypes.c_double
+_FUNCTIONS = {
+    "station_set": (ctypes.c_int, [_POINTER, ctypes.c_char_p, _DOUBLE]),
+    "station_get": (ctypes.c_int, [_POINTER, ctypes.c_char_p, ctypes.POINTER(_DOUBLE)]),
+    "station_clock": (_UNSIGNED, [_POINTER]),
+    "station_count": (ctypes.c_int32, [_POINTER, ctypes.c_int]),
+    "station_arm": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
+    "station_send": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
+    "station_waiting": (_UNSIGNED, [_POINTER]),
+    "station_receive": (None, [_POINTER, ctypes.c_char_p]),
+    "station_framing_errors": (_UNSIGNED, [_POINTER]),
+    "station_auxiliaries": (_UNSIGNED, [_POINTER]),
+    "station_auxiliary": (None, [_POINTER, _UNSIGNED, ctypes.POINTER(_UNSIGNED)]),
+}
+
+
+def declare(library: ctypes.CDLL, functions: dict) -> None:
+    """Tell ctypes the result and argument types of C functions."""
+    for name, (result, arguments) in functions.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+
+
+def parameters(machine: dict) -> Iterator[tuple[str, float]]:
+    """Numbers of a machine file, named ``key`` or ``table.key``; its [settings] are not the plant's.
+
+    Raises
+    ------
+    ValueError
+        If a value is not a number.
+    """
+    for key, value in machine.items():
+        if key == "settings":
+            continue
+        for name, number in ([(f"{key}.{inner}", one) for inner, one in value.items()]
+                             if isinstance(value, dict) else [(key, value)]):
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise ValueError(f"the machine's {name} must be a number, not {number!r}")
+            yield name, float(number)
+
+
+class Session:
+    """A controller that runs, seen from outside: its serial line, its machine, its probes.
+
+    Subclasses give ``run``, ``receive`` and ``probe``. Everything that happens depends on the
+    arguments, the seed and the order of calls only.
+
+    Parameters
+    ----------
+    library : ctypes.CDLL
+        Where the functions of ``station.cpp`` are.
+    station : int
+        Address of the station.
+    machine : dict
+        Tables of the machine's file.
+    clock_hz : int
+        Frequency of the simulated clock, which wins over the file's.
+
+    Raises
+    ------
+    ValueError
+        If the file has a parameter that the plant does not know.
+    """
+
+    def __init__(self, library: ctypes.CDLL, station: int, *, machine: dict, clock_hz: int):
+        declare(library, _FUNCTIONS)
+        self._station_library = library
+        self._station = station
+        self.clock_hz = clock_hz
+        for name, value in parameters(machine | {"clock_hz": clock_hz}):
+            self.set(name, value)
+
+    # ---- to be given
+
+    def run(self, clocks: int) -> None:
+        """Let the clock run."""
+        raise NotImplementedError
+
+    def receive(self, clocks: int) -> bytes:
+        """Run until the controller has said something and paused, at most ``clocks``."""
+        raise NotImplementedError
+
+    def probe(self, name: str) -> int:
+        """Present value of a signal of ``testbench.native.probes``."""
+        raise NotImplementedError
+
+    # ---- the machine
+
+    def set(self, name: str, value: float) -> None:
+        """Set a parameter or a force of the plant: ``force.short``, ``force.estop`` and so on.
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name.
+        """
+        if not self._station_library.station_set(self._station, name.encode(), value):
+            raise ValueError(f"the simulated machine has no parameter {name!r}")
+
+    def get(self, name: str) -> float:
+        """Parameter, force or reading (``read.gap_um``) of the plant.
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name.
+        """
+        value = _DOUBLE()
+        if not self._station_library.station_get(self._station, name.encode(), value):
+            raise ValueError(f"the simulated machine has no {name!r}")
+        return value.value
+
+    @property
+    def cycle(self) -> int:
+        """Clocks since the start."""
+        return self._station_library.station_clock(self._station)
+
+    def positions(self) -> dict[str, int]:
+        """Edges that the pulse coders have given, by axis, in pulses."""
+        return {axis: self._station_library.station_count(self._station, index)
+                for index, axis in enumerate(AXES)}
+
+    def auxiliaries(self) -> list[tuple[int, str, int]]:
+        """Auxiliary functions the machine side has seen: clock, letter, code."""
+        found = []
+        for index in range(self._station_library.station_auxiliaries(self._station)):
+            row = (_UNSIGNED * 3)()
+            self._station_library.station_auxiliary(self._station, index, row)
+            found.append((row[0], {1: "M", 2: "S", 4: "T"}[row[1]], row[2]))
+        return found
+
+    # ---- the serial line
+
+    def send(self, data: bytes) -> None:
+        """Queue bytes for the controller, back to back, from the next clock on."""
+        self._station_library.station_send(self._station, data, len(data))
+
+    def _arm(self, clocks, until_byte):
+        self._station_library.station_arm(self._station, clocks, until_byte)
+
+    def received(self) -> bytes:
+        """Take what the controller has sent so far."""
+        size = self._station_library.station_waiting(self._station)
+        buffer = ctypes.create_string_buffer(size + 1)
+        self._station_library.station_receive(self._station, buffer)
+        return buffer.raw[:size]
+
+    def framing_errors(self) -> int:
+        """Bytes from the controller that had no stop bit."""
+        return self._station_library.station_framing_errors(self._station)
+
+    # ---- the controller's registers
+
+    def errors(self) -> dict[str, int]:
+        """Error counters Er by axis, in pulses."""
+        return {axis: self.probe(f"axis_{axis}_error") for axis in AXES}
+
+    def discharges(self) -> dict[str, int]:
+        """Main pulses so far, by class."""
+        return {kind: self.probe(f"gap_{kind}_count") for kind in ("open", "ok", "dame", "short")}

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Waveforms of the key signals of a run, as FST, with saved views for Surfer and GTKWave."""
+
+from pathlib import Path
+
+from testbench.native.probes import PROBES
+
+__all__ = ["Writer"]
+
+# Name in the waveform (the patent's where it has one), probe, how it is drawn, what it is.
+SIGNALS = (
+    ("Zc", "path_ahead", "analog", "end of what firmware has commanded, path pulses"),
+    ("Ps", "path_command", "analog", "path pulses before the ramp, sum"),
+    ("Pp", "path_position", "analog", "path pulses behind the ramp, sum"),
+    ("Pi", "axis_z_command", "analog", "axis pulses of Z, sum"),
+    ("FP", "axis_z_position", "analog", "feedback pulses of Z, sum"),
+    ("Er", "axis_z_error", "analog", "error counter of Z, pulses"),
+    ("DAC", "dac_z", "analog", "velocity command of Z, of 32768"),
+    ("speed", "motor_z_um_s", "analog", "of the motor of Z, um/s"),
+    ("Ss", "gap_status_shorted", "digital", "short"),
+    ("state", "path_status_state", "digital", "of the retraction"),
+    ("machining", "power_control_machining", "digital", "discharge is wanted"),
+    ("safe", "safety_status_safe", "digital", "outputs are in their safe state"),
+    ("gap_mv", "gap_mv", "analog", "gap voltage, mV"),
+    ("gap_width_nm", "gap_width_nm", "analog", "true gap, nm"),
+)
+SCOPE = "gapkeeper"
+
+
+class Writer:
+    """An FST file ``waves.fst`` in a folder, with a time step of one clock, and the two views.
+
+    ``signals`` are the probes to give it, in order; the simulator calls the file's own functions,
+    at ``addresses``.
+    """
+
+    def __init__(self, folder: Path, clock_hz: int):
+        # Here and not above: only runs with waveforms need it.
+        import pylibfst
+
+        self._ffi, self._lib = pylibfst.ffi, pylibfst.lib
+        folder.mkdir(parents=True, exist_ok=True)
+        self.path = folder / "waves.fst"
+        self.signals = [probe for _, probe, _, _ in SIGNALS]
+        lib = self._lib
+        self._writer = lib.fstWriterCreate(str(self.path).encode(), 1)
+        lib.fstWriterSetPackType(self._writer, lib.FST_WR_PT_LZ4)
+        picoseconds = round(1e12 / clock_hz)
+        self._step = picoseconds
+        lib.fstWriterSetTimescaleFromString(self._writer, b"1ps")
+        lib.fstWriterSetVersion(self._writer, b"gapkeeper")
+        lib.fstWriterSetDate(self._writer, b"")  # the same run gives the same file
+        lib.fstWriterSetScope(self._writer, lib.FST_ST_VCD_MODULE, SCOPE.encode(), b"")
+        bits = {probe.name: probe for probe in PROBES}
+        for name, probe, _, _ in SIGNALS:
+            kind = lib.FST_VT_VCD_INTEGER if bits[probe].signed else lib.FST_VT_VCD_WIRE
+            lib.fstWriterCreateVar(self._writer, kind, lib.FST_VD_OUTPUT, bits[probe].bits,
+                                   name.encode(), 0)
+        lib.fstWriterSetUpscope(self._writer)
+        (folder / "waves.gtkw").write_text(_gtkwave())
+        (folder / "waves.surf.ron").write_text(_surfer())
+
+    def addresses(self) -> tuple[int, int, int, int]:
+        """Writer, function for a time, function for a value; and picoseconds per clock."""
+        cast, lib = self._ffi.cast, self._lib
+
+        def address(name):
+            return int(cast("uintptr_t", self._ffi.addressof(lib, name)))
+
+        return (int(cast("uintptr_t", self._writer)), address("fstWriterEmitTimeChange"),
+                address("fstWriterEmitValueChange64"), self._step)
+
+    def close(self, cycle: int) -> None:
+        """End the file at a clock."""
+        self._lib.fstWriterEmitTimeChange(self._writer, cycle * self._step)
+        self._lib.fstWriterClose(self._writer)
+
+
+def _gtkwave() -> str:
+    bits = {probe.name: probe.bits for probe in PROBES}
+    lines = ['[dumpfile] "waves.fst"', "[timestart] 0", "[size] 1600 900", "[pos] -1 -1",
+             "[sst_expanded] 0"]
+    for name, probe, style, _ in SIGNALS:
+        width = f"[{bits[probe] - 1}:0]" if bits[probe] > 1 else ""
+        # GTKWave's flags: 0x420 signed decimal, 0x8420 with an analog step curve, 0x28 binary.
+        if style == "analog":
+            lines += ["@8420", f"{SCOPE}.{name}{width}", "@20000", "-", "-"]
+        else:
+            lines += ["@24" if bits[probe] > 1 else "@28", f"{SCOPE}.{name}{width}"]
+    return "\n".join(lines) + "\n"
+
+
+def _surfer() -> str:
+    """Commands for ``surfer --command-file``: the signals in the order of the chain."""
+    lines = ["scope_add " + SCOPE]
+    lines = [f"variable_add {SCOPE}.{name}" for name, _, _, _ in SIGNALS]
+    return "\n".join([*lines, "zoom_fit"]) + "\n"

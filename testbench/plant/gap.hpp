@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gap between electrode and workpiece: discharges, debris, removal, shorts.
+#pragma once
+
+#include <cstdint>
+
+#include "random.hpp"
+
+namespace plant {
+
+// Units are in the names; the sources of the numbers are in sinker.toml.
+struct GapParameters {
+    double area_mm2 = 100;
+    double initial_gap_um = 100;
+    double removal_scale = 60;
+    double removal_mm3_min_a = 5;   // steel, per ampere of mean discharge current
+    double removal_spread = 0.25;   // standard deviation of one crater, relative
+    double arc_removal = 0.2;       // share of a good discharge's
+    // Ignition
+    double ignition_gap_um = 40;    // g0: the gap at which the mean delay is ignition_delay_us
+    double ignition_delay_us = 60;
+    double ignition_slope_um = 12;  // gs
+    double ignition_debris = 4;     // kc
+    double ignition_power = 4;      // m
+    double formative_us = 0.5;
+    // Source
+    double open_v = 80;
+    double rise_us = 0.2;
+    double source_ohm = 10;
+    double step_a = 1.5;            // per step of the current level
+    double burning_v = 25;
+    double burning_spread_v = 1.5;
+    double arc_v = 17;
+    double arc_spread_v = 0.7;
+    double short_v = 2;             // contact drop
+    double short_ohm = 0.2;
+    double sensing_a = 0.2;
+    double fluid_ohm_cm = 1e9;
+    // Comparators
+    double high_level_v = 60;
+    double arc_level_v = 20;
+    double short_level_v = 12;
+    double current_level_a = 0.5;
+    // Debris
+    double debris_time_s = 3;       // flushing at the surface
+    double debris_depth_mm = 1;     // flushing takes twice as long at this depth
+    double exchange_depth_mm = 1;   // a lift of h renews h / (h + depth / this) of what flows in
+    double deionisation_us = 15;
+    double arc_share = 1;           // arcs among ignitions without a pause, per debris
+    double single_short = 0.02;     // shorted pulses among all, per debris, gap closed
+    // Bridges
+    double contact_um = 2;
+    double bridge_rate_per_s = 2;
+    double bridge_gap_um = 25;
+    double stretch_um = 60;         // mean at the surface, without debris
+    double stretch_depth_mm = 1;    // twice as long at this depth
+    double stretch_debris = 1;      // and twice as long at this debris
+};
+
+// What tests can force; NAN and -1 leave it to physics.
+struct GapForces {
+    double gap_um;     // width
+    double debris;
+    double short_;     // 0 clear, 1 shorted
+    GapForces();
+};
+
+class Gap {
+public:
+    enum class State : uint8_t { off, open, burning, arcing, shorted };
+    enum class Gate : uint8_t { none, main, sensing };
+
+    explicit Gap(uint64_t seed) : sparks_(seed, 1), bridges_(seed, 2) {}
+
+    void configure(const GapParameters& p, double clock_hz);
+    void put_electrode(double height_um);
+
+    // Every clock, with the gates of the two sources.
+    void clock(bool on, bool sensing, unsigned level) {
+        const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
+        if (gate != gate_)
+            switch_to(gate, level);
+        else if (state_ == State::open && ++waited_ >= next_)
+            wait();
+        ++now_;
+    }
+
+    // Once per tick of dt seconds: the electrode is at a height above the top of the workpiece.
+    void tick(double height_um, double dt);
+
+    bool high() const { return high_; }
+    bool below_arc() const { return below_arc_; }
+    bool below_short() const { return below_short_; }
+    bool conducting() const { return conducting_; }
+
+    State state() const { return state_; }
+    double gap_um() const { return gap_; }
+    double depth_um() const { return depth_; }
+    double debris() const { return debris_; }
+    double voltage() const { return volts_; }
+    double hazard_per_us() const { return hazard_; }
+    bool bridged() const { return bridged_; }
+    double removed_mm3() const { return removed_; }
+    // Volts times clocks since the start.
+    double voltage_sum() const { return sum_ + volts_ * static_cast<double>(now_ - since_); }
+    uint64_t sparks() const { return spark_count_; }
+    uint64_t arcs() const { return arc_count_; }
+    uint64_t bridges() const { return bridge_count_; }
+
+    GapForces force;
+
+private:
+    void switch_to(Gate gate, unsigned level);
+    void wait();
+    void ignite(bool arc);
+    void extinguish();
+    void enter(State state, double volts);
+    void set_volts(double volts);
+    void set_hazard();
+    void open();
+    bool touching();
+    double open_volts() const;
+    double stretch();
+
+    GapParameters p_;
+    Random sparks_, bridges_;
+    double clock_us_ = 0.5;
+    uint64_t now_ = 0, since_ = 0, ended_ = 0, began_ = 0;
+    uint32_t waited_ = 0, looked_ = 0, next_ = 0, step_ = 2;
+    double sum_ = 0;
+
+    Gate gate_ = Gate::none;
+    State state_ = State::off;
+    bool high_ = false, below_arc_ = true, below_short_ = true, conducting_ = false;
+    double volts_ = 0, amps_ = 0, source_v_ = 0;
+    double draw_ = 0, integral_ = 0;
+    bool single_ = false;
+
+    double height_ = 0, gap_ = 0, depth_ = 0, debris_ = 0, hazard_ = 0;
+    double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;
+    bool bridged_ = false;
+    uint64_t spark_count_ = 0, arc_count_ = 0, bridge_count_ = 0;
+};
+
+}  // namespace plant

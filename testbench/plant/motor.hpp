@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// One axis: amplifier with speed loop, motor, screw and pulse coder.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace plant {
+
+struct MotorParameters {
+    double full_speed_mm_s = 163.84;       // at full scale of the DAC
+    double max_speed_mm_s = 60;            // the amplifier lets it go no faster
+    double max_acceleration_mm_s2 = 5000;  // current limit over inertia
+    double speed_loop_ms = 3;              // time constant of the speed loop
+    double current_loop_ms = 0.5;          // lag of the torque
+    double filter_ms = 0.5;                // low pass behind the DAC
+    double brake_mm_s2 = 8000;             // with the drive disabled
+    double step_gain_per_s = 300;          // stiffness of a stepping drive
+};
+
+// The speed loop closes the torque loop over an inertia:
+//   tau_i dA/dt = clamp((U - V) / tau_v, +-A_max) - A;  dV/dt = A;  dX/dt = V
+// with U the velocity command behind the DAC's filter, tau_f dU/dt = full_speed * density - U.
+// Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
+class Motor {
+public:
+    void configure(const MotorParameters& p, double pulses_per_mm, double clock_hz,
+                   unsigned clocks_per_tick) {
+        p_ = p;
+        pulses_per_mm_ = pulses_per_mm;
+        clocks_ = clocks_per_tick;
+        dt_ = clocks_per_tick / clock_hz;
+        clock_s_ = 1 / clock_hz;
+        filter_ = 1 - std::exp(-dt_ / (p.filter_ms * 1e-3));
+        torque_ = 1 - std::exp(-dt_ / (p.current_loop_ms * 1e-3));
+    }
+
+    // The DAC's pin, in every clock in which it is high.
+    void dac(bool negative) { sum_ += negative ? -1 : 1; }
+
+    // The step pin, on its rising edge.
+    void step(bool down) {
+        stepping_ = true;
+        target_ += down ? -1 : 1;
+    }
+
+    // Once per tick: the speed of the next one.
+    void tick(bool enabled) {
+        double command = p_.full_speed_mm_s * sum_ / clocks_;
+        sum_ = 0;
+        if (stepping_)
+            command = (target_ - position_) / pulses_per_mm_ * p_.step_gain_per_s;
+        filtered_ += (command - filtered_) * filter_;
+        if (enabled) {
+            const double wanted = std::clamp((filtered_ - speed_) / (p_.speed_loop_ms * 1e-3),
+                                             -p_.max_acceleration_mm_s2, p_.max_acceleration_mm_s2);
+            acceleration_ += (wanted - acceleration_) * torque_;
+            speed_ = std::clamp(speed_ + acceleration_ * dt_, -p_.max_speed_mm_s,
+                                p_.max_speed_mm_s);
+        } else {
+            acceleration_ = 0;
+            speed_ -= std::clamp(speed_, -p_.brake_mm_s2 * dt_, p_.brake_mm_s2 * dt_);
+        }
+        advance_ = speed_ * pulses_per_mm_ * clock_s_;
+        resting_ = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9;
+    }
+
+    // Every clock: at most one edge of the coder. Its disc has a play of a fifth of a pulse, so that
+    // an axis at rest on an edge does not chatter.
+    void clock() {
+        position_ += advance_;
+        if (position_ >= static_cast<double>(count_ + 1))
+            ++count_;
+        else if (position_ < static_cast<double>(count_) - 0.2)
+            --count_;
+    }
+
+    bool resting() const { return resting_; }
+    int32_t count() const { return count_; }          // pulses
+    double position() const { return position_; }     // pulses
+    double speed() const { return speed_; }           // mm/s
+    void put(double speed_mm_s) { speed_ = speed_mm_s; }
+
+    // Phases of the coder: A leads B on the way up.
+    bool phase_a() const { return (count_ & 3) == 1 || (count_ & 3) == 2; }
+    bool phase_b() const { return count_ & 2; }
+
+private:
+    MotorParameters p_;
+    double pulses_per_mm_ = 10000, dt_ = 8e-6, clock_s_ = 5e-7, filter_ = 0, torque_ = 0;
+    unsigned clocks_ = 16;
+    int sum_ = 0;
+    bool stepping_ = false, resting_ = true;
+    double target_ = 0, filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0, position_ = 0;
+    int32_t count_ = 0;
+};
+
+}  // namespace plant

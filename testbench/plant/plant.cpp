@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plant.hpp"
+
+#include <cmath>
+
+namespace plant {
+
+Plant::Plant(uint64_t seed) : gap_(seed) {
+    auto& p = parameters_;
+    p["clock_hz"] = &clock_hz_;
+    p["pulses_per_mm"] = &pulses_per_mm_;
+    p["tick_us"] = &tick_us_;
+    p["removal_scale"] = &process_.removal_scale;
+    p["initial_gap_um"] = &process_.initial_gap_um;
+    p["side.fin_delay_us"] = &fin_delay_us_;
+    p["side.fin_answers"] = &fin_answers_;
+    p["side.limit_low_mm"] = &limit_low_mm_;
+    p["side.limit_high_mm"] = &limit_high_mm_;
+
+    p["axis.full_speed_mm_s"] = &motor_.full_speed_mm_s;
+    p["axis.max_speed_mm_s"] = &motor_.max_speed_mm_s;
+    p["axis.max_acceleration_mm_s2"] = &motor_.max_acceleration_mm_s2;
+    p["axis.speed_loop_ms"] = &motor_.speed_loop_ms;
+    p["axis.current_loop_ms"] = &motor_.current_loop_ms;
+    p["axis.filter_ms"] = &motor_.filter_ms;
+    p["axis.brake_mm_s2"] = &motor_.brake_mm_s2;
+    p["axis.step_gain_per_s"] = &motor_.step_gain_per_s;
+
+    p["gap.area_mm2"] = &process_.area_mm2;
+    p["gap.removal_mm3_min_a"] = &process_.removal_mm3_min_a;
+    p["gap.removal_spread"] = &process_.removal_spread;
+    p["gap.arc_removal"] = &process_.arc_removal;
+    p["gap.ignition_gap_um"] = &process_.ignition_gap_um;
+    p["gap.ignition_delay_us"] = &process_.ignition_delay_us;
+    p["gap.ignition_slope_um"] = &process_.ignition_slope_um;
+    p["gap.ignition_debris"] = &process_.ignition_debris;
+    p["gap.ignition_power"] = &process_.ignition_power;
+    p["gap.formative_us"] = &process_.formative_us;
+    p["gap.contact_um"] = &process_.contact_um;
+    p["gap.fluid_ohm_cm"] = &process_.fluid_ohm_cm;
+
+    p["source.open_v"] = &process_.open_v;
+    p["source.rise_us"] = &process_.rise_us;
+    p["source.source_ohm"] = &process_.source_ohm;
+    p["source.step_a"] = &process_.step_a;
+    p["source.burning_v"] = &process_.burning_v;
+    p["source.burning_spread_v"] = &process_.burning_spread_v;
+    p["source.arc_v"] = &process_.arc_v;
+    p["source.arc_spread_v"] = &process_.arc_spread_v;
+    p["source.short_v"] = &process_.short_v;
+    p["source.short_ohm"] = &process_.short_ohm;
+    p["source.sensing_a"] = &process_.sensing_a;
+    p["comparator.high_level_v"] = &process_.high_level_v;
+    p["comparator.arc_level_v"] = &process_.arc_level_v;
+    p["comparator.short_level_v"] = &process_.short_level_v;
+    p["comparator.current_level_a"] = &process_.current_level_a;
+
+    p["debris.time_s"] = &process_.debris_time_s;
+    p["debris.depth_mm"] = &process_.debris_depth_mm;
+    p["debris.exchange_depth_mm"] = &process_.exchange_depth_mm;
+    p["debris.deionisation_us"] = &process_.deionisation_us;
+    p["debris.arc_share"] = &process_.arc_share;
+    p["debris.single_short"] = &process_.single_short;
+    p["debris.bridge_rate_per_s"] = &process_.bridge_rate_per_s;
+    p["debris.bridge_gap_um"] = &process_.bridge_gap_um;
+    p["debris.stretch_um"] = &process_.stretch_um;
+    p["debris.stretch_depth_mm"] = &process_.stretch_depth_mm;
+    p["debris.stretch_debris"] = &process_.stretch_debris;
+
+    p["force.short"] = &gap_.force.short_;
+    p["force.gap_um"] = &gap_.force.gap_um;
+    p["force.debris"] = &gap_.force.debris;
+    p["force.estop"] = &force_estop_;
+    p["force.drive_fault"] = &force_drive_fault_;
+    p["force.fluid_low"] = &force_fluid_low_;
+    p["force.limit_low"] = &force_limit_low_;
+    p["force.limit_high"] = &force_limit_high_;
+    p["force.encoder_cut"] = &force_encoder_cut_;
+    p["force.encoder_jump"] = &force_encoder_jump_;
+    configure();
+}
+
+bool Plant::set(const std::string& name, double value) {
+    const auto found = parameters_.find(name);
+    if (found == parameters_.end())
+        return false;
+    *found->second = value;
+    configure();
+    return true;
+}
+
+bool Plant::get(const std::string& name, double& value) {
+    const auto found = parameters_.find(name);
+    if (found != parameters_.end()) {
+        value = *found->second;
+        return true;
+    }
+    const std::map<std::string, double> readings = {
+        {"read.gap_um", gap_.gap_um()},
+        {"read.depth_um", gap_.depth_um()},
+        {"read.debris", gap_.debris()},
+        {"read.gap_v", gap_.voltage()},
+        {"read.hazard_per_us", gap_.hazard_per_us()},
+        {"read.bridged", gap_.bridged()},
+        {"read.removed_mm3", gap_.removed_mm3()},
+        {"read.sparks", static_cast<double>(gap_.sparks())},
+        {"read.arcs", static_cast<double>(gap_.arcs())},
+        {"read.bridges", static_cast<double>(gap_.bridges())},
+        {"read.state", static_cast<double>(gap_.state())},
+        {"read.electrode_um", electrode_um()},
+        {"read.x_speed_mm_s", axes_[0].speed()},
+        {"read.y_speed_mm_s", axes_[1].speed()},
+        {"read.z_speed_mm_s", axes_[Z].speed()},
+        {"read.x_pulses", axes_[0].position()},
+        {"read.y_pulses", axes_[1].position()},
+        {"read.z_pulses", axes_[Z].position()},
+    };
+    const auto reading = readings.find(name);
+    if (reading == readings.end())
+        return false;
+    value = reading->second;
+    return true;
+}
+
+std::vector<std::string> Plant::names() const {
+    std::vector<std::string> result;
+    for (const auto& [name, _] : parameters_)
+        result.push_back(name);
+    return result;
+}
+
+void Plant::configure() {
+    clocks_per_tick_ = std::max(1u, static_cast<unsigned>(std::lround(tick_us_ * clock_hz_ / 1e6)));
+    for (auto& axis : axes_)
+        axis.configure(motor_, pulses_per_mm_, clock_hz_, clocks_per_tick_);
+    gap_.configure(process_, clock_hz_);
+    if (now_ == 0)
+        gap_.put_electrode(process_.initial_gap_um);
+    estop_ = force_estop_ != 0;
+    fluid_low_ = force_fluid_low_ != 0;
+    drive_fault_ = static_cast<uint8_t>(force_drive_fault_);
+    cut_ = static_cast<unsigned>(force_encoder_cut_);
+    jumped_ = static_cast<unsigned>(force_encoder_jump_);
+    limits();
+}
+
+double Plant::electrode_um() const {
+    return process_.initial_gap_um + axes_[Z].position() / pulses_per_mm_ * 1000;
+}
+
+void Plant::tick(const FromController& from) {
+    phase_ = 0;
+    const double dt = clocks_per_tick_ / clock_hz_;
+    moving_ = 0;
+    for (int axis = 0; axis < AXES; ++axis) {
+        axes_[axis].tick(from.drive_enable >> axis & 1);
+        moving_ |= static_cast<unsigned>(!axes_[axis].resting()) << axis;
+    }
+    gap_.tick(electrode_um(), dt);
+    limits();
+    side(from);
+}
+
+void Plant::limits() {
+    unsigned low = static_cast<unsigned>(force_limit_low_);
+    unsigned high = static_cast<unsigned>(force_limit_high_);
+    for (int axis = 0; axis < AXES; ++axis) {
+        const double place = axes_[axis].position() / pulses_per_mm_;
+        low |= static_cast<unsigned>(place < limit_low_mm_) << axis;
+        high |= static_cast<unsigned>(place > limit_high_mm_) << axis;
+    }
+    limit_low_ = static_cast<uint8_t>(low);
+    limit_high_ = static_cast<uint8_t>(high);
+}
+
+// The machine side answers a strobe with FIN after a while, and its end with the end of FIN.
+void Plant::side(const FromController& from) {
+    const bool strobe = from.auxiliary_strobe != 0;
+    if (strobe == static_cast<bool>(fin_)) {
+        fin_wait_us_ = 0;
+        return;
+    }
+    if (strobe && fin_wait_us_ == 0)
+        auxiliaries_.push_back({now_, from.auxiliary_strobe, from.auxiliary_code});
+    fin_wait_us_ += tick_us_;
+    if (fin_wait_us_ >= fin_delay_us_ && fin_answers_ != 0)
+        fin_ = strobe;
+}
+
+}  // namespace plant

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated machine: what is at the other end of the controller's pins.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gap.hpp"
+#include "motor.hpp"
+
+namespace plant {
+
+constexpr int AXES = 3;  // X, Y, Z: bit 0, 1, 2 of every vector
+constexpr int Z = 2;     // carries the electrode
+
+// Names and widths are those of rtl/pads.py.
+struct FromController {
+    uint8_t dac = 0, dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
+    uint8_t gap_on = 0, gap_sense = 0, gap_level = 0;
+    uint8_t auxiliary_strobe = 0, safe = 1;
+    uint16_t auxiliary_code = 0;
+};
+
+struct ToController {
+    uint8_t enc_a = 0, enc_b = 0;
+    uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0;
+    uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
+};
+
+// An auxiliary function that the machine side has seen.
+struct Auxiliary {
+    uint64_t clock;
+    uint32_t strobe, code;
+};
+
+class Plant {
+public:
+    explicit Plant(uint64_t seed);
+    Plant(const Plant&) = delete;  // the table of names points into it
+
+    // Parameters, forces and readings share one space of names: `gap.area_mm2`, `force.short`,
+    // `read.depth_um`. A reading cannot be set. Parameters are to be set before the first clock.
+    bool set(const std::string& name, double value);
+    bool get(const std::string& name, double& value);
+    std::vector<std::string> names() const;
+
+    // One clock: the controller's outputs in it, and what its inputs are in the next.
+    void clock(const FromController& from, ToController& to) {
+        for (unsigned bits = from.dac; bits; bits &= bits - 1) {
+            const int axis = __builtin_ctz(bits);
+            axes_[axis].dac(from.dac_negative >> axis & 1);
+        }
+        if (const unsigned rose = from.step & ~step_)
+            for (int axis = 0; axis < AXES; ++axis)
+                if (rose >> axis & 1)
+                    axes_[axis].step(from.dir >> axis & 1);
+        step_ = from.step;
+        for (unsigned bits = moving_; bits; bits &= bits - 1)
+            axes_[__builtin_ctz(bits)].clock();
+        gap_.clock(from.gap_on, from.gap_sense, from.gap_level);
+        if (++phase_ == clocks_per_tick_)
+            tick(from);
+        coders(to);
+        to.gap_high = gap_.high();
+        to.gap_arc = gap_.below_arc();
+        to.gap_short = gap_.below_short();
+        to.gap_current = gap_.conducting();
+        to.estop = estop_;
+        to.drive_fault = drive_fault_;
+        to.limit_low = limit_low_;
+        to.limit_high = limit_high_;
+        to.fluid_low = fluid_low_;
+        to.fin = fin_;
+        ++now_;
+    }
+
+    int32_t count(int axis) const { return axes_[axis].count(); }
+    double speed(int axis) const { return axes_[axis].speed(); }  // mm/s
+    const Gap& gap() const { return gap_; }
+    uint64_t now() const { return now_; }
+    const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
+
+private:
+    void configure();
+    void tick(const FromController& from);
+    void side(const FromController& from);
+    void limits();
+    double electrode_um() const;
+
+    // Lines of the coders; a cut one keeps its level.
+    void coders(ToController& to) {
+        unsigned a = 0, b = 0;
+        for (int axis = 0; axis < AXES; ++axis) {
+            a |= static_cast<unsigned>(axes_[axis].phase_a()) << axis;
+            b |= static_cast<unsigned>(axes_[axis].phase_b()) << axis;
+        }
+        const unsigned cut = cut_;
+        to.enc_a = static_cast<uint8_t>(((a ^ jumped_) & ~cut) | (to.enc_a & cut));
+        to.enc_b = static_cast<uint8_t>(((b ^ jumped_) & ~cut) | (to.enc_b & cut));
+    }
+
+    std::map<std::string, double*> parameters_;
+    double clock_hz_ = 2e6, pulses_per_mm_ = 10000, tick_us_ = 8;
+    double fin_delay_us_ = 2000, fin_answers_ = 1;
+    double limit_low_mm_ = -300, limit_high_mm_ = 300;
+    MotorParameters motor_;
+    GapParameters process_;
+    // Forced by tests: masks by axis, or 0 and 1.
+    double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
+           force_limit_high_ = 0, force_encoder_cut_ = 0, force_encoder_jump_ = 0;
+
+    Motor axes_[AXES];
+    Gap gap_;
+    uint64_t now_ = 0;
+    unsigned clocks_per_tick_ = 16, phase_ = 0;
+    unsigned moving_ = 0, cut_ = 0, jumped_ = 0;
+    uint8_t step_ = 0;
+    uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
+    double fin_wait_us_ = 0;
+    std::vector<Auxiliary> auxiliaries_;
+};
+
+}  // namespace plant

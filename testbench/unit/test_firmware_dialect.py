@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware's reading of programs against a model in exact decimal arithmetic."""
+
+import pytest
+
+from testbench import programs
+from testbench.firmware import ACTS, ITEMS, STOPS, Checker, Fault
+from testbench.models.dialect import Dialect, DialectError
+
+
+@pytest.fixture(scope="module")
+def checker():
+    return Checker()
+
+
+def judged(blocks):
+    """Meanings and retraction data by the model, up to the first damaged block."""
+    model = Dialect()
+    for text in blocks:
+        try:
+            meaning = model.block(text)
+        except DialectError:
+            return
+        yield meaning, dict(model.items), dict(model.jump)
+        if meaning.stop == "end":
+            return
+
+
+def told(record):
+    """A record of the firmware, in the words of the model."""
+    return {
+        "skipped": bool(record.skipped), "delta": tuple(record.delta), "speed": record.speed,
+        "act": ACTS[record.act], "stop": STOPS[record.stop], "machining": record.machining,
+        "condition": record.condition, "fluid_off": bool(record.fluid_off), "dwell": record.dwell,
+        "codes": {"S": record.s, "T": record.t, "M": [code for code in record.m if code >= 0]},
+    }
+
+
+def compare(checker, blocks):
+    """Hold the firmware against the model over a program; the number of blocks that are right."""
+    result = checker.check(programs.punched(blocks))
+    expected = list(judged(blocks))
+    if isinstance(result, Fault):
+        ended = expected and expected[-1][0].stop == "end"
+        assert not ended, (result, blocks)
+        if len(expected) == len(blocks):
+            assert result.code == 7, "the end word is gone"
+        assert result.line == len(expected) + 2, (result, blocks)
+        assert result.sentence.startswith(f"Block {result.line}")
+        assert result.sentence.endswith(".")
+        return len(expected)
+    assert len(result) == len(expected), (len(result), len(expected), blocks)
+    for record, (meaning, items, jump), text in zip(result, expected, blocks, strict=False):
+        if meaning.skipped:
+            assert record.skipped
+            continue
+        said = told(record)
+        if not any(meaning.delta):
+            said["speed"] = meaning.speed
+        assert said == vars(meaning), text
+        assert record.moves == any(meaning.delta)
+        given = {letter: value for bit, (letter, value) in enumerate(
+                     zip(ITEMS, record.items, strict=True)) if record.given >> bit & 1}
+        assert given == items, text
+        assert jump == {"P": record.jump_period, "L": record.jump_distance,
+                        "R": record.jump_speed, "H": record.jump_high}, text
+    return len(expected)
+
+
+def test_random_programs_mean_what_the_model_says(checker, rng):
+    right = sum(compare(checker, programs.program(rng, 20)) for _ in range(400))
+    assert right > 400 * 10, "too few blocks got as far as being compared"
+
+
+def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
+    rejected = 0
+    for _ in range(1500):
+        blocks = programs.program(rng, 4)
+        at = rng.randrange(2, len(blocks))
+        blocks[at] = programs.damage(rng, blocks[at])
+        if "%" in blocks[at]:
+            continue
+        rejected += compare(checker, blocks) < len(blocks)
+    assert rejected > 500
+
+
+@pytest.mark.parametrize(("block", "code", "column"), [
+    ("G01 X1 X2 F5",                   13, 8),    # duplicate
+    ("G01 G00 X1 F5",                  14, 5),    # two of a group
+    ("G01 G1 X1 F5",                   13, 5),    # the same twice
+    ("G90 G91",                        14, 5),
+    ("G02 X1 Y1 R5 F5",                19, 1),    # refused by name
+    ("G38.2 Z-1 F5",                   19, 1),
+    ("G54",                            19, 1),
+    ("G95 P1",                         19, 1),
+    ("G77",                            15, 1),    # unknown
+    ("G1.5 X1",                        15, 1),
+    ("A5",                             15, 1),
+    ("X1",                             31, 1),    # no mode
+    ("G01 X1",                         30, 1),    # no feed
+    ("G01 X1 F0",                      30, 8),
+    ("G01 X1 F3001",                   30, 8),
+    ("G01 X1 F-5",                     11, 9),
+    ("G01 X F5",                       11, 7),
+    ("G01 X1.2.3 F5",                  11, 9),
+    ("G01 X1,5 F5",                    10, 7),
+    ("G01 X1 5 F5",                    10, 8),
+    ("G01 X1234567890123 F5",          12, 18),
+    ("G01 X.12345678 F5",              12, 14),
+    ("G01 X26844 F5",                  12, 5),
+    ("N1.5",                           11, 1),
+    ("N123456789",                     12, 1),
+    ("M03",                            33, 1),
+    ("C7",                             33, 1),
+    ("M03 M05 C100",                   14, 5),
+    ("M00 M30",                        14, 5),
+    ("M3.1 C100",                      11, 1),
+    ("P5",                             17, 1),
+    ("G04",                            18, 0),
+    ("G04 P1 X1",                      14, 5),
+    ("G04 X-1",                        12, 5),
+    ("G92",                            18, 0),
+    ("G36 R5",                         32, 0),    # incomplete
+    ("G36 R5 L1 H5 E5 Q2",             32, 17),
+    ("G36 R0 L1 H5 E5 Q1",             32, 5),
+    ("G36 R5 L0 H5 E5 Q0",             32, 8),
+    ("G36 R5 L1 H5 E5 Q1 F5",          17, 20),
+    ("G36 R5 L1 H5 E5 Q1 M08",         17, 20),
+    ("G36 G90 R5 L1 H5 E5 Q1",         17, 5),
+    ("G37",                            32, 0),
+    ("G38 P5 L1 R5 H5",                32, 0),
+    ("G38 L1",                         18, 0),
+    ("G1 G4 P1",                       14, 4),
+    ("(open",                          16, 1),
+    ("N10 G1 (open",                   16, 8),
+    ("G1 ) X1",                        10, 4),
+    ("G1 / X1",                        10, 4),
+    ("T70000",                         12, 1),
+    ("M7000",                          15, 1),
+    ("M06 M07 M10 M11 M12 M13 M14",    14, 25),
+])
+def test_each_error_is_named_with_its_place(checker, block, code, column):
+    fault = checker.check(programs.punched([block, "M02"]))
+    assert (fault.code, fault.line, fault.column) == (code, 2, column), fault.sentence
+    place = f"Block 2{' (N10)' if block.startswith('N10') else ''}"
+    assert fault.sentence.startswith(place + (f", character {column}: " if column else ": "))
+
+
+@pytest.mark.parametrize("block", [
+    "G01X.0000001F.001", "G01 X26843.5456 F3000", "G1 X-26843.5456 F1", "G00 X+0001.50",
+    "g1 x1 f5", "N00012 :77 G01 Z-1. F2", "M08 M77 M03 C100", "G20 G91 G94", "X5 G04",
+    "G36 R5 L1 H5 E5 Q0", "G36 R5 L1 H5 E5 Q1 Z-3", "G4 X36000", "", "   ", "()", "/ Z9 A5 (",
+    "G 01 X 1 F\t5",
+])
+def test_what_is_right_is_taken(checker, block):
+    result = checker.check(programs.punched([block.replace("\t", " "), "M30"]))
+    assert not isinstance(result, Fault), result.sentence
+
+
+def test_mdi_defaults_complete_the_tape(checker):
+    assert not checker.enter("G36 L1 H600 E60 Q.1")
+    result = checker.check(programs.punched(["G36 R300", "G36 L2", "G37", "M02"]))
+    refused = checker.check(programs.punched(["G37", "M02"]))
+    checker.forget()
+    assert isinstance(refused, Fault), "the defaults lack R"
+    assert isinstance(result, Fault)
+    assert result.line == 4
+    assert not checker.enter("G36 R7 L1 H600 E60 Q.1")
+    result = checker.check(programs.punched(["G36 R300", "G36 L2", "G37", "M02"]))
+    checker.forget()
+    assert [(r.items[0], r.items[1]) for r in result] == [
+        (300_000, 10_000), (300_000, 20_000), (7_000, 10_000), (7_000, 10_000)]
+
+
+def test_numbers_on_the_rounding_edge(checker):
+    # 0.00005 mm is half a pulse; 0.0000019685 inch is just below and ..2 just above.
+    blocks = ["G91 G01 F5", "X.00005", "X-.00005", "X.0000499", "G20 X.0000019", "X.000002"]
+    result = checker.check(programs.punched([*blocks, "M02"]))
+    deltas = [record.delta[0] for record in result]
+    assert deltas == [0, 1, -1, 0, 0, 1, 0]

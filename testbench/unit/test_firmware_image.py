@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The image for the soft core: it builds without a warning, fits, and is found again."""
+
+import ctypes
+import shutil
+
+import pytest
+
+from softcore import image
+from testbench.firmware import Record, library
+
+
+def test_image_fits_its_memory_with_room_for_the_stack():
+    path = image.target_image(65536)
+    assert 16_384 < path.stat().st_size < 65536
+    assert path.read_bytes()[:4] == (0x30401073).to_bytes(4, "little"), "csrw mie, zero at address 0"
+
+
+def test_image_is_the_same_every_time_and_built_once():
+    path = image.target_image(65536)
+    before = path.stat().st_mtime_ns
+    assert image.target_image(65536) == path
+    assert path.stat().st_mtime_ns == before
+    again = image.target_image(65532)
+    assert again != path, "another memory is another image: the stack begins elsewhere"
+
+
+def test_memory_too_small_is_refused():
+    with pytest.raises(image.FirmwareError, match="does not fit"):
+        image.target_image(49_152)
+
+
+def test_a_warning_is_an_error(monkeypatch, tmp_path):
+    sources = tmp_path / "firmware"
+    shutil.copytree(image.SOURCES, sources)
+    (sources / "unused.c").write_text("static int unused(void) { return 1; }\n")
+    monkeypatch.setattr(image, "SOURCES", sources)
+    monkeypatch.setattr(image, "BUILD", tmp_path / "build")
+    with pytest.raises(image.FirmwareError, match="unused"):
+        image.host_library()
+
+
+def test_records_have_the_layout_of_the_library():
+    """The Python side of the interface is written by hand."""
+    assert library().gk_record_size() == ctypes.sizeof(Record)

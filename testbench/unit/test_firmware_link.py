@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware's end of the link: lines, real-time bytes and tape frames."""
+
+import re
+from binascii import crc_hqx
+
+import pytest
+
+from testbench.firmware import Machine, events
+from testbench.programs import punched
+
+ACK, NAK = 0x06, 0x15
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    return ready
+
+
+def frame(length, sequence, payload=b""):
+    body = bytes([length, sequence]) + payload
+    return b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+
+
+def answers(machine, data, passes=60):
+    machine.marks.clear()
+    machine.send(data)
+    machine.run(passes)
+    return list(machine.marks)
+
+
+def test_greeting_and_lock():
+    machine = Machine()
+    assert machine.lines == ["Gapkeeper 0.1 ['$' for help]"]
+    assert machine.line("?")[-1].startswith("<Alarm|")
+    assert machine.line("G00 X1")[-1] == "error:37"
+    assert machine.line("$X") == ["ok"]
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_status_report_has_the_form_of_grbl(machine):
+    machine.line("G92 X0 Y0 Z.05")
+    assert machine.line("G00 X-1.5")[-1] == "ok"
+    machine.send(b"?")
+    (report,) = machine.run(100)
+    assert re.fullmatch(r"<Idle\|MPos:-1\.5000,0\.0000,0\.0000\|WCO:0\.0000,0\.0000,-0\.0500"
+                        r"\|Ln:0\|Er:0,0,0\|Rt:0,0\|Gap:0,0,0,0>", report)
+
+
+def test_realtime_bytes_inside_a_line(machine):
+    machine.send(b"G00?X1\n")
+    lines = machine.run(400)
+    assert sorted(line[0] for line in lines) == ["<", "o"]
+    assert machine.axes[0] == 10_000
+
+
+def test_lines_are_answered_in_turn(machine):
+    machine.send(b"G00 X1\r\nG99\r\nG04 P1\r\n\r\n$I\r\n")
+    lines = machine.run(3000)
+    assert [line for line in lines if line[0] != "["] == ["ok", "error:15", "ok", "ok"]
+
+
+@pytest.mark.parametrize(("line", "code"), [
+    ("$99=1", 36), ("$0=0", 36), ("$0=33", 36), ("$0=4.5", 36), ("$0=", 36), ("$=4", 19),
+    ("$H", 19), ("$J=X1", 19), ("$0=99999999999", 36), ("(open", 16), ("X1", 31),
+    ("G01 X1", 30), ("%", 10), ("G00 X" + "9" * 20, 12),
+])
+def test_bad_lines_are_refused_with_a_sentence(machine, line, code):
+    lines = machine.line(line)
+    assert lines[-1] == f"error:{code}"
+    assert re.fullmatch(r"\[MSG:.+\.\]", lines[-2])
+
+
+def test_settings_are_listed_and_changed(machine):
+    rows = machine.line("$$", passes=2000)
+    assert rows[-1] == "ok"
+    assert all(re.fullmatch(r"\$\d+=\d+ \(.+\)", row) for row in rows[:-1])
+    assert len(rows) == 27
+    for row in rows[:-1]:
+        number, value = re.match(r"\$(\d+)=(\d+)", row).groups()
+        assert machine.line(f"${number}={value}") == ["ok"], row
+    assert machine.line("$8=7") == ["ok"]
+    assert "$8=7 (shorts in a series that halt (0 no bound))" in machine.line("$$", passes=2000)
+
+
+def test_too_many_lines_are_refused_not_lost_in_silence(machine):
+    machine.send(b"G04 X1\n" + b"(" + b"x" * 300 + b")\n")
+    lines = machine.run(4000)
+    assert lines[-1] in ("ok", "error:6")
+    assert "error:6" in lines
+
+
+def test_frames_are_acknowledged_in_turn(machine):
+    assert answers(machine, frame(0, 0)) == [(ACK, 0)]
+    assert answers(machine, frame(3, 1, b"abc")) == [(ACK, 1)]
+    assert answers(machine, frame(3, 1, b"abc")) == [(ACK, 1)], "repeated: taken once"
+    assert answers(machine, frame(3, 3, b"abc")) == [(NAK, 3)], "one is missing"
+    assert answers(machine, frame(3, 2, b"abc")) == [(ACK, 2)]
+
+
+def test_frames_before_a_tape_is_begun_are_refused(machine):
+    assert answers(machine, frame(3, 0, b"abc")) == [(NAK, 0)]
+
+
+def test_sequence_numbers_wrap(machine):
+    rows = bytes(64) * 300 + punched(["G00 X1", "M02"])
+    assert events(machine.tape(rows), "end") == [["end"]]
+
+
+@pytest.mark.parametrize("at", range(8))
+def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, at, rng):
+    """Whatever byte is hit, nothing of the frame is taken for a real-time byte or a line."""
+    machine.frame(0, 0)
+    good = frame(3, 1, b"!\x18?")
+    for _ in range(20):
+        bad = bytearray(good)
+        bad[at] ^= rng.randrange(1, 256)
+        if at == 0 or bad == good:
+            continue
+        assert answers(machine, bad, passes=400) in ([(NAK, bad[2])], [(NAK, 1)], [(NAK, 0)])
+        assert machine.line("?")[-1].startswith("<Idle|")
+    assert answers(machine, good) == [(ACK, 1)]
+    assert not any(line.startswith("Gapkeeper") for line in machine.lines[1:])
+
+
+def test_frame_that_stops_half_way_is_given_up(machine):
+    machine.frame(0, 0)
+    machine.send(frame(5, 1, b"abcde")[:4])
+    machine.run(10)
+    machine.send(b"?")
+    assert machine.run(20) == [], "the byte belongs to the frame"
+    machine.marks.clear()
+    assert machine.run(400) == []
+    assert machine.marks == [(NAK, 1)]
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_frame_without_room_is_answered_when_there_is(machine):
+    machine.library.gk_speed(0)
+    machine.frame(0, 0)
+    rows = punched(["G91 G01 F60", *(["X.01"] * 400), "M02"])
+    sequence = 0
+    while answers(machine, frame(64, sequence + 1, rows[:64]), passes=400):
+        sequence += 1
+        rows = rows[64:]
+    assert 0 < sequence < 12
+    assert answers(machine, b"", passes=2000) == []
+    machine.library.gk_speed(1000)
+    assert answers(machine, b"", passes=400) == [(ACK, sequence + 1)]
+
+
+def test_tape_bytes_are_no_realtime_bytes(machine):
+    rows = punched(["(!?" + "A" * 40 + ")", "G00 X1", "M02"])
+    assert events(machine.tape(rows), "end") == [["end"]]
+
+
+def test_lines_are_refused_while_a_tape_runs(machine):
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G01 X1 F6", "M02"]), passes=400)
+    assert machine.line("G00 X5")[-1] == "error:38"
+    assert machine.line("$0=5")[-1] == "error:38"
+    assert machine.line("?")[-1].startswith("<Run|")
+
+
+def test_tape_that_ends_without_its_end_word(machine):
+    machine.frame(0, 0)
+    rows = punched(["G00 X1", "M02"])
+    rows = rows[:rows.index(0xA5, 62) - 4]
+    for sequence, start in enumerate(range(0, len(rows), 64), start=1):
+        part = rows[start:start + 64]
+        machine.frame(len(part), sequence, part)
+    assert not events(machine.run(1000), "alarm")
+    machine.frame(0xFF, sequence + 1)
+    machine.run(400)
+    assert events(machine.lines, "alarm")[0][1] == "7"
+
+
+def test_pulses_that_follow_each_other_are_told_in_turn(machine, rng):
+    """Everything the gateware reports comes out as a line, in its order, with its own stamp."""
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G36 R300 L5 H600 E60 Q.1", "G01 Z-1 F6", "M02"]), passes=300)
+    machine.library.gk_go(500)
+    machine.run(40)
+    count = len(machine.lines)
+    for _ in range(5):
+        machine.event("retraction start", 1, 3, 357914)
+        machine.event("retraction end", 1, 100, 40_000)
+        machine.event("readvance", 1, 2000, 1000)
+        machine.event("readvance", 2, 1000, 0)
+        machine.event("resume", 0)
+        machine.run(200)
+    told = events(machine.lines[count:])
+    assert told == [
+        ["retract", "s", "1000", "3"], ["back", "c", "0", "30000", "7"],
+        ["advance", "h", "2000", "1000", "600000"], ["advance", "l", "1000", "0", "60000"],
+        ["resume"]] * 5
+
+
+def test_overshoot_is_waited_for(machine):
+    machine.event("retraction start", 2)
+    machine.event("retraction end", 2, 0, 0)
+    assert [event[0] for event in events(machine.run(30))] == ["retract"]
+    assert events(machine.run(60)) == [["back", "l", "0", "-", "7"]]
+
+
+def test_jump_comes_back_at_its_own_speed(machine):
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G36 R300 L5 H600 E60 Q.1", "G38 P800 L1 R900 H1200", "G01 Z-1 F6",
+                          "M02"]), passes=400)
+    machine.event("retraction start", 2)
+    machine.event("readvance", 1, 10_000, 1000)
+    assert events(machine.run(100), "advance") == [["advance", "h", "10000", "1000", "1200000"]]
+
+
+def test_lost_events_are_an_alarm(machine):
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G01 X1 F6", "M02"]), passes=300)
+    for _ in range(100):
+        machine.event("resume", 0)
+    lines = machine.run(2000)
+    assert events(lines, "alarm")[0][1] == "46"

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs carried out by the firmware on a machine that follows at once."""
+
+from itertools import pairwise
+
+import pytest
+
+from testbench.firmware import Machine, events
+from testbench.programs import damage, program, punched
+
+DATA = "G36 R300 L.5 H600 E60 Q.1"
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    return ready
+
+
+def names(lines):
+    return [event[0] for event in events(lines)]
+
+
+def run(machine, *blocks, passes=4000):
+    return machine.tape(punched(list(blocks)), passes=passes)
+
+
+def test_program_from_start_to_end(machine):
+    lines = run(machine, "O77", DATA, "C130 M08", "M03", "G01 Z-.5 F6", "G00 Z2. M05", "M30")
+    assert names(lines) == ["start", "block", "block", "set", "block", "condition", "aux",
+                            "block", "aux", "block", "block", "aux", "block", "end"]
+    assert events(lines, "start") == [["start", "77"]]
+    assert events(lines, "set") == [["set", "300000", "5000", "600000", "60000", "1000", "-", "t"]]
+    assert events(lines, "condition") == [["condition", "130", "6"]]
+    assert events(lines, "aux") == [["aux", "M", "8"], ["aux", "M", "3"], ["aux", "M", "5"]]
+    assert machine.axes == (0, 0, 20_000)
+    assert machine.flags == {"data"}, "no motion and no discharge after the end"
+
+
+def test_events_carry_line_and_place_in_the_frame_in_force(machine):
+    machine.line("G92 X0 Y0 Z.05")
+    lines = run(machine, DATA, "G01 X1 Z-1 F600", "G92 X5", "G91 X1", "M02")
+    blocks = [line for line in lines if line.startswith("[E:block")]
+    assert [line[:-1].split(",")[2:6] for line in blocks] == [
+        ["2", "0", "0", "500"], ["3", "0", "0", "500"], ["4", "10000", "0", "-10000"],
+        ["5", "50000", "0", "-10000"], ["6", "60000", "0", "-10000"]]
+
+
+def test_short_blocks_run_through(machine):
+    """The machine stands; blocks are granted ahead of it without waiting for it."""
+    machine.library.gk_speed(0)
+    run(machine, "G91 G01 F60", *(["X.01"] * 40), "M02", passes=1)
+    machine.run(4000)
+    assert machine.bound("ahead") == 11 * 100, "the window holds the machine's segment and ten more"
+    assert machine.library.gk_position() == 0
+
+
+@pytest.mark.parametrize("block", ["C100", "M77", "G04 P1", "G92 X1", DATA, "G38 P0", "M05", "M00",
+                                   "M30"])
+def test_blocks_that_act_wait_for_the_front(machine, block):
+    machine.library.gk_speed(0)
+    run(machine, DATA, "G91 G01 X.01 F60", block, "X.01", "M02")
+    assert machine.bound("ahead") == 100
+    told = names(machine.lines)
+    machine.library.gk_speed(100)
+    machine.run(4000)
+    assert len(names(machine.lines)) > len(told)
+
+
+def test_stop_waits_for_the_operator_with_the_discharge_off(machine):
+    lines = run(machine, "C100 M03", "M00", "G00 X1", "M02")
+    assert names(lines)[-1] == "pause"
+    assert "discharge" not in machine.flags
+    assert machine.line("?")[-1].startswith("<Hold|")
+    machine.send(b"~")
+    lines = machine.run(4000)
+    assert names(lines) == ["block", "block", "end"]
+    assert machine.axes[0] == 10_000
+
+
+def test_discharge_returns_after_the_stop(machine):
+    run(machine, "C100 M03", "M00", "G04 X36000", "M02")
+    machine.send(b"~")
+    machine.run(400)
+    assert "discharge" in machine.flags
+
+
+def test_optional_stop(machine):
+    assert names(run(machine, "M01", "M02"))[-1] == "end"
+    machine.line("$23=1")
+    assert names(run(machine, "M01", "M02"))[-1] == "pause"
+
+
+def test_dwell_takes_its_time(machine):
+    lines = run(machine, "G04 P500", "G04 X.25", "M02")
+    cycles = [int(line.split(",")[1]) for line in lines if line.startswith("[E:block")]
+    assert 1_000_000 <= cycles[1] - cycles[0] < 1_100_000
+    assert 500_000 <= cycles[2] - cycles[1] < 600_000
+
+
+def test_hold_keeps_and_resume_goes_on(machine):
+    machine.library.gk_speed(10)
+    run(machine, "G01 X1 F60", "M02", passes=10)
+    machine.send(b"!")
+    machine.run(10)
+    held = machine.library.gk_position()
+    machine.run(1000)
+    assert machine.library.gk_position() == held
+    assert machine.line("?")[-1].startswith("<Hold|")
+    machine.send(b"~")
+    machine.run(10_000)
+    assert machine.axes[0] == 10_000
+
+
+@pytest.mark.parametrize(("blocks", "line", "moved"), [
+    (["G99", "G00 X1", "M02"], 2, 0),
+    (["G00 X1", "G99", "G00 X2", "M02"], 3, None),
+    (["G00 X1", "M05", "G99", "G00 X2", "M02"], 4, 10_000),
+    (["G00 X1", "M05", "G01 X2", "M02"], 4, 10_000),
+    (["G00 X1", "M05"], 4, 10_000),
+])
+def test_damaged_block_never_moves(machine, blocks, line, moved):
+    lines = run(machine, *blocks)
+    code, text = events(lines, "alarm")[0][1:3]
+    assert f"ALARM:{code}" in lines
+    assert text.startswith(f"Block {line}")
+    assert "end" not in names(lines)
+    assert machine.axes[0] in ((0, 10_000) if moved is None else (moved,))
+    assert not machine.flags & {"run", "discharge"}
+    assert machine.line("?")[-1].startswith("<Alarm|")
+
+
+def test_damaged_tapes_stop_where_the_model_stands(rng):
+    """Position is kept: where blocks before the fault have led, or on the way there."""
+    for _ in range(40):
+        machine = Machine()
+        machine.unlock()
+        blocks = program(rng, 8)
+        at = rng.randrange(2, len(blocks) - 1)
+        blocks[at] = damage(rng, blocks[at])
+        if "%" in blocks[at]:
+            continue
+        lines = run(machine, *blocks, passes=6000)
+        if "pause" in names(lines):
+            continue
+        assert ("end" in names(lines)) != ("alarm" in names(lines)), (blocks, lines)
+        assert not machine.flags & {"run", "discharge"}
+
+
+def test_alarm_ends_the_tape_and_unlock_allows_another(machine):
+    run(machine, "G99", "M02")
+    assert machine.line("G92 X0")[-1] == "error:37"
+    assert events(run(machine, "M02"), "alarm") == []
+    assert "[MSG:the machine is locked; unlock it with $X first.]" in machine.lines
+    assert machine.line("$X") == ["ok"]
+    assert names(run(machine, "G00 X1", "M02"))[-1] == "end"
+
+
+@pytest.mark.parametrize(("detail", "code"), [(1, 41), (2, 42), (3, 43), (4, 44)])
+def test_halt_of_the_gateware_is_an_alarm(machine, detail, code):
+    machine.library.gk_speed(0)
+    run(machine, DATA, "C100 M03", "G01 Z-1 F6", "M02")
+    machine.library.gk_go(1)
+    machine.run(100)
+    machine.state("halted")
+    machine.event("halt", detail)
+    lines = machine.run(200)
+    assert events(lines, "alarm")[0][1] == str(code)
+    assert events(lines, "alarm")[0][2].startswith("Block 4: ")
+    assert not machine.flags & {"run", "discharge"}
+    assert machine.line("$X") == ["ok"]
+    machine.library.gk_speed(1 << 30)
+    assert names(run(machine, "G00 X1", "M02"))[-1] == "end"
+
+
+@pytest.mark.parametrize(("cause", "words"), [(1, "emergency stop"), (6, "watchdog"),
+                                              (10, "following error in motion")])
+def test_trip_is_an_alarm_and_position_is_taken_anew(machine, cause, words):
+    machine.library.gk_speed(7)
+    run(machine, "G01 X1 F6", "M02", passes=20)
+    machine.library.gk_trip(cause)
+    lines = machine.run(200)
+    assert words in events(lines, "alarm")[0][2]
+    stopped = machine.axes[0]
+    assert 0 < stopped < 10_000
+    machine.library.gk_live(1 << cause)
+    assert machine.line("$X")[-1] == "error:40"
+    machine.library.gk_live(0)
+    assert machine.line("$X") == ["ok"]
+    machine.library.gk_speed(1 << 30)
+    run(machine, "G91 G00 X1", "M02")
+    assert machine.axes[0] == stopped + 10_000
+
+
+def test_machine_side_that_does_not_answer(machine):
+    machine.library.gk_fin(0xFFFFFFFF)
+    lines = run(machine, "M77", "G00 X1", "M02")
+    assert events(lines, "alarm")[0][1:] == [
+        "45", "Block 2: the machine side did not answer M77 in time."]
+    assert machine.axes[0] == 0
+
+
+def test_functions_wait_for_their_answer_in_turn(machine):
+    machine.library.gk_fin(400)
+    lines = run(machine, "S9 T8 M77 M08 M78", "M02", passes=8000)
+    assert events(lines, "aux") == [["aux", *code] for code in (
+        ("S", "9"), ("T", "8"), ("M", "77"), ("M", "8"), ("M", "78"))]
+    cycles = [int(line.split(",")[1]) for line in lines if line.startswith("[E:aux")]
+    assert all(b - a >= 400_000 for a, b in pairwise(cycles))
+
+
+def test_reset_during_motion_is_an_alarm(machine):
+    machine.library.gk_speed(7)
+    run(machine, "G01 X1 F6", "M02", passes=20)
+    machine.send(b"\x18")
+    lines = machine.run(100)
+    assert events(lines, "alarm")[0][1] == "47"
+    assert lines[-1].startswith("Gapkeeper")
+
+
+def test_reset_at_rest_is_none(machine):
+    machine.send(b"\x18")
+    assert machine.run(100) == ["Gapkeeper 0.1 ['$' for help]"]
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_watchdog_is_called_from_both_ends_of_every_pass(machine):
+    before = machine.library.gk_pets()
+    machine.run(1000)
+    assert machine.library.gk_pets() == before + 2000
+
+
+def test_block_skip(machine):
+    run(machine, "/ G00 X1", "M02")
+    assert machine.axes[0] == 0
+    machine.line("$22=0")
+    run(machine, "/ G00 X1", "M02")
+    assert machine.axes[0] == 10_000
+
+
+def test_lines_by_hand_move_too(machine):
+    assert machine.line("G00 X1") == ["ok"]
+    assert machine.line("G01 X2 F60 (slow)") == ["ok"]
+    assert machine.axes[0] == 20_000
+    assert machine.line("X A1")[-1] == "error:11"
+    assert machine.line("?")[-1].startswith("<Idle|MPos:2.0000,0.0000,0.0000|")
+    assert names(run(machine, "G91 G00 X1", "M02"))[-1] == "end"
+    assert machine.axes[0] == 30_000

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The axes of the simulated machine: motor, pulse coder, step input, switches, machine side."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbench.native.alone import Alone
+
+MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+HZ = 2_000_000
+FULL, Z = 32768, 4
+QUADRATURE = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
+
+
+@pytest.fixture
+def plant(rng):
+    plant = Alone(machine=MACHINE, seed=rng.getrandbits(32))
+    plant.set("initial_gap_um", 1e5)
+    plant.drive(drive_enable=7)
+    return plant
+
+
+def test_speed_loop_answers_a_step_as_its_equations(plant):
+    # V/U = 1 / ((tau_f s + 1)(tau_i tau_v s^2 + tau_v s + 1)), by partial fractions.
+    density = 1000
+    command = 163.84 * density / FULL
+    filter_s, current_s, loop_s = 0.5e-3, 0.5e-3, 3e-3
+    poles = np.roots(np.polymul([filter_s, 1], [current_s * loop_s, loop_s, 1]))
+    others = [np.delete(poles, index) for index in range(3)]
+    gain = 1 / (filter_s * current_s * loop_s)
+    residues = [gain / (pole * np.prod(pole - other))
+                for pole, other in zip(poles, others, strict=True)]
+
+    def expected(t):
+        return command * (1 + sum(residue * np.exp(pole * t)
+                                  for residue, pole in zip(residues, poles, strict=True)).real)
+
+    plant.density = density
+    for _ in range(60):
+        plant.run(HZ // 2000)
+        # The plant's steps of 8 us, and the bit stream's, are worth half a per cent each.
+        assert plant.get("read.z_speed_mm_s") == pytest.approx(
+            expected(plant.cycle / HZ), abs=0.015 * command)
+    plant.run(HZ // 10)
+    assert plant.get("read.z_speed_mm_s") == pytest.approx(command, rel=0.005)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_acceleration_and_speed_are_limited(plant, sign):
+    plant.density = sign * 32767
+    plant.run(HZ // 100)
+    before = plant.get("read.z_speed_mm_s")
+    plant.run(HZ // 1000)
+    gained = plant.get("read.z_speed_mm_s") - before
+    assert sign * gained == pytest.approx(5000 * 1e-3, rel=0.01)
+    plant.run(HZ // 20)
+    assert sign * plant.get("read.z_speed_mm_s") == 60
+
+
+def test_a_disabled_drive_brakes_to_rest(plant):
+    plant.density = 5000
+    plant.run(HZ // 5)
+    speed, place = plant.get("read.z_speed_mm_s"), plant.get("read.z_pulses")
+    plant.drive(drive_enable=0)
+    plant.run(HZ // 50)
+    assert plant.get("read.z_speed_mm_s") == 0
+    way_mm = (plant.get("read.z_pulses") - place) / 10_000
+    assert way_mm == pytest.approx(speed**2 / 2 / 8000, rel=0.01)
+    rest = plant.get("read.z_pulses")
+    plant.run(HZ // 50)
+    assert plant.get("read.z_pulses") == rest
+
+
+def test_coder_counts_the_position(plant, rng):
+    # Every edge of the two phases, decoded here: a legal one, far enough from the last for the
+    # controller's filter, and their sum is the position.
+    count, state, latest = 0, 0, -10
+    spacing = []
+    for _ in range(200):
+        plant.density = rng.choice([0, 1, -1, 300, -300, rng.randint(-9000, 9000)])
+        left = 4000
+        while left > 0:
+            left -= plant.until(("enc_a", "enc_b"), left)
+            phases = plant.input("enc_a") >> 2 & 1, plant.input("enc_b") >> 2 & 1
+            moved = (QUADRATURE[phases] - state) % 4
+            assert moved != 2, "both phases changed at once"
+            if moved:
+                spacing.append(plant.cycle - latest)
+                latest = plant.cycle
+            count += moved - 4 * (moved == 3)
+            state = QUADRATURE[phases]
+        assert count == plant.positions()["z"]
+        assert abs(plant.get("read.z_pulses") - count - 0.4) <= 0.61  # one pulse, and the play
+    assert len(spacing) > 10_000
+    assert min(spacing) >= 3
+
+
+def test_a_cut_coder_is_silent_and_a_jump_changes_both_phases(plant):
+    plant.density = 3000
+    plant.run(HZ // 50)
+    plant.set("force.encoder_cut", Z)
+    plant.run(1)
+    assert plant.until(("enc_a", "enc_b"), HZ // 100) == HZ // 100
+    plant.set("force.encoder_cut", 0)
+    plant.density = 0
+    plant.run(HZ // 2)
+    before = plant.input("enc_a"), plant.input("enc_b")
+    plant.set("force.encoder_jump", Z)
+    plant.run(1)
+    assert (plant.input("enc_a"), plant.input("enc_b")) == (before[0] ^ Z, before[1] ^ Z)
+
+
+def test_step_pulses_move_a_stepping_drive(plant):
+    for index in range(1000):
+        plant.step(0b001, 0b000 if index < 800 else 0b001)
+        plant.run(20)
+        plant.step(0)
+        plant.run(20)
+    plant.run(HZ // 5)
+    assert plant.get("read.x_pulses") == pytest.approx(600, abs=0.5)
+    assert plant.positions()["y"] == plant.positions()["z"] == 0
+
+
+def test_limit_switches_are_where_the_machine_says(plant):
+    plant.set("side.limit_high_mm", 0.5)
+    plant.density = 3000
+    plant.until(("limit_high",), HZ)
+    assert plant.input("limit_high") == Z
+    assert plant.get("read.z_pulses") == pytest.approx(5000, abs=16 * 0.5 * 15)
+    assert plant.input("limit_low") == 0
+
+
+def test_machine_side_answers_a_strobe(plant):
+    plant.drive(strobe=1, code=8)
+    waited = plant.until(("fin",), HZ)
+    assert plant.input("fin")
+    assert waited == pytest.approx(2000e-6 * HZ, abs=32)
+    plant.run(100)
+    plant.drive(strobe=0)
+    plant.until(("fin",), HZ)
+    assert not plant.input("fin")
+    plant.set("side.fin_answers", 0)
+    plant.drive(strobe=4, code=12)
+    assert plant.until(("fin",), HZ // 100) == HZ // 100
+    assert [row[1:] for row in plant.auxiliaries()] == [("M", 8), ("T", 12)]
+
+
+@pytest.mark.parametrize(("force", "value", "pin"), [
+    ("force.estop", 1, "estop"), ("force.fluid_low", 1, "fluid_low"),
+    ("force.drive_fault", 2, "drive_fault"), ("force.limit_low", 4, "limit_low"),
+    ("force.limit_high", 1, "limit_high")])
+def test_pins_can_be_forced(plant, force, value, pin):
+    plant.run(1)
+    assert plant.input(pin) == 0
+    plant.set(force, value)
+    plant.run(1)
+    assert plant.input(pin) == value
+    plant.set(force, 0)
+    plant.run(1)
+    assert plant.input(pin) == 0

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The gap of the simulated machine, held against the formulas it is made of."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from testbench.native.alone import Alone
+
+MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MHZ = 2                 # clocks per us
+SIGMAS = 4              # a sound generator misses this once in 16 000
+
+
+@pytest.fixture
+def plant(rng):
+    return Alone(machine=MACHINE, seed=rng.getrandbits(32))
+
+
+def hold(plant, *, gap_um, debris=0.0):
+    """Freeze the state of the gap, and let it be taken over."""
+    plant.set("force.gap_um", gap_um)
+    plant.set("force.debris", debris)
+    plant.run(32)
+
+
+def pulse(plant, *, on_us, off_us, level=6):
+    """One main pulse; return when the current began, in us from the gate, or None."""
+    plant.drive(gap_on=1, gap_level=level)
+    delay, began = 0, None
+    while delay < on_us * MHZ:
+        delay += plant.until(("gap_current",), on_us * MHZ - delay)
+        if plant.input("gap_current") and began is None:
+            began = delay / MHZ
+    plant.drive(gap_on=0)
+    plant.run(off_us * MHZ)
+    return began
+
+
+@pytest.mark.parametrize(("gap_um", "debris"), [(40, 0), (52, 0), (30, 0), (52, 0.5)])
+def test_ignition_delays_are_exponential(plant, gap_um, debris):
+    # Laue plot: ln N(t)/N0 = -t/tau, tau = tau0 exp((g - g0)/gs) / (1 + kc c). A long pause keeps
+    # arcs out.
+    plant.set("debris.arc_share", 0)
+    plant.set("debris.single_short", 0)
+    plant.set("debris.bridge_rate_per_s", 0)
+    hold(plant, gap_um=gap_um, debris=debris)
+    tau = 60 * math.exp((gap_um - 40) / 12) / (1 + 4 * debris)
+    count = 1500
+    delays = [pulse(plant, on_us=round(12 * tau), off_us=20) for _ in range(count)]
+    assert None not in delays[:0]
+    burning = [delay for delay in delays if delay is not None]
+    assert count - len(burning) <= 3        # e**-12 of them
+    for share in (0.25, 0.5, 1, 1.5, 2, 3):
+        left = sum(delay > share * tau for delay in burning)
+        # The integration steps by a microsecond, after a formative time.
+        expected = math.exp(-max(0.0, share - 1.5 / tau))
+        sigma = math.sqrt(count * expected * (1 - expected))
+        assert abs(left - count * expected) < SIGMAS * sigma
+
+
+def test_delay_grows_as_the_fluid_leaks(plant):
+    # Open voltage V0 Rg/(Rg + Rs) with Rg = rho g/A; the hazard goes with the fourth power.
+    hold(plant, gap_um=40)
+    plant.set("gap.fluid_ohm_cm", 1e5)
+    leak = 1e5 * 40e-4 / 1.0
+    share = leak / (leak + 10)
+    plant.set("comparator.high_level_v", 80 * share - 0.5)
+    tau = 60 / share**4
+    burning = [pulse(plant, on_us=1500, off_us=20) for _ in range(1500)]
+    mean = sum(burning) / len(burning) - 1
+    assert abs(mean - tau) < SIGMAS * tau / math.sqrt(len(burning))
+    plant.drive(gap_on=1)
+    plant.until(("gap_high",), 20)
+    assert plant.input("gap_high")
+    assert plant.get("read.gap_v") == pytest.approx(80 * share, rel=0.01)
+
+
+@pytest.mark.parametrize("scale", [1, 60])
+def test_removal_rate(plant, scale):
+    # 5 mm3/min per ampere of mean current, times the scale, over the area.
+    plant.set("removal_scale", scale)
+    hold(plant, gap_um=10)
+    count = 1000
+    began = [pulse(plant, on_us=100, off_us=50) for _ in range(count)]
+    burnt_us = sum(100 - delay for delay in began)
+    expected_mm3 = 5 / 60 * 9 * burnt_us * 1e-6 * scale
+    sigma = 0.25 / math.sqrt(count)
+    assert plant.get("read.removed_mm3") == pytest.approx(expected_mm3, rel=SIGMAS * sigma)
+    depth_um = plant.get("read.depth_um")
+    assert depth_um == pytest.approx(plant.get("read.removed_mm3") / 100 * 1000, rel=1e-9)
+
+
+def test_arcs_follow_a_short_pause(plant):
+    # P(arc) = share * debris * exp(-pause / deionisation); an arc is below the arc level, burns at
+    # once, and removes a fifth.
+    plant.set("debris.single_short", 0)
+    plant.set("debris.bridge_rate_per_s", 0)
+    hold(plant, gap_um=20, debris=0.6)
+    count = 1500
+    for _ in range(count):
+        pulse(plant, on_us=60, off_us=10)
+    chance = 0.6 * math.exp(-10 / 15)
+    arcs = plant.get("read.arcs")
+    assert abs(arcs - count * chance) < SIGMAS * math.sqrt(count * chance * (1 - chance))
+
+
+def test_levels_of_open_burning_and_short(plant):
+    hold(plant, gap_um=200)
+    plant.drive(gap_on=1, gap_level=6)
+    plant.run(6)
+    assert (plant.input("gap_high"), plant.input("gap_arc"), plant.input("gap_short")) == (1, 0, 0)
+    assert not plant.input("gap_current")
+    plant.set("force.gap_um", 15)
+    plant.run(400)
+    assert (plant.input("gap_high"), plant.input("gap_arc"), plant.input("gap_short")) == (0, 0, 0)
+    assert plant.input("gap_current")
+    plant.set("force.short", 1)
+    plant.run(16)
+    assert (plant.input("gap_arc"), plant.input("gap_short"), plant.input("gap_current")) == (1,) * 3
+    assert plant.get("read.gap_v") == pytest.approx(2 + 0.2 * 9)
+    plant.drive(gap_on=0)
+    plant.run(1)
+    assert not plant.input("gap_current")
+    assert plant.input("gap_short")         # nothing on it: no voltage
+
+
+def test_sensing_pulses_see_a_short_and_never_burn(plant):
+    hold(plant, gap_um=10)
+    for forced in (0, 1, 0):
+        plant.set("force.short", forced)
+        plant.drive(gap_sense=1)
+        plant.run(2000)
+        assert plant.input("gap_short") == forced
+        assert not plant.input("gap_current")
+        plant.drive(gap_sense=0)
+        plant.run(100)
+    assert plant.get("read.sparks") == plant.get("read.removed_mm3") == 0
+
+
+def test_bridges_grow_with_debris(plant):
+    # Hazard per second: rate * scale * debris**2 * exp(-gap/25 um), while it sparks.
+    plant.set("debris.single_short", 0)
+    plant.set("debris.arc_share", 0)
+    gap_um, debris = 30.0, 0.5
+    rate = MACHINE["debris"]["bridge_rate_per_s"] * 60 * debris**2 * math.exp(-gap_um / 25)
+    times = []
+    for _ in range(150):
+        hold(plant, gap_um=1000)            # breaks what there is
+        assert not plant.get("read.bridged")
+        hold(plant, gap_um=gap_um, debris=debris)
+        begin = plant.cycle
+        while not plant.get("read.bridged"):
+            pulse(plant, on_us=60, off_us=10)
+        times.append((plant.cycle - begin) / 2e6)
+    mean = sum(times) / len(times)
+    assert abs(mean * rate - 1) < SIGMAS / math.sqrt(len(times))
+
+
+def test_a_bridge_breaks_when_it_is_drawn_out(plant):
+    # Mean stretch 60 um (1 + debris) at the surface, a gamma distribution of shape 3; the width in
+    # which it was squeezed most counts.
+    stretches = []
+    for _ in range(400):
+        hold(plant, gap_um=5000)
+        assert not plant.get("read.bridged")
+        hold(plant, gap_um=1, debris=0.5)   # contact
+        assert plant.get("read.bridged")
+        gap_um = 1
+        while plant.get("read.bridged"):
+            gap_um += 2
+            plant.set("force.gap_um", gap_um)
+            plant.run(16)
+        stretches.append(gap_um - 1 - 1)
+    mean = sum(stretches) / len(stretches)
+    expected = 60 * 1.5
+    assert abs(mean - expected) < SIGMAS * expected / math.sqrt(3 * len(stretches))
+
+
+def test_debris_is_flushed_away(plant):
+    # Exponential, with a time constant of 3 s at the surface, 60 times faster by the scale.
+    hold(plant, gap_um=40, debris=0.8)
+    plant.set("force.debris", math.nan)
+    plant.run(100_000)
+    assert plant.get("read.debris") == pytest.approx(0.8 * math.exp(-0.05 * 60 / 3), rel=0.01)
+
+
+def test_a_lift_draws_fresh_fluid_in(plant):
+    # From width w0 to w1 at depth d: debris falls by (w0 + d) / (w1 + d); lowering changes nothing.
+    plant.set("debris.time_s", 1e12)
+    hold(plant, gap_um=10)
+    while plant.get("read.depth_um") < 300:
+        pulse(plant, on_us=100, off_us=50)
+    depth = plant.get("read.depth_um")
+    plant.set("force.debris", 0.8)
+    plant.set("force.gap_um", math.nan)
+    plant.run(16)
+    narrow = plant.get("read.gap_um")
+    plant.set("force.debris", math.nan)
+    plant.drive(drive_enable=7)
+    plant.density = 2000
+    plant.run(200_000)
+    wide = plant.get("read.gap_um")
+    assert wide > narrow + 800
+    expected = 0.8 * (narrow + depth) / (wide + depth)
+    assert plant.get("read.debris") == pytest.approx(expected, rel=0.01)
+    plant.density = -2000
+    plant.run(100_000)
+    assert plant.get("read.gap_um") < wide - 300
+    assert plant.get("read.debris") == pytest.approx(expected, rel=0.01)
+
+
+def test_the_scale_changes_time_and_not_depth(rng):
+    # The same real pulses, more or fewer: debris at a given depth must agree within its noise.
+    found = {}
+    for scale in (20, 60):
+        plant = Alone(machine=MACHINE, seed=rng.getrandbits(32))
+        plant.set("removal_scale", scale)
+        plant.set("debris.bridge_rate_per_s", 0)
+        plant.set("force.gap_um", 35)
+        debris = []
+        while plant.get("read.depth_um") < 300:
+            pulse(plant, on_us=100, off_us=50)
+            if plant.get("read.depth_um") > 150:
+                debris.append(plant.get("read.debris"))
+        found[scale] = sum(debris) / len(debris)
+    assert found[20] == pytest.approx(found[60], rel=0.1)
+
+
+def test_one_seed_one_run(rng):
+    def run(seed):
+        plant = Alone(machine=MACHINE, seed=seed)
+        plant.set("force.gap_um", 35)
+        return [pulse(plant, on_us=100, off_us=20) for _ in range(100)]
+
+    seed = rng.getrandbits(32)
+    assert run(seed) == run(seed) != run(seed + 1)
+
+
+def test_unknown_parameters_are_refused(plant):
+    with pytest.raises(ValueError, match="no parameter 'gap.colour'"):
+        plant.set("gap.colour", 1)
+    with pytest.raises(ValueError, match="no 'read.colour'"):
+        plant.get("read.colour")
+    with pytest.raises(ValueError, match=r"gap.area_mm2 must be a number"):
+        Alone(machine=MACHINE | {"gap": {"area_mm2": "large"}})

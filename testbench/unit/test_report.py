@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report: whole, self-contained, the same for the same run, also for runs that went wrong."""
+
+import re
+
+import numpy as np
+import pytest
+
+from host import figures, report
+
+EVENTS = [
+    {"event": "program_start", "program": ""},
+    {"event": "retraction_set", "speed": 300.0, "limit": 0.5, "high": 600.0, "low": 60.0,
+     "changeover": 0.1, "ceiling": None, "source": "tape"},
+    {"event": "retraction_start", "cause": "short", "speed": 6.0, "latency_cycles": 5},
+    {"event": "retraction_end", "reason": "cleared", "distance": 0.3, "speed": 299.9,
+     "overshoot": 0.0012},
+    {"event": "readvance", "phase": "high", "from": 0.3, "to": 0.1, "speed": 600.0},
+    {"event": "readvance", "phase": "low", "from": 0.1, "to": 0.0, "speed": 60.0},
+    {"event": "resume"},
+    {"event": "retraction_start", "cause": "operator", "speed": 6.0},
+    {"event": "alarm", "code": 15, "text": "Block 9: <B> is unknown."},
+]
+EVENTS = [{"cycle": 1000 * n, "t": n / 10, "line": 7, "pos": {"x": 0.0, "y": 0.0, "z": -0.1 * n}}
+          | event for n, event in enumerate(EVENTS)]
+SUMMARY = {
+    "outcome": "end", "alarm": None, "time_s": 1.0, "cycles": 2_000_000, "wall_s": 0.5,
+    "cycles_per_s": 4_000_000, "discharges": {"open": 1, "ok": 2, "dame": 3, "short": 4},
+    "retractions": {"count": 2, "short": 1, "jump": 0, "operator": 1}, "pos": {"z": -1.0},
+    "max_depth_mm": 1.0, "seed": 3, "clock_hz": 2_000_000, "removal_scale": 250,
+    "versions": {"gapkeeper": "0.1.0"},
+}
+
+
+def trace(samples):
+    t = np.arange(samples) / 1000
+    columns = {name: np.zeros(samples) for name in (
+        "x", "y", "z", "error_z", "path", "feed", "gap_v", "gap_um", "open", "ok", "dame", "short")}
+    return {"t": t} | columns | {"z": -t, "ok": np.full(samples, 10.0)}
+
+
+def page(events=EVENTS, samples=1000, **changes):
+    return report.render(title="tape", listing=[(1, "%"), (2, "G01 (A < B)")], machine="sinker",
+                         parameters={"pulses_per_mm": 10_000, "gap": {"width_um": 50}},
+                         summary=SUMMARY | changes, events=events, trace=trace(samples))
+
+
+def test_page_needs_nothing_else():
+    html = page()
+    assert not re.findall(r'(?:src|href)="(?!#)[^"]*"|url\((?!#)|<script|@import', html)
+    assert html.count("<svg") == 2
+
+
+def test_page_says_what_a_person_asks_first():
+    html = page()
+    for text in ("</html>", "program end", "Machine <b>sinker</b>", "seed <b>3</b>", "5 clocks",
+                 "250 times", "gap.width_um", "G01 (A &lt; B)", "Retraction 1, close up"):
+        assert text in html, text
+
+
+def test_same_run_gives_the_same_page():
+    assert page(samples=50) == page(samples=50)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"outcome": "alarm", "alarm": {"code": 15, "text": "Block 9: <B> is unknown."}},
+     "<b>Alarm 15.</b> Block 9: &lt;B&gt; is unknown."),
+    ({"outcome": "stopped"}, "stopped"),
+    ({"outcome": "rejected", "alarm": {"code": 1, "text": "no start"}}, "tape rejected"),
+])
+def test_every_outcome_has_its_page(changes, words):
+    assert words in page(**changes)
+
+
+@pytest.mark.parametrize(("events", "samples"), [(0, 0), (0, 2), (3, 2), (4, 5000), (6, 1), (6, 2)])
+def test_a_run_may_end_anywhere(events, samples):
+    assert "</html>" in page(events=EVENTS[:events], samples=samples)
+
+
+def test_no_peak_is_lost_by_thinning(rng):
+    t = np.arange(100_000) / 1000
+    values = np.zeros(len(t))
+    peaks = [rng.randrange(len(t)) for _ in range(20)]
+    values[peaks] = 1.0
+    few_t, few = figures.envelope(t, values)
+    assert len(few) < 4 * figures.COLUMNS
+    columns = {int(peak // (len(t) // figures.COLUMNS)) for peak in peaks}
+    assert few.sum() >= len(columns)
+    assert (np.diff(few_t) >= 0).all()

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The host against the firmware itself, compiled for this computer: both ends of one link.
+
+The machine below the firmware is a model that follows the path at once and knows no time; what is
+checked here is that the two understand each other, byte by byte.
+"""
+
+import ctypes
+
+import pytest
+
+from host.codes import EIA, ISO
+from host.machine import Machine
+from host.run import Run
+from host.tape import encode
+from softcore.image import host_library
+from testbench.punch import TAPES, broken
+
+CLOCK_HZ, PULSES_PER_MM, Z = 2_000_000, 10_000, 2
+PASS_S = 1000 / CLOCK_HZ
+MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
+                            "initial_gap_um": 50, "removal_scale": 1, "settings": {"8": 19}})
+
+
+class Firmware:
+    """The firmware as a pipe; every pass of its main loop counts 1000 clocks."""
+
+    clock_hz = CLOCK_HZ
+
+    def __init__(self, pulses_per_pass=200):
+        self.library = ctypes.CDLL(str(host_library()))
+        self.library.gk_boot(CLOCK_HZ, PULSES_PER_MM, Z)
+        self.library.gk_speed(pulses_per_pass)
+        self.passes = 0
+
+    @property
+    def cycle(self):
+        return self.passes * 1000
+
+    def write(self, data):
+        self.library.gk_send(data, len(data))
+
+    def read(self, timeout_s):
+        buffer = ctypes.create_string_buffer(4096)
+        for _ in range(max(1, round(timeout_s / PASS_S))):
+            self.library.gk_pass(1)
+            self.passes += 1
+            count = self.library.gk_receive(buffer, len(buffer))
+            if count:
+                return buffer.raw[:count]
+        return b""
+
+    def time_s(self):
+        return self.passes * PASS_S
+
+    def positions(self):
+        return {axis: self.library.gk_axis(n) for n, axis in enumerate("xyz")}
+
+    def errors(self):
+        return dict.fromkeys("xyz", 0)
+
+    def discharges(self):
+        return dict.fromkeys(("open", "ok", "dame", "short"), 0)
+
+
+def run(text, code=ISO, **options):
+    machine = Firmware()
+    job = Run(MACHINE, encode(text, code), machine, **options)
+    job.execute()
+    return job, machine
+
+
+def names(job):
+    return [event["event"] for event in job.events]
+
+
+@pytest.mark.parametrize("code", [ISO, EIA], ids=lambda code: code.name)
+def test_a_tape_is_run_to_its_end(code):
+    text = (TAPES / "sink_shallow_deep.nc").read_text()
+    job, machine = run(text, code)
+    assert job.outcome == "end"
+    assert names(job)[-1] == "program_end"
+    sets = [event for event in job.events if event["event"] == "retraction_set"]
+    assert [event["limit"] for event in sets] == [0.5, 2.0]
+    lines = text.splitlines()
+    for event in job.events:
+        if event["event"] == "block":
+            assert lines[event["line"] - 1].startswith(event["text"][:60])
+    assert job.offset["z"] == -0.05
+    last = next(line for line in lines if "G00" in line)
+    assert machine.positions()["z"] / PULSES_PER_MM - job.offset["z"] == pytest.approx(
+        float(last.split("Z")[1]))
+
+
+def test_lines_of_a_text_without_start_are_its_own():
+    job, _ = run("G90\nC130 M05\nG00 Z0.04\nM02\n")
+    blocks = {event["text"]: event["line"] for event in job.events if event["event"] == "block"}
+    assert blocks["G00 Z0.04"] == 3
+
+
+def test_data_entered_by_hand_are_in_force():
+    job, _ = run("C130\nG36 L0.4\nM02", mdi=["G36 R300 L0.5 H600 E60 Q0.1"])
+    by_hand, by_tape = [event for event in job.events if event["event"] == "retraction_set"]
+    assert (by_hand["source"], by_hand["limit"], by_hand["speed"]) == ("mdi", 0.5, 300.0)
+    assert (by_tape["source"], by_tape["limit"], by_tape["speed"]) == ("tape", 0.4, 300.0)
+
+
+@pytest.mark.parametrize("name", sorted(broken()))
+def test_broken_tape_ends_the_run_as_it_should(name):
+    tape = broken()[name]
+    machine = Firmware()
+    encoded = encode("M02")
+    job = Run(MACHINE, type(encoded)(tape.rows, encoded.code), machine)
+    assert job.execute() in (("alarm",) if tape.moves else ("rejected", "alarm"))
+    assert job.alarm["text"].startswith(f"Block {tape.block}")
+    assert names(job)[-1] == "alarm"
+    if tape.block < 7:
+        assert job.outcome == "rejected"
+        assert machine.positions()["z"] == 0
+
+
+def test_programmed_stop_is_resumed_by_the_host():
+    job, _ = run("G90\nM00\nG00 Z0.04\nM02\n")
+    assert job.outcome == "end"
