@@ -65,6 +65,11 @@ def averages(t, values, columns=COLUMNS // 4):
     return t[:whole].reshape(-1, step).mean(axis=1), values[:whole].reshape(-1, step).mean(axis=1)
 
 
+def _smoothed(values, samples=10):
+    """Running mean."""
+    return np.convolve(values, np.ones(samples) / samples, mode="same")[:len(values)]
+
+
 def overview(trace, events, retractions) -> str:
     """Position, feed, following error, gap and pulse classes against time."""
     return svg(_overview, 11.6, 10.2, trace, events, retractions)
@@ -131,8 +136,9 @@ def _data_changes(ax, events):
 
 
 def _feed(ax, trace):
-    # Machining feeds are a hundred times slower than retractions; both must be seen.
-    ax.plot(*envelope(trace["t"], trace["feed"]), color=FEED, linewidth=0.9)
+    # Machining feeds are a hundred times slower than retractions; both must be seen. A sample of
+    # a millisecond holds a pulse or two of a machining feed, so ten of them are taken together.
+    ax.plot(*envelope(trace["t"], _smoothed(trace["feed"])), color=FEED, linewidth=0.9)
     ax.set_yscale("symlog", linthresh=10)
     ax.set_yticks([-1000, -100, -10, 0, 10, 100, 1000])
     ax.yaxis.set_major_formatter(StrMethodFormatter("{x:.0f}"))

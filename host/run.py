@@ -13,7 +13,7 @@ from typing import Protocol
 
 from host import events
 from host.errors import ALARM, DONE, REJECTED
-from host.link import RESUME, BytePipe, Link, LinkError
+from host.link import HOLD, RESUME, BytePipe, Link, LinkError
 from host.machine import Machine
 from host.tape import Tape
 
@@ -86,6 +86,7 @@ class Run:
                 self.link.poll(POLL_S)
         if self.outcome is None:
             self.outcome = "stopped"
+            self.link.realtime(HOLD)
         self._come_to_rest()
         self._ask_frame()
         return self.outcome
@@ -119,7 +120,7 @@ class Run:
             self._note(events.parse(line, self.scale))
         elif line.startswith("[MSG:"):
             self._message = line[5:-1]
-        elif line.startswith("ALARM:") and self.outcome is None:
+        elif line.startswith("ALARM:"):
             self._note({"event": "alarm", "code": int(line[6:]), "text": self._message})
         elif line.startswith("Gapkeeper") and self._began_at:
             raise LinkError("the controller has started anew in the middle of the run.")
@@ -128,6 +129,8 @@ class Run:
         if event["event"] == "pause":  # M00: there is nobody else to press the button
             self.link.realtime(RESUME)
             return
+        if self.outcome is not None:
+            return  # what follows the end is not the program's
         self.events.append(event)
         if event["event"] == "program_end":
             self.outcome = "end"

@@ -159,14 +159,18 @@ def _tell(console, summary, folder):
     """Print what a user wants to know first."""
     name, _ = report.OUTCOMES[summary["outcome"]]
     if summary["alarm"]:
-        console.print(f"{name}: {summary['alarm']['text']}", style="red", markup=False)
+        console.print(f"{name}: {summary['alarm']['text']}", style="red", markup=False,
+                      soft_wrap=True)
     else:
         console.print(name, style="green")
     counts, pulses = summary["retractions"], summary["discharges"]
-    console.print(f"  deepest {summary['max_depth_mm']:.3f} mm after {summary['time_s']:.2f} s, "
-                  f"{counts['count']} retractions ({counts['short']} short, {counts['jump']} jump)"
-                  f", {sum(pulses.values())} discharges")
-    console.print(f"  {summary['cycles']} clocks in {summary['wall_s']:.1f} s "
-                  f"({summary['cycles_per_s'] / 1e6:.2f} million a second)")
-    console.print(f"  [link={(folder / 'report.html').resolve().as_uri()}]"
-                  f"{folder / 'report.html'}[/link]")
+    page = folder / "report.html"
+    for line in (
+            f"deepest {summary['max_depth_mm']:.3f} mm, {summary['time_s']:.2f} s of the machine's "
+            f"time, {sum(pulses.values())} discharge pulses",
+            f"{counts['count']} retractions: {counts['short']} short, {counts['jump']} jump, "
+            f"{counts['operator']} operator",
+            f"{summary['cycles'] / 1e6:.1f} million clocks in {summary['wall_s']:.1f} s "
+            f"({summary['cycles_per_s'] / 1e6:.2f} million a second)",
+            f"[link={page.resolve().as_uri()}]{page}[/link]"):
+        console.print(f"  {line}", soft_wrap=True)

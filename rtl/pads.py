@@ -46,9 +46,9 @@ class Pads(wiring.Component):
 
     A board with too few pins has a port ``chain`` in place of those of ``CHAINED``: its pins are
     the data, the shift clock and the latch clock of ``rtl.lib.shift_output.ShiftOutput``, the
-    auxiliary code in the outputs 0 to 15 and its strobes in the next three. What they carry is
-    at most two frames old (of 320 clocks); a strobe is up when it was up in two frames running, so
-    that the code stands for a whole frame before its strobe rises.
+    auxiliary code in the outputs 0 to 15 and its strobes in the next three. A frame is 320 clocks;
+    the code arrives within two. A strobe must have been up for two frames running, so that it
+    rises a whole frame after its code, within three; it falls within two.
 
     Parameters
     ----------

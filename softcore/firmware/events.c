@@ -83,7 +83,6 @@ void events_interrupt(void) {
 }
 
 bool events_notice_room(void) { return notice_head - notice_tail < NOTICES; }
-bool events_notices_wait(void) { return notice_head != notice_tail; }
 
 void events_notice(uint32_t number, uint32_t line_number, const char *text, uint32_t length) {
     notice *n = &notices[notice_head++ % NOTICES];

@@ -23,7 +23,6 @@ void events_notice(uint32_t number, uint32_t line, const char *text, uint32_t le
 
 /* Announce the blocks that still wait; for when the machine is at the front. */
 void events_tell_notices(void);
-bool events_notices_wait(void);
 
 /* An event of the main program, now. */
 void events_now(const char *name, const char *format, ...);

@@ -102,6 +102,9 @@ static bool at_front(void) {
     return true;
 }
 
+/* The electrode is there too: what acts at the end of a cut must find it at its depth. */
+static bool arrived(void) { return hal_motion_read().in_position && at_front(); }
+
 static void tell(void) {
     if (!by_hand)
         events_set_line(line);
@@ -224,7 +227,7 @@ static part advance(fault *f) {
     case PART_BEFORE:
         if (!work->acts_before)
             return PART_MOVE;
-        if (!at_front())
+        if (!arrived())
             return at;
         tell();
         if (!work->moves)
@@ -262,7 +265,7 @@ static part advance(fault *f) {
     case PART_AFTER:
         if (!work->acts_after)
             return PART_DONE;
-        if (!at_front())
+        if (!arrived())
             return at;
         if (!by_hand)
             events_set_line(line);

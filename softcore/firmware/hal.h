@@ -96,17 +96,14 @@ typedef struct {
 
 void hal_short_write(const hal_short_detector *detector);
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
-bool hal_shorted(void);
 void hal_pulse(uint32_t on, uint32_t off, uint32_t level);  /* clocks, clocks, IP */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
 void hal_discharge(bool machining);
-uint32_t hal_highest_level(void);                           /* IP */
 
 /* Safety. */
 void hal_pet(uint8_t key);
 bool hal_safe(void);
 unsigned hal_first_cause(void);
-uint32_t hal_live_causes(void);
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);

@@ -39,6 +39,8 @@ static bool lost;
 static uint32_t pets;
 static uint8_t expected_pet;
 static int32_t start_first;
+static int32_t creep;              /* pulses that the machine makes before a bound is written */
+static int32_t errors[HAL_AXES];
 
 static void push(fifo *f, uint8_t byte) {
     if (f->head - f->tail < BYTES)
@@ -146,8 +148,9 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     begun = run = hold = discharge = interrupts = late = lost = false;
     safe = true;
     live = cause = 0;
+    creep = 0;
     for (unsigned i = 0; i < HAL_AXES; i++)
-        base[i] = 0;
+        base[i] = errors[i] = 0;
     for (unsigned i = 0; i < HAL_SLOTS; i++)
         slots[i] = (hal_segment){0};
     for (unsigned i = 0; i < BOUNDS; i++)
@@ -190,6 +193,7 @@ uint32_t gk_receive(uint8_t *bytes, uint32_t size) {
 
 void gk_speed(uint32_t pulses) { speed = pulses; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
+void gk_creep(int32_t pulses) { creep = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
 void gk_fin(uint32_t passes) { fin_passes = passes; }
 int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
@@ -206,6 +210,8 @@ void gk_trip(uint32_t number) {
     cause = number;
     safe = true;
     state = MOTION_HALTED;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        errors[axis] = 5; /* the drives let go */
     announce(EVENT_TRIP, number, 0, 0);
 }
 
@@ -239,7 +245,11 @@ bool hal_transmit_ready(void) { return from_firmware.head - from_firmware.tail <
 void hal_transmit(uint8_t byte) { push(&from_firmware, byte); }
 
 void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
-void hal_bound_write(hal_bound bound, int32_t coordinate) { bounds[bound] = coordinate; }
+void hal_bound_write(hal_bound bound, int32_t coordinate) {
+    if (bound <= BOUND_BEHIND)
+        (void)gk_go(creep);
+    bounds[bound] = coordinate;
+}
 
 void hal_origin(unsigned number) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
@@ -298,7 +308,6 @@ void hal_interrupts(bool enabled) {
 
 void hal_short_write(const hal_short_detector *detector) { (void)detector; }
 void hal_gap_counts(uint32_t counts[4]) { counts[0] = counts[1] = counts[2] = counts[3] = 0; }
-bool hal_shorted(void) { return false; }
 void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
     (void)on;
     (void)off;
@@ -309,7 +318,6 @@ void hal_sense(uint32_t on, uint32_t off) {
     (void)off;
 }
 void hal_discharge(bool machining) { discharge = machining; }
-uint32_t hal_highest_level(void) { return 63; }
 
 void hal_sleep(uint32_t clocks) { (void)clocks; }
 
@@ -319,7 +327,6 @@ void hal_pet(uint8_t key) {
 }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
-uint32_t hal_live_causes(void) { return live; }
 void hal_interlock_clear(void) { safe = live != 0; }
 void hal_interlock_trip(void) { safe = true; }
 void hal_fluid_required(bool required) { (void)required; }
@@ -342,10 +349,7 @@ bool hal_auxiliary_timed_out(void) {
 
 int32_t hal_axis_command(unsigned axis) { return gk_axis(axis); }
 int32_t hal_axis_position(unsigned axis) { return gk_axis(axis); }
-int32_t hal_axis_error(unsigned axis) {
-    (void)axis;
-    return 0;
-}
+int32_t hal_axis_error(unsigned axis) { return errors[axis]; }
 uint32_t hal_axis_overshoot(unsigned axis) {
     (void)axis;
     return 7;
@@ -366,4 +370,7 @@ void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t 
     (void)space;
     (void)setup;
 }
-void hal_axis_adopt(unsigned axis) { (void)axis; }
+void hal_axis_adopt(unsigned axis) {
+    if (safe)
+        errors[axis] = 0;
+}

@@ -158,8 +158,6 @@ void hal_gap_counts(uint32_t counts[4]) {
     counts[3] = GAP->short_count;
 }
 
-bool hal_shorted(void) { return GAP->status & GAP_STATUS_SHORTED_MASK; }
-
 void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
     POWER->on_time = on;
     POWER->off_time = off;
@@ -175,14 +173,12 @@ void hal_discharge(bool machining) {
     POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);
 }
 
-uint32_t hal_highest_level(void) { return GET(POWER->limits, POWER_LIMITS_LEVEL); }
 
 void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
 
 void hal_pet(uint8_t key) { SAFETY->pet = key; }
 bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
 unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
-uint32_t hal_live_causes(void) { return SAFETY->live; }
 void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
 void hal_interlock_trip(void) { SAFETY->stop = 1; }
 void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }

@@ -2,10 +2,11 @@
 /* Checking of tapes for a computer; see host.h. */
 #include "host.h"
 
+#include <string.h>
+
 #include "plan.h"
 #include "reader.h"
 #include "settings.h"
-#include "text.h"
 #include "units.h"
 #include "watch.h"
 
@@ -47,7 +48,7 @@ int gk_check_line(const char *line, char *message, uint32_t size) {
     plan p;
     fault f = {0};
     prepare();
-    if (parse(&words, line, (uint32_t)text_length(line), &f) &&
+    if (parse(&words, line, (uint32_t)strlen(line), &f) &&
         judge(&words, &entered, true, &p, &f)) {
         entered = p.after;
         return 0;

@@ -48,6 +48,9 @@ uint32_t gk_receive(uint8_t *bytes, uint32_t size);
 void gk_speed(uint32_t pulses);
 /* Move along the path, forward or back, as far as it is loaded; returns the pulses made. */
 int32_t gk_go(int32_t pulses);
+/* Pulses that the machine makes before every write of the bounds of what is loaded: it moves while the
+   firmware looks. */
+void gk_creep(int32_t pulses);
 void gk_state(uint32_t state);  /* hal_motion_state */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
 void gk_trip(uint32_t cause);

@@ -45,7 +45,6 @@ void output_step(void) {
 }
 
 bool output_has_room(void) { return OUTPUT_QUEUE - (head - tail) >= OUTPUT_RESERVE + OUTPUT_LINE; }
-bool output_is_empty(void) { return head == tail && !answer_count; }
 
 static void finish(char *line, size_t length) {
     line[length++] = '\r';

@@ -13,7 +13,6 @@
 void output_init(void);
 void output_step(void);                         /* send what the link takes */
 bool output_has_room(void);                     /* for a few lines, without the reserve */
-bool output_is_empty(void);
 void output_line(const char *format, ...);      /* as text_print, with CR LF; dropped if full */
 void output_answer(uint8_t code, uint8_t sequence); /* two bytes for a tape frame */
 

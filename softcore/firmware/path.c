@@ -47,7 +47,6 @@ void path_init(void) {
     oldest = next = low = high = entered = FIRST_NUMBER;
 }
 
-bool path_known(void) { return known; }
 uint32_t path_next(void) { return next; }
 bool path_floor_is_limit(void) { return virtual_segment; }
 

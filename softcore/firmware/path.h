@@ -53,7 +53,6 @@ uint32_t path_entered_slot(unsigned slot);
 
 uint32_t path_next(void);           /* number of the next segment to be appended */
 uint32_t path_reached(void);        /* segments with lower numbers have been entered */
-bool path_known(void);              /* there is a path */
 
 /* Is the lowest point of a retraction given by the ceiling or the soft limit (and not by the
    beginning of the path)? */

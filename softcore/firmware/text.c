@@ -81,16 +81,3 @@ size_t text_print(char *buffer, size_t size, const char *format, ...) {
     va_end(arguments);
     return length;
 }
-
-size_t text_length(const char *text) {
-    size_t length = 0;
-    while (text[length])
-        length++;
-    return length;
-}
-
-void text_copy(char *to, size_t size, const char *from) {
-    while (--size && *from)
-        *to++ = *from++;
-    *to = '\0';
-}

@@ -12,6 +12,3 @@
 #define TEXT_NUMBER 32 /* size of a buffer for one number */
 size_t text_print(char *buffer, size_t size, const char *format, ...);
 size_t text_vprint(char *buffer, size_t size, const char *format, va_list arguments);
-
-size_t text_length(const char *text);
-void text_copy(char *to, size_t size, const char *from);

@@ -16,8 +16,8 @@
 
 /* A round of passes none of which took longer only looked around. The processor may then sleep: an
    event or a byte wakes it, and what is only looked at (the end of a block) can wait so long. */
-#define IDLE_CLOCKS 400
-#define SLEEP_CLOCKS 1500
+#define IDLE_CLOCKS 600
+#define SLEEP_CLOCKS 3000
 
 static unsigned turn;
 static uint32_t longest;

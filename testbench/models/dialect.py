@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from decimal import ROUND_HALF_UP, Decimal
 
 LIMIT = 1 << 28         # pulses: furthest position in any frame
-HIGHEST = 3_000_000     # um/min
+HIGHEST = 1_800_000     # um/min: what the machine is set to
 CONDITIONS = {100, 110, 120, 130, 140, 150}
 CODES = 6               # G words, and M words, of a block
 ITEMS = "RLHEQZ"

@@ -12,7 +12,11 @@ int station_get(Station* s, const char* name, double* value) {
 }
 uint64_t station_clock(Station* s) { return s->clock; }
 int32_t station_count(Station* s, int axis) { return s->machine.count(axis); }
-void station_arm(Station* s, uint64_t clocks, int until_byte) { s->arm(clocks, until_byte != 0); }
+// Returns whether there is a clock to run.
+int station_arm(Station* s, uint64_t clocks, int until_byte) {
+    s->arm(clocks, until_byte != 0);
+    return s->clock < s->stop_at;
+}
 
 void station_send(Station* s, const uint8_t* data, uint64_t size) {
     s->serial.to_send.insert(s->serial.to_send.end(), data, data + size);

@@ -18,7 +18,7 @@ _FUNCTIONS = {
     "station_get": (ctypes.c_int, [_POINTER, ctypes.c_char_p, ctypes.POINTER(_DOUBLE)]),
     "station_clock": (_UNSIGNED, [_POINTER]),
     "station_count": (ctypes.c_int32, [_POINTER, ctypes.c_int]),
-    "station_arm": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
+    "station_arm": (ctypes.c_int, [_POINTER, _UNSIGNED, ctypes.c_int]),
     "station_send": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
     "station_waiting": (_UNSIGNED, [_POINTER]),
     "station_receive": (None, [_POINTER, ctypes.c_char_p]),
@@ -36,7 +36,9 @@ def declare(library: ctypes.CDLL, functions: dict) -> None:
 
 
 def parameters(machine: dict) -> Iterator[tuple[str, float]]:
-    """Numbers of a machine file, named ``key`` or ``table.key``; its [settings] are not the plant's.
+    """Numbers of a machine file, named ``key`` or ``table.key``, but for its ``[settings]``.
+
+    Those are the controller's.
 
     Raises
     ------
@@ -149,8 +151,9 @@ class Session:
         """Queue bytes for the controller, back to back, from the next clock on."""
         self._station_library.station_send(self._station, data, len(data))
 
-    def _arm(self, clocks, until_byte):
-        self._station_library.station_arm(self._station, clocks, until_byte)
+    def _arm(self, clocks, until_byte) -> bool:
+        """Say where to stop; return whether there is a clock to run."""
+        return bool(self._station_library.station_arm(self._station, clocks, until_byte))
 
     def received(self) -> bytes:
         """Take what the controller has sent so far."""

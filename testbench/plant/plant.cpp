@@ -183,8 +183,10 @@ void Plant::side(const FromController& from) {
     if (strobe && fin_wait_us_ == 0)
         auxiliaries_.push_back({now_, from.auxiliary_strobe, from.auxiliary_code});
     fin_wait_us_ += tick_us_;
-    if (fin_wait_us_ >= fin_delay_us_ && fin_answers_ != 0)
+    if (fin_wait_us_ >= fin_delay_us_ && fin_answers_ != 0) {
         fin_ = strobe;
+        fin_wait_us_ = 0;
+    }
 }
 
 }  // namespace plant

@@ -100,6 +100,16 @@ def test_frames_are_acknowledged_in_turn(machine):
     assert answers(machine, frame(3, 2, b"abc")) == [(ACK, 2)]
 
 
+def test_repeated_frames_are_taken_once(machine):
+    rows = punched(["G91 G00 X1", "X1", "M02"])
+    machine.frame(0, 0)
+    for sequence, start in enumerate(range(0, len(rows), 16), start=1):
+        for _ in range(3):
+            machine.frame(len(rows[start:start + 16]), sequence, rows[start:start + 16])
+    machine.run(1000)
+    assert machine.axes[0] == 20_000
+
+
 def test_frames_before_a_tape_is_begun_are_refused(machine):
     assert answers(machine, frame(3, 0, b"abc")) == [(NAK, 0)]
 

@@ -118,7 +118,7 @@ def test_chain_brings_code_and_strobes_and_the_code_first(simulate, rng):
     async def bench(ctx):
         await run(ctx, rng.randrange(FRAME))
         for _ in range(15):
-            # As of ``rtl.auxiliary.functions``: the code, a clock or more later its strobe, and back.
+            # As ``rtl.auxiliary.functions`` does: the code, a clock later its strobe, and back.
             code, strobe = rng.randrange(1 << 16), 1 << rng.randrange(3)
             ctx.set(dut.auxiliary_code, code)
             await run(ctx, 1)

@@ -94,8 +94,13 @@ def test_coder_counts_the_position(plant, rng):
             state = QUADRATURE[phases]
         assert count == plant.positions()["z"]
         assert abs(plant.get("read.z_pulses") - count - 0.4) <= 0.61  # one pulse, and the play
-    assert len(spacing) > 10_000
+    assert len(spacing) > 2000
     assert min(spacing) >= 3
+    plant.density = 20_000
+    plant.run(HZ // 20)
+    plant.until(("enc_a", "enc_b"), HZ)
+    gaps = [plant.until(("enc_a", "enc_b"), HZ) for _ in range(1000)]
+    assert set(gaps) == {3, 4}              # 60 mm/s, its highest speed
 
 
 def test_a_cut_coder_is_silent_and_a_jump_changes_both_phases(plant):

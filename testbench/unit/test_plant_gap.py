@@ -50,7 +50,6 @@ def test_ignition_delays_are_exponential(plant, gap_um, debris):
     tau = 60 * math.exp((gap_um - 40) / 12) / (1 + 4 * debris)
     count = 1500
     delays = [pulse(plant, on_us=round(12 * tau), off_us=20) for _ in range(count)]
-    assert None not in delays[:0]
     burning = [delay for delay in delays if delay is not None]
     assert count - len(burning) <= 3        # e**-12 of them
     for share in (0.25, 0.5, 1, 1.5, 2, 3):
@@ -119,7 +118,7 @@ def test_levels_of_open_burning_and_short(plant):
     assert plant.input("gap_current")
     plant.set("force.short", 1)
     plant.run(16)
-    assert (plant.input("gap_arc"), plant.input("gap_short"), plant.input("gap_current")) == (1,) * 3
+    assert all(map(plant.input, ("gap_arc", "gap_short", "gap_current")))
     assert plant.get("read.gap_v") == pytest.approx(2 + 0.2 * 9)
     plant.drive(gap_on=0)
     plant.run(1)
@@ -144,6 +143,7 @@ def test_bridges_grow_with_debris(plant):
     # Hazard per second: rate * scale * debris**2 * exp(-gap/25 um), while it sparks.
     plant.set("debris.single_short", 0)
     plant.set("debris.arc_share", 0)
+    plant.set("gap.removal_mm3_min_a", 0)   # so that the depth stays
     gap_um, debris = 30.0, 0.5
     rate = MACHINE["debris"]["bridge_rate_per_s"] * 60 * debris**2 * math.exp(-gap_um / 25)
     times = []
@@ -202,6 +202,8 @@ def test_a_lift_draws_fresh_fluid_in(plant):
     plant.drive(drive_enable=7)
     plant.density = 2000
     plant.run(200_000)
+    plant.density = 0
+    plant.run(100_000)
     wide = plant.get("read.gap_um")
     assert wide > narrow + 800
     expected = 0.8 * (narrow + depth) / (wide + depth)
@@ -240,9 +242,9 @@ def test_one_seed_one_run(rng):
 
 
 def test_unknown_parameters_are_refused(plant):
-    with pytest.raises(ValueError, match="no parameter 'gap.colour'"):
+    with pytest.raises(ValueError, match=r"no parameter 'gap.colour'"):
         plant.set("gap.colour", 1)
-    with pytest.raises(ValueError, match="no 'read.colour'"):
+    with pytest.raises(ValueError, match=r"no 'read.colour'"):
         plant.get("read.colour")
     with pytest.raises(ValueError, match=r"gap.area_mm2 must be a number"):
         Alone(machine=MACHINE | {"gap": {"area_mm2": "large"}})

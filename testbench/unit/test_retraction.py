@@ -52,7 +52,7 @@ def random_path(rng, axes, count=SLOTS, longest=30):
     return segments
 
 
-def random_cues(rng, end, lowest):
+def random_cues(rng, end):
     """Cues that follow one another on the path."""
     cues, position, front = [], 0, 0
     while True:
@@ -92,7 +92,7 @@ def test_follows_the_model(simulate, rng, offset):
         gap = Gap([])
         dut = Motion(axes=axes)
         bench = Bench(dut, segments, gap, before=before, offset=offset)
-        gap.cues = random_cues(rng, bench.end, bench.borders[0])
+        gap.cues = random_cues(rng, bench.end)
         floor = rng.choice((-FOREVER, -FOREVER, bench.end // 3))
         floor = max(floor, bench.borders[0])
         expected = expect(bench, DATA, gap.copy(), floor=floor)

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bitstreams: firmware, controller and board, through synthesis and layout."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+from amaranth import *
+from amaranth.build.run import BuildPlan
+from amaranth.lib import io
+from amaranth.lib.cdc import FFSynchronizer
+
+from constraints import ulx3s
+from constraints.board import CHAIN, CHAINED, PADS, Board
+from softcore.clock import Pll
+from softcore.image import target_image
+from softcore.soc import Soc
+from softcore.top import Top, digest
+
+__all__ = ["BOARDS", "Bitstream", "BuildError", "build", "plan", "run_tool"]
+
+BUILD = Path(__file__).parents[1] / "build" / "boards"
+BOARDS = {board.name: board for board in ulx3s.BOARDS}
+
+MEMORY_SIZE = 65536    # bytes
+LINK_BAUD = 1_000_000
+SEED = 1               # of the layout: the same sources give the same bitstream
+
+
+class BuildError(RuntimeError):
+    """No bitstream; the text is one sentence that says why."""
+
+
+@dataclass(frozen=True)
+class Bitstream:
+    """A finished bitstream, and what it needs of its device.
+
+    Members
+    -------
+    path : str
+        The file, below the build folder.
+    digest : str
+        Of everything that went into the tools: gateware, firmware, pins, options.
+    luts, flip_flops, block_rams, multipliers : int
+        Cells used; a carry cell counts as two look-up tables.
+    fmax_mhz : dict
+        Per clock the frequency that the layout reaches, and the one it must.
+    seconds : float
+        Time that the tools took.
+    """
+
+    path: str
+    digest: str
+    luts: int
+    flip_flops: int
+    block_rams: int
+    multipliers: int
+    fmax_mhz: dict[str, tuple[float, float]]
+    seconds: float
+
+
+class BoardTop(Top):
+    """The controller on a board: ``Top`` with the board's pins and clock."""
+
+    def __init__(self, soc, board: Board, platform):
+        chained = ("chain", 0) in platform.resources
+        pads = [pad for pad in PADS if not (chained and pad.name in CHAINED)]
+        ports = {pad.name: platform.request(pad.name, 0, dir="-")
+                 for pad in (*pads, *([CHAIN] if chained else []))}
+        self.clock_hz = board.clock_hz
+        super().__init__(soc, SimpleNamespace(**ports), clock=Signal(), locked=Signal())
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        source = platform.request(platform.default_clk, dir="-")
+        m.submodules.crystal = crystal = io.Buffer("i", source)
+        m.submodules.pll = pll = Pll(source_hz=int(platform.default_clk_frequency),
+                                     clock_hz=self.clock_hz)
+        m.submodules.lock = FFSynchronizer(pll.locked, self.locked)
+        m.d.comb += [pll.source.eq(crystal.i), self.clock.eq(pll.clock)]
+        return m
+
+
+def plan(board: Board, image: bytes = b"") -> BuildPlan:
+    """Everything that the tools need for a board, ``image`` being the firmware."""
+    platform = board.platform()
+    soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
+              memory_size=MEMORY_SIZE, image=image, build=int(digest()[:8], 16))
+    # Source locations would put the place of this folder into the digest.
+    return platform.prepare(
+        BoardTop(soc, board, platform), emit_src=False,
+        nextpnr_opts=f"--seed {SEED} --timing-allow-fail --report top.report.json")
+
+
+def run_tool(command: list[str], folder: Path) -> None:
+    """Run a tool for ECP5, named as upstream names it, in ``folder``.
+
+    Raises
+    ------
+    BuildError
+        If it fails.
+    """
+    # The tools stand beside the interpreter, whether or not its environment is active.
+    program = Path(sys.executable).with_name(f"yowasp-{command[0]}")
+    try:
+        done = subprocess.run([program, *command[1:]], cwd=folder, capture_output=True, text=True,
+                              check=False)
+    except OSError as error:
+        raise BuildError(f"{command[0]} cannot be started: {error.strerror}.") from error
+    if done.returncode:
+        said = (done.stdout + done.stderr).strip().splitlines() or ["nothing was said"]
+        raise BuildError(f"{command[0]} failed in {folder}: {said[-1]}")
+
+
+def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> Bitstream:
+    """Build the bitstream of a board into ``build/boards/<board>/``.
+
+    What is there already of the same sources is taken as it is. ``progress`` gets a sentence
+    before each long step.
+
+    Raises
+    ------
+    BuildError
+        If a tool fails, or the layout is slower than the clock.
+    """
+    progress("Compiling the firmware.")
+    image = target_image(MEMORY_SIZE).read_bytes()
+    progress("Making the netlist.")
+    planned = plan(board, image)
+    key = planned.digest(size=16).hex()
+    folder = BUILD / board.name
+    kept = folder / "bitstream.json"
+    if kept.exists() and json.loads(kept.read_text())["digest"] == key:
+        made = Bitstream(**json.loads(kept.read_text()))
+    else:
+        kept.unlink(missing_ok=True)
+        began = time.monotonic()
+        planned.extract(folder)
+        steps = {
+            "yosys": "Synthesis; the tools' first start takes a minute more.",
+            "nextpnr-ecp5": "Place and route.",
+            "ecppack": "Packing the bitstream.",
+        }
+        for command in json.loads(planned.files["build_top.json"])["commands"]:
+            progress(steps[command[0]])
+            run_tool(command, folder)
+        made = _result(folder, key, time.monotonic() - began)
+        kept.write_text(json.dumps(asdict(made), indent=1))
+    _check_clocks(board, made)
+    return made
+
+
+def _result(folder, key, seconds):
+    report = json.loads((folder / "top.report.json").read_text())
+    used = {cell: row["used"] for cell, row in report["utilization"].items()}
+    return Bitstream(
+        path=f"{folder.name}/top.bit", digest=key, luts=used["TRELLIS_COMB"],
+        flip_flops=used["TRELLIS_FF"], block_rams=used["DP16KD"], multipliers=used["MULT18X18D"],
+        fmax_mhz={name: (clock["achieved"], clock["constraint"])
+                  for name, clock in report["fmax"].items()},
+        seconds=seconds)
+
+
+def _check_clocks(board, made):
+    for name, (reached, wanted) in made.fmax_mhz.items():
+        if reached < wanted:
+            raise BuildError(f"The layout for {board.name} is too slow: clock {name} reaches "
+                             f"{reached:.1f} MHz of the {wanted:.1f} MHz that it must.")

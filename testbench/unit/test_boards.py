@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Boards: every pad has its pins, none is used twice, and the pin lists are the committed ones."""
+
+import re
+from collections import Counter
+
+import pytest
+from amaranth.build import Platform
+
+from constraints.board import CHAIN, CHAINED, PADS
+from rtl import pads
+from softcore.build import BOARDS, plan
+from softcore.clock import Pll
+from testbench.refusal import refuses
+
+ADC = {"U18", "U17", "N17", "P16", "N16", "M17", "L16", "L17"}  # J2, pairs 14 to 17
+
+
+@pytest.fixture(scope="module", params=BOARDS.values(), ids=BOARDS)
+def board(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def pin_list(board):
+    return plan(board).files["top.lpf"]
+
+
+def placed(pin_list):
+    """Site of every pin of a pin list, by the pad's name and bit."""
+    lines = re.findall(r'^LOCATE COMP "(\w+)_0__io(\[\d+\])?" SITE "(\w+)";', pin_list, re.M)
+    assert len(lines) == pin_list.count("LOCATE COMP")
+    return {(name, int(bit.strip("[]") or 0)): site for name, bit, site in lines}
+
+
+def test_pads_are_those_of_the_machine():
+    for table, direction in ((pads.INPUTS, "i"), (pads.OUTPUTS, "o")):
+        assert {pad.name: pad.width for pad in PADS if pad.direction == direction} == {
+            name: width for name, (width, _) in table.items()}
+    assert (CHAINED, CHAIN.width) == (pads.CHAINED, pads.CHAIN_PINS)
+
+
+def test_pin_list_is_the_committed_one(board, pin_list):
+    assert board.pin_list.read_text() == pin_list
+
+
+def test_every_pad_has_its_pins(board, pin_list):
+    platform = board.platform()
+    assert isinstance(platform, Platform)
+    chained = ("chain", 0) in platform.resources
+    wanted = {(pad.name, bit) for pad in PADS for bit in range(pad.width)
+              if not (chained and pad.name in CHAINED)}
+    wanted |= {(CHAIN.name, bit) for bit in range(CHAIN.width) if chained}
+    assert set(placed(pin_list)) == wanted | {(platform.default_clk, 0)}
+
+
+def test_no_pin_is_used_twice_nor_taken_from_the_adc(pin_list):
+    sites = Counter(placed(pin_list).values())
+    assert [site for site, count in sites.items() if count > 1] == []
+    assert not ADC & set(sites)
+
+
+def test_pulls_make_a_broken_wire_safe(board, pin_list):
+    """What guards the machine is inverted and pulled down; no output is pulled up but ``tx``."""
+    platform = board.platform()
+    for pad in PADS:
+        if (pad.name, 0) not in platform.resources:
+            continue
+        resource = platform.lookup(pad.name)
+        pulls = set(re.findall(rf'^IOBUF PORT "{pad.name}_0__io.*PULLMODE=(\w+)', pin_list, re.M))
+        if pad.name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low",
+                        "gap_arc", "gap_short"):
+            assert resource.ios[0].invert, pad.name
+            assert pulls == {"DOWN"}, pad.name
+        elif pad.direction == "o":
+            assert not resource.ios[0].invert, pad.name
+            assert pulls <= ({"UP"} if pad.name == "tx" else {"DOWN"}), pad.name
+
+
+def test_clock_makes_the_link_rate_exactly(board):
+    assert board.clock_hz % 1_000_000 == 0
+
+
+def test_the_same_sources_give_the_same_build(board):
+    assert plan(board).digest() == plan(board).digest()
+    assert plan(board).digest() != plan(board, b"other firmware").digest()
+
+
+@pytest.mark.parametrize("clock_hz", [30_000_000, 175_000_000])
+def test_pll_refuses_what_it_cannot_make(clock_hz):
+    refuses(Pll, r"the PLL cannot make", source_hz=25_000_000, clock_hz=clock_hz)
