@@ -22,7 +22,7 @@ from softcore.image import target_image
 from softcore.soc import Soc
 from softcore.top import Top, digest
 
-__all__ = ["BOARDS", "Bitstream", "BuildError", "build", "plan", "run_tool"]
+__all__ = ["BOARDS", "STAT", "Bitstream", "BuildError", "Cells", "build", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 BOARDS = {board.name: board for board in ulx3s.BOARDS}
@@ -37,6 +37,37 @@ class BuildError(RuntimeError):
 
 
 @dataclass(frozen=True)
+class Cells:
+    """Cells of an ECP5 after synthesis.
+
+    Members
+    -------
+    lut4, ccu2c, ff : int
+        Look-up tables, carry pairs, flip-flops.
+    ram, bram, dsp : int
+        Memories of 16 x 4 bits, memories of 18 Kbit, multipliers of 18 bits.
+    """
+
+    lut4: int
+    ccu2c: int
+    ff: int
+    ram: int
+    bram: int
+    dsp: int
+
+    @classmethod
+    def counted(cls, stat: str) -> "Cells":
+        """Read from what the command ``STAT`` wrote."""
+        found = json.loads(stat)["design"]["num_cells_by_type"]
+        return cls(**{field: found.get(kind, 0) for field, kind in CELLS.items()})
+
+
+CELLS = {"lut4": "LUT4", "ccu2c": "CCU2C", "ff": "TRELLIS_FF", "ram": "TRELLIS_DPR16X4",
+         "bram": "DP16KD", "dsp": "MULT18X18D"}
+STAT = "tee -q -o stat.json stat -json"  # of Yosys, after synthesis
+
+
+@dataclass(frozen=True)
 class Bitstream:
     """A finished bitstream, and what it needs of its device.
 
@@ -46,8 +77,10 @@ class Bitstream:
         The file, below the build folder.
     digest : str
         Of everything that went into the tools: gateware, firmware, pins, options.
-    luts, flip_flops, block_rams, multipliers : int
-        Cells used; a carry cell counts as two look-up tables.
+    cells : Cells
+        Cells after synthesis.
+    luts : int
+        Look-up tables that the layout takes, those in carry pairs and RAMs with them.
     fmax_mhz : dict
         Per clock the frequency that the layout reaches, and the one it must.
     seconds : float
@@ -56,10 +89,8 @@ class Bitstream:
 
     path: str
     digest: str
+    cells: Cells
     luts: int
-    flip_flops: int
-    block_rams: int
-    multipliers: int
     fmax_mhz: dict[str, tuple[float, float]]
     seconds: float
 
@@ -93,7 +124,7 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
               memory_size=MEMORY_SIZE, image=image, build=int(digest()[:8], 16))
     # Source locations would put the place of this folder into the digest.
     return platform.prepare(
-        BoardTop(soc, board, platform), emit_src=False,
+        BoardTop(soc, board, platform), emit_src=False, script_after_synth=STAT,
         nextpnr_opts=f"--seed {SEED} --timing-allow-fail --report top.report.json")
 
 
@@ -135,9 +166,8 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
     key = planned.digest(size=16).hex()
     folder = BUILD / board.name
     kept = folder / "bitstream.json"
-    if kept.exists() and json.loads(kept.read_text())["digest"] == key:
-        made = Bitstream(**json.loads(kept.read_text()))
-    else:
+    made = _load(kept)
+    if made is None or made.digest != key:
         kept.unlink(missing_ok=True)
         began = time.monotonic()
         planned.extract(folder)
@@ -155,12 +185,19 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
     return made
 
 
+def _load(kept):
+    if not kept.exists():
+        return None
+    found = json.loads(kept.read_text())
+    return Bitstream(**found | {"cells": Cells(**found["cells"])})
+
+
 def _result(folder, key, seconds):
     report = json.loads((folder / "top.report.json").read_text())
-    used = {cell: row["used"] for cell, row in report["utilization"].items()}
     return Bitstream(
-        path=f"{folder.name}/top.bit", digest=key, luts=used["TRELLIS_COMB"],
-        flip_flops=used["TRELLIS_FF"], block_rams=used["DP16KD"], multipliers=used["MULT18X18D"],
+        path=f"{folder.name}/top.bit", digest=key,
+        cells=Cells.counted((folder / "stat.json").read_text()),
+        luts=report["utilization"]["TRELLIS_COMB"]["used"],
         fmax_mhz={name: (clock["achieved"], clock["constraint"])
                   for name, clock in report["fmax"].items()},
         seconds=seconds)

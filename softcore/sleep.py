@@ -53,9 +53,9 @@ class ClockGate(wiring.Component):
 class Sleep(wiring.Component):
     """Decides when the processor's clock runs.
 
-    ``strobe`` puts the processor to sleep in the next clock, for at most ``clocks`` clocks; ``wake``
-    ends or prevents it, in the same clock. An access of the register bus is never cut in two: its
-    ``ack`` keeps the clock running, and none is taken while ``running`` is low.
+    ``strobe`` puts the processor to sleep in the next clock, for at most ``clocks`` clocks;
+    ``wake`` ends or prevents it, in the same clock. An access of the register bus is never cut in
+    two: its ``ack`` keeps the clock running, and none is taken while ``running`` is low.
 
     Members
     -------

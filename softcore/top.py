@@ -111,8 +111,8 @@ def main():
     parser.add_argument("--clock", type=int, default=2_000_000, help="Hz")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(("gapkeeper.v", "VexRiscv.v", "gate.v"), simulation_verilog(arguments.clock),
-                          strict=True):
+    names = "gapkeeper.v", "VexRiscv.v", "gate.v"
+    for name, text in zip(names, simulation_verilog(arguments.clock), strict=True):
         (arguments.folder / name).write_text(text)
 
 

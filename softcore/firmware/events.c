@@ -183,7 +183,7 @@ static void tell(const record *r) {
     }
 }
 
-void events_step(void) {
+bool events_step(void) {
     if (lost || hal_event_lost()) {
         lost = false;
         machine_events_lost();
@@ -195,21 +195,22 @@ void events_step(void) {
             tell_back();
         else
             machine_tell_alarm();
-        return;
+        return true;
     }
     if (!output_has_room())
-        return;
+        return false;
     if (back_waits) {
         uint32_t age = (uint32_t)(hal_cycle() - back.cycle);
-        if (head != tail || age > units_clocks_of_us(OVERSHOOT_US))
+        bool due = head != tail || age > units_clocks_of_us(OVERSHOOT_US);
+        if (due)
             tell_back();
-        return;
+        return due;
     }
     if (head != tail) {
         record r = ring[tail % RING];
         tail++;
         tell(&r);
-        return;
+        return true;
     }
     /* A segment of which the gateware has not told. */
     uint32_t reached = path_reached();
@@ -218,7 +219,9 @@ void events_step(void) {
         int32_t position[HAL_AXES];
         here(position);
         tell_notice(hal_cycle(), position);
+        return true;
     }
+    return false;
 }
 
 bool events_idle(void) { return head == tail && !back_waits; }

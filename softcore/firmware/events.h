@@ -12,7 +12,7 @@
 
 void events_init(void);
 void events_interrupt(void);    /* the interrupt handler */
-void events_step(void);         /* at most one line */
+bool events_step(void);         /* at most one line; true if there was something to do */
 uint32_t events_worst(void);    /* clocks from an event until the handler had it, at most so far */
 bool events_idle(void);         /* nothing is waiting to be told */
 void events_drop(void);         /* forget what waits, and the notices */

@@ -293,11 +293,11 @@ static part advance(fault *f) {
 }
 
 execute_result execute_step(fault *f) {
-    bool ends = at == PART_END;
+    part was = at;
     at = advance(f);
     if (f->code != FAULT_NONE)
         return EXECUTE_FAULT;
     if (at != PART_DONE)
-        return EXECUTE_MORE;
-    return ends ? EXECUTE_END : EXECUTE_DONE;
+        return at == was ? EXECUTE_WAIT : EXECUTE_MORE;
+    return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
 }

@@ -7,7 +7,9 @@
 #include "fault.h"
 #include "plan.h"
 
-typedef enum { EXECUTE_MORE, EXECUTE_DONE, EXECUTE_END, EXECUTE_FAULT } execute_result;
+typedef enum {
+    EXECUTE_MORE, EXECUTE_WAIT, EXECUTE_DONE, EXECUTE_END, EXECUTE_FAULT
+} execute_result;
 
 void execute_init(void);
 void execute_start(void);           /* a new tape: modal state, retraction memory, path */

@@ -36,7 +36,7 @@ static bool late;
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
 static bool lost;
-static uint32_t pets;
+static uint32_t pets, sleeps;
 static uint8_t expected_pet;
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
@@ -162,7 +162,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     fin_passes = 1;
     busy_passes = 0;
     queue_head = queue_tail = 0;
-    pets = 0;
+    pets = sleeps = 0;
     expected_pet = 0xa5;
     watch_boot();
 }
@@ -199,6 +199,7 @@ void gk_fin(uint32_t passes) { fin_passes = passes; }
 int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
 int32_t gk_position(void) { return position; }
 uint32_t gk_pets(void) { return pets; }
+uint32_t gk_sleeps(void) { return sleeps; }
 
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
     if (kind == EVENT_RETRACTION_START)
@@ -319,7 +320,10 @@ void hal_sense(uint32_t on, uint32_t off) {
 }
 void hal_discharge(bool machining) { discharge = machining; }
 
-void hal_sleep(uint32_t clocks) { (void)clocks; }
+void hal_sleep(uint32_t clocks) {
+    (void)clocks;
+    sleeps++;
+}
 
 void hal_pet(uint8_t key) {
     pets += key == expected_pet;

@@ -62,6 +62,7 @@ int32_t gk_axis(uint32_t axis); /* commanded position */
 uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
+uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 
 /* Edges of the control flow taken since the last call and never before, or never as often. */
 uint32_t gk_coverage(void);

@@ -176,24 +176,25 @@ static void command(const char *line, uint32_t length) {
     link_answer(&f);
 }
 
-static void take_line(void) {
+/* True if there was a line. */
+static bool take_line(void) {
     static char line[READER_BLOCK_SIZE];
     uint32_t end = typed_tail, length = 0;
     while (end != typed_head && typed[end % TYPED] != '\n')
         end++;
     if (end == typed_head)
-        return;
+        return false;
     for (; typed_tail != end; typed_tail++)
         if (length < sizeof line)
             line[length++] = typed[typed_tail % TYPED];
     typed_tail++;
     if (length == 0) {
         /* An empty line is the second half of CR LF; grbl's senders count no answer for it. */
-        return;
+        return true;
     }
     if (line[0] == '$') {
         command(line, length);
-        return;
+        return true;
     }
     fault f = {0};
     if (machine_locked())
@@ -204,6 +205,7 @@ static void take_line(void) {
         link_answer(&f);
     else
         line_open = true;
+    return true;
 }
 
 static void tell_setting(void) {
@@ -213,8 +215,9 @@ static void tell_setting(void) {
         link_answer(0);
 }
 
-void link_step(void) {
-    for (unsigned i = 0; i < BURST; i++) {
+bool link_step(void) {
+    unsigned taken = 0;
+    for (; taken < BURST; taken++) {
         int byte = hal_receive();
         if (byte < 0)
             break;
@@ -226,12 +229,12 @@ void link_step(void) {
             line_byte((uint8_t)byte);
     }
     frame_step();
-    output_step();
+    return output_step() || taken;
 }
 
-void link_serve(void) {
+bool link_serve(void) {
     if (!output_has_room() || machine_alarm_waits())
-        return;
+        return false;
     if (greets) {
         greets = false;
         output_line("Gapkeeper " VERSION " ['$' for help]");
@@ -239,7 +242,8 @@ void link_serve(void) {
         tell_status();
     } else if (listing < SETTINGS) {
         tell_setting();
-    } else if (!line_open) {
-        take_line();
+    } else {
+        return !line_open && take_line();
     }
+    return true;
 }

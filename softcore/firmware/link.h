@@ -12,7 +12,8 @@
 
 #include "fault.h"
 
-void link_step(void);               /* bytes in and out */
-void link_serve(void);              /* at most one line or report */
+/* Each is true if there was something to do. */
+bool link_step(void);               /* bytes in and out */
+bool link_serve(void);              /* at most one line or report */
 void link_restart(void);            /* forget what was typed, and greet */
 void link_answer(const fault *f);   /* to a line: ok, or the error with its message */

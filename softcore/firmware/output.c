@@ -26,8 +26,9 @@ void output_frame(const int32_t *offset) {
         frame[axis] = offset[axis];
 }
 
-void output_step(void) {
-    for (unsigned i = 0; i < BURST && hal_transmit_ready(); i++) {
+bool output_step(void) {
+    unsigned sent = 0;
+    for (; sent < BURST && hal_transmit_ready(); sent++) {
         if (answer_count && !line_open) {
             hal_transmit(answers[0]);
             answer_count--;
@@ -37,11 +38,12 @@ void output_step(void) {
             continue;
         }
         if (tail == head)
-            return;
+            break;
         char c = queue[tail++ % OUTPUT_QUEUE];
         line_open = c != '\n';
         hal_transmit((uint8_t)c);
     }
+    return sent;
 }
 
 bool output_has_room(void) { return OUTPUT_QUEUE - (head - tail) >= OUTPUT_RESERVE + OUTPUT_LINE; }

@@ -267,7 +267,7 @@ static bool drop_high(void) {
     return false;
 }
 
-static void move_window(uint32_t at, bool backward) {
+static bool move_window(uint32_t at, bool backward) {
     uint32_t behind = backward ? FAR_SIDE : NEAR_SIDE, ahead = backward ? NEAR_SIDE : FAR_SIDE;
     bool wants_high = high < next && high <= at + ahead;
     bool wants_low = low > oldest && low + behind > at;
@@ -276,7 +276,7 @@ static void move_window(uint32_t at, bool backward) {
             hal_slot_write(high % HAL_SLOTS, &segment(high)->move);
             high++;
             write_bound(BOUND_AHEAD, end_of(high - 1));
-            return;
+            return true;
         }
     }
     if (wants_low) {
@@ -284,8 +284,10 @@ static void move_window(uint32_t at, bool backward) {
             low--;
             hal_slot_write(low % HAL_SLOTS, &segment(low)->move);
             write_bound(BOUND_BEHIND, segment(low)->start);
+            return true;
         }
     }
+    return false;
 }
 
 static void update_corners(uint32_t at) {
@@ -298,12 +300,13 @@ static void update_corners(uint32_t at) {
     write_bound(BOUND_FAST_BEHIND, segment(number)->start);
 }
 
-void path_step(void) {
+bool path_step(void) {
     if (!known || oldest == next)
-        return;
+        return false;
     hal_motion_state state = hal_motion_read().state;
-    move_window(current(), state != MOTION_FRONT && state < MOTION_HIGH);
+    bool moved = move_window(current(), state != MOTION_FRONT && state < MOTION_HIGH);
     update_corners(current());
+    return moved;
 }
 
 uint32_t path_entered_slot(unsigned slot) {

@@ -42,8 +42,8 @@ uint32_t path_append(const int32_t delta[HAL_AXES], uint32_t rate);
 void path_set_bounds(uint32_t limit, bool ceiling, int32_t height);
 bool path_bounds_step(void);
 
-/* One step of housekeeping: at most one slot is written. */
-void path_step(void);
+/* One step of housekeeping: at most one slot is written; true if one was. */
+bool path_step(void);
 
 /* Everything granted has been machined and the machine rests at the front. */
 bool path_at_front(void);

@@ -11,8 +11,8 @@
 #include "reader.h"
 #include "settings.h"
 
-#define READ_BUDGET 12      /* bytes of tape per step */
-#define PARSE_BUDGET 16     /* characters per step */
+#define READ_BUDGET 32      /* bytes of tape per step */
+#define PARSE_BUDGET 40     /* characters per step */
 
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
 
@@ -212,9 +212,10 @@ static void step_announce(void) {
     at = STAGE_EXECUTE;
 }
 
-static void step_execute(void) {
+static bool step_execute(void) {
     trouble = (fault){.line = by_hand ? 0 : tape_reader.line, .block = trouble.block};
-    switch (execute_step(&trouble)) {
+    execute_result result = execute_step(&trouble);
+    switch (result) {
     case EXECUTE_DONE: finish_block(); break;
     case EXECUTE_END:
         tape_state = by_hand ? tape_state : TAPE_NONE;
@@ -223,26 +224,28 @@ static void step_execute(void) {
     case EXECUTE_FAULT: machine_alarm(&trouble); break;
     default: break;
     }
+    return result != EXECUTE_WAIT;
 }
 
-void program_step(void) {
+bool program_step(void) {
     if (!output_has_room())
-        return;
-    uint32_t began = hal_cycle_low();
+        return false;
+    uint32_t began = hal_cycle_low(), tail = tape_tail;
     stage was = at;
     switch (at) {
     case STAGE_READ: step_read(); break;
     case STAGE_PARSE: step_parse(); break;
     case STAGE_PLAN: step_plan(); break;
-    case STAGE_ANNOUNCE: step_announce(); return;
-    case STAGE_EXECUTE: step_execute(); return;
+    case STAGE_ANNOUNCE: step_announce(); return true;
+    case STAGE_EXECUTE: return step_execute();
     }
-    if (was == STAGE_READ && at == STAGE_READ && !program_on_tape())
-        return;
+    if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
+        return false;
     spent += hal_cycle_low() - began;
     if (was == STAGE_PLAN) {
         cost.total += spent;
         cost.worst = spent > cost.worst ? spent : cost.worst;
         spent = 0;
     }
+    return true;
 }

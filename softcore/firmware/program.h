@@ -13,7 +13,7 @@
 #define PROGRAM_TAPE 512 /* bytes of tape waiting to be read; a power of two */
 
 void program_init(void);
-void program_step(void);
+bool program_step(void);            /* true if there was something to do */
 void program_abort(void);           /* forget the program; motion is the caller's business */
 void program_resynchronise(void);   /* take the position from the machine */
 void program_resume(void);          /* go on after M00 */

@@ -14,13 +14,12 @@
 #define PET_START 0xa5
 #define PET_END 0x5a
 
-/* A round of passes none of which took longer only looked around. The processor may then sleep: an
-   event or a byte wakes it, and what is only looked at (the end of a block) can wait so long. */
-#define IDLE_CLOCKS 600
+/* After a round of passes in which there was nothing to do the processor sleeps: an event or a byte
+   wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
 #define SLEEP_CLOCKS 3000
 
 static unsigned turn;
-static uint32_t longest;
+static bool busy;               /* something was done in this round */
 static uint32_t worst[WATCH_TASKS];
 
 static void pet(void) {
@@ -30,6 +29,7 @@ static void pet(void) {
 
 void watch_boot(void) {
     turn = 0;
+    busy = true;
     for (unsigned i = 0; i < WATCH_TASKS; i++)
         worst[i] = 0;
     pet();
@@ -53,22 +53,21 @@ void watch_boot(void) {
 void watch_pass(void) {
     uint32_t began = hal_cycle_low();
     hal_pet(PET_START);
-    link_step();
+    busy = link_step() || busy;
     unsigned task = turn++ % WATCH_TASKS;
     switch (task) {
-    case 0: events_step(); break;
-    case 1: path_step(); break;
-    case 2: program_step(); break;
-    default: link_serve(); break;
+    case 0: busy = events_step() || busy; break;
+    case 1: busy = path_step() || busy; break;
+    case 2: busy = program_step() || busy; break;
+    default: busy = link_serve() || busy; break;
     }
     hal_pet(PET_END);
     uint32_t spent = hal_cycle_low() - began;
     worst[task] = spent > worst[task] ? spent : worst[task];
-    longest = spent > longest ? spent : longest;
     if (task == WATCH_TASKS - 1) {
-        if (longest < IDLE_CLOCKS)
+        if (!busy)
             hal_sleep(SLEEP_CLOCKS);
-        longest = 0;
+        busy = false;
     }
 }
 

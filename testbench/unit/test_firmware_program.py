@@ -233,6 +233,21 @@ def test_watchdog_is_called_from_both_ends_of_every_pass(machine):
     assert machine.library.gk_pets() == before + 2000
 
 
+def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
+    before = machine.library.gk_sleeps()
+    machine.run(400)
+    assert machine.library.gk_sleeps() == before + 100, "once in every round"
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G91 G01 F60", *["X.01"] * 20, "M02"]), passes=1)
+    before = machine.library.gk_sleeps()
+    machine.run(40)
+    assert machine.library.gk_sleeps() == before, "blocks wait to be read"
+    machine.run(4000)
+    before = machine.library.gk_sleeps()
+    machine.run(400)
+    assert machine.library.gk_sleeps() == before + 100, "the machine has not gone on"
+
+
 def test_block_skip(machine):
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 0

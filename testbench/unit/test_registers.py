@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The register table is well formed, and gateware, header and reference all follow it."""
+
+import pytest
+from amaranth.hdl import Fragment
+
+from rtl.machine import Machine
+from softcore.csr import RegisterFile, member
+from softcore.generate import OUTPUTS
+from softcore.regmap import BLOCKS, CAUSES, LINK, SYSTEM
+from softcore.uart import Uart
+from testbench.models.csr import RegisterFile as Model
+
+FIELDS = [(block, register, field) for block in BLOCKS for register in block.registers
+          for field in register.fields]
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
+def test_table_is_well_formed(block):
+    offsets = [register.offset for register in block.registers]
+    assert offsets == sorted(set(offsets)), "offsets must rise"
+    for register in block.registers:
+        assert register.offset % 4 == 0
+        assert sum(field.bits for field in register.fields) <= 32
+        for field in register.fields:
+            assert not field.signed or field.bits == 32, "a narrower one reads back unsigned"
+        for described in (register, *register.fields):
+            assert described.doc.endswith("."), f"{described.name} is not described"
+
+
+def test_blocks_do_not_overlap():
+    ends = [block.base + 4 * len(block.registers) for block in BLOCKS]
+    bases = [block.base for block in BLOCKS[1:]]
+    assert all(end <= base for end, base in zip(ends, bases, strict=False))
+    assert ends[-1] <= 4 << 10, "beyond the bus's address"
+
+
+@pytest.mark.parametrize("path", OUTPUTS, ids=lambda path: path.name)
+def test_generated_file_is_current(path):
+    assert path.read_text() == OUTPUTS[path](), "run `python -m softcore.generate`"
+
+
+@pytest.fixture(scope="module")
+def owners():
+    """The machine and the link, elaborated, as Amaranth wants of everything that is made."""
+    made = Machine(clock_hz=2_000_000), Uart(divisor=8)
+    for component in made:
+        Fragment.get(component, None)
+    return made
+
+
+@pytest.mark.parametrize(("block", "register", "field"),
+                         [row for row in FIELDS if row[0] is not SYSTEM],
+                         ids=lambda part: part.name)
+def test_gateware_has_the_member(owners, block, register, field):
+    machine, uart = owners
+    name = member(block, register, field)
+    if block is LINK:
+        there = getattr(uart, name.removeprefix("link_").removeprefix("status_"))
+    else:
+        there = getattr(machine, name)
+    assert len(there) == field.bits
+    assert there.shape().signed == field.signed
+
+
+def test_causes_fit_their_registers(owners):
+    assert len(owners[0].safety_live) == len(CAUSES)
+
+
+def test_bus_follows_the_model(simulate, rng):
+    dut, model = RegisterFile(BLOCKS), Model(BLOCKS)
+    strobes = {f"{block.name}_{register.name}": getattr(dut, f"{block.name}_{register.name}_strobe")
+               for block in BLOCKS for register in block.registers if register.pulse == "write"}
+    addresses = sorted(model.registers) + [0x0FC, 0xFFC]
+
+    async def access(ctx, address, word=None):
+        ctx.set(dut.adr, address // 4)
+        ctx.set(dut.we, word is not None)
+        ctx.set(dut.dat_w, word or 0)
+        ctx.set(dut.stb, 1)
+        assert not ctx.get(dut.ack)
+        await ctx.tick()
+        assert ctx.get(dut.ack), "after 1 clock"
+        read = ctx.get(dut.dat_r)
+        seen = [name for name, strobe in strobes.items() if ctx.get(strobe)]
+        await ctx.tick()
+        ctx.set(dut.stb, 0)
+        assert not any(ctx.get(strobe) for strobe in strobes.values()), "for 1 clock"
+        return read, seen
+
+    async def bench(ctx):
+        inputs = {}
+        for block, register, field in FIELDS:
+            if field.access == "r":
+                value = rng.getrandbits(field.bits)
+                inputs[block.name, register.name, field.name] = value
+                ctx.set(getattr(dut, member(block, register, field)), value)
+        for address in addresses:
+            assert (await access(ctx, address))[0] == model.read(address, inputs)
+        for _ in range(1500):
+            address = rng.choice(addresses)
+            kind = rng.random()
+            if kind < 0.1:
+                block, register, field = rng.choice([r for r in FIELDS if r[2].access == "rw1c"])
+                signal = getattr(dut, member(block, register, field))
+                ctx.set(signal, 1)
+                await ctx.tick()
+                ctx.set(signal, 0)
+                model.set_bit(block.name, register.name, field.name)
+            elif kind < 0.6:
+                word = rng.choice((0, 0xFFFFFFFF, rng.getrandbits(32)))
+                _, seen = await access(ctx, address, word)
+                assert seen == model.write(address, word)
+            else:
+                assert (await access(ctx, address))[0] == model.read(address, inputs)
+        for block, register, field in FIELDS:
+            if field.access == "rw":
+                value = ctx.get(getattr(dut, member(block, register, field)))
+                assert value % (1 << field.bits) == model.values[
+                    block.name, register.name, field.name]
+
+    simulate(dut, bench, deadline=1)
+
+
+def test_a_read_that_takes_is_told_once(simulate):
+    dut = RegisterFile(BLOCKS)
+    strobe = dut.link_receive_strobe
+
+    async def bench(ctx):
+        ctx.set(dut.adr, LINK.base // 4)
+        ctx.set(dut.stb, 1)
+        assert ctx.get(strobe), "in the clock in which the value is taken"
+        await ctx.tick()
+        assert not ctx.get(strobe)
+        ctx.set(dut.we, 1)
+        await ctx.tick()
+        assert not ctx.get(strobe), "a write takes nothing"
+
+    simulate(dut, bench)
