@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Waveforms of the key signals of a run, as FST, with saved views for Surfer and GTKWave."""
 
+import math
 from pathlib import Path
 
 from testbench.native.probes import PROBES
@@ -45,23 +46,23 @@ class Writer:
         lib = self._lib
         self._writer = lib.fstWriterCreate(str(self.path).encode(), 1)
         lib.fstWriterSetPackType(self._writer, lib.FST_WR_PT_LZ4)
-        picoseconds = round(1e12 / clock_hz)
-        self._step = picoseconds
-        lib.fstWriterSetTimescaleFromString(self._writer, b"1ps")
+        # Whole nanoseconds where they fit: GTKWave cannot show a second at once in picoseconds.
+        unit, per_second = (b"1ps", 10**12) if 10**9 % clock_hz else (b"1ns", 10**9)
+        self._step = round(per_second / clock_hz)
+        lib.fstWriterSetTimescaleFromString(self._writer, unit)
         lib.fstWriterSetVersion(self._writer, b"gapkeeper")
         lib.fstWriterSetDate(self._writer, b"")  # the same run gives the same file
         lib.fstWriterSetScope(self._writer, lib.FST_ST_VCD_MODULE, SCOPE.encode(), b"")
         bits = {probe.name: probe for probe in PROBES}
         for name, probe, _, _ in SIGNALS:
-            kind = lib.FST_VT_VCD_INTEGER if bits[probe].signed else lib.FST_VT_VCD_WIRE
-            lib.fstWriterCreateVar(self._writer, kind, lib.FST_VD_OUTPUT, bits[probe].bits,
-                                   name.encode(), 0)
+            # Not as integers: viewers leave their range away, and the views name it.
+            lib.fstWriterCreateVar(self._writer, lib.FST_VT_VCD_WIRE, lib.FST_VD_OUTPUT,
+                                   bits[probe].bits, name.encode(), 0)
         lib.fstWriterSetUpscope(self._writer)
-        (folder / "waves.gtkw").write_text(_gtkwave())
         (folder / "waves.surf.ron").write_text(_surfer())
 
     def addresses(self) -> tuple[int, int, int, int]:
-        """Writer, function for a time, function for a value; and picoseconds per clock."""
+        """Writer, function for a time, function for a value; and units of time per clock."""
         cast, lib = self._ffi.cast, self._lib
 
         def address(name):
@@ -74,12 +75,15 @@ class Writer:
         """End the file at a clock."""
         self._lib.fstWriterEmitTimeChange(self._writer, cycle * self._step)
         self._lib.fstWriterClose(self._writer)
+        (self.path.parent / "waves.gtkw").write_text(_gtkwave(cycle * self._step))
 
 
-def _gtkwave() -> str:
+def _gtkwave(duration) -> str:
+    """View of the whole run: GTKWave's zoom is the negative logarithm of the time in 200 pixels."""
+    zoom = -math.log2(max(duration, 1) / 6)
     bits = {probe.name: probe.bits for probe in PROBES}
     lines = ['[dumpfile] "waves.fst"', "[timestart] 0", "[size] 1600 900", "[pos] -1 -1",
-             "[sst_expanded] 0"]
+             f"*{zoom:.6f} 0" + 26 * " -1", "[sst_expanded] 0"]
     for name, probe, style, _ in SIGNALS:
         width = f"[{bits[probe] - 1}:0]" if bits[probe] > 1 else ""
         # GTKWave's flags: 0x420 signed decimal, 0x8420 with an analog step curve, 0x28 binary.
@@ -92,6 +96,5 @@ def _gtkwave() -> str:
 
 def _surfer() -> str:
     """Commands for ``surfer --command-file``: the signals in the order of the chain."""
-    lines = ["scope_add " + SCOPE]
     lines = [f"variable_add {SCOPE}.{name}" for name, _, _, _ in SIGNALS]
     return "\n".join([*lines, "zoom_fit"]) + "\n"
