@@ -1,27 +1,46 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper build``: the bitstream of a board, and what it needs of the device."""
+"""``gapkeeper build``: the bitstream of a board, and what it takes of the device."""
 
 from rich.console import Console
+from rich.table import Table
 
 from host.errors import UsageError, UserError
-from softcore.build import BOARDS, BUILD, BuildError, build
-from softcore.image import FirmwareError
 
 
 def build_board(name: str, console: Console) -> None:
-    """Build for the board of this name, telling each step and at last the figures."""
+    """Build a board's bitstream and print its resources, clocks and digest.
+
+    Raises
+    ------
+    UsageError
+        If there is no such board.
+    UserError
+        If a tool fails, or the layout misses the clock.
+    """
+    from softcore.build import BOARDS, BUILD, BuildError, build
+    from softcore.image import FirmwareError
     if name not in BOARDS:
-        raise UsageError(f"there is no board {name}; there are {', '.join(sorted(BOARDS))}.")
+        known = ", ".join(sorted(BOARDS))
+        raise UsageError(f'there is no board "{name}"; there are: {known}.')
+    board = BOARDS[name]
     try:
         with console.status("") as status:
             def say(text):
-                console.print(text)
                 status.update(text)
-            made = build(BOARDS[name], say)
-    except (BuildError, FirmwareError) as error:
+                if not console.is_terminal:
+                    console.print(text)
+            made = build(board, say)
+    except BuildError as error:
         raise UserError(str(error)) from error
-    console.print(f"{BUILD / made.path}, digest {made.digest}, made in {made.seconds:.0f} s")
-    console.print(f"{made.luts} LUTs, {made.flip_flops} flip-flops, {made.block_rams} block RAMs, "
-                  f"{made.multipliers} multipliers")
+    except FirmwareError as error:
+        raise UserError("the firmware does not compile; `make test` shows why.") from error
+    table = Table(title=board.title, show_header=False)
+    table.add_row("bitstream", str(BUILD / made.path))
+    table.add_row("digest", made.digest)
+    table.add_row("look-up tables", f"{made.luts}, those in carry pairs and small RAMs with them")
+    table.add_row("flip-flops", str(made.cells.ff))
+    table.add_row("block RAMs", f"{made.cells.bram} of 18 Kbit")
+    table.add_row("multipliers", str(made.cells.dsp))
     for clock, (reached, wanted) in made.fmax_mhz.items():
-        console.print(f"clock {clock}: {reached:.1f} MHz, of {wanted:.1f} MHz that it needs")
+        table.add_row(f"clock {clock}", f"{reached:.1f} MHz reached, {wanted:g} MHz wanted")
+    console.print(table)

@@ -171,9 +171,12 @@ def _close_up(figure, trace, one, pulses_per_mm):
     t = (trace["t"][near] - begin) * 1000
     ax.plot(t, trace["z"][near] - one.start["pos"]["z"], color=FAINT, linewidth=1.0, zorder=3,
             label="electrode, by its encoder")
-    before = trace["path"][(trace["t"] <= end) & near]
-    ax.plot(t, (before.max(initial=-np.inf) - trace["path"][near]) / pulses_per_mm, color=PATH,
-            linewidth=1.6, zorder=4, label="commanded path")
+    # The start point lies between two samples, so it is reckoned from a place that does not.
+    front = np.interp(end, trace["t"], trace["path"])
+    if not one.resume:
+        front += one.distance * pulses_per_mm
+    ax.plot(t, (front - trace["path"][near]) / pulses_per_mm, color=PATH, linewidth=1.6, zorder=4,
+            label="commanded path")
     edges = [("retract", begin, one.end["t"])]
     marks = [*((event["phase"], event["t"]) for event in one.advances), (None, end)]
     edges += [(name, at, until) for (name, at), (_, until) in pairwise(marks)]

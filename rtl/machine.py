@@ -285,8 +285,11 @@ class Machine(wiring.Component):
                 axis.safe.eq(self.safe),
                 axis.adopt.eq(getattr(self, f"axis_{letter}_adopt_strobe")),
                 axis.mark.eq(retraction.mark),
-                # Going back along a segment with positive travel, the axis goes down.
-                axis.mark_reverse.eq(~path.travel[index].negative),
+                # The axis lags, and comes from the side on which it is: the segment in which the
+                # path has ended may not move it, or move it the other way. Only an axis without lag
+                # is told by the segment, along which it goes back.
+                axis.mark_reverse.eq(Mux(axis.error == 0, ~path.travel[index].negative,
+                                         axis.error < 0)),
                 self.dac[index].eq(axis.dac),
                 self.dac_negative[index].eq(axis.dac_negative),
                 self.step[index].eq(axis.step),

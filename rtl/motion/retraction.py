@@ -421,9 +421,10 @@ class Retraction(wiring.Component):
         return latency
 
     def _plateau(self, m, moving):
-        """Pulses and clocks of the last stretch of a retraction at its speed."""
+        """Pulses and clocks of the longest stretch of a retraction at its speed."""
         pulses = Signal(31)
         clocks = Signal(32)
+        count = Signal(31)  # of the stretch under way
         now = Signal(32)
         begun = Signal()
         with m.If(self.state != State.RETRACTING):
@@ -436,7 +437,9 @@ class Retraction(wiring.Component):
             with m.Elif(self.pp):
                 m.d.sync += begun.eq(1)
                 with m.If(begun):
-                    m.d.sync += [pulses.eq(pulses + 1), clocks.eq(now + 1)]
+                    m.d.sync += count.eq(count + 1)
+                    with m.If(count >= pulses):
+                        m.d.sync += [pulses.eq(count + 1), clocks.eq(now + 1)]
                 with m.Else():
-                    m.d.sync += [now.eq(0), pulses.eq(0), clocks.eq(0)]
+                    m.d.sync += [now.eq(0), count.eq(0)]
         return pulses, clocks

@@ -12,6 +12,9 @@
 #define NOTICES 32          /* a power of two, more than PATH_LEAD */
 #define NOTICE_TEXT 72      /* of a block's text, what an event shows */
 #define OVERSHOOT_US 20000  /* a servo has come to rest by then */
+/* A speed is told if it was held for so long: pulses are at least 4 clocks apart and counted in whole
+   clocks, so it is within 2 %. */
+#define PLATEAU_PULSES 16
 
 typedef struct {
     hal_event event;
@@ -136,7 +139,7 @@ static void tell_back(void) {
         overshoot = travel > overshoot ? travel : overshoot;
     }
     char speed[TEXT_NUMBER] = "-";
-    if (back.event.first > 0)
+    if (back.event.first >= PLATEAU_PULSES)
         text_print(speed, sizeof speed, "%u",
                    units_speed_of_count(back.event.first, back.event.second));
     output_event("back", back.cycle, line, back.event.encoder, ",%c,%d,%s,%u", reason,

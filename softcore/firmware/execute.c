@@ -102,8 +102,12 @@ static bool at_front(void) {
     return true;
 }
 
-/* The electrode is there too: what acts at the end of a cut must find it at its depth. */
-static bool arrived(void) { return hal_motion_read().in_position && at_front(); }
+/* The electrode is there too: what acts at the end of a cut must find it at its depth. It comes to
+   rest only if no jump takes it away, so none may begin from here to the next motion. */
+static bool arrived(void) {
+    machine_wait(path_at_front());
+    return hal_motion_read().in_position && at_front();
+}
 
 static void tell(void) {
     if (!by_hand)
@@ -295,6 +299,8 @@ static part advance(fault *f) {
 execute_result execute_step(fault *f) {
     part was = at;
     at = advance(f);
+    if (at == PART_DWELL || at == PART_MOVE || at == PART_DONE)
+        machine_wait(false);
     if (f->code != FAULT_NONE)
         return EXECUTE_FAULT;
     if (at != PART_DONE)

@@ -12,7 +12,7 @@
 /* Reads of the interlock after its clear before it counts as refused; it takes a few clocks. */
 #define CLEAR_TRIES 16
 
-static bool locked, held, running, machining;
+static bool locked, held, waits, running, machining;
 
 /* An alarm that has stopped the machine and is still to be told: saying it at once, on top of what
    raised it, would take too long for one pass of the main loop. */
@@ -40,7 +40,7 @@ static const char *const CAUSE_TEXT[CAUSES] = {
 
 void machine_init(void) {
     locked = true;
-    held = running = machining = alarm.waits = false;
+    held = waits = running = machining = alarm.waits = false;
     hal_control(false, false);
     hal_discharge(false);
 }
@@ -53,12 +53,19 @@ void machine_run(bool run) {
     if (running == run)
         return;
     running = run;
-    hal_control(running, held);
+    hal_control(running, held || waits);
 }
 
 void machine_hold(bool hold) {
     held = hold;
-    hal_control(running, held);
+    hal_control(running, held || waits);
+}
+
+void machine_wait(bool wait) {
+    if (waits == wait)
+        return;
+    waits = wait;
+    hal_control(running, held || waits);
 }
 
 void machine_discharge(bool on) {
@@ -72,7 +79,7 @@ void machine_retract(void) {
 }
 
 static void stop(void) {
-    held = false;
+    held = waits = false;
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
     machine_discharge(false);
@@ -108,6 +115,11 @@ void machine_tell_alarm(void) {
     output_line("ALARM:%u", (uint32_t)alarm.what.code);
     alarm.waits = false;
 }
+
+/* Causes after which the counted position may differ from the true one. */
+#define LOSES_POSITION                                                                             \
+    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
+     1u << CAUSE_FOLLOWING_MOVING)
 
 static const char *cause_text(unsigned cause) {
     return cause < CAUSES ? CAUSE_TEXT[cause] : "unknown cause";
@@ -168,7 +180,8 @@ void machine_tripped(unsigned cause) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
-    fault_at(&f, FAULT_TRIP, 0, "interlock: %s", cause_text(cause));
+    fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", cause_text(cause),
+             LOSES_POSITION >> cause & 1 ? "lost" : "kept");
     machine_alarm(&f);
 }
 

@@ -120,15 +120,15 @@ static void begin_block(const char *text, uint32_t length) {
 /* The tape starts to run with its first byte. */
 static bool tape_starts(void) {
     if (tape_state == TAPE_OPEN && (tape_head != tape_tail || tape_ended)) {
-        if (!path_at_front())
-            return false; /* a line entered by hand is still being carried out */
-        tape_state = TAPE_RUNNING;
         if (machine_locked()) {
             trouble = (fault){0};
             fault_at(&trouble, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
             fail();
             return false;
         }
+        if (!path_at_front())
+            return false; /* a line entered by hand is still being carried out */
+        tape_state = TAPE_RUNNING;
         execute_start();
     }
     return tape_state == TAPE_RUNNING;

@@ -14,6 +14,8 @@
 
 // The model's own body. Vtop::eval() takes two locks around it that one thread does not need.
 void Vtop___024root___eval(Vtop___024root* root);
+// All logic between the registers, after one of them has been changed from outside.
+void Vtop___024root___eval_settle(Vtop___024root* root);
 
 namespace {
 
@@ -71,6 +73,10 @@ public:
     }
 
     int64_t probe(size_t index) { return read(PROBES[index]); }
+    void poke(size_t index, int64_t value) {
+        PROBES[index].write(model_.rootp, value);
+        Vtop___024root___eval_settle(model_.rootp);
+    }
 
     void tap(const uint32_t* probes, size_t count) {
         tapped_.assign(probes, probes + count);
@@ -215,6 +221,7 @@ void gk_load(Session* s, const uint8_t* image, uint64_t size) { s->load(image, s
 void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
 double gk_bare(Session* s, uint64_t clocks) { return s->bare(clocks); }
 int64_t gk_probe(Session* s, uint64_t index) { return s->probe(index); }
+void gk_poke(Session* s, uint64_t index, int64_t value) { s->poke(index, value); }
 
 void gk_trace_period(Session* s, uint64_t clocks) { s->trace_period = clocks; }
 uint64_t gk_trace_rows(Session* s) { return s->trace.size() / COLUMNS; }

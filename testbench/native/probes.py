@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 __all__ = ["MEMORY", "PROBES", "Probe", "header", "public"]
 
-SOC, MACHINE = "gapkeeper.soc", "gapkeeper.soc.machine"
+TOP, SOC, MACHINE = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.machine"
 MEMORY = "gapkeeper.soc.memory", "ram"
 
 
@@ -17,15 +17,23 @@ MEMORY = "gapkeeper.soc.memory", "ram"
 class Probe:
     """A signal: its name, width and signedness, and where it is.
 
-    ``scope`` is a module of the emitted Verilog; for a signal of the machine it is empty, and
-    ``value`` is the C++ that reads it from the plant ``machine``.
+    ``scope`` is a module of the emitted Verilog, and ``signal`` its name there if it is another;
+    for a signal of the machine ``scope`` is empty, and ``value`` is the C++ that reads it from the
+    plant ``machine``. ``writable`` says that a test may change it.
     """
 
     name: str
     bits: int
     signed: bool = False
     scope: str = SOC
+    signal: str = ""
     value: str = ""
+    writable: bool = False
+
+    @property
+    def path(self) -> list[str]:
+        """Names of the modules from the top, and of the signal."""
+        return [*self.scope.split("."), self.signal or self.name]
 
 
 PROBES = (
@@ -48,9 +56,19 @@ PROBES = (
     Probe("retraction_control_hold", 1),
     Probe("safety_status_safe", 1),
     Probe("safety_latched", 12),
+    Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
+    Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
     Probe("pp", 1, scope=MACHINE),                    # path pulse after the ramp
     Probe("completed", 1, scope=MACHINE),             # the sample that completed a short
+    Probe("go", 1, scope=MACHINE),                    # path pulses may come
+    # Rate of the ramp less the start/stop speed, 2**-34 pulse/clock.
+    Probe("ramp_above", 34, scope=f"{MACHINE}.ramp", signal="above"),
+    # Clocks until the processor's clock runs again: written, it stops the processor.
+    Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
+    *(Probe(pin, bits, scope=TOP) for pin, bits in (
+        ("gap_on", 1), ("gap_sense", 1), ("gap_level", 6), ("dac", 3), ("step", 3),
+        ("drive_enable", 3), ("auxiliary_strobe", 3), ("safe", 1))),
 
     Probe("dac_z", 16, signed=True, scope="",
           value="std::clamp(static_cast<int32_t>(root->gapkeeper__DOT__soc__DOT__axis_z_error), "
@@ -61,34 +79,48 @@ PROBES = (
 )
 
 
-def public() -> str:
-    """Verilator's configuration: the probes can be read, the memory can be written."""
+def public(*, writable: bool) -> str:
+    """Verilator's configuration: what can be read, and with ``writable`` what can be written.
+
+    What can be written counts as an input, and all that hangs on it is worked out twice a clock:
+    a tenth of the speed. C++ can write without that, if it lets the model settle afterwards.
+    """
     lines = ["`verilator_config"]
-    lines += [f'public_flat_rd -module "{probe.scope}" -var "{probe.name}"' for probe in PROBES
-              if probe.scope]
-    lines.append(f'public_flat_rw -module "{MEMORY[0]}" -var "{MEMORY[1]}"')
+    for probe in PROBES:
+        if probe.scope:
+            access = "rw" if writable and probe.writable else "rd"
+            lines.append(f'public_flat_{access} -module "{probe.scope}" -var "{probe.path[-1]}"')
+    access = "rw" if writable else "rd"
+    lines.append(f'public_flat_{access} -module "{MEMORY[0]}" -var "{MEMORY[1]}"')
     return "\n".join(lines) + "\n"
 
 
-def _member(scope, name):
-    return "__DOT__".join([*scope.split("."), name])
+def _member(path):
+    return path[-1] if path[:-1] == [TOP] else "__DOT__".join(path)
 
 
 def _row(probe):
+    write = "nullptr"
     if probe.scope:
-        member = f"root->{_member(probe.scope, probe.name)}"
+        member = f"root->{_member(probe.path)}"
         value = f"static_cast<int32_t>({member})" if probe.signed else member
+        if probe.writable:
+            write = (f"[](Vtop___024root* root, int64_t value) "
+                     f"{{ {member} = value; }}")
     else:
         value = f"static_cast<int64_t>({probe.value})"
     return (f'    {{"{probe.name}", {probe.bits}, [](Vtop___024root* root, '
             f"const plant::Plant& machine) -> int64_t "
-            f"{{ (void)root; (void)machine; return {value}; }}}},")
+            f"{{ (void)root; (void)machine; return {value}; }}, {write}}},")
 
 
 def header() -> str:
     """C++ that reads the probes, from a model flattened under ``Vtop___024root`` and its plant."""
+    scope, name = MEMORY
+    memory = _member([*scope.split("."), name])
     return "\n".join([
         "struct Probe {", "    const char* name;", "    uint32_t bits;",
-        "    int64_t (*read)(Vtop___024root*, const plant::Plant&);", "};",
+        "    int64_t (*read)(Vtop___024root*, const plant::Plant&);",
+        "    void (*write)(Vtop___024root*, int64_t);", "};",
         "static const Probe PROBES[] = {", *map(_row, PROBES), "};",
-        f"#define MEMORY(root) ((root)->{_member(*MEMORY)})", ""])
+        f"#define MEMORY(root) ((root)->{memory})", ""])

@@ -29,6 +29,7 @@ _FUNCTIONS = {
     "gk_run": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
     "gk_bare": (ctypes.c_double, [_POINTER, _UNSIGNED]),
     "gk_probe": (ctypes.c_int64, [_POINTER, _UNSIGNED]),
+    "gk_poke": (None, [_POINTER, _UNSIGNED, ctypes.c_int64]),
     "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
     "gk_trace_rows": (_UNSIGNED, [_POINTER]),
     "gk_trace_read": (None, [_POINTER, _POINTER]),
@@ -79,8 +80,7 @@ class Simulation(Session):
         self._trace = None
         super().__init__(self._code, self._code.gk_station(self._handle), machine=machine,
                          clock_hz=clock_hz)
-        firmware = image.read_bytes()
-        self._code.gk_load(self._handle, firmware, len(firmware))
+        self.load(image.read_bytes())
         if trace:
             self._code.gk_trace_period(self._handle, max(1, round(TRACE_S * clock_hz)))
         if waves is not None:
@@ -127,6 +127,14 @@ class Simulation(Session):
 
     def probe(self, name: str) -> int:
         return self._code.gk_probe(self._handle, NUMBER[name])
+
+    def poke(self, name: str, value: int) -> None:
+        if not PROBES[NUMBER[name]].writable:
+            raise ValueError(f"{name} cannot be written")
+        self._code.gk_poke(self._handle, NUMBER[name], value)
+
+    def load(self, image: bytes) -> None:
+        self._code.gk_load(self._handle, image, len(image))
 
     def bare(self, clocks: int) -> float:
         """Seconds that the netlist alone takes for so many clocks, its inputs at rest.

@@ -6,7 +6,7 @@ run, and in nothing else.
 """
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 __all__ = ["AXES", "Session", "parameters"]
 
@@ -58,8 +58,8 @@ def parameters(machine: dict) -> Iterator[tuple[str, float]]:
 class Session:
     """A controller that runs, seen from outside: its serial line, its machine, its probes.
 
-    Subclasses give ``run``, ``receive`` and ``probe``. Everything that happens depends on the
-    arguments, the seed and the order of calls only.
+    Subclasses give ``run``, ``receive``, ``probe``, ``poke``, ``load``, ``watch`` and ``changes``.
+    Everything that happens depends on the arguments, the seed and the order of calls only.
 
     Parameters
     ----------
@@ -98,6 +98,32 @@ class Session:
 
     def probe(self, name: str) -> int:
         """Present value of a signal of ``testbench.native.probes``."""
+        raise NotImplementedError
+
+    def poke(self, name: str, value: int) -> None:
+        """Change a writable signal of ``testbench.native.probes``, between two clocks.
+
+        Raises
+        ------
+        ValueError
+            If it is not writable.
+        """
+        raise NotImplementedError
+
+    def load(self, image: bytes) -> None:
+        """Write the controller's memory from address 0 on; the processor's caches keep theirs."""
+        raise NotImplementedError
+
+    def watch(self, names: Iterable[str]) -> None:
+        """Keep every change of these probes from now on."""
+        raise NotImplementedError
+
+    def changes(self) -> list[tuple[int, str, int]]:
+        """Take the changes of the watched probes: clock, name, value.
+
+        Values are those in the clock before the edge of that number: ``cycle`` is ``n`` while
+        clock ``n`` goes on.
+        """
         raise NotImplementedError
 
     # ---- the machine

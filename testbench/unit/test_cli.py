@@ -2,21 +2,24 @@
 """The command line: what it says, what it writes, and its exit status; never a traceback."""
 
 import json
+import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from host.codes import EIA
 from host.tape import encode
+from testbench.punch import TAPES
 
 PROGRAM = "%\nG21 G90\nM02\n%\n"
 
 
-def gapkeeper(*arguments, **environment):
+def gapkeeper(*arguments):
     return subprocess.run([sys.executable, "-m", "host.cli", *map(str, arguments)],
-                          capture_output=True, text=True, timeout=60, check=False,
-                          env={"PATH": "", "COLUMNS": "100", **environment})
+                          capture_output=True, text=True, timeout=600, check=False,
+                          env=os.environ | {"COLUMNS": "100"})
 
 
 @pytest.fixture
@@ -113,3 +116,39 @@ def test_a_fault_of_the_program_is_no_traceback(workdir):
     result = gapkeeper("run", program, "--machine", machine, "--out", workdir / "out")
     assert result.returncode == 2
     assert result.stderr == "gapkeeper: machine odd: clock_hz is missing or no number.\n"
+
+
+SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "discharges",
+           "retractions", "pos", "max_depth_mm", "seed", "clock_hz", "removal_scale", "versions"}
+
+
+@pytest.mark.parametrize(("tape", "options", "status", "outcome"), [
+    ("sink_persistent_short.nc",       ["--seed", 5],    3, "alarm"),
+    ("sink_persistent_short.eia.ptp",  ["--until", 0.3], 0, "stopped"),
+    ("broken/fault_after_motion.ptp",  [],               3, "alarm"),
+    ("broken/parity_flip.ptp",         [],               4, "rejected"),
+])
+def test_run_writes_its_folder_and_says_how_it_ended(workdir, tape, options, status, outcome):
+    folder = workdir / tape.replace("/", "_")
+    result = gapkeeper("run", TAPES / tape, "--out", folder, *options)
+    assert (result.returncode, result.stderr) == (status, "")
+    summary = json.loads((folder / "summary.json").read_text())
+    assert set(summary) == SUMMARY
+    assert summary["outcome"] == outcome
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    assert [event["cycle"] for event in events] == sorted(event["cycle"] for event in events)
+    if summary["alarm"]:
+        assert events[-1]["event"] == "alarm"
+        assert summary["alarm"]["text"] == events[-1]["text"]
+        assert events[-1]["text"] in " ".join(result.stdout.split())
+    assert "</html>" in (folder / "report.html").read_text()
+    with np.load(folder / "trace.npz") as trace:
+        assert len({len(trace[name]) for name in trace.files}) == 1
+
+
+def test_same_seed_is_the_same_run(workdir):
+    for name in ("first", "second"):
+        gapkeeper("run", TAPES / "sink_persistent_short.nc", "--seed", 9, "--out", workdir / name)
+    first, second = ((workdir / name / "events.jsonl").read_bytes() for name in ("first", "second"))
+    assert first
+    assert first == second

@@ -60,15 +60,16 @@ def test_acceleration_and_speed_are_limited(plant, sign):
     assert sign * plant.get("read.z_speed_mm_s") == 60
 
 
-def test_a_disabled_drive_brakes_to_rest(plant):
-    plant.density = 5000
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_disabled_drive_brakes_to_rest(plant, sign):
+    plant.density = sign * 5000
     plant.run(HZ // 5)
     speed, place = plant.get("read.z_speed_mm_s"), plant.get("read.z_pulses")
     plant.drive(drive_enable=0)
     plant.run(HZ // 50)
     assert plant.get("read.z_speed_mm_s") == 0
     way_mm = (plant.get("read.z_pulses") - place) / 10_000
-    assert way_mm == pytest.approx(speed**2 / 2 / 8000, rel=0.01)
+    assert sign * way_mm == pytest.approx(speed**2 / 2 / 8000, rel=0.01)
     rest = plant.get("read.z_pulses")
     plant.run(HZ // 50)
     assert plant.get("read.z_pulses") == rest
@@ -101,6 +102,16 @@ def test_coder_counts_the_position(plant, rng):
     plant.until(("enc_a", "enc_b"), HZ)
     gaps = [plant.until(("enc_a", "enc_b"), HZ) for _ in range(1000)]
     assert set(gaps) == {3, 4}              # 60 mm/s, its highest speed
+
+
+def test_coder_has_play(plant):
+    # An axis that turns back within a fifth of a pulse gives no edge: at rest it does not chatter.
+    plant.density = 1
+    plant.until(("enc_a", "enc_b"), HZ)
+    turned = plant.get("read.z_pulses")
+    plant.density = -1
+    plant.until(("enc_a", "enc_b"), HZ)
+    assert turned - plant.get("read.z_pulses") == pytest.approx(0.2, abs=0.01)
 
 
 def test_a_cut_coder_is_silent_and_a_jump_changes_both_phases(plant):
