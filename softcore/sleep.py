@@ -7,8 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["ClockGate", "Sleep"]
 
-# What a device without a gate of its own uses, the simulator above all: the enable is taken on the
-# falling edge, so that no short pulse comes out.
+# For the simulator: the enable is taken on the falling edge, so that no short pulse comes out.
 GATE = """\
 module gapkeeper_clock_gate(input clock, input enable, output gated);
   reg open = 1'b1;
@@ -21,7 +20,9 @@ endmodule
 class ClockGate(wiring.Component):
     """Clock of another domain: ``clock`` with the pulses after a clock of ``enable`` low left out.
 
-    On ECP5 it is the device's own gate, DCCA, which switches as cleanly.
+    On ECP5 the pulses all come. The device's gates stand in front of its clock nets, so that a
+    gated clock would be a net beside ``clock``, with paths between both that the layout does not
+    time. The processor then sleeps by waiting for its next access of the register bus.
 
     Members
     -------
@@ -40,8 +41,7 @@ class ClockGate(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         if getattr(platform, "device", "").startswith("LFE5"):
-            m.submodules.gate = Instance("DCCA", i_CLKI=self.clock, i_CE=self.enable,
-                                         o_CLKO=self.gated)
+            m.d.comb += self.gated.eq(self.clock)
         else:
             m.submodules.gate = Instance("gapkeeper_clock_gate", i_clock=self.clock,
                                          i_enable=self.enable, o_gated=self.gated)

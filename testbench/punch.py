@@ -103,7 +103,7 @@ def broken() -> dict[str, Broken]:
         "zero_speed.ptp": Broken(_text("R300", "R0"), 4, 9, "R"),
         "incomplete_data.ptp": Broken(_text(" E60", ""), 4, 0, "E"),
         "fault_after_motion.ptp": Broken(
-            _text("N70 M05", "N70 Z-0.5 X1 B2"), 8, 14, "B", moves=True),
+            _text("N80 M02", "N80 X1 B2\nN90 M02"), 9, 8, "B", moves=True),
     }
 
 

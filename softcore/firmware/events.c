@@ -109,11 +109,13 @@ static void here(int32_t position[HAL_AXES]) {
         position[axis] = hal_axis_position(axis);
 }
 
-void events_tell_notices(void) {
+bool events_tell_notice(void) {
+    if (notice_head == notice_tail)
+        return false;
     int32_t position[HAL_AXES];
     here(position);
-    while (notice_head != notice_tail)
-        tell_notice(hal_cycle(), position);
+    tell_notice(hal_cycle(), position);
+    return true;
 }
 
 void events_now(const char *name, const char *format, ...) {

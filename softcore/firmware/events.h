@@ -21,8 +21,9 @@ void events_drop(void);         /* forget what waits, and the notices */
 bool events_notice_room(void);
 void events_notice(uint32_t number, uint32_t line, const char *text, uint32_t length);
 
-/* Announce the blocks that still wait; for when the machine is at the front. */
-void events_tell_notices(void);
+/* Announce the next block that still waits, for when the machine is at the front; false if there was
+   none. One a pass of the main loop: many blocks without motion may wait. */
+bool events_tell_notice(void);
 
 /* An event of the main program, now. */
 void events_now(const char *name, const char *format, ...);

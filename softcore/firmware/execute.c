@@ -94,13 +94,9 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
 bool execute_paused(void) { return at == PART_PAUSED; }
 void execute_resume(void) { resumed = true; }
 
-/* The machine is at the front and everything it did on the way has been told. */
-static bool at_front(void) {
-    if (!path_at_front() || !events_idle())
-        return false;
-    events_tell_notices();
-    return true;
-}
+/* The machine is at the front and everything it did on the way has been told; what still waits is
+   told call by call. */
+static bool at_front(void) { return path_at_front() && events_idle() && !events_tell_notice(); }
 
 /* The electrode is there too: what acts at the end of a cut must find it at its depth. It comes to
    rest only if no jump takes it away, so none may begin from here to the next motion. */
@@ -114,7 +110,7 @@ static void tell(void) {
         events_set_line(line);
     if (!told) {
         events_notice(path_next(), line, text, length);
-        events_tell_notices();
+        events_tell_notice();
     }
     told = true;
 }
@@ -176,9 +172,9 @@ static part move(fault *f) {
                 return PART_MOVE;
             events_notice(path_next(), line, text, length);
             told = true;
-            if (at_front())
-                events_tell_notices();
         }
+        if (path_at_front() && events_idle() && events_tell_notice())
+            return PART_MOVE;
         state = work->after;
         return PART_AFTER;
     }

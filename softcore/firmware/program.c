@@ -11,7 +11,7 @@
 #include "reader.h"
 #include "settings.h"
 
-#define READ_BUDGET 32      /* bytes of tape per step */
+#define READ_BUDGET 12      /* bytes of tape per step: some 300 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Running compilers, and keeping what they made by the digest of what went in."""
 
+import fcntl
 import hashlib
 import subprocess
 import tempfile
@@ -52,20 +53,20 @@ def digest(*words, sources: Iterable[Path] = ()) -> str:
 def kept(folder: Path, build: Callable[[Path], None]) -> Path:
     """``folder``; ``build(place)`` makes it if it is not there.
 
-    It is made under another name and moved, so that two processes may build at once.
+    It is made under another name and moved, so that it is there whole or not at all. A process that
+    finds another one at it waits.
     """
     if folder.exists():
         return folder
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as place:
-        made = Path(place) / "made"
-        made.mkdir()
-        build(made)
-        try:
-            made.replace(folder)
-        except OSError:
-            if not folder.exists():  # else another process was first
-                raise
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.exists():
+            with tempfile.TemporaryDirectory(dir=folder.parent) as place:
+                made = Path(place) / "made"
+                made.mkdir()
+                build(made)
+                made.replace(folder)
     return folder
 
 

@@ -3,6 +3,7 @@
 
 import math
 from pathlib import Path
+from string import ascii_lowercase
 
 from testbench.native.probes import PROBES
 
@@ -59,7 +60,7 @@ class Writer:
             lib.fstWriterCreateVar(self._writer, lib.FST_VT_VCD_WIRE, lib.FST_VD_OUTPUT,
                                    bits[probe].bits, name.encode(), 0)
         lib.fstWriterSetUpscope(self._writer)
-        (folder / "waves.surf.ron").write_text(_surfer())
+        (folder / "waves.sucl").write_text(_surfer())
 
     def addresses(self) -> tuple[int, int, int, int]:
         """Writer, function for a time, function for a value; and units of time per clock."""
@@ -95,6 +96,10 @@ def _gtkwave(duration) -> str:
 
 
 def _surfer() -> str:
-    """Commands for ``surfer --command-file``: the signals in the order of the chain."""
-    lines = [f"variable_add {SCOPE}.{name}" for name, _, _, _ in SIGNALS]
-    return "\n".join([*lines, "zoom_fit"]) + "\n"
+    """Commands: ``surfer --command-file waves.sucl waves.fst``. Items go by letter, from a on."""
+    lines = []
+    for letter, (name, _, style, _) in zip(ascii_lowercase, SIGNALS, strict=False):
+        lines.append(f"variable_add {SCOPE}.{name}")
+        if style == "analog":
+            lines += [f"item_focus {letter}", "item_set_format Signed"]
+    return "\n".join([*lines, "item_unfocus", "zoom_fit"]) + "\n"

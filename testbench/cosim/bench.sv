@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Top of the cocotb simulation: the clock, the controller, and its station in C++.
+`timescale 1ns / 1ps
+
+module bench;
+  // One clock of the station: the controller's outputs in it give its inputs in the next. Bit 63
+  // of the result says that Python wants control back.
+  import "DPI-C" function longint unsigned bench_clock(input longint unsigned from);
+  import "DPI-C" function longint unsigned bench_begin();
+  // What Python watches, if anything, and one value of it in this clock. They are arguments, so
+  // that they are read before the edge changes them.
+  import "DPI-C" function int bench_watching();
+  import "DPI-C" function void bench_probe(input int index, input longint unsigned value);
+
+  bit clk = 0;
+  bit stopped /* verilator public_flat_rd */ = 0;  // changes where Python gets control back
+  string firmware;
+
+  longint unsigned to, result;
+  wire [2:0] dac, dac_negative, step, dir, drive_enable, auxiliary_strobe;
+  wire [5:0] gap_level;
+  wire [15:0] auxiliary_code;
+  wire gap_on, gap_sense, safe, tx;
+
+  gapkeeper controller(
+    .clk(clk), .tx(tx), .rx(to[0]),
+    .enc_a(to[3:1]), .enc_b(to[6:4]),
+    .gap_high(to[7]), .gap_arc(to[8]), .gap_short(to[9]), .gap_current(to[10]),
+    .estop(to[11]), .fluid_low(to[12]), .fin(to[13]),
+    .drive_fault(to[16:14]), .limit_low(to[19:17]), .limit_high(to[22:20]),
+    .dac(dac), .dac_negative(dac_negative), .step(step), .dir(dir), .drive_enable(drive_enable),
+    .gap_on(gap_on), .gap_level(gap_level), .gap_sense(gap_sense),
+    .auxiliary_code(auxiliary_code), .auxiliary_strobe(auxiliary_strobe), .safe(safe));
+
+  wire [63:0] from = {20'b0, tx, safe, auxiliary_code, auxiliary_strobe, gap_level, gap_sense,
+                      gap_on, drive_enable, dir, step, dac_negative, dac};
+
+  initial begin
+    to = bench_begin();
+    #1;  // after the memory's own initial values
+    if (!$value$plusargs("firmware=%s", firmware)) $fatal(1, "there is no +firmware=");
+    $readmemh(firmware, controller.soc.memory.ram);
+    #19;
+    forever #5 clk = ~clk;
+  end
+
+  always @(posedge clk) begin
+    if (bench_watching() != 0) begin
+      `include "probes.svh"
+    end
+    result = bench_clock(from);
+    to <= result;
+    if (result[63]) stopped <= ~stopped;
+  end
+endmodule

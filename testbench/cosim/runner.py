@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run a scenario on the emitted Verilog with its firmware, under cocotb."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from cocotb_tools.runner import Verilator, get_results
+
+from softcore.image import target_image
+from testbench.cosim.build import TOP, program
+
+__all__ = ["cosimulate"]
+
+JOB = "GAPKEEPER_SCENARIO"
+MODULE = "testbench.cosim.session"
+
+
+def _words(image: bytes) -> str:
+    """Firmware as Verilog's ``$readmemh`` wants it."""
+    image += bytes(-len(image) % 4)
+    return "".join(f"{int.from_bytes(image[at:at + 4], 'little'):08x}\n"
+                   for at in range(0, len(image), 4))
+
+
+def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
+               clock_hz: int | None = None, image: Path | None = None, **arguments):
+    """Run ``scenario(session, **arguments)`` under cocotb and return its result, as of JSON.
+
+    The same call on a native ``Simulation`` of the same seed sees the same, to the clock; that one
+    also writes waveforms. Exactly one test must have run and passed: a simulator that died early
+    would otherwise pass with none.
+
+    Parameters
+    ----------
+    scenario : callable
+        A function of a module, not a nested one: the simulator's Python imports it by name.
+    workdir : Path
+        Where the log and the results go.
+    machine, seed, clock_hz
+        See ``testbench.native.simulation.Simulation``; the clock is the machine's by default.
+    image : Path or None
+        Firmware; compiled from the sources if not given.
+    arguments : dict
+        Of the scenario, as JSON allows.
+
+    Raises
+    ------
+    AssertionError
+        If the scenario fails; its own traceback is in ``workdir/log.txt``.
+    """
+    clock_hz = clock_hz or int(machine["clock_hz"])
+    runner = Verilator()
+    binary = program(clock_hz)
+    firmware, result = workdir / "firmware.hex", workdir / "result.json"
+    firmware.write_text(_words((image or target_image()).read_bytes()))
+    result.unlink(missing_ok=True)
+    job = workdir / "job.json"
+    job.write_text(json.dumps({
+        "function": f"{scenario.__module__}.{scenario.__qualname__}", "machine": machine,
+        "clock_hz": clock_hz, "seed": seed, "arguments": arguments, "result": str(result)}))
+    log = workdir / "log.txt"
+    try:
+        results = runner.test(
+            hdl_toplevel=TOP, hdl_toplevel_lang="verilog", test_module=MODULE,
+            build_dir=binary.parent, test_dir=workdir, seed=seed,
+            results_xml=str(workdir / "results.xml"), log_file=log,
+            plusargs=[f"+firmware={firmware}"], extra_env={JOB: str(job)})
+        counts = get_results(results)
+    except SystemExit:
+        counts = None
+    assert counts == (1, 0), f"{scenario.__name__} failed under cocotb:\n{_tail(log)}"
+    return json.loads(result.read_text())
+
+
+def _tail(log):
+    return "\n".join(log.read_text().splitlines()[-40:]) if log.exists() else "it left no log"

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The session under cocotb, and the one cocotb test there is: it runs a scenario.
+
+A scenario is a plain function of a ``Session``, so that the same one runs natively. It has a thread
+of its own here, and waits there while the clock runs.
+"""
+
+import ctypes
+import importlib
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import cocotb
+from cocotb.handle import Immediate
+from cocotb.task import bridge, resume
+
+from testbench.native.probes import MEMORY, PROBES
+from testbench.native.station import Session, declare
+
+JOB = "GAPKEEPER_SCENARIO"  # environment: the file that says what to run (see runner.py)
+
+NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
+
+_POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
+_FUNCTIONS = {
+    "bench_station": (_POINTER, [_UNSIGNED]),
+    "bench_watch": (None, [ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
+    "bench_changes": (_UNSIGNED, []),
+    "bench_changes_take": (None, [_POINTER]),
+}
+
+
+def _signed(probe, value):
+    return value - (1 << probe.bits) if probe.signed and value >> (probe.bits - 1) else value
+
+
+class CosimSession(Session):
+    """A controller in Verilator under cocotb. Make it before the first clock.
+
+    Parameters
+    ----------
+    bench : cocotb handle
+        The top, ``bench.sv``.
+    machine, clock_hz
+        See ``Session``.
+    seed : int
+        Of everything random.
+    """
+
+    def __init__(self, bench, *, machine: dict, clock_hz: int, seed: int):
+        self._program = program = ctypes.CDLL(None)
+        declare(program, _FUNCTIONS)
+        self._bench = bench
+        super().__init__(program, program.bench_station(seed), machine=machine,
+                         clock_hz=clock_hz)
+
+    def run(self, clocks: int) -> None:
+        if self._arm(clocks, False):
+            self._wait()
+
+    def receive(self, clocks: int) -> bytes:
+        if self._arm(clocks, True):
+            self._wait()
+        return self.received()
+
+    @resume
+    async def _wait(self):
+        await self._bench.stopped.value_change
+
+    def _handle(self, path):
+        handle = self._bench.controller
+        for name in path[1:]:
+            handle = handle[name]
+        return handle
+
+    @resume
+    async def _read(self, path):
+        return int(self._handle(path).value)
+
+    @resume
+    async def _write(self, path, values):
+        handle = self._handle(path)
+        if isinstance(values, int):
+            handle.value = Immediate(values)
+            return
+        for index, value in enumerate(values):
+            handle[index].value = Immediate(value)
+
+    def probe(self, name: str) -> int:
+        probe = self._probe(name)
+        return _signed(probe, self._read(probe.path))
+
+    def _probe(self, name):
+        probe = PROBES[NUMBER[name]]
+        if not probe.scope:
+            raise ValueError(f"{name} belongs to the machine: read it with get()")
+        return probe
+
+    def poke(self, name: str, value: int) -> None:
+        probe = self._probe(name)
+        if not probe.writable:
+            raise ValueError(f"{name} cannot be written")
+        self._write(probe.path, value)
+
+    def load(self, image: bytes) -> None:
+        image += bytes(-len(image) % 4)
+        scope, name = MEMORY
+        self._write([*scope.split("."), name],
+                    [int.from_bytes(image[at:at + 4], "little")
+                     for at in range(0, len(image), 4)])
+
+    def watch(self, names: Iterable[str]) -> None:
+        numbers = [NUMBER[self._probe(name).name] for name in names]
+        self._program.bench_watch((ctypes.c_uint32 * len(numbers))(*numbers), len(numbers))
+
+    def changes(self) -> list[tuple[int, str, int]]:
+        rows = (_UNSIGNED * (3 * self._program.bench_changes()))()
+        self._program.bench_changes_take(rows)
+        return [(clock, PROBES[index].name, _signed(PROBES[index], value))
+                for clock, index, value in zip(rows[::3], rows[1::3], rows[2::3], strict=True)]
+
+
+@cocotb.test()
+async def scenario(dut):
+    """Run the function that the job names, and keep what it returns."""
+    job = json.loads(Path(os.environ[JOB]).read_text())
+    session = CosimSession(dut, machine=job["machine"], clock_hz=job["clock_hz"], seed=job["seed"])
+    module, _, name = job["function"].rpartition(".")
+    function = getattr(importlib.import_module(module), name)
+    result = await bridge(function)(session, **job["arguments"])
+    Path(job["result"]).write_text(json.dumps(result))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The two simulations agree: one netlist, one plant, one firmware, two ways to run them."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from softcore.image import target_image
+from testbench.cosim.runner import cosimulate
+from testbench.native.simulation import Simulation
+
+MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+LINES = ["$X", "G92 X0 Y0 Z0.1", "G36 R300 L1 H600 E60 Q0.05", "C130", "M03", "G94 F12",
+         "G01 Z-0.2"]
+
+
+def command(session, line):
+    """Send a line; return what came up to its answer."""
+    session.send(line.encode() + b"\n")
+    said = b""
+    while not said.endswith(b"ok\r\n") and b"error:" not in said:
+        more = session.receive(session.clock_hz // 2)
+        assert more, f"no answer to {line!r}: {said!r}"
+        said += more
+    return said.decode()
+
+
+def machining(session, clocks=600_000):
+    """Start machining, force a short and let it go; return all that could be seen."""
+    said = [session.receive(session.clock_hz // 10).decode()]
+    said += [command(session, line) for line in LINES]
+    session.watch(["path_command", "axis_z_error", "gap_status_shorted", "completed",
+                   "sleep_left"])
+    session.run(clocks // 4)
+    session.set("force.short", 1)
+    session.run(20_000)
+    session.set("force.short", -1)
+    session.poke("sleep_left", 700)  # the processor stands still for so long
+    end = session.cycle + clocks
+    while session.cycle < end:
+        said.append(session.receive(end - session.cycle).decode())
+    return {"said": said, "cycle": session.cycle, "positions": session.positions(),
+            "errors": session.errors(), "discharges": session.discharges(),
+            "gap": [session.get(f"read.{name}") for name in ("gap_um", "depth_um", "debris")],
+            "changes": [list(change) for change in session.changes()],
+            "auxiliaries": [list(row) for row in session.auxiliaries()],
+            "framing": session.framing_errors()}
+
+
+def broken(session):
+    """Fail, as a scenario that finds a fault."""
+    session.run(1000)
+    assert session.cycle == 1001, "a planted fault"
+
+
+def test_native_and_cocotb_agree_to_the_clock(workdir, rng):
+    seed = rng.getrandbits(32)
+    image = target_image()
+    with Simulation(machine=MACHINE, clock_hz=int(MACHINE["clock_hz"]), seed=seed,
+                    image=image) as simulation:
+        native = machining(simulation)
+    assert native["discharges"]["ok"] > 50
+    assert any("retract" in text for text in native["said"])
+    assert native["framing"] == 0
+    assert cosimulate(machining, workdir, machine=MACHINE, seed=seed, image=image) == native
+
+
+def test_a_failed_scenario_fails(workdir):
+    with pytest.raises(AssertionError, match="a planted fault"):
+        cosimulate(broken, workdir, machine=MACHINE, seed=1)
