@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 
 from host.errors import DONE, FAULT, UserError
+from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 
 app = typer.Typer(
     help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
@@ -71,8 +72,10 @@ def run(
         help="Stop after so much of the machine's time; the outcome is then `stopped`.",
     )] = None,
     clock: Annotated[int | None, typer.Option(
-        min=100_000, metavar="HZ", show_default="the machine file's",
-        help="Clock of the controller. A slow clock simulates faster.",
+        min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
+        show_default="the machine file's",
+        help="Clock of the controller, 2 MHz or more: a slow clock simulates faster, but at a "
+             "slower one the firmware cannot keep up with its watchdog.",
     )] = None,
 ):
     """Run a tape on the simulated machine, and write a report.

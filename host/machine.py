@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines to run a tape on: built-in ones by name, others from a TOML file."""
 
+import math
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,30 @@ from host.errors import UsageError
 
 ROOT = Path(__file__).parents[1]
 BUILT_IN = ROOT / "testbench" / "plant"
+
+
+# Below, the firmware cannot keep up with its watchdog; above is no device.
+LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
+POSITIVE = "clock_hz", "pulses_per_mm", "removal_scale", "tick_us"
+
+
+def _check(name, tables, prefix=""):
+    """Refuse what is not a number a machine can have."""
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            _check(name, value, f"{prefix}{key}.")
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            raise UsageError(f"machine {name}: {prefix}{key} is no number.")
+        elif not math.isfinite(value):
+            raise UsageError(f"machine {name}: {prefix}{key} must be finite, not {value}.")
+    if not prefix:
+        for key in POSITIVE:
+            if key in tables and not tables[key] > 0:
+                raise UsageError(f"machine {name}: {key} must be above 0, not {tables[key]}.")
+        clock_hz = tables.get("clock_hz", LOWEST_CLOCK_HZ)
+        if not LOWEST_CLOCK_HZ <= clock_hz <= HIGHEST_CLOCK_HZ:
+            raise UsageError(f"machine {name}: clock_hz must be {LOWEST_CLOCK_HZ} to "
+                             f"{HIGHEST_CLOCK_HZ}, not {clock_hz}.")
 
 
 @dataclass(frozen=True)
@@ -68,6 +93,8 @@ def load(name: str) -> Machine:
         known = ", ".join(built_in()) or "none"
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
     try:
-        return Machine(path.stem, tomllib.loads(path.read_text()))
+        tables = tomllib.loads(path.read_text())
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} is no machine description: {error}.") from error
+    _check(path.stem, tables)
+    return Machine(path.stem, tables)

@@ -23,6 +23,7 @@ SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 MOVED_PULSES = 5   # more than an axis at rest trembles
 
+MACHINE_ALARMS = 40  # the first number of them; see softcore/firmware/fault.h
 STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 
 
@@ -136,7 +137,10 @@ class Run:
             self.outcome = "end"
         elif event["event"] == "alarm":
             self.alarm = {"code": event["code"], "text": event["text"]}
-            self.outcome = "alarm" if self.moved else "rejected"
+            # What the tape did wrong before anything moved rejects it; what the machine did wrong
+            # is an alarm of the machine at any time.
+            tape = event["code"] < MACHINE_ALARMS
+            self.outcome = "rejected" if tape and not self.moved else "alarm"
 
     def _come_to_rest(self):
         end = self.simulation.time_s() + SETTLE_S

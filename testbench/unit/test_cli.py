@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from host.codes import EIA
+from host.errors import UsageError
+from host.machine import load
 from host.tape import encode
 from testbench.punch import TAPES
 
@@ -115,7 +118,7 @@ def test_a_fault_of_the_program_is_no_traceback(workdir):
     program.write_text(PROGRAM)
     result = gapkeeper("run", program, "--machine", machine, "--out", workdir / "out")
     assert result.returncode == 2
-    assert result.stderr == "gapkeeper: machine odd: clock_hz is missing or no number.\n"
+    assert result.stderr == "gapkeeper: machine odd: clock_hz is no number.\n"
 
 
 SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "discharges",
@@ -152,3 +155,17 @@ def test_same_seed_is_the_same_run(workdir):
     first, second = ((workdir / name / "events.jsonl").read_bytes() for name in ("first", "second"))
     assert first
     assert first == second
+
+
+@pytest.mark.parametrize(("line", "message"), [
+    ("clock_hz = 0", "clock_hz must be above 0, not 0"),
+    ("clock_hz = 1_000_000", "clock_hz must be 2000000 to 100000000, not 1000000"),
+    ("pulses_per_mm = -1", "pulses_per_mm must be above 0, not -1"),
+    ("removal_scale = nan", "removal_scale must be finite, not nan"),
+    ("[gap]\narea_mm2 = true", "gap.area_mm2 is no number"),
+])
+def test_an_impossible_machine_is_refused(workdir, line, message):
+    path = workdir / "impossible.toml"
+    path.write_text(line + "\n")
+    with pytest.raises(UsageError, match=re.escape(message)):
+        load(str(path))
