@@ -40,6 +40,9 @@ static bool jumping;            /* the retraction under way is a jump */
 static int32_t start_point;     /* where the retraction under way began */
 static bool back_waits;         /* `back` is to be told */
 static record back;
+static bool blocks_wait;        /* the blocks up to segment `entered` are to be told, with its event */
+static record entry;
+static uint32_t entered;
 
 void events_init(void) {
     lost = false;
@@ -53,7 +56,7 @@ void events_init(void) {
 void events_drop(void) {
     tail = head;
     notice_tail = notice_head;
-    back_waits = false;
+    back_waits = blocks_wait = false;
 }
 
 uint32_t events_worst(void) { return worst; }
@@ -166,6 +169,18 @@ static void tell_readvance(const record *r) {
                  r->event.first, r->event.second, speed);
 }
 
+static bool block_waits(void) {
+    return notice_head != notice_tail &&
+           (int32_t)(notices[notice_tail % NOTICES].number - entered) <= 0;
+}
+
+/* One a pass: blocks without motion may have gathered before the segment. */
+static void tell_block(void) {
+    if (block_waits())
+        tell_notice(entry.cycle, entry.event.encoder);
+    blocks_wait = block_waits();
+}
+
 static void tell(const record *r) {
     switch (r->event.kind) {
     case EVENT_RETRACTION_START: tell_start(r); break;
@@ -176,13 +191,11 @@ static void tell(const record *r) {
     case EVENT_READVANCE: tell_readvance(r); break;
     case EVENT_RESUME: output_event("resume", r->cycle, line, r->event.encoder, ""); break;
     case EVENT_HALT: machine_halted(r->event.detail); break;
-    case EVENT_SEGMENT: {
-        uint32_t number = path_entered_slot(r->event.slot);
-        while (notice_head != notice_tail &&
-               (int32_t)(notices[notice_tail % NOTICES].number - number) <= 0)
-            tell_notice(r->cycle, r->event.encoder);
+    case EVENT_SEGMENT:
+        entry = *r;
+        entered = path_entered_slot(r->event.slot);
+        tell_block();
         break;
-    }
     case EVENT_TRIP: machine_tripped(r->event.detail); break;
     default: break;
     }
@@ -196,7 +209,9 @@ bool events_step(void) {
     }
     if (machine_alarm_waits()) {
         /* What happened before it comes first. */
-        if (back_waits)
+        if (blocks_wait)
+            tell_block();
+        else if (back_waits)
             tell_back();
         else
             machine_tell_alarm();
@@ -204,6 +219,10 @@ bool events_step(void) {
     }
     if (!output_has_room())
         return false;
+    if (blocks_wait) {
+        tell_block();
+        return true;
+    }
     if (back_waits) {
         uint32_t age = (uint32_t)(hal_cycle() - back.cycle);
         bool due = head != tail || age > units_clocks_of_us(OVERSHOOT_US);
@@ -229,4 +248,4 @@ bool events_step(void) {
     return false;
 }
 
-bool events_idle(void) { return head == tail && !back_waits; }
+bool events_idle(void) { return head == tail && !back_waits && !blocks_wait; }

@@ -227,10 +227,12 @@ def test_reset_at_rest_is_none(machine):
     assert machine.line("?")[-1].startswith("<Idle|")
 
 
-def test_watchdog_is_called_from_both_ends_of_every_pass(machine):
-    before = machine.library.gk_pets()
+def test_watchdog_is_called_from_both_ends_of_every_pass_and_after_every_sleep(machine):
+    pets, sleeps = machine.library.gk_pets(), machine.library.gk_sleeps()
     machine.run(1000)
-    assert machine.library.gk_pets() == before + 2000
+    slept = machine.library.gk_sleeps() - sleeps
+    assert slept > 0
+    assert machine.library.gk_pets() == pets + 2000 + 2 * slept
 
 
 def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every block stays within its budget of cells; the processor is bought as it is and has none.
+
+A budget is what the block took when it was set, and a tenth more for look-up tables and carries,
+which the synthesiser chooses among. A block that outgrows it needs a better reason than a bigger
+number here.
+"""
+
+from functools import cache
+
+import pytest
+
+from softcore.build import Cells
+from testbench.budget import resources
+
+BUDGETS = {
+    "auxiliary":     Cells(lut4=88,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=305,  ccu2c=139, ff=262,  ram=0,  bram=0,  dsp=0),
+    "discriminator": Cells(lut4=78,   ccu2c=88,  ff=152,  ram=0,  bram=0,  dsp=0),
+    "distributor":   Cells(lut4=650,  ccu2c=338, ff=104,  ram=0,  bram=0,  dsp=0),
+    "events":        Cells(lut4=25,   ccu2c=8,   ff=10,   ram=62, bram=0,  dsp=0),
+    "feed":          Cells(lut4=96,   ccu2c=90,  ff=69,   ram=0,  bram=0,  dsp=0),
+    "interlock":     Cells(lut4=143,  ccu2c=30,  ff=86,   ram=0,  bram=0,  dsp=0),
+    "limiter":       Cells(lut4=36,   ccu2c=18,  ff=0,    ram=0,  bram=0,  dsp=0),
+    "memory":        Cells(lut4=70,   ccu2c=0,   ff=38,   ram=0,  bram=32, dsp=0),
+    "path":          Cells(lut4=263,  ccu2c=103, ff=111,  ram=39, bram=0,  dsp=0),
+    "pulses":        Cells(lut4=200,  ccu2c=11,  ff=29,   ram=0,  bram=0,  dsp=0),
+    "ramp":          Cells(lut4=184,  ccu2c=194, ff=141,  ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=2330, ccu2c=0,   ff=1217, ram=0,  bram=0,  dsp=0),
+    "retraction":    Cells(lut4=1320, ccu2c=482, ff=1021, ram=0,  bram=0,  dsp=0),
+    "short":         Cells(lut4=158,  ccu2c=53,  ff=76,   ram=0,  bram=0,  dsp=0),
+    "sleep":         Cells(lut4=29,   ccu2c=9,   ff=16,   ram=0,  bram=0,  dsp=0),
+    "uart":          Cells(lut4=151,  ccu2c=27,  ff=98,   ram=8,  bram=1,  dsp=0),
+    "watchdog":      Cells(lut4=39,   ccu2c=20,  ff=20,   ram=0,  bram=0,  dsp=0),
+}
+
+
+@cache
+def netlists():
+    return resources.blocks(resources.netlist())
+
+
+def over(found, budget):
+    """What exceeds its budget, as text by kind of cell."""
+    return {kind: f"{used} of {limit}" for kind, used, limit in
+            ((kind, getattr(found, kind), getattr(budget, kind)) for kind in vars(budget))
+            if used > limit}
+
+
+def test_every_block_has_a_budget():
+    assert set(netlists()) == set(BUDGETS) | {"cpu"}
+
+
+@pytest.mark.parametrize("block", BUDGETS)
+def test_block_stays_within_its_budget(block):
+    found = resources.cells(netlists()[block])
+    assert over(found, BUDGETS[block]) == {}
+    # A budget far above the need would let anything pass.
+    assert found.lut4 >= 0.75 * BUDGETS[block].lut4
+
+
+def test_one_cell_too_many_is_found():
+    budget = Cells(lut4=1, ccu2c=1, ff=1, ram=0, bram=0, dsp=0)
+    assert over(Cells(lut4=1, ccu2c=1, ff=2, ram=0, bram=0, dsp=0), budget) == {"ff": "2 of 1"}

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios: what makes the outputs safe, how soon, and what the operator is told."""
+
+from softcore.image import target_image
+from softcore.regmap import CAUSES
+from testbench.cosim.job import Data, Job, program
+from testbench.cosim.retractions import pace
+from testbench.native.station import Session
+
+__all__ = ["FAULTS", "hung", "tripped"]
+
+PINS = ("gap_on", "gap_sense", "dac", "drive_enable", "safe")
+WATCHED = (*PINS, "safety_pet_strobe", "safety_pet", "safety_latched", "path_command",
+           "path_position")
+SECOND_KEY = 0x5A
+WATCHDOG_S = 5e-3
+PADS = 5  # clocks from a pin in to a pin out: synchronisers, a debounced clock, output registers
+LOOP = 0x6F.to_bytes(4, "little")  # jump to itself
+
+NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
+
+# Cause: force and its value, settings, clocks at 2 MHz until safe, what is said, position kept.
+FAULTS = {
+    "estop": ("force.estop", 1, (), PADS, "emergency stop", True),
+    "drive_fault": ("force.drive_fault", 2, (), PADS, "a drive reports a fault", True),
+    "limit_low": ("force.limit_low", 4, (), PADS + 2, "lower limit switch", True),
+    "limit_high": ("force.limit_high", 1, (), PADS + 2, "upper limit switch", True),
+    "fluid_low": ("force.fluid_low", 1, (), 100_000 + PADS, "fluid is below its level", True),
+    "encoder": ("force.encoder_jump", 4, (), 40 + PADS, "illegal transition", False),
+    # The encoder stands still: Er grows to the bound with the feed.
+    "following_moving": ("force.encoder_cut", 4, ("$14=2000",), 60_000, "in motion above", False),
+}
+
+
+def _machining(session, *settings):
+    """A job in the middle of a cut, its position away from that at rest."""
+    job = Job(session, *settings, watched=WATCHED)
+    job.start(program(Data(), "G01 Z-0.9 F300"))
+    job.reach(2000, pace(session, 300))
+    return job
+
+
+def _check_safe(job, since):
+    """From ``since`` on every output is in its safe state, and stays so.
+
+    The velocity command, behind a register of its own, one clock later than what enables it.
+    """
+    record = job.collect()
+    for pin in PINS:
+        begin = since + (pin == "dac")
+        assert record.at(pin, begin) == (pin == "safe"), f"{pin} in clock {begin}"
+        assert not record.changes(pin, begin + 1), f"{pin} changes again"
+
+
+def _restart(job, force):
+    """No restart without the operator; then the machine goes on from where it is."""
+    job.start(program(Data(), "G01 Z0.05 F300"))
+    job.until(lambda: any("locked" in line for line in job.said), "the refusal", step=2000)
+    assert job.probe("safety_status_safe")
+    job.session.set(force, 0)
+    # Contacts bounce and fluid splashes: the cause must have been gone for a while.
+    job.run(job.session.clock_hz // 10)
+    job.link.command("$X")
+    assert not job.probe("safety_status_safe")
+    assert job.session.errors() == {axis: 0 for axis in "xyz"}
+    done = len(job.told("program_end"))
+    job.start(program(Data(), "G01 Z0.05 F300"))
+    job.until(lambda: len(job.told("program_end")) > done, "the end", step=10_000)
+    assert job.probe("axis_z_command") == job.probe("axis_z_position") + job.probe("axis_z_error")
+
+
+def tripped(session: Session, cause: str) -> dict:
+    """A fault in the middle of a cut: safe in time, named, latched, and no restart by itself."""
+    force, value, settings, clocks, said, kept = FAULTS[cause]
+    job = _machining(session, *settings)
+    begun = session.cycle
+    session.set(force, value)
+    alarm = job.alarm()
+    record = job.record
+    safe = record.rises("safe", begun)[0]
+    assert safe - begun <= clocks, safe - begun
+    _check_safe(job, safe)
+    assert job.probe("safety_latched") == 1 << NUMBER[cause]
+    assert alarm["code"] == 40
+    assert said in alarm["text"]
+    assert ("the position is kept" in alarm["text"]) == kept
+    # What the ramp had stored is not moved later.
+    assert record.at("path_command", session.cycle) == record.at("path_position", session.cycle)
+    if kept:
+        # The machine coasts, and every edge is counted.
+        assert job.probe("axis_z_position") == session.positions()["z"]
+        _restart(job, force)
+        assert job.probe("axis_z_command") == -500
+    return {"events": job.events, "clocks": safe - begun}
+
+
+def hung(session: Session, kind: str, delay: int) -> dict:
+    """The processor hangs in the middle of a cut: safe after exactly the watchdog's period.
+
+    ``clock``: it stops, until the event of the trip wakes it. ``memory``: its program is gone; it
+    goes on for as long as its cache has the words it needs.
+    """
+    job = _machining(session)
+    job.run(delay)
+    if kind == "clock":
+        session.poke("sleep_left", 0xFFFF)
+    else:
+        session.load(LOOP * (len(target_image().read_bytes()) // 4))
+        session.send(b"?")  # takes it through words that it does not use otherwise
+    session.run(session.clock_hz // 50)
+    record = job.collect()
+    calls = [clock for clock in record.rises("safety_pet_strobe")
+             if record.at("safety_pet", clock) == SECOND_KEY]
+    period = round(WATCHDOG_S * session.clock_hz)
+    safe = record.rises("safe")[-1]
+    last = max(clock for clock in calls if clock < safe)
+    # One clock to the pin.
+    assert safe - last == period + 1, safe - last
+    _check_safe(job, safe)
+    assert job.probe("safety_latched") == 1 << NUMBER["watchdog"]
+    if kind == "clock":
+        alarm = job.alarm()
+        assert "the firmware stopped calling the watchdog" in alarm["text"]
+        assert job.probe("axis_z_position") == session.positions()["z"]
+        _restart(job, "force.estop")
+    return {"events": job.events, "clocks": safe - last}

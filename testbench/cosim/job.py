@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A job on a simulated controller, as scenarios drive it: the operator, the tape, and the forces.
+
+Everything goes over the serial line and the pins; the probes are only looked at.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from host.events import Scale, is_event, parse
+from host.link import Link
+from host.simulation import Simulation as Piped
+from host.tape import Tape, encode
+from testbench.cosim.record import SIGNALS, Record
+from testbench.native.station import Session
+
+__all__ = ["HEIGHT_MM", "MM", "PATIENCE_S", "Data", "Job", "program"]
+
+MM = 10_000          # pulses
+PATIENCE_S = 3.0     # of the machine's time: longer than anything a scenario waits for
+LOOK_CLOCKS = 64     # between two looks at a condition
+QUIET_GAP_UM = 30.0  # discharges, and nothing else happens
+HEIGHT_MM = 0.1      # of the electrode over program Z 0, at the start
+
+
+@dataclass(frozen=True)
+class Data:
+    """Retraction data as on a tape: mm/min and mm."""
+
+    speed: float = 600
+    limit: float = 0.5
+    high: float = 600
+    low: float = 120
+    changeover: float = 0.05
+    ceiling: float | None = None
+
+    def __str__(self):
+        words = [f"G36 R{self.speed:g} L{self.limit:g} H{self.high:g} E{self.low:g} "
+                 f"Q{self.changeover:g}"]
+        return " Z".join([*words, *([f"{self.ceiling:g}"] if self.ceiling is not None else [])])
+
+
+def program(*blocks: str | Data, condition: int = 100) -> str:
+    """A tape's text: machining is on in ``blocks``, in millimetres and absolute."""
+    # The dwell is longer than the tape takes on the line: when the machine moves, all is read.
+    head = ["G21 G90 G94", f"C{condition}", "G04 P60", "M03"]
+    return "\n".join(["%", *head, *map(str, blocks), "M05", "M02", "%", ""])
+
+
+class Job:
+    """One controller from switching on: an operator who unlocks it and sets Z 0.
+
+    ``events`` are those of the run (see ``host.events``), ``said`` all other lines, ``record`` what
+    the watched signals did. The gap burns and is neither short nor closing, until a force is set.
+
+    Parameters
+    ----------
+    session : Session
+        The controller, switched on.
+    lines : str
+        Entered by hand before anything else: settings and defaults.
+    watched : iterable of str
+        Probes to record.
+    """
+
+    def __init__(self, session: Session, *lines: str, watched=SIGNALS):
+        self.session = session
+        self.pipe = Piped(session)
+        self.link = Link(self.pipe, self._hear)
+        self.events: list[dict] = []
+        self.said: list[str] = []
+        self._scale = Scale(session.clock_hz, MM)
+        self.record = Record()
+        session.watch(watched)
+        session.set("force.short", 0)
+        session.set("force.gap_um", QUIET_GAP_UM)
+        self.link.await_greeting()
+        for line in ("$X", f"G92 X0 Y0 Z{HEIGHT_MM}", *lines):
+            self.link.command(line)
+
+    def _hear(self, line):
+        if is_event(line):
+            self.events.append(parse(line, self._scale))
+        else:
+            self.said.append(line)
+
+    # ---- the operator
+
+    def start(self, tape: str | Tape) -> None:
+        """Send a tape, all of it."""
+        rows = (encode(tape) if isinstance(tape, str) else tape).rows
+        assert self.link.send_tape(rows, lambda: False)
+
+    def press(self, byte: bytes) -> None:
+        """Send a real-time byte, and let it arrive."""
+        self.link.realtime(byte)
+        self.run(len(byte) * 100)
+
+    def short(self, on: bool) -> None:
+        """Close the gap, or open it again."""
+        self.session.set("force.short", int(on))
+
+    # ---- time
+
+    def run(self, clocks: int) -> None:
+        """Let so many clocks go by."""
+        end = self.session.cycle + clocks
+        while self.session.cycle < end:
+            self.link.poll((end - self.session.cycle) / self.session.clock_hz)
+
+    def until(self, condition: Callable[[], object], what: str, step: int = LOOK_CLOCKS,
+              seconds: float = PATIENCE_S) -> None:
+        """Run until a condition holds, looked at every ``step`` clocks.
+
+        Raises
+        ------
+        AssertionError
+            If it does not in time; the text says what was waited for, and how things stand.
+        """
+        end = self.session.cycle + round(seconds * self.session.clock_hz)
+        while not condition():
+            assert self.session.cycle < end, f"{what} did not come; {self._standing()}"
+            self.link.poll(step / self.session.clock_hz)
+
+    def reach(self, coordinate: int, clocks_per_pulse: float, backward: bool = False) -> None:
+        """Run until the path stands at a coordinate, to the clock, coming at this speed or less."""
+        sign = -1 if backward else 1
+        end = self.session.cycle + round(PATIENCE_S * self.session.clock_hz)
+        while (left := sign * (coordinate - self.probe("path_position"))) > 0:
+            assert self.session.cycle < end, (
+                f"path coordinate {coordinate} was not reached; {self._standing()}")
+            self.run(max(1, int((left - 1) * clocks_per_pulse)))
+
+    def wait(self, event: str, count: int = 1, **fields) -> dict:
+        """Run until there are ``count`` such events; return the last of them."""
+        self.until(lambda: len(self.told(event, **fields)) >= count, f"{event} {fields}",
+                   step=2000)
+        return self.told(event, **fields)[count - 1]
+
+    def finish(self) -> None:
+        """Run to the end of the program.
+
+        Raises
+        ------
+        AssertionError
+            If an alarm ends it, or nothing does.
+        """
+        self.until(lambda: self.told("program_end") or self.told("alarm"), "the end", step=10_000)
+        assert not self.told("alarm"), self.told("alarm")
+        self.collect()
+
+    def alarm(self) -> dict:
+        """Run to an alarm, and return it. One only: the line that follows it has the same code."""
+        self.wait("alarm")
+        self.run(20_000)
+        alarms = self.told("alarm")
+        assert len(alarms) == 1, alarms
+        assert f"ALARM:{alarms[0]['code']}" in self.said
+        self.collect()
+        return alarms[0]
+
+    # ---- what is seen
+
+    def probe(self, name: str) -> int:
+        """Present value of a probe."""
+        return self.session.probe(name)
+
+    def told(self, event: str, **fields) -> list[dict]:
+        """Events of a name with these fields."""
+        return [one for one in self.events
+                if one["event"] == event and all(one[key] == fields[key] for key in fields)]
+
+    def collect(self) -> Record:
+        """Take what the watched signals did so far into the record."""
+        self.record.extend(self.session.changes())
+        return self.record
+
+    def _standing(self):
+        names = ("path_status_state", "path_position", "path_command", "safety_latched")
+        return (f"{ {name: self.probe(name) for name in names} }, "
+                f"events {[one['event'] for one in self.events[-5:]]}, said {self.said[-3:]}")

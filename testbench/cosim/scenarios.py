@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The list of scenarios: each runs natively and under cocotb, and must return the same."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from testbench.cosim import faults, retractions, series, tapes
+from testbench.native.station import Session
+
+__all__ = ["SCENARIOS", "Scenario"]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A function of a session, and its further arguments."""
+
+    function: Callable[..., dict]
+    arguments: dict = field(default_factory=dict)
+
+    def __str__(self):
+        return "-".join([self.function.__name__, *map(str, self.arguments.values())])
+
+    def run(self, session: Session) -> dict:
+        """Run it; return its figures, as JSON gives them back."""
+        return json.loads(json.dumps(self.function(session, **self.arguments)))
+
+
+SCENARIOS = (
+    Scenario(retractions.simple),
+    Scenario(retractions.above_start_speed),
+    Scenario(retractions.at_corners),
+    Scenario(retractions.during_readvance, {"phase": "high"}),
+    Scenario(retractions.during_readvance, {"phase": "low"}),
+    Scenario(retractions.before_first_point, {"bound": "limit"}),
+    Scenario(retractions.before_first_point, {"bound": "ceiling"}),
+    Scenario(retractions.before_first_point, {"bound": "soft"}),
+    Scenario(retractions.clearing_at_limit),
+    Scenario(retractions.never_clearing, {"speed": 300}),
+    Scenario(retractions.never_clearing, {"speed": 1500}),
+    Scenario(retractions.limit_between_blocks),
+    Scenario(retractions.from_mdi),
+    Scenario(series.series),
+    Scenario(series.ceiling_wins),
+    Scenario(series.jump),
+    Scenario(series.jump_into_short),
+    Scenario(series.operator_retracts),
+    Scenario(series.hold_and_resume),
+    Scenario(series.no_data),
+    *(Scenario(faults.tripped, {"cause": cause}) for cause in faults.FAULTS),
+    *(Scenario(faults.hung, {"kind": kind, "delay": delay})
+      for kind, delay in (("clock", 0), ("clock", 1234), ("clock", 7777), ("memory", 0),
+                          ("memory", 1234), ("memory", 7777))),
+    Scenario(tapes.flipped_bits, {"count": 20, "choice": 1}),
+    Scenario(tapes.broken_tapes),
+    Scenario(tapes.hard_work),
+)

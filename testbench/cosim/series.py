@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios: series of shorts, ceilings, jumps, and what the operator does in between."""
+
+from itertools import pairwise
+
+from host.link import HOLD, RESUME, RETRACT
+from rtl.motion.retraction import State
+from testbench.cosim.checks import check_return, check_returns, pulses
+from testbench.cosim.job import MM, Data, Job, program
+from testbench.cosim.retractions import at_limit, clear_after, figures, pace
+from testbench.native.station import Session
+
+__all__ = ["ceiling_wins", "hold_and_resume", "jump", "jump_into_short", "no_data",
+           "operator_retracts", "series"]
+
+
+def _state(job, state, what=""):
+    job.until(lambda: job.probe("path_status_state") == state.value, what or state.name)
+
+
+def _hold(job):
+    job.press(HOLD)
+    job.until(lambda: job.probe("retraction_control_hold"), "hold")
+
+
+def series(session: Session) -> dict:
+    """Shorts that return: one series until 1 um of new depth is gained, and at last the alarm."""
+    data = Data(changeover=0.02, limit=0.2)
+    job = Job(session, "$8=3")
+    job.start(program(data, "G01 Z-0.4 F60"))
+    coordinate, firsts = 1000, []
+    # Depth gained after each: within the series, then just enough to end it, then within again.
+    for gain in (4, 2, 15, 3, 0, 0):
+        job.reach(coordinate, pace(session, 60))
+        job.short(True)
+        clear_after(job, 100, data.speed)
+        firsts.append(job.probe("retraction_first"))
+        coordinate = job.probe("path_front") + gain
+        _state(job, State.FRONT)
+    assert len(set(firsts[:3])) == len(set(firsts[3:])) == 1, firsts
+    assert firsts[3] - firsts[0] >= 10
+    job.short(True)
+    alarm = job.alarm()
+    assert alarm["code"] == 43
+    assert "too many shorts in series" in alarm["text"]
+    assert len(job.told("retraction_start")) == len(firsts)
+    assert job.probe("path_position") == job.probe("path_front")
+    job.record.check_path()
+    return figures(job)
+
+
+def ceiling_wins(session: Session) -> dict:
+    """A ceiling lower than the limit, on a slope: the axis stops on it, and there the alarm."""
+    data = Data(limit=0.5, ceiling=-0.05)
+    job = Job(session)
+    job.start(program(data, "G01 X0.3 Z-0.25 F120"))
+    job.reach(3600, pace(session, 120))
+    job.short(True)
+    alarm = job.alarm()
+    assert alarm["code"] == 42
+    assert job.probe("axis_z_command") == -pulses(0.1 + 0.05)
+    highest = max(value for _, value in job.record.changes(
+        "axis_z_command", job.record.excursions()[0].begin))
+    assert highest == -1500
+    told = job.told("retraction_end")[0]
+    assert told["reason"] == "limit"
+    assert told["distance"] < data.limit
+    job.record.check_path()
+    return figures(job)
+
+
+def jump(session: Session) -> dict:
+    """Jumps without a short: after so much machining, so far, at their own speeds."""
+    data = Data(speed=300, high=300, changeover=0.05)
+    job = Job(session)
+    job.start(program(data, "G38 P40 L0.3 R900 H1200", "G01 Z-0.1 F60"))
+    job.finish()
+    record = job.collect()
+    record.check_path()
+    found = record.excursions()
+    assert len(found) >= 3
+    for one in found:
+        assert one.lowest == one.front - pulses(0.3)
+        one.first = one.front
+        check_return(record, one, Data(speed=900, limit=0.3, high=1200, low=data.low),
+                     session.clock_hz)
+    period = session.clock_hz * 40 // 1000
+    waits = [after.begin - before.end for before, after in pairwise(found)]
+    assert all(abs(wait - period) <= 4 for wait in waits), waits
+    assert {event["cause"] for event in job.told("retraction_start")} == {"jump"}
+    assert {event["reason"] for event in job.told("retraction_end")} == {"limit"}
+    assert {event["distance"] for event in job.told("retraction_end")} == {0.3}
+    assert {event["speed"] for event in job.told("readvance", phase="high")} == {1200}
+    return figures(job)
+
+
+def jump_into_short(session: Session) -> dict:
+    """A short at the top of a jump: it goes on as a retraction, to the limit of its own."""
+    data = Data(limit=0.4)
+    job = Job(session)
+    job.start(program(data, "G38 P60 L0.2 R600 H600", "G01 Z-0.2 F60"))
+    _state(job, State.RETRACTING, "a jump")
+    front = job.probe("path_front")
+    job.reach(front - 1900, pace(session, 600), backward=True)
+    job.short(True)
+    at_limit(job)
+    assert job.probe("path_command") == front - pulses(data.limit)
+    job.short(False)
+    job.wait("resume")
+    job.finish()
+    one, *_ = job.record.excursions()
+    assert one.first == one.front == front
+    check_return(job.record, one, data, session.clock_hz)
+    assert [event["cause"] for event in job.told("retraction_start")][:2] == ["jump", "short"]
+    job.record.check_path()
+    return figures(job)
+
+
+def operator_retracts(session: Session) -> dict:
+    """The operator's byte: up to the limit and back, no alarm, and not while held in vain."""
+    data = Data(limit=0.25)
+    job = Job(session)
+    job.start(program(data, "G01 Z-0.4 F120"))
+    job.reach(3000, pace(session, 120))
+    job.press(RETRACT)
+    job.wait("resume")
+    _hold(job)
+    job.press(RETRACT)
+    job.wait("retraction_end", 2)
+    job.run(100_000)
+    held = job.probe("path_position")
+    assert held == job.probe("path_front") - pulses(data.limit)
+    job.press(RESUME)
+    job.finish()
+    found = check_returns(job, data)
+    assert [one.front - one.lowest for one in found] == [2500, 2500]
+    assert [event["cause"] for event in job.told("retraction_start")] == ["operator"] * 2
+    assert [event["reason"] for event in job.told("retraction_end")] == ["limit"] * 2
+    assert job.probe("axis_z_command") == -5000
+    return figures(job)
+
+
+def hold_and_resume(session: Session) -> dict:
+    """Feed hold at the front, on the way back and on the way forward: no pulse is lost or made."""
+    data = Data(limit=0.4, high=900)
+    job = Job(session)
+    job.start(program(data, "G01 Z-0.4 F120"))
+    job.reach(2000, pace(session, 120))
+    _hold(job)
+    held = job.probe("path_position")
+    job.run(100_000)
+    assert job.probe("path_position") == held
+    assert job.link.status()["state"] == "Hold"
+    job.press(RESUME)
+    job.reach(3000, pace(session, 120))
+    job.short(True)
+    _state(job, State.RETRACTING)
+    _hold(job)
+    # The retraction goes on; what it held is the way forward.
+    clear_after(job, 3000, data.speed)
+    job.wait("retraction_end")
+    job.run(100_000)
+    assert job.probe("path_front") - job.probe("path_position") > 3000
+    assert job.probe("path_status_state") == State.HIGH.value
+    job.press(RESUME)
+    job.reach(job.probe("path_front") - 1500, pace(session, 900))
+    _hold(job)
+    job.run(100_000)
+    stopped = job.probe("path_position")
+    job.run(50_000)
+    assert job.probe("path_position") == stopped
+    job.press(RESUME)
+    job.finish()
+    job.collect().check_path()
+    one, = job.record.excursions()
+    assert one.end is not None
+    assert job.record.at("path_position", one.end) == one.front
+    assert job.probe("path_position") == MM // 2
+    assert job.probe("axis_z_command") == -5000
+    return figures(job)
+
+
+def no_data(session: Session) -> dict:
+    """A short without retraction data anywhere: the machine halts where it is."""
+    job = Job(session)
+    job.start(program("G01 Z-0.4 F120"))
+    job.reach(1000, pace(session, 120))
+    job.short(True)
+    alarm = job.alarm()
+    assert alarm["code"] == 44
+    assert "without retraction data" in alarm["text"]
+    assert not job.told("retraction_start")
+    assert job.probe("path_position") == job.probe("path_command") == job.probe("path_front")
+    assert not job.probe("power_control_machining")
+    return figures(job)

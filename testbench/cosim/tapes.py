@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios: damaged tapes and a damaged line, through the whole system."""
+
+import random
+import re
+from itertools import pairwise
+
+from host.codes import ISO
+from host.link import AGAIN, TAKEN, frame, frames
+from host.tape import Tape, encode
+from testbench.cosim.job import HEIGHT_MM, MM, Job
+from testbench.native.station import Session
+from testbench.punch import broken
+
+__all__ = ["broken_tapes", "flipped_bits", "hard_work", "noisy_line"]
+
+LONGEST_S = 5e-3  # between two calls of the watchdog
+WATCHED = ("axis_x_command", "axis_z_command")
+
+TAPE = """\
+%
+N10 G21 G90 G94
+N20 G01 Z0.09 F600
+N30 G36 R600 L0.5 H900 E60 Q0.1
+N40 X0.01
+N50 M02
+%
+"""
+# Blocks with motion, and the axes that only they move.
+MOVES = {3: "z", 5: "x"}
+PLACE = re.compile(r"Block (\d+)(?: \(N\d+\))?, character (\d+): .*\.")
+
+
+def _again(job):
+    """Unlock, and go back to where every tape begins."""
+    job.events.clear()
+    job.said.clear()
+    job.link.command("$X")
+    job.link.command(f"G21 G90 G00 X0 Z{HEIGHT_MM}")
+    job.until(lambda: job.link.status()["state"] == "Idle", "the way back", step=10_000)
+    assert job.probe("axis_x_command") == job.probe("axis_z_command") == 0
+
+
+def _refused(job, rows):
+    """Run rows of a tape to their one alarm; return its text."""
+    job.start(Tape(rows, ISO))
+    alarm = job.alarm()
+    assert job.link.status()["state"] == "Alarm"
+    # At rest, and every pulse of the command known to the encoder.
+    job.until(lambda: not any(job.session.errors().values()), "rest", step=2000)
+    assert job.probe("axis_z_position") == job.session.positions()["z"]
+    return alarm["text"]
+
+
+def flipped_bits(session: Session, count: int, choice: int) -> dict:
+    """One bit of one row flipped, anywhere from the start code to the end of the end word's block.
+
+    One alarm that names the block and the character, and no motion from that block or after it.
+    """
+    job = Job(session, watched=WATCHED)
+    rng = random.Random(choice)
+    rows = encode(TAPE).rows
+    first = next(at for at, row in enumerate(rows) if row)
+    # Row by row: block, and character in it.
+    places, block, character = [], 1, 0
+    for row in rows[first:]:
+        character += 1
+        places.append((block, character))
+        if row == ISO.end_of_block:
+            block, character = block + 1, 0
+            if block > 6:
+                break
+    told = []
+    for _ in range(count):
+        at, bit = rng.randrange(len(places)), rng.randrange(8)
+        flipped = bytearray(rows)
+        flipped[first + at] ^= 1 << bit
+        text = _refused(job, bytes(flipped))
+        damaged, character = places[at]
+        match = PLACE.fullmatch(text)
+        assert match, text
+        # A start that cannot be recognised is missed where the first block ends.
+        if damaged > 1:
+            assert (int(match[1]), int(match[2])) == (damaged, character), (text, places[at])
+        for moving, axis in MOVES.items():
+            if moving >= damaged:
+                assert job.probe(f"axis_{axis}_command") == 0, (text, axis)
+        told.append([at, bit, text])
+        _again(job)
+    return {"told": told, "cycle": session.cycle}
+
+
+def broken_tapes(session: Session) -> dict:
+    """Every broken tape of the collection: its one sentence, and the position kept."""
+    job = Job(session, watched=WATCHED)
+    told = {}
+    for name, tape in sorted(broken().items()):
+        text = _refused(job, tape.rows)
+        assert text.startswith(f"Block {tape.block}"), (name, text)
+        assert tape.words in text, (name, text)
+        # What has moved is a block before the damaged one.
+        depth = job.probe("axis_z_command")
+        assert depth == 0 or tape.block > 5, (name, depth)
+        told[name] = [text, depth]
+        _again(job)
+    # A good tape runs afterwards.
+    job.start(TAPE)
+    job.finish()
+    assert job.probe("axis_x_command") == 0.01 * MM
+    return {"told": told, "cycle": session.cycle}
+
+
+def noisy_line(session: Session) -> dict:
+    """Frames that arrive damaged, twice, or cut off: asked for again, and no byte is lost.
+
+    Real-time bytes hidden in what is left of a damaged frame do nothing.
+    """
+    job = Job(session, watched=WATCHED)
+    rows = encode(TAPE.replace("N50 M02", "(A HOLD !)\nN50 M02")).rows
+    sent = list(frames(rows))
+    whole = b"".join(data for _, data in sent[1:-1])
+    assert b"!" in whole
+
+    heard = bytearray()
+
+    def answers(data, clocks):
+        """Answers to frames that come in so many clocks, and what they are about."""
+        session.send(data)
+        end = session.cycle + clocks
+        while session.cycle < end:
+            heard.extend(session.receive(end - session.cycle))
+        rest = iter(heard)
+        # Neither of the two occurs in a line.
+        found = [(byte, next(rest)) for byte in rest if byte in (TAKEN, AGAIN)]
+        heard.clear()
+        return found
+
+    patience = session.clock_hz // 50
+    for number, (sequence, data) in enumerate(sent):
+        damaged = bytearray(data)
+        damaged[-1 - number % 2] ^= 0x10
+        assert answers(bytes(damaged), patience) == [(AGAIN, sequence)]
+        if number == 2:
+            assert answers(data[:-4], session.clock_hz // 10) == [(AGAIN, sequence)]
+        assert answers(data, patience) == [(TAKEN, sequence)]
+        if number == 1:
+            assert answers(data, patience) == [(TAKEN, sequence)], "sent twice, taken once"
+    assert frame(0xFF, sent[-1][0]) == sent[-1][1]
+    job.until(lambda: job.probe("axis_x_command") == 0.01 * MM, "the end of the tape", step=2000)
+    job.run(session.clock_hz // 5)
+    assert job.link.status()["state"] == "Idle"
+    assert job.probe("axis_z_command") == -100
+    return {"cycle": session.cycle}
+
+
+def hard_work(session: Session) -> dict:
+    """What costs the firmware most, all at once: it still calls the watchdog in good time.
+
+    Numbers with every digit, many blocks without motion before one that acts, short segments around
+    corners, blocks as long as may be, status reports asked for all the time, a retraction, a trip.
+    """
+    job = Job(session, watched=("safety_pet_strobe", "safety_pet"))
+    data = "G36 R600.0000000 L0.5000000 H900.0000000 E60.0000000 Q0.1000000 Z0.5000000"
+    zigzag = [f"X0.{x}012345 Y-0.{x}054321 Z0.0{x}76543 F1234.567" for x in range(5)]
+    modes = [f"N{number} G90 G94 G21 F{number}00" for number in range(1, 9)]
+    words = "N12345678 G01 G91 G94 G21 X.0001234 Y-.0001234 Z-.0001234 F22.0000001 "
+    longest = [f"{words}({letter * (254 - len(words))})" for letter in "XY"]
+    tape = encode("\n".join([
+        "%", "G21 G90 G94 G01", "C100", "M03", data, *zigzag, *modes, data, *zigzag, longest[0],
+        *modes, "M08", "G38 P50 L0.1 R600 H600", *modes, longest[1], "G90 G01 Z-0.5 F600", "M02"]))
+
+    def ask():
+        job.link.realtime(b"?")
+        return False
+
+    assert job.link.send_tape(tape.rows, ask)
+    assert not job.told("alarm"), job.told("alarm")
+    job.until(lambda: job.probe("axis_z_command") < -2000 or job.told("alarm"), "the last block")
+    assert not job.told("alarm"), job.told("alarm")
+    job.short(True)
+    job.wait("retraction_end")
+    session.set("force.estop", 1)
+    job.alarm()
+    calls = [clock for clock in job.record.rises("safety_pet_strobe")
+             if job.record.at("safety_pet", clock) == 0x5A]
+    longest_wait = max(after - before for before, after in pairwise(calls))
+    assert longest_wait <= 0.85 * LONGEST_S * session.clock_hz, longest_wait
+    return {"longest_wait": longest_wait, "events": job.events, "cycle": session.cycle}
