@@ -104,6 +104,7 @@ def _registers():
             f"axis_{letter}_command": Out(coordinate), f"axis_{letter}_position": Out(coordinate),
             f"axis_{letter}_error": Out(coordinate), f"axis_{letter}_overshoot": Out(32),
             f"axis_{letter}_follow_stopped": In(18), f"axis_{letter}_follow_moving": In(18),
+            f"axis_{letter}_window": In(12),
             f"axis_{letter}_mode_step": In(1), f"axis_{letter}_mode_reverse": In(1),
             f"axis_{letter}_step_time_width": In(8), f"axis_{letter}_step_time_space": In(8),
             f"axis_{letter}_step_time_setup": In(8), f"axis_{letter}_adopt": In(1),
@@ -296,7 +297,7 @@ class Machine(wiring.Component):
                 self.dir[index].eq(axis.dir),
                 self.drive_enable[index].eq(~self.safe),
             ]
-            for name in ("follow_stopped", "follow_moving", "mode_step", "mode_reverse",
+            for name in ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
                          "step_time_width", "step_time_space", "step_time_setup"):
                 m.d.comb += getattr(axis, name).eq(getattr(self, f"axis_{letter}_{name}"))
             for name in ("command", "position", "error", "overshoot", "status_saturated",
@@ -406,8 +407,12 @@ class Machine(wiring.Component):
         m.d.comb += [
             slot.eq(self.path_slot), cycle.eq(self.cycle), path.eq(self.path_position),
             *(into.eq(position) for into, position in zip(axes, positions, strict=True)),
-            queue.data.eq(Cat(*pushed)),
         ]
+        # What is told is made up in one clock and stored in the next: the way is long.
+        push = Signal()
+        m.d.sync += queue.push.eq(push)
+        with m.If(push):
+            m.d.sync += queue.data.eq(Cat(*pushed))
 
         segment = Signal()  # a segment was entered: to be told
         trip = Signal()     # the interlock has tripped: to be told
@@ -416,16 +421,16 @@ class Machine(wiring.Component):
         trip_cycle = Signal(32)
         with m.If(retraction.event != Event.NONE):
             m.d.comb += [
-                queue.push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
+                push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
                 cycle.eq(retraction.event_cycle), first.eq(retraction.event_first),
                 second.eq(retraction.event_second),
             ]
         with m.Elif(segment):
-            m.d.comb += [queue.push.eq(1), kind.eq(Event.SEGMENT), cycle.eq(segment_cycle),
+            m.d.comb += [push.eq(1), kind.eq(Event.SEGMENT), cycle.eq(segment_cycle),
                          slot.eq(segment_slot)]
             m.d.sync += segment.eq(0)
         with m.Elif(trip):
-            m.d.comb += [queue.push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
+            m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
                          detail.eq(interlock.first)]
             m.d.sync += trip.eq(0)
         with m.If(entered):

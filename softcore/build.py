@@ -13,7 +13,6 @@ from types import SimpleNamespace
 from amaranth import *
 from amaranth.build.run import BuildPlan
 from amaranth.lib import io
-from amaranth.lib.cdc import FFSynchronizer
 
 from constraints import ulx3s
 from constraints.board import CHAIN, CHAINED, PADS, Board
@@ -22,7 +21,8 @@ from softcore.image import target_image
 from softcore.soc import Soc
 from softcore.top import Top, digest
 
-__all__ = ["BOARDS", "STAT", "Bitstream", "BuildError", "Cells", "build", "plan", "run_tool"]
+__all__ = ["BOARDS", "LINK_BAUD", "STAT", "SYNTHESIS", "Bitstream", "BuildError", "Cells", "build",
+           "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 BOARDS = {board.name: board for board in ulx3s.BOARDS}
@@ -30,6 +30,7 @@ BOARDS = {board.name: board for board in ulx3s.BOARDS}
 MEMORY_SIZE = 65536    # bytes
 LINK_BAUD = 1_000_000
 SEED = 1               # of the layout: the same sources give the same bitstream
+SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
 
 
 class BuildError(RuntimeError):
@@ -94,6 +95,13 @@ class Bitstream:
     fmax_mhz: dict[str, tuple[float, float]]
     seconds: float
 
+    def require_clocks(self) -> None:
+        """Raise a ``BuildError`` if the layout is slower than a clock."""
+        for name, (reached, wanted) in self.fmax_mhz.items():
+            if reached < wanted:
+                raise BuildError(f"the layout is too slow: clock {name} reaches {reached:.1f} MHz "
+                                 f"of the {wanted:.1f} MHz that it needs.")
+
 
 class BoardTop(Top):
     """The controller on a board: ``Top`` with the board's pins and clock."""
@@ -112,8 +120,8 @@ class BoardTop(Top):
         m.submodules.crystal = crystal = io.Buffer("i", source)
         m.submodules.pll = pll = Pll(source_hz=int(platform.default_clk_frequency),
                                      clock_hz=self.clock_hz)
-        m.submodules.lock = FFSynchronizer(pll.locked, self.locked)
-        m.d.comb += [pll.source.eq(crystal.i), self.clock.eq(pll.clock)]
+        m.d.comb += [pll.source.eq(crystal.i), self.clock.eq(pll.clock),
+                     self.locked.eq(pll.locked)]
         return m
 
 
@@ -124,7 +132,8 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
               memory_size=MEMORY_SIZE, image=image, build=int(digest()[:8], 16))
     # Source locations would put the place of this folder into the digest.
     return platform.prepare(
-        BoardTop(soc, board, platform), emit_src=False, script_after_synth=STAT,
+        BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
+        script_after_synth=STAT,
         nextpnr_opts=f"--seed {SEED} --timing-allow-fail --report top.report.json")
 
 
@@ -181,7 +190,7 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
             run_tool(command, folder)
         made = _result(folder, key, time.monotonic() - began)
         kept.write_text(json.dumps(asdict(made), indent=1))
-    _check_clocks(board, made)
+    made.require_clocks()
     return made
 
 
@@ -201,10 +210,3 @@ def _result(folder, key, seconds):
         fmax_mhz={name: (clock["achieved"], clock["constraint"])
                   for name, clock in report["fmax"].items()},
         seconds=seconds)
-
-
-def _check_clocks(board, made):
-    for name, (reached, wanted) in made.fmax_mhz.items():
-        if reached < wanted:
-            raise BuildError(f"The layout for {board.name} is too slow: clock {name} reaches "
-                             f"{reached:.1f} MHz of the {wanted:.1f} MHz that it must.")

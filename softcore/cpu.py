@@ -12,12 +12,15 @@ __all__ = ["BusSignature", "VexRiscv"]
 
 
 class BusSignature(wiring.Signature):
-    """Classic Wishbone, 32-bit words: ``ack`` ends each access; the initiator's side."""
+    """Wishbone B4, 32-bit words: ``ack`` ends each access; the initiator's side.
+
+    ``more`` (cycle type 010) says that the next access will be of the next word, at once.
+    """
 
     def __init__(self):
         super().__init__({
             "adr": Out(30), "dat_w": Out(32), "dat_r": In(32), "sel": Out(4), "we": Out(1),
-            "stb": Out(1), "ack": In(1),
+            "stb": Out(1), "more": Out(1), "ack": In(1),
         })
 
 
@@ -53,14 +56,15 @@ class VexRiscv(wiring.Component):
         for name, bus in (("iBus", self.ibus), ("dBus", self.dbus)):
             cycle = Signal(name=f"{name}_cyc")
             strobe = Signal(name=f"{name}_stb")
-            m.d.comb += bus.stb.eq(cycle & strobe)
+            kind = Signal(3, name=f"{name}_cti")
+            m.d.comb += [bus.stb.eq(cycle & strobe), bus.more.eq(kind == 0b010)]
             ports |= {
                 f"o_{name}Wishbone_CYC": cycle, f"o_{name}Wishbone_STB": strobe,
                 f"i_{name}Wishbone_ACK": bus.ack, f"o_{name}Wishbone_WE": bus.we,
                 f"o_{name}Wishbone_ADR": bus.adr, f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
                 f"o_{name}Wishbone_DAT_MOSI": bus.dat_w, f"o_{name}Wishbone_SEL": bus.sel,
                 f"i_{name}Wishbone_ERR": 0,
-                f"o_{name}Wishbone_CTI": Signal(3, name=f"{name}_cti"),
+                f"o_{name}Wishbone_CTI": kind,
                 f"o_{name}Wishbone_BTE": Signal(2, name=f"{name}_bte"),
             }
         m.submodules.core = Instance(

@@ -4,6 +4,7 @@
 from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from rtl.machine import Machine, pins
 from softcore.cpu import BusSignature, VexRiscv
@@ -18,13 +19,23 @@ __all__ = ["BlockRam", "Soc"]
 class BlockRam(wiring.Component):
     """Memory of the processor: instructions on one port, data on the other.
 
-    An access takes 2 clocks. ``init`` is the firmware image, little-endian.
+    An access takes 2 clocks, or 1 as the next of a burst of up to ``BURST`` words, which the
+    caches read from an address that is a multiple of it.
+
+    Parameters
+    ----------
+    size : int
+        Bytes; a power of two.
+    image : bytes
+        What is in it at the start: the firmware, little-endian.
 
     Members
     -------
     ibus, dbus : In(BusSignature)
-        Word accesses; only ``dbus`` writes, by bytes.
+        Word accesses; only ``dbus`` writes, by bytes, and never in a burst.
     """
+
+    BURST = 8
 
     def __init__(self, *, size: int, image: bytes = b""):
         if len(image) > size:
@@ -40,13 +51,19 @@ class BlockRam(wiring.Component):
         words = [int.from_bytes(image[at:at + 4], "little") for at in range(0, len(image), 4)]
         m.submodules.ram = ram = memory.Memory(shape=32, depth=self.size // 4, init=words)
         write = ram.write_port(granularity=8)
-        # Transparent, or ECP5 needs a copy of the memory per read port.
+        # Transparent, and at the address of the write: or ECP5 needs a copy per read port.
         for bus in (self.ibus, self.dbus):
             read = ram.read_port(transparent_for=(write,))
-            m.d.comb += [read.addr.eq(bus.adr), read.en.eq(bus.stb), bus.dat_r.eq(read.data)]
-            m.d.sync += bus.ack.eq(bus.stb & ~bus.ack)
+            low = Signal(exact_log2(self.BURST))
+            m.d.comb += [
+                low.eq(bus.adr[:len(low)] + (bus.ack & bus.more)),
+                read.addr.eq(Cat(low, bus.adr[len(low):])),
+                read.en.eq(bus.stb),
+                bus.dat_r.eq(read.data),
+            ]
+            m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
         m.d.comb += [
-            write.addr.eq(self.dbus.adr),
+            write.addr.eq(read.addr),
             write.data.eq(self.dbus.dat_w),
             write.en.eq(Mux(self.dbus.stb & self.dbus.we & ~self.dbus.ack, self.dbus.sel, 0)),
         ]
@@ -77,6 +94,8 @@ class Soc(wiring.Component):
 
     Members
     -------
+    hold : In(1)
+        The processor is in reset.
     rx : In(1)
         Serial input, idle high.
     tx : Out(1)
@@ -92,7 +111,7 @@ class Soc(wiring.Component):
         self.registers = RegisterFile(BLOCKS)
         self.uart = Uart(divisor=link_divisor)
         self.machine = Machine(clock_hz=clock_hz, **options)
-        super().__init__({"rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
+        super().__init__({"hold": In(1), "rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
 
     def elaborate(self, platform):
         m = Module()
@@ -113,7 +132,7 @@ class Soc(wiring.Component):
         m.d.comb += [
             ram.dbus.adr.eq(cpu.dbus.adr), ram.dbus.dat_w.eq(cpu.dbus.dat_w),
             ram.dbus.sel.eq(cpu.dbus.sel), ram.dbus.we.eq(cpu.dbus.we),
-            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral),
+            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral), ram.dbus.more.eq(cpu.dbus.more),
             registers.adr.eq(cpu.dbus.adr), registers.dat_w.eq(cpu.dbus.dat_w),
             registers.we.eq(cpu.dbus.we),
             registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running),
@@ -122,12 +141,14 @@ class Soc(wiring.Component):
             cpu.interrupt.eq(machine.event_head_valid),
         ]
 
+        reset = Signal()
         m.d.comb += [
+            reset.eq(ResetSignal(allow_reset_less=True) | self.hold),
             gate.clock.eq(ClockSignal()), gate.enable.eq(sleep.running),
-            ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(ResetSignal()),
+            ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(reset),
             sleep.strobe.eq(registers.system_sleep_strobe),
             sleep.clocks.eq(registers.system_sleep),
-            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | ResetSignal()),
+            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | reset),
             sleep.ack.eq(registers.ack),
         ]
 

@@ -3,6 +3,7 @@
 
 import argparse
 import hashlib
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -35,7 +36,10 @@ class Top(Elaboratable):
     """Pads and controller, joined, in a clock domain that starts with a reset of its own.
 
     Boards have no reset pin to rely on: after configuration, and while ``locked`` is low, ``sync``
-    is in reset, and for ``RESET_CLOCKS`` more.
+    is in reset, and for ``RESET_CLOCKS`` more, or on ECP5 the processor alone for so many more.
+
+    An ECP5 has a net of its own (GSR) that brings every register to its initial value. It takes
+    the reset's place there, which would else be the largest net by far, of ordinary wires.
 
     Parameters
     ----------
@@ -59,6 +63,20 @@ class Top(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
+        if getattr(platform, "device", "").startswith("LFE5"):
+            self._global_reset(m)
+        else:
+            self._wired_reset(m)
+
+        m.submodules.soc = soc = self.soc
+        m.submodules.pads = pads = Pads(self.ports)
+        for name, port in pins().items():
+            inner, outer = getattr(soc, name), getattr(pads, name)
+            m.d.comb += inner.eq(outer) if port.flow is wiring.In else outer.eq(inner)
+        m.d.comb += [soc.rx.eq(pads.rx), pads.tx.eq(soc.tx)]
+        return m
+
+    def _wired_reset(self, m):
         m.domains.sync = sync = ClockDomain()
         m.domains.power_on = power_on = ClockDomain(reset_less=True, local=True)
         clocks = Signal(range(self.RESET_CLOCKS + 1))
@@ -69,13 +87,19 @@ class Top(Elaboratable):
         with m.Elif(clocks != self.RESET_CLOCKS):
             m.d.power_on += clocks.eq(clocks + 1)
 
-        m.submodules.soc = soc = self.soc
-        m.submodules.pads = pads = Pads(self.ports)
-        for name, port in pins().items():
-            inner, outer = getattr(soc, name), getattr(pads, name)
-            m.d.comb += inner.eq(outer) if port.flow is wiring.In else outer.eq(inner)
-        m.d.comb += [soc.rx.eq(pads.rx), pads.tx.eq(soc.tx)]
-        return m
+    def _global_reset(self, m):
+        m.domains.sync = sync = ClockDomain(reset_less=True)
+        # Two registers that the net itself leaves alone bring its end in step with the clock.
+        good = [self.locked, Signal(name="good_0"), Signal(name="good_1")]
+        for index, (level, held) in enumerate(pairwise(good)):
+            m.submodules[f"good_{index}"] = Instance(
+                "FD1S3AX", p_GSR="DISABLED", i_CK=self.clock, i_D=level, o_Q=held)
+        m.submodules.reset = Instance("SGSR", i_CLK=self.clock, i_GSR=good[-1])
+        # The processor's registers have no initial values: it needs a reset that it can see.
+        clocks = Signal(range(self.RESET_CLOCKS + 1))
+        m.d.comb += [sync.clk.eq(self.clock), self.soc.hold.eq(clocks != self.RESET_CLOCKS)]
+        with m.If(clocks != self.RESET_CLOCKS):
+            m.d.sync += clocks.eq(clocks + 1)
 
 
 def simulated(clock_hz: int, **options) -> tuple[Top, dict]:

@@ -65,7 +65,7 @@ def whole(rng, rows, sanitize):
     machine = Machine(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
     machine.line("$X")
     machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
-    machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$21=1")))
+    machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$22=1")))
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):

@@ -139,6 +139,8 @@ class Axis(wiring.Component):
         Following error allowed at rest, in pulses.
     follow_moving : In(18)
         Following error allowed in motion, in pulses.
+    window : In(12)
+        Following error up to which the axis is in position, in pulses.
     mode_step : In(1)
         Step/direction instead of DAC and encoder.
     mode_reverse : In(1)
@@ -178,7 +180,7 @@ class Axis(wiring.Component):
     fp_reverse : Out(1)
         Its direction, high for down. Valid while ``fp`` is high.
     in_position : Out(1)
-        Er is -1, 0 or 1.
+        Er is no further from 0 than ``window``.
 
     Raises
     ------
@@ -208,6 +210,7 @@ class Axis(wiring.Component):
             "mark_reverse":      In(1),
             "follow_stopped":    In(18),
             "follow_moving":     In(18),
+            "window":            In(12),
             "mode_step":         In(1),
             "mode_reverse":      In(1),
             "step_time_width":   In(8),
@@ -281,7 +284,7 @@ class Axis(wiring.Component):
             negative.eq(counter.error[-1]),
         ]
         m.d.comb += [
-            self.in_position.eq(size <= 1),
+            self.in_position.eq(size <= self.window),
 
             dac.magnitude.eq(Mux(size[FULL_SCALE_BITS:].any(), FULL_SCALE, size)),
             dac.reverse.eq(negative),

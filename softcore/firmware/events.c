@@ -190,13 +190,13 @@ static void tell(const record *r) {
         break;
     case EVENT_READVANCE: tell_readvance(r); break;
     case EVENT_RESUME: output_event("resume", r->cycle, line, r->event.encoder, ""); break;
-    case EVENT_HALT: machine_halted(r->event.detail); break;
+    case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
     case EVENT_SEGMENT:
         entry = *r;
         entered = path_entered_slot(r->event.slot);
         tell_block();
         break;
-    case EVENT_TRIP: machine_tripped(r->event.detail); break;
+    case EVENT_TRIP: machine_tripped(r->event.detail, r->cycle, r->event.encoder); break;
     default: break;
     }
 }

@@ -120,7 +120,7 @@ int32_t hal_axis_command(unsigned axis);
 int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);
 uint32_t hal_axis_overshoot(unsigned axis);
-void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving);
+void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window);
 void hal_axis_mode(unsigned axis, bool step, bool reverse);
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
 void hal_axis_adopt(unsigned axis);

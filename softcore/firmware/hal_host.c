@@ -358,10 +358,11 @@ uint32_t hal_axis_overshoot(unsigned axis) {
     (void)axis;
     return 7;
 }
-void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving) {
+void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window) {
     (void)axis;
     (void)stopped;
     (void)moving;
+    (void)window;
 }
 void hal_axis_mode(unsigned axis, bool step, bool reverse) {
     (void)axis;

@@ -202,9 +202,10 @@ int32_t hal_axis_position(unsigned axis) { return AXIS(axis)->position; }
 int32_t hal_axis_error(unsigned axis) { return AXIS(axis)->error; }
 uint32_t hal_axis_overshoot(unsigned axis) { return AXIS(axis)->overshoot; }
 
-void hal_axis_following(unsigned axis, uint32_t stopped, uint32_t moving) {
+void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window) {
     AXIS(axis)->follow_stopped = stopped;
     AXIS(axis)->follow_moving = moving;
+    AXIS(axis)->window = window;
 }
 
 void hal_axis_mode(unsigned axis, bool step, bool reverse) {

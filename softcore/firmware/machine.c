@@ -86,7 +86,8 @@ static void stop(void) {
     program_abort();
 }
 
-void machine_alarm(const fault *f) {
+/* `position` is that of the encoders in clock `cycle`, which is past. */
+static void alarm_at(const fault *f, uint64_t cycle, const int32_t *position) {
     stop();
     if (alarm.waits)
         return; /* the first one is what happened */
@@ -98,9 +99,16 @@ void machine_alarm(const fault *f) {
     }
     locked = alarm.waits = true;
     alarm.what = *f;
-    alarm.cycle = hal_cycle();
+    alarm.cycle = cycle;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        alarm.position[axis] = hal_axis_position(axis);
+        alarm.position[axis] = position[axis];
+}
+
+void machine_alarm(const fault *f) {
+    int32_t position[HAL_AXES];
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        position[axis] = hal_axis_position(axis);
+    alarm_at(f, hal_cycle(), position);
 }
 
 bool machine_alarm_waits(void) { return alarm.waits; }
@@ -160,7 +168,7 @@ void machine_reset(void) {
     link_restart();
 }
 
-void machine_halted(unsigned detail) {
+void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
                                        FAULT_HALT_SERIES, FAULT_HALT_NO_DATA};
     static const char *const texts[] = {
@@ -173,16 +181,16 @@ void machine_halted(unsigned detail) {
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     fault f = {.line = events_line()};
     fault_at(&f, codes[row], 0, "%s", texts[row]);
-    machine_alarm(&f);
+    alarm_at(&f, cycle, position);
 }
 
-void machine_tripped(unsigned cause) {
+void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
     fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", cause_text(cause),
              LOSES_POSITION >> cause & 1 ? "lost" : "kept");
-    machine_alarm(&f);
+    alarm_at(&f, cycle, position);
 }
 
 void machine_events_lost(void) {

@@ -25,7 +25,7 @@ void machine_tell_alarm(void);
 bool machine_unlock(fault *f);
 void machine_reset(void);               /* operator's reset */
 
-/* The gateware's events that end a program. */
-void machine_halted(unsigned detail);
-void machine_tripped(unsigned cause);
+/* The gateware's events that end a program, with the encoders' position in clock `cycle`. */
+void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position);
+void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position);
 void machine_events_lost(void);

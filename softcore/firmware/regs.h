@@ -393,6 +393,7 @@ typedef volatile struct {
     const uint32_t overshoot; /* Furthest travel beyond the last mark (end of a retraction). [pulse] */
     uint32_t follow_stopped; /* Following error allowed at rest. [pulse] */
     uint32_t follow_moving; /* Following error allowed in motion. [pulse] */
+    uint32_t window; /* Following error up to which the axis is in position. [pulse] */
     uint32_t mode; /* Output of the axis. */
     uint32_t step_time; /* Shape of step pulses. */
     uint32_t adopt; /* Take the position as command and clear Er. Only while the outputs are safe. */
@@ -404,14 +405,17 @@ _Static_assert(offsetof(axis_regs, error) == 0x8, "");
 _Static_assert(offsetof(axis_regs, overshoot) == 0xc, "");
 _Static_assert(offsetof(axis_regs, follow_stopped) == 0x10, "");
 _Static_assert(offsetof(axis_regs, follow_moving) == 0x14, "");
-_Static_assert(offsetof(axis_regs, mode) == 0x18, "");
-_Static_assert(offsetof(axis_regs, step_time) == 0x1c, "");
-_Static_assert(offsetof(axis_regs, adopt) == 0x20, "");
-_Static_assert(offsetof(axis_regs, status) == 0x24, "");
+_Static_assert(offsetof(axis_regs, window) == 0x18, "");
+_Static_assert(offsetof(axis_regs, mode) == 0x1c, "");
+_Static_assert(offsetof(axis_regs, step_time) == 0x20, "");
+_Static_assert(offsetof(axis_regs, adopt) == 0x24, "");
+_Static_assert(offsetof(axis_regs, status) == 0x28, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
 #define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
 #define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
 #define AXIS_FOLLOW_MOVING_VALUE_MASK 0x0003ffffu
+#define AXIS_WINDOW_VALUE_SHIFT 0
+#define AXIS_WINDOW_VALUE_MASK 0x00000fffu
 #define AXIS_MODE_STEP_SHIFT 0
 #define AXIS_MODE_STEP_MASK 0x00000001u
 #define AXIS_MODE_REVERSE_SHIFT 1

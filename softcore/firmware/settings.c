@@ -28,6 +28,7 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_STEP_WIDTH_NS] = {1000, 1, 100000, "step pulse width, ns"},
     [SET_STEP_SPACE_NS] = {1000, 1, 100000, "step pulse space, ns"},
     [SET_STEP_SETUP_NS] = {1000, 1, 100000, "direction before step, ns"},
+    [SET_WINDOW] = {1, 1, 4095, "following error up to which an axis is in position, pulses"},
     [SET_TV] = {0, 0, 1, "tape: TV check"},
     [SET_BLOCK_SKIP] = {1, 0, 1, "blocks with / are skipped"},
     [SET_OPTIONAL_STOP] = {0, 0, 1, "M01 stops"},
@@ -63,7 +64,8 @@ static void apply_motion(void) {
 
 static void apply_axes(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        hal_axis_following(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING]);
+        hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
+                        values[SET_WINDOW]);
         hal_axis_mode(axis, values[SET_STEP_AXES] >> axis & 1,
                       values[SET_REVERSED_ENCODERS] >> axis & 1);
         hal_axis_step_time(axis, at_most(units_clocks_of_ns(values[SET_STEP_WIDTH_NS]), 255),
@@ -98,7 +100,7 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_gap();
     else if (which <= SET_ACCELERATION_MM_S2)
         apply_motion();
-    else if (which <= SET_STEP_SETUP_NS)
+    else if (which <= SET_WINDOW)
         apply_axes();
     else
         apply_machine();

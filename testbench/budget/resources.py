@@ -18,7 +18,7 @@ from types import SimpleNamespace
 
 from amaranth.back import rtlil
 
-from softcore.build import BOARDS, STAT, Cells, build, run_tool
+from softcore.build import BOARDS, STAT, SYNTHESIS, Cells, build, run_tool
 from softcore.cpu import VexRiscv
 from softcore.top import simulated
 
@@ -71,7 +71,7 @@ def blocks(text: str) -> dict[str, str]:
 def _kept(what, text, measure):
     """Result of ``measure(folder)``, kept by content under ``build/budget``."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    name = hashlib.sha256(f"{what}{DEVICE}{text}".encode()).hexdigest()[:20]
+    name = hashlib.sha256(f"{what}{DEVICE}{SYNTHESIS}{text}".encode()).hexdigest()[:20]
     kept = BUILD / f"{name}.json"
     if not kept.exists():
         with tempfile.TemporaryDirectory(dir=BUILD) as folder:
@@ -88,7 +88,7 @@ def _synthesise(text, folder):
         (folder / "core.v").write_text(VexRiscv.source().read_text())
     (folder / "block.il").write_text(text)
     (folder / "block.ys").write_text(
-        f"{core}read_rtlil block.il\nsynth_ecp5 -top block -json block.json\n"
+        f"{core}read_rtlil block.il\nsynth_ecp5 {SYNTHESIS} -top block -json block.json\n"
         f"{STAT}\n")
     run_tool(["yosys", "-q", "block.ys"], folder)
     return asdict(Cells.counted((folder / "stat.json").read_text()))

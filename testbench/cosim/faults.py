@@ -3,6 +3,7 @@
 
 from softcore.image import target_image
 from softcore.regmap import CAUSES
+from softcore.top import Top
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.station import Session
@@ -83,6 +84,8 @@ def tripped(session: Session, cause: str) -> dict:
     assert job.probe("safety_latched") == 1 << NUMBER[cause]
     assert alarm["code"] == 40
     assert said in alarm["text"]
+    # The controller counts clocks from the end of its reset.
+    assert safe - alarm["cycle"] == Top.RESET_CLOCKS + 1
     assert ("the position is kept" in alarm["text"]) == kept
     # What the ramp had stored is not moved later.
     assert record.at("path_command", session.cycle) == record.at("path_position", session.cycle)

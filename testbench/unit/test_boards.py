@@ -9,7 +9,7 @@ from amaranth.build import Platform
 
 from constraints.board import CHAIN, CHAINED, PADS
 from rtl import pads
-from softcore.build import BOARDS, plan
+from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
 from testbench.refusal import refuses
 
@@ -22,8 +22,13 @@ def board(request):
 
 
 @pytest.fixture(scope="module")
-def pin_list(board):
-    return plan(board).files["top.lpf"]
+def planned(board):
+    return plan(board)
+
+
+@pytest.fixture
+def pin_list(planned):
+    return planned.files["top.lpf"] + "\n"
 
 
 def placed(pin_list):
@@ -78,14 +83,40 @@ def test_pulls_make_a_broken_wire_safe(board, pin_list):
 
 
 def test_clock_makes_the_link_rate_exactly(board):
-    assert board.clock_hz % 1_000_000 == 0
+    assert board.clock_hz % LINK_BAUD == 0
 
 
-def test_the_same_sources_give_the_same_build(board):
-    assert plan(board).digest() == plan(board).digest()
-    assert plan(board).digest() != plan(board, b"other firmware").digest()
+def test_the_digest_is_of_the_sources_and_the_firmware(board, planned):
+    assert planned.digest() == plan(board).digest()
+    assert planned.digest() != plan(board, b"other").digest()
 
 
 @pytest.mark.parametrize("clock_hz", [30_000_000, 175_000_000])
 def test_pll_refuses_what_it_cannot_make(clock_hz):
     refuses(Pll, r"the PLL cannot make", source_hz=25_000_000, clock_hz=clock_hz)
+
+
+def bitstream(reached, wanted):
+    return Bitstream("", "", Cells(0, 0, 0, 0, 0, 0), 0, {"slow": (9.0, 8.0),
+                                                          "clk": (reached, wanted)}, 0.0)
+
+
+def test_a_missed_clock_is_one_clear_sentence():
+    bitstream(50.0, 50.0).require_clocks()
+    with pytest.raises(BuildError, match=r"^the layout is too slow: clock clk reaches 49\.9 MHz of "
+                                         r"the 50\.0 MHz that it needs\.$"):
+        bitstream(49.9, 50.0).require_clocks()
+
+
+def test_a_tool_that_fails_says_its_last_line(workdir):
+    with pytest.raises(BuildError, match=r"^yosys-nowhere cannot be started"):
+        run_tool(["yosys-nowhere"], workdir)
+    with pytest.raises(BuildError, match=r"^ecppack failed in .*: \S+"):
+        run_tool(["ecppack", "--input", "missing.config"], workdir)
+
+
+def test_reset_is_on_its_own_net(planned):
+    """GSR resets every register but the two that bring its end in step with the clock."""
+    netlist = planned.files["top.il"]
+    assert netlist.count("cell \\SGSR ") == 1
+    assert netlist.count("cell \\FD1S3AX ") == netlist.count('parameter \\GSR "DISABLED"') == 2

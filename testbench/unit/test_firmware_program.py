@@ -88,7 +88,7 @@ def test_discharge_returns_after_the_stop(machine):
 
 def test_optional_stop(machine):
     assert names(run(machine, "M01", "M02"))[-1] == "end"
-    machine.line("$23=1")
+    machine.line("$24=1")
     assert names(run(machine, "M01", "M02"))[-1] == "pause"
 
 
@@ -253,7 +253,7 @@ def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
 def test_block_skip(machine):
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 0
-    machine.line("$22=0")
+    machine.line("$23=0")
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 10_000
 
