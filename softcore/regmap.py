@@ -140,7 +140,7 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
         Field(name="moving", bits=1, access="r",
               doc="Pulses are stored, or the ramp is not at rest."),
         Field(name="reverse", bits=1, access="r", doc="Direction of the last pulse was backward."),
-        Field(name="in_position", bits=1, access="r", doc="Every error counter is within its window."),
+        Field(name="in_position", bits=1, access="r", doc="Every axis is within its window."),
         Field(name="state", bits=4, access="r",
               doc="Retraction: 0 front, 1 stopping, 2 retracting, 3 at limit, 4 re-advance high, "
                   "5 re-advance low, 6 halted."))),

@@ -74,7 +74,8 @@ def test_follows_the_model(simulate, rng, dac, mode):
             lean = (-1, 0, 1, 0)[clock // 200 % 4]
             busy = clock % 300 < 200
             await bench.clock(
-                ctx, **mode, **limits, window=(1, 9, 0)[clock // 100 % 3], times=(rng.randrange(4), rng.randrange(4), 3),
+                ctx, **mode, **limits, window=(1, 9, 0)[clock // 100 % 3],
+                times=(rng.randrange(4), rng.randrange(4), 3),
                 pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
                 move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
                 safe=rng.random() < 0.05, adopt=rng.random() < 0.05,
