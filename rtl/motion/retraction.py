@@ -171,17 +171,18 @@ class Retraction(wiring.Component):
                               | (state == State.HALTED))),
             self.quiet.eq(state == State.HALTED),
         ]
+        # In a register: the ramp has much to reckon with it.
         with m.Switch(state):
             with m.Case(State.HIGH):
-                m.d.comb += self.target.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
+                m.d.sync += self.target.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
                                                force["high_rate"]))
             with m.Case(State.LOW):
-                m.d.comb += self.target.eq(force["low_rate"])
+                m.d.sync += self.target.eq(force["low_rate"])
             with m.Case(State.RETRACTING):
-                m.d.comb += self.target.eq(Mux(cause == Cause.JUMP, force["jump_rate"],
+                m.d.sync += self.target.eq(Mux(cause == Cause.JUMP, force["jump_rate"],
                                                force["rate"]))
             with m.Default():
-                m.d.comb += self.target.eq(self.feed)
+                m.d.sync += self.target.eq(self.feed)
 
         def order(why):
             """Come to rest, then go back."""
