@@ -16,6 +16,7 @@ from rich.console import Console
 
 from host.errors import DONE, FAULT, UserError
 from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
+from host.words import counted
 
 app = typer.Typer(
     help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
@@ -52,7 +53,7 @@ def run(
         help="A built-in machine (sinker), or a TOML file of machine and plant parameters.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
-        min=0, metavar="N",
+        min=0, max=2**64 - 1, metavar="N",
         help="Seed of everything random. The same seed gives the same events, to the byte.",
     )] = 1,
     waves: Annotated[bool, typer.Option(
@@ -69,7 +70,8 @@ def run(
     )] = None,
     until: Annotated[float | None, typer.Option(
         min=0.0, metavar="SECONDS", show_default=False,
-        help="Stop after so much of the machine's time; the outcome is then `stopped`.",
+        help="Stop after so much of the machine's time, the set-up included: the feed is held "
+             "within 10 ms, and the axes come to rest. The outcome is then `stopped`.",
     )] = None,
     clock: Annotated[int | None, typer.Option(
         min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
@@ -130,7 +132,7 @@ def tape_decode(
         sys.stdout.write(text)
     else:
         _write(target, text.encode())
-        out.print(f"{target}: {text.count(chr(10))} lines, from {code.title}")
+        out.print(f"{target}: {counted(text.count(chr(10)), 'line')}, from {code.title}")
 
 
 @tape_app.command("check")
@@ -145,7 +147,7 @@ def tape_check(source: Annotated[Path, typer.Argument(
     from host.check import check
     from host.tape import load
     blocks = check(load(source))
-    out.print(f"{source}: {blocks} blocks, no fault found")
+    out.print(f"{source}: {counted(blocks, 'block')}, no fault found")
 
 
 @app.command()

@@ -28,6 +28,6 @@ class TapeError(UserError):
 
     def __init__(self, reason: str, block: int = 0, character: int = 0):
         self.block, self.character = block, character
-        where = f"block {block}, character {character}: " if character else (
-            f"block {block}: " if block else "")
+        where = f"Block {block}, character {character}: " if character else (
+            f"Block {block}: " if block else "")
         super().__init__(f"{where}{reason}")

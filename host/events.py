@@ -55,7 +55,7 @@ def _speed(um_per_min: str) -> float:
 
 
 def _program_start(scale, program=""):
-    return {"event": "program_start", "program": program}
+    return {"event": "program_start"}
 
 
 def _block(scale, text=""):

@@ -17,11 +17,12 @@ taken for a real-time byte.
 Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 for ``123456789``.
 """
 
+import json
 from binascii import crc_hqx
 from collections.abc import Callable
 from typing import Protocol
 
-from host.errors import UserError
+from host.errors import UsageError, UserError
 
 FRAME, TAKEN, AGAIN = 0x02, 0x06, 0x15
 PAYLOAD = 64
@@ -34,10 +35,20 @@ FRAME_TIMEOUT_S = 0.1     # a frame takes 0.7 ms at 1 Mbaud: no room, or noise h
 ANSWER_TIMEOUT_S = 2.0
 UNANSWERED_FRAMES = 20    # then the machine is asked whether it lives
 DAMAGED_FRAMES = 10
+POLL_S = 0.01             # longest wait before one looks whether it is to go on
+LONGEST_LINE = 255        # characters; with its end it fills the controller's 256
 
 
 class LinkError(UserError):
     """The controller does not answer as agreed."""
+
+
+class RefusedError(LinkError):
+    """The controller refuses a line; ``reason`` is its own sentence."""
+
+    def __init__(self, line: str, reason: str):
+        super().__init__(f'the controller refuses "{line}": {reason}')
+        self.reason = reason
 
 
 class BytePipe(Protocol):
@@ -56,6 +67,26 @@ class BytePipe(Protocol):
 def crc(data: bytes) -> int:
     """CRC-16/CCITT-FALSE."""
     return crc_hqx(data, 0xFFFF)
+
+
+def check_line(line: str) -> None:
+    """Check that ``line`` can be sent as one line of line mode.
+
+    Raises
+    ------
+    UsageError
+        If it is empty or too long, or holds a character that is none or a real-time byte.
+    """
+    wrong = next((char for char in line if not " " <= char <= "~" or char in "?!~"), None)
+    if wrong is not None:
+        said, char = (json.dumps(text, ensure_ascii=False) for text in (line, wrong))
+        raise UsageError(f"the line {said} cannot be entered by hand: {char} is no character of a "
+                         "block.")
+    if not line.strip():
+        raise UsageError("an empty line cannot be entered by hand.")
+    if len(line) > LONGEST_LINE:
+        raise UsageError(f'the line "{line[:20]}…" cannot be entered by hand: it has {len(line)} '
+                         f"characters, and the controller takes {LONGEST_LINE}.")
 
 
 def frame(length: int, sequence: int, payload: bytes = b"") -> bytes:
@@ -121,8 +152,10 @@ class Link:
 
         Raises
         ------
+        RefusedError
+            If the controller refuses the line.
         LinkError
-            If the controller refuses the line, or does not answer.
+            If it does not answer.
         """
         self._answers = []
         said = []
@@ -136,12 +169,13 @@ class Link:
             self._answers, self.on_line = None, inner
         if answer != "ok":
             why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), answer)
-            raise LinkError(f'the controller refuses "{line}": {why}')
+            raise RefusedError(line, why)
 
     def send_tape(self, rows: bytes, stop: Callable[[], bool]) -> bool:
         """Send a tape, frame by frame, while ``on_line`` gets what the machine says meanwhile.
 
-        Returns whether all of it was taken; not so if ``stop()`` became true before.
+        Returns whether all of it was taken; not so if ``stop()`` became true before. It is asked
+        every ``POLL_S``, or more often.
 
         Raises
         ------
@@ -180,7 +214,7 @@ class Link:
             left = end - self.pipe.time_s()
             if left <= 0 or stop():
                 return None
-            self.poll(left)
+            self.poll(min(left, POLL_S))
 
     def status(self) -> dict[str, str]:
         """Ask for a status report; return its fields by name, the state as ``state``.

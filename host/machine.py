@@ -26,6 +26,10 @@ def _check(name, tables, prefix=""):
             raise UsageError(f"machine {name}: {prefix}{key} is no number.")
         elif not math.isfinite(value):
             raise UsageError(f"machine {name}: {prefix}{key} must be finite, not {value}.")
+        elif prefix == "settings." and not (key.isdecimal() and isinstance(value, int)
+                                            and value >= 0):
+            raise UsageError(f"machine {name}: {prefix}{key} = {value} is no setting; one reads "
+                             "number = value, both whole and not negative.")
     if not prefix:
         for key in POSITIVE:
             if key in tables and not tables[key] > 0:
@@ -34,6 +38,35 @@ def _check(name, tables, prefix=""):
         if not LOWEST_CLOCK_HZ <= clock_hz <= HIGHEST_CLOCK_HZ:
             raise UsageError(f"machine {name}: clock_hz must be {LOWEST_CLOCK_HZ} to "
                              f"{HIGHEST_CLOCK_HZ}, not {clock_hz}.")
+
+
+def _keys(tables, prefix=""):
+    """Names of all numbers but the settings, which are the controller's."""
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            yield from _keys(value, f"{prefix}{key}.")
+        elif prefix != "settings.":
+            yield prefix + key
+
+
+def _complete(name, tables):
+    """Refuse a file that lacks a number, or has one of a name that no machine has."""
+    known = list(_keys(_tables(BUILT_IN / "sinker.toml")))
+    given = set(_keys(tables))
+    missing = next((key for key in known if key not in given), None)
+    if missing:
+        raise UsageError(f"machine {name}: {missing} is missing; a machine's file gives every "
+                         "number, as that of the sinker does.")
+    strange = sorted(given - set(known))
+    if strange:
+        raise UsageError(f"machine {name}: {strange[0]} is no number of a machine.")
+
+
+def _tables(path):
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{path} is no machine description: {error}.") from error
 
 
 @dataclass(frozen=True)
@@ -86,15 +119,14 @@ def load(name: str) -> Machine:
     Raises
     ------
     UsageError
-        If there is none, or its file cannot be read.
+        If there is none, or its file cannot be read, is not complete, or has numbers that no
+        machine can have.
     """
-    path = Path(name) if name.endswith(".toml") else BUILT_IN / f"{name}.toml"
+    path = Path(name) if name.lower().endswith(".toml") else BUILT_IN / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(built_in()) or "none"
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
-    try:
-        tables = tomllib.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{path} is no machine description: {error}.") from error
+    tables = _tables(path)
     _check(path.stem, tables)
+    _complete(path.stem, tables)
     return Machine(path.stem, tables)

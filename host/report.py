@@ -17,6 +17,7 @@ OUTCOMES = {
     "rejected": ("tape rejected", "bad"),
 }
 REASONS = {"cleared": "cleared", "limit": "at the limit", "path_start": "at the path's start"}
+PRESSED_MM = 0.005  # there is contact at some micrometres; what is further in was pushed there
 # Blocks and conditions are told by the listing; the table of events is for what happened.
 QUIET = {"block"}
 
@@ -53,13 +54,21 @@ def _details(event: dict) -> str:
     return ", ".join(f"{name} {value}" for name, value in said.items())
 
 
+def collision(summary: dict) -> str:
+    """What to say of an electrode that was pushed into solid work; nothing if it was not."""
+    pressed = summary["pressed_mm"]
+    return "" if pressed <= PRESSED_MM else (
+        f"The electrode was pressed {pressed:.3f} mm into the workpiece: on a real machine, a "
+        "collision.")
+
+
 def _tiles(summary, retractions):
     shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
     pulses = summary["discharges"]
     total = sum(pulses.values())
     counts = summary["retractions"]
     return [
-        ("deepest", f"{_number(summary['max_depth_mm'])} mm", "below Z 0 of the program"),
+        ("deepest", f"{_number(summary['max_depth_mm'])} mm", "below Z 0 at the program's start"),
         ("time on the machine", f"{_number(summary['time_s'], 2)} s",
          f"{_number(summary['cycles'])} clocks at {_number(summary['clock_hz'] / 1e6)} MHz"),
         ("retractions", _number(counts["count"]),
@@ -93,7 +102,7 @@ def render(*, title, listing, machine, parameters, summary, events, trace) -> st
     outcome, colour = OUTCOMES[summary["outcome"]]
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
-        tiles=_tiles(summary, retractions), listing=listing,
+        tiles=_tiles(summary, retractions), listing=listing, collision=collision(summary),
         overview=figures.overview(trace, events, retractions) if drawn else "",
         telling=telling, close_up=close_up,
         retractions=retractions, reasons=REASONS,

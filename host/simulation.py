@@ -46,6 +46,10 @@ class Simulation:
         """Discharge pulses so far, by class."""
         return self._native.discharges()
 
+    def front(self) -> int:
+        """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
+        return self._native.probe("path_front")
+
     def trace(self) -> dict:
         """Samples of the run as columns."""
         return self._native.trace()
@@ -73,6 +77,6 @@ def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
         raise UsageError(f"machine {machine.name}: {error}.") from error
     except RuntimeError as error:  # a compiler or Verilator, with pages of its own words
         LOG.parent.mkdir(exist_ok=True)
-        LOG.write_text(f"{error}\n")
+        LOG.write_text(f"{error}\n", encoding="utf-8")
         raise UserError("the simulated machine or its firmware could not be built; what the tool "
                         f"said is in {LOG}.") from error

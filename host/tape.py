@@ -89,9 +89,9 @@ def recognise(rows: bytes) -> tuple[Code, int]:
     Raises
     ------
     TapeError
-        If the tape has no start.
+        If the tape has no start; the character is the last one read.
     """
-    begin = 0  # of what has come since the last end of block
+    begin, read = 0, len(rows)  # where the block at work begins; rows read before giving up
     for index, row in enumerate(rows):
         code = next((c for c in (ISO, EIA) if row == c.end_of_block), None)
         if code is None:
@@ -104,19 +104,18 @@ def recognise(rows: bytes) -> tuple[Code, int]:
         block = rows[begin:index].replace(bytes([BLANK]), b"")
         # Two rows or more: one may be a character by chance.
         if len(block) >= 2 and all(row in code.read for row in block):
+            read = index + 1
             break
         begin = index + 1
-    raise TapeError("the tape has no start: % (ISO 840) or ER (EIA RS-244) and an end of block "
-                    "must stand before the program.", 1, 1)
+    raise TapeError("there is no start code (% or ER, then end of block) before the data.", 1, read)
 
 
 def _read_row(code: Code, row: int, block: int, character: int) -> str:
     if odd(row) != code.parity:
-        raise TapeError(f"parity error: row 0x{row:02X} has {row.bit_count()} holes and "
-                        f"{code.title} wants an {'odd' if code.parity else 'even'} number.",
-                        block, character)
+        raise TapeError(f"parity error (TH) in the byte {row:02X}.", block, character)
     if row not in code.read:
-        raise TapeError(f"row 0x{row:02X} is no character of {code.title}.", block, character)
+        raise TapeError(f"the byte {row:02X} is not a character of the {code.name.upper()} code.",
+                        block, character)
     return code.read[row]
 
 
@@ -129,7 +128,8 @@ def decode(rows: bytes) -> tuple[str, Code]:
     Raises
     ------
     TapeError
-        With the block and the character where the tape is damaged, has a wrong code, or stops.
+        In the words of the controller's own reader, softcore/firmware/reader.c,
+        with the block and the character where the tape is damaged, has a wrong code, or stops.
     """
     code, start = recognise(rows)
     lines, line, block, character = [], "", 1, 0
@@ -141,16 +141,21 @@ def decode(rows: bytes) -> tuple[str, Code]:
                 break
             line, block, character = "", block + 1, 0
         elif row == BLANK and code.blank_is_fault:
-            raise TapeError(f"blank row inside the data of an {code.title} tape.", block, character)
+            raise TapeError("blank tape inside the program.", block, character)
         else:
             char = _read_row(code, row, block, character)
             if char == "%" and block > 1:
-                raise TapeError("the tape ends without M02 or M30.", block, character)
+                raise TapeError("rewind stop before the end word (M02 or M30).", block, character)
             line += char
     else:
-        raise TapeError("the tape stops without M02 or M30.", block, character + 1)
+        raise TapeError("the tape ends before the end word (M02 or M30).", block, character + 1)
     lines[0] = "%"
     return "\n".join([*lines, "%", ""]), code
+
+
+def is_punched(path: Path) -> bool:
+    """Whether a file holds punched rows, by its name; any other is a text."""
+    return path.suffix.lower() == ".ptp"
 
 
 def load(path: Path) -> Tape:
@@ -159,7 +164,7 @@ def load(path: Path) -> Tape:
         data = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}.") from error
-    if path.suffix == ".ptp":
+    if is_punched(path):
         # A tape with a damaged start is still a tape: the machine's own reader is to refuse it.
         code = next((c for row in data for c in CODES.values() if row == c.end_of_block), ISO)
         return Tape(data, code)

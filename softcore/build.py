@@ -168,9 +168,8 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
     BuildError
         If a tool fails, or the layout is slower than the clock.
     """
-    progress("Compiling the firmware.")
-    image = target_image(MEMORY_SIZE).read_bytes()
-    progress("Making the netlist.")
+    image = target_image(MEMORY_SIZE, progress).read_bytes()
+    progress("making the netlist")
     planned = plan(board, image)
     key = planned.digest(size=16).hex()
     folder = BUILD / board.name
@@ -181,9 +180,9 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
         began = time.monotonic()
         planned.extract(folder)
         steps = {
-            "yosys": "Synthesis; the tools' first start takes a minute more.",
-            "nextpnr-ecp5": "Place and route.",
-            "ecppack": "Packing the bitstream.",
+            "yosys": "synthesis; the tools' first start takes a minute more",
+            "nextpnr-ecp5": "place and route",
+            "ecppack": "packing the bitstream",
         }
         for command in json.loads(planned.files["build_top.json"])["commands"]:
             progress(steps[command[0]])

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 __all__ = ["FirmwareError", "address_runtime", "host_library", "target_image"]
@@ -102,13 +103,16 @@ def _cached(name, command, build):
     return result
 
 
-def target_image(memory_size: int = 65536) -> Path:
+def target_image(memory_size: int = 65536,
+                 progress: Callable[[str], None] = lambda _: None) -> Path:
     """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
 
     Parameters
     ----------
     memory_size : int
         Bytes of the block RAM that holds code, data and stack.
+    progress : callable
+        Told in one sentence if it has to be compiled.
 
     Raises
     ------
@@ -120,6 +124,7 @@ def target_image(memory_size: int = 65536) -> Path:
     script = f"__ram_size = {memory_size};\n" + (SOURCES / "link.ld").read_text()
 
     def build(folder):
+        progress("compiling the firmware")
         (folder / "link.ld").write_text(script)
         _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])

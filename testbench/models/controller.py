@@ -33,6 +33,7 @@ class Controller:
         self.buffered = 0
         self.finished = False
         self.lines, self.realtime = [], []
+        self.offset = "0.0000,0.0000,0.0000"  # of the program's frame, for status reports
         self.out = deque()
         self._in = bytearray()
         self._last = None
@@ -57,7 +58,8 @@ class Controller:
             self._in.pop(0)
             self.realtime.append(first)
             if first == ord("?"):
-                self.say("<Idle|MPos:0.000,0.000,0.000>")
+                self.say("<Idle|MPos:0.000,0.000,0.000|"
+                         f"WCO:{self.offset}>")
             return True
         end = self._in.find(b"\n")
         if end < 0:

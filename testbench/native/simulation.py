@@ -71,8 +71,7 @@ class Simulation(Session):
                  code: Path | None = None, image: Path | None = None):
         code = code or library(clock_hz, progress)
         if image is None:
-            progress("compiling the firmware")
-            image = target_image()
+            image = target_image(progress=progress)
         self._code = ctypes.CDLL(str(code))
         declare(self._code, _FUNCTIONS)
         self._handle = self._code.gk_create(seed)

@@ -7,9 +7,9 @@ import tomllib
 import pytest
 
 from host.codes import ISO
-from host.errors import UserError
+from host.errors import UsageError
 from host.events import EventError, Scale, parse
-from host.link import LinkError
+from host.link import POLL_S, LinkError
 from host.machine import Machine
 from host.retractions import collect, most_telling
 from host.run import Run, count_retractions, write_events
@@ -22,9 +22,9 @@ PLACE = {"line": 7, "pos": {"x": 0.0, "y": -1.5, "z": 0.0003}}
 
 
 @pytest.mark.parametrize(("line", "expected"), [
-    ("start,4000000,7,0,-15000,3,O12", {"event": "program_start", "program": "O12"}),
-    ("start,4000000,7,0,-15000,3,", {"event": "program_start", "program": ""}),
-    ("start,4000000,7,0,-15000,3", {"event": "program_start", "program": ""}),
+    ("start,4000000,7,0,-15000,3,O12", {"event": "program_start"}),
+    ("start,4000000,7,0,-15000,3,", {"event": "program_start"}),
+    ("start,4000000,7,0,-15000,3", {"event": "program_start"}),
     ("block,4000000,7,0,-15000,3,G01 X1 (A, B)", {"event": "block", "text": "G01 X1 (A, B)"}),
     ("set,4000000,7,0,-15000,3,300000,5000,600000,60000,1000,-,t",
      {"event": "retraction_set", "speed": 300.0, "limit": 0.5, "high": 600.0, "low": 60.0,
@@ -85,13 +85,13 @@ TAPE = encode("%\nG01 Z-1\nM02\n")
 
 
 class Simulated(Pipe):
-    """The model of the controller, as a simulated machine that does not move."""
+    """The model of the controller, as a simulated machine that moves when it is told."""
 
     clock_hz = 2_000_000
 
-    def __init__(self, controller):
-        super().__init__(controller)
-        self.place = 0
+    def __init__(self, controller, **options):
+        super().__init__(controller, **options)
+        self.place = self.path = 0
 
     @property
     def cycle(self):
@@ -99,6 +99,9 @@ class Simulated(Pipe):
 
     def positions(self):
         return {"x": 0, "y": 0, "z": self.place}
+
+    def front(self):
+        return self.path
 
     def errors(self):
         return dict.fromkeys("xyz", 0)
@@ -133,16 +136,16 @@ def test_alarm_before_motion_is_a_rejected_tape():
     assert len(run.events) == 1
 
 
-def test_alarm_after_motion_is_an_alarm():
-    controller, machine = ended_by()
-
-    def move(run):
-        machine.place = -100
-        if not run.events and run.moved:
-            controller.say("[E:alarm,5,2,0,0,0,41,Still short.]")
-            run.watch = lambda run: None
-
-    assert Run(MACHINE, TAPE, machine, watch=move).execute() == "alarm"
+@pytest.mark.parametrize(("place", "path", "code", "outcome"), [
+    (0,   0, 15, "rejected"),
+    (100, 0, 15, "rejected"),   # an encoder trembles; no block has asked for that
+    (0,   1, 15, "alarm"),      # one pulse, which the axis has not followed yet
+    (0,   0, 41, "alarm"),      # no fault of the tape's
+])
+def test_a_tape_is_rejected_only_before_its_first_pulse(place, path, code, outcome):
+    _, machine = ended_by(f"[E:alarm,5,2,0,0,0,{code},Block 2: no.]")
+    machine.place, machine.path = place, path
+    assert Run(MACHINE, TAPE, machine).execute() == outcome
 
 
 def test_programmed_stop_is_resumed():
@@ -156,7 +159,36 @@ def test_programmed_stop_is_resumed():
 def test_run_is_stopped_at_its_time():
     _, machine = ended_by()
     assert Run(MACHINE, TAPE, machine, until_s=3.0).execute() == "stopped"
-    assert 3.0 <= machine.time_s() < 3.1
+    assert 3.0 <= machine.time_s() < 3.0 + 2 * machine.STEP_S
+
+
+def test_run_is_stopped_at_its_time_while_the_tape_waits():
+    """A controller whose buffer stays full for as long as its machine cuts."""
+    machine = Simulated(Controller(room=64), per_ms=0)
+    read = machine.read
+
+    def silent(timeout_s):
+        if not machine.controller.out:
+            machine.now += max(0.0, timeout_s - machine.STEP_S)
+        return read(timeout_s)
+
+    machine.read = silent
+    assert Run(MACHINE, TAPE, machine, until_s=3.0).execute() == "stopped"
+    assert 3.0 <= machine.time_s() <= 3.0 + POLL_S
+    assert machine.controller.realtime[-1] == ord("!")
+
+
+def test_lines_by_hand_may_declare_another_zero():
+    controller, machine = ended_by("[E:end,5,3,0,0,0]")
+    run = Run(MACHINE, TAPE, machine)
+    run.execute()
+    assert run.offset == {"x": 0.0, "y": 0.0, "z": -0.05}
+    assert not controller.realtime
+    controller, machine = ended_by("[E:end,5,3,0,0,0]")
+    controller.offset = "0.0000,1.5000,-0.2000"
+    run = Run(MACHINE, TAPE, machine, mdi=["G92 Y-1.5 Z0.2"])
+    run.execute()
+    assert run.offset == {"x": 0.0, "y": 1.5, "z": -0.2}
 
 
 def test_refused_set_up_says_why():
@@ -165,8 +197,20 @@ def test_refused_set_up_says_why():
             controller.say("[MSG:setting 0 is out of range]")
             return "error:36"
         return "ok"
-    with pytest.raises(UserError, match=r'^the controller refuses "\$0=4": setting 0 is out'):
+    with pytest.raises(UsageError, match=r"^machine test: settings\.0 is refused by the "
+                                         r"controller: setting 0 is out of range$"):
         Run(MACHINE, TAPE, Simulated(Controller(script=script))).execute()
+
+
+def test_a_refused_line_by_hand_says_why():
+    def script(controller, line):
+        if line == "G77":
+            controller.say("[MSG:MDI, character 1: the code G77 is unknown.]")
+            return "error:15"
+        return "ok"
+    with pytest.raises(UsageError, match=r'^the line "g77" entered by hand is refused by the '
+                                         r"controller: MDI, character 1: the code G77 is unknown"):
+        Run(MACHINE, TAPE, Simulated(Controller(script=script)), mdi=["G90", "g77"]).execute()
 
 
 @pytest.mark.parametrize(("break_it", "message"), [

@@ -3,7 +3,19 @@
 
 import pytest
 
-from host.link import PAYLOAD, RETRACT, Link, LinkError, crc, frame, frames
+from host.errors import UsageError
+from host.link import (
+    LONGEST_LINE,
+    PAYLOAD,
+    RETRACT,
+    Link,
+    LinkError,
+    RefusedError,
+    check_line,
+    crc,
+    frame,
+    frames,
+)
 from testbench.models.controller import GREETING, Controller, Pipe, crc16
 
 
@@ -37,6 +49,29 @@ def test_frames_cover_the_tape_in_sequence(rng, length):
     assert b"".join(data[3:-2] for _, data in cut[1:-1]) == rows
 
 
+@pytest.mark.parametrize("line", ["G36 R300", "$8=19", '(SAYS "A")', "Y" * LONGEST_LINE])
+def test_a_line_that_can_be_entered_by_hand(line):
+    check_line(line)
+
+
+@pytest.mark.parametrize(("line", "message"), [
+    ("",            "an empty line cannot be entered by hand."),
+    ("  ",          "an empty line cannot be entered by hand."),
+    ("?",           'the line "?" cannot be entered by hand: "?" is no character'),
+    ("G00 X1!",     'the line "G00 X1!" cannot be entered by hand: "!" is no character'),
+    ("~",           'the line "~" cannot be entered by hand: "~" is no character'),
+    ("\x18",        r'the line "\u0018" cannot be entered by hand: "\u0018" is no character'),
+    ("G90\nG00 X1", r'the line "G90\nG00 X1" cannot be entered by hand: "\n" is no character'),
+    ("GÄ",          'the line "GÄ" cannot be entered by hand: "Ä" is no character'),
+    ("Y" * 256,     'the line "YYYYYYYYYYYYYYYYYYYY…" cannot be entered by hand: it has 256 '
+                    "characters, and the controller takes 255."),
+])
+def test_what_is_no_line_is_refused(line, message):
+    with pytest.raises(UsageError) as caught:
+        check_line(line)
+    assert str(caught.value).removesuffix(" of a block.") == message
+
+
 def test_greeting_is_awaited():
     link, _ = talk(Controller())
     link.await_greeting()
@@ -57,7 +92,7 @@ def test_lines_are_answered_and_the_rest_is_heard():
     link.command("G36 R300")
     assert controller.lines == ["G36 R300"]
     assert heard == [GREETING, "[MSG:Fine]"]
-    with pytest.raises(LinkError, match=r'^the controller refuses "G36 R0": Speed is too high$'):
+    with pytest.raises(RefusedError, match=r'^the controller refuses "G36 R0": Speed is too high$'):
         link.command("G36 R0")
 
 
@@ -160,7 +195,8 @@ def test_a_line_that_only_damages_is_given_up(rng):
 
 def test_status_report_is_taken_apart():
     link, _ = talk(Controller())
-    assert link.status() == {"state": "Idle", "MPos": "0.000,0.000,0.000"}
+    assert link.status() == {"state": "Idle", "MPos": "0.000,0.000,0.000",
+                             "WCO": "0.0000,0.0000,0.0000"}
 
 
 def test_realtime_bytes_are_sent_alone():

@@ -9,7 +9,7 @@ import pytest
 from host import figures, report
 
 EVENTS = [
-    {"event": "program_start", "program": ""},
+    {"event": "program_start"},
     {"event": "retraction_set", "speed": 300.0, "limit": 0.5, "high": 600.0, "low": 60.0,
      "changeover": 0.1, "ceiling": None, "source": "tape"},
     {"event": "retraction_start", "cause": "short", "speed": 6.0, "latency_cycles": 5},
@@ -27,7 +27,7 @@ SUMMARY = {
     "outcome": "end", "alarm": None, "time_s": 1.0, "cycles": 2_000_000, "wall_s": 0.5,
     "cycles_per_s": 4_000_000, "discharges": {"open": 1, "ok": 2, "dame": 3, "short": 4},
     "retractions": {"count": 2, "short": 1, "jump": 0, "operator": 1}, "pos": {"z": -1.0},
-    "max_depth_mm": 1.0, "seed": 3, "clock_hz": 2_000_000, "removal_scale": 250,
+    "max_depth_mm": 1.0, "pressed_mm": 0.0, "seed": 3, "clock_hz": 2_000_000, "removal_scale": 250,
     "versions": {"gapkeeper": "0.1.0"},
 }
 
@@ -70,6 +70,14 @@ def test_same_run_gives_the_same_page():
 ])
 def test_every_outcome_has_its_page(changes, words):
     assert words in page(**changes)
+
+
+@pytest.mark.parametrize(("pressed_mm", "said"), [(0.0, False), (0.004, False), (0.1373, True)])
+def test_an_electrode_pushed_into_the_work_is_a_collision(pressed_mm, said):
+    sentence = ("The electrode was pressed 0.137 mm into the workpiece: on a real machine, a "
+                "collision.")
+    assert report.collision(SUMMARY | {"pressed_mm": pressed_mm}) == (sentence if said else "")
+    assert (sentence in page(pressed_mm=pressed_mm)) is said
 
 
 @pytest.mark.parametrize(("events", "samples"), [(0, 0), (0, 2), (3, 2), (4, 5000), (6, 1), (6, 2)])

@@ -10,6 +10,7 @@ import ctypes
 import pytest
 
 from host.codes import EIA, ISO
+from host.link import LONGEST_LINE, LinkError
 from host.machine import Machine
 from host.run import Run
 from host.tape import encode
@@ -55,6 +56,9 @@ class Firmware:
 
     def positions(self):
         return {axis: self.library.gk_axis(n) for n, axis in enumerate("xyz")}
+
+    def front(self):
+        return self.library.gk_position()
 
     def errors(self):
         return dict.fromkeys("xyz", 0)
@@ -117,6 +121,15 @@ def test_broken_tape_ends_the_run_as_it_should(name):
     if tape.block < 7:
         assert job.outcome == "rejected"
         assert machine.positions()["z"] == 0
+
+
+def test_the_longest_line_is_what_the_controller_takes():
+    """One character more, and the controller says nothing at all."""
+    comment = f"({'A' * (LONGEST_LINE - 2)})"
+    job, _ = run("M02", mdi=[comment])
+    assert job.outcome == "end"
+    with pytest.raises(LinkError, match="does not answer"):
+        run("M02", mdi=[f"{comment} "])
 
 
 def test_programmed_stop_is_resumed_by_the_host():

@@ -5,9 +5,10 @@ import re
 
 import pytest
 
+from host.check import check
 from host.codes import CODES, EIA, ISO, odd
 from host.errors import TapeError
-from host.tape import FEED_ROWS, decode, encode, ends_program, load
+from host.tape import FEED_ROWS, Tape, decode, encode, ends_program, load
 
 # The tables as printed: ISO 840 by its rule, EIA RS-244 as punched by the IBM 1620.
 ISO_TABLE = """
@@ -24,6 +25,7 @@ J 51  K 52  L 43  M 54  N 45  O 46  P 57  Q 58  R 49
 S 32  T 23  U 34  V 25  W 26  X 37  Y 38  Z 29
 / 31  + 70  - 40  . 6B  , 3B  % 0B  & 0E  ( 1A  ) 4A
 """
+NO_START = "there is no start code (% or ER, then end of block) before the data."
 M02 = b"\x4d\x30\xb2\x0a"
 PROGRAM = "%\nN10 G90 G21 (FIRST)\nG01 Z-1.5 F6\n\nM02\n%\n"
 
@@ -134,30 +136,36 @@ def test_every_single_hole_matters(code):
 
 
 @pytest.mark.parametrize(("damage", "message"), [
-    (lambda rows: b"", "block 1, character 1: the tape has no start: %"),
-    (lambda rows: bytes(100), "block 1, character 1: the tape has no start: %"),
-    (lambda rows: rows.replace(b"\xa5", b""), "block 1, character 1: the tape has no start: %"),
-    (lambda rows: rows[:-FEED_ROWS - 6], "block 5, character 1: the tape stops without M02"),
-    (lambda rows: rows.replace(M02, b""), "block 5, character 1: the tape ends without M02"),
-    (lambda rows: rows.replace(b"\x36", b"\x16"), "block 3, character 12: parity error: row 0x16"),
-    (lambda rows: rows.replace(b"\x36", b"\x81"), "block 3, character 12: row 0x81 is no char"),
+    (lambda rows: b"", f"Block 1: {NO_START}"),
+    (lambda rows: bytes(100), f"Block 1, character 100: {NO_START}"),
+    (lambda rows: rows.replace(b"\xa5", b""), f"Block 1, character 81: {NO_START}"),
+    (lambda rows: rows[:-FEED_ROWS - 6],
+     "Block 5, character 1: the tape ends before the end word (M02 or M30)."),
+    (lambda rows: rows.replace(M02, b""),
+     "Block 5, character 1: rewind stop before the end word (M02 or M30)."),
+    (lambda rows: rows.replace(b"\x36", b"\x16"),
+     "Block 3, character 12: parity error (TH) in the byte 16."),
+    (lambda rows: rows.replace(b"\x36", b"\x81"),
+     "Block 3, character 12: the byte 81 is not a character of the ISO code."),
 ])
-def test_damage_is_named_in_one_sentence(damage, message):
-    with pytest.raises(TapeError, match=message):
-        decode(damage(encode(PROGRAM).rows))
+def test_damage_is_named_in_the_words_of_the_controller(damage, message):
+    rows = damage(encode(PROGRAM).rows)
+    for reader in (decode, lambda rows: check(Tape(rows, ISO))):
+        with pytest.raises(TapeError) as caught:
+            reader(rows)
+        assert str(caught.value) == message
 
 
 def test_blank_inside_eia_data_is_a_fault():
     rows = encode(PROGRAM, EIA).rows.replace(bytes([EIA.punch["F"]]), bytes([EIA.punch["F"], 0]))
-    with pytest.raises(TapeError, match=r"^block 2, character 15: blank row inside the data of an "
-                                        r"EIA RS-244 tape\.$"):
+    with pytest.raises(TapeError, match=r"^Block 2, character 15: blank tape inside the pro"):
         decode(rows)
 
 
 @pytest.mark.parametrize(("text", "code", "message"), [
-    ("G01 ; FAST\nM02", EIA, 'block 1, character 5: EIA RS-244 tape has no code for ";".'),
-    ("G01\nGÄ\nM02",    ISO, 'block 2, character 2: ISO 840 tape has no code for "Ä".'),
-    ("%\nG01\n%G01\nM02", ISO, "block 3, character 1: % starts and ends a tape and cannot stand "
+    ("G01 ; FAST\nM02", EIA, 'Block 1, character 5: EIA RS-244 tape has no code for ";".'),
+    ("G01\nGÄ\nM02",    ISO, 'Block 2, character 2: ISO 840 tape has no code for "Ä".'),
+    ("%\nG01\n%G01\nM02", ISO, "Block 3, character 1: % starts and ends a tape and cannot stand "
                                "inside the program."),
     ("\n \n",           ISO, "the text is empty: there is nothing to punch."),
 ])
@@ -175,8 +183,9 @@ def test_end_word_is_found(block, ends):
     assert ends_program(block) is ends
 
 
+@pytest.mark.parametrize("suffix", [".ptp", ".PTP"])
 @pytest.mark.parametrize("name", sorted(CODES))
-def test_punched_file_is_taken_as_it_is(name, workdir):
-    path = workdir / "x.ptp"
+def test_punched_file_is_taken_as_it_is(name, suffix, workdir):
+    path = workdir / f"x{suffix}"
     path.write_bytes(encode(PROGRAM, CODES[name]).rows)
     assert load(path) == encode(PROGRAM, CODES[name])

@@ -43,6 +43,9 @@ def test_fault_of_the_code_is_found_where_it_is(name):
     assert caught.value.block == tape.block
     if tape.character:
         assert caught.value.character == tape.character
+    with pytest.raises(TapeError) as firmware:
+        check(Tape(tape.rows, ISO))
+    assert str(caught.value) == str(firmware.value)
 
 
 @pytest.mark.parametrize("name", [name for name, tape in broken().items()
