@@ -7,6 +7,7 @@ Exit status: 0 done (program end, or ``--until`` reached); 1 any failure that is
 
 import os
 import sys
+import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -23,11 +24,15 @@ app = typer.Typer(
          "simulated die-sinker whose controller is the real gateware and the real firmware.",
     epilog="Exit status: 0 done, 1 failure, 2 usage, 3 the machine ended in alarm, 4 the tape was "
            "rejected before any motion.",
-    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    rich_markup_mode="markdown")
 tape_app = typer.Typer(
     help="Punch, read and check tapes: text (.nc) to punched rows (.ptp) and back.",
-    no_args_is_help=True)
+    no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(tape_app, name="tape")
+
+INTERRUPTED = 130  # what Typer makes of Ctrl-C
+SEEDS = 2**64
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -36,6 +41,12 @@ TapeFile = Annotated[Path, typer.Argument(
     metavar="TAPE",
     exists=True, dir_okay=False, show_default=False,
     help="Part program as text (.nc) or as punched rows (.ptp).")]
+
+
+def _seed(seed: int) -> int:
+    if not 0 <= seed < SEEDS:
+        raise typer.BadParameter(f"a seed is 0 to {SEEDS - 1}.")
+    return seed
 
 
 class TapeCode(StrEnum):
@@ -53,7 +64,7 @@ def run(
         help="A built-in machine (sinker), or a TOML file of machine and plant parameters.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
-        min=0, max=2**64 - 1, metavar="N",
+        callback=_seed, metavar="N",
         help="Seed of everything random. The same seed gives the same events, to the byte.",
     )] = 1,
     waves: Annotated[bool, typer.Option(
@@ -158,7 +169,7 @@ def build(
     """Build the bitstream for a board, firmware included.
 
     Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
-    Everything goes to build/boards/<board>/. The first build takes minutes.
+    Everything goes to build/boards/BOARD/. The first build takes minutes.
     """
     from host.bitstream import build_board
     build_board(board, out)
@@ -186,12 +197,16 @@ def _write(path: Path, data: bytes) -> None:
 def main() -> None:
     """Entry of the command ``gapkeeper``: whatever goes wrong is one sentence on the terminal."""
     status = DONE
+    # Amaranth warns of gateware that was made and not built in: after a failure, all of it.
+    warnings.filterwarnings("ignore", ".* created but never used")
     try:
         app()
     except UserError as error:
         err.print(f"gapkeeper: {error}", style="red", markup=False, soft_wrap=True)
         status = error.status
-    except KeyboardInterrupt:
+    except SystemExit as end:
+        if end.code != INTERRUPTED:
+            raise
         err.print("gapkeeper: interrupted.")
         status = FAULT
     except Exception as error:  # a fault of this program; a traceback helps no user

@@ -10,6 +10,7 @@ import ctypes
 import pytest
 
 from host.codes import EIA, ISO
+from host.errors import UsageError
 from host.link import LONGEST_LINE, LinkError
 from host.machine import Machine
 from host.run import Run
@@ -83,13 +84,14 @@ def test_a_tape_is_run_to_its_end(code):
     text = (TAPES / "sink_shallow_deep.nc").read_text()
     job, machine = run(text, code)
     assert job.outcome == "end"
+    assert names(job)[0] == "program_start"
     assert names(job)[-1] == "program_end"
     sets = [event for event in job.events if event["event"] == "retraction_set"]
     assert [event["limit"] for event in sets] == [0.5, 2.0]
     lines = text.splitlines()
-    for event in job.events:
-        if event["event"] == "block":
-            assert lines[event["line"] - 1].startswith(event["text"][:60])
+    blocks = {event["line"]: event["text"] for event in job.events if event["event"] == "block"}
+    assert blocks == {number: line for number, line in enumerate(lines, start=1)
+                      if line.startswith("N")}
     assert job.offset["z"] == -0.05
     last = next(line for line in lines if "G00" in line)
     assert machine.positions()["z"] / PULSES_PER_MM - job.offset["z"] == pytest.approx(
@@ -115,12 +117,53 @@ def test_broken_tape_ends_the_run_as_it_should(name):
     machine = Firmware()
     encoded = encode("M02")
     job = Run(MACHINE, type(encoded)(tape.rows, encoded.code), machine)
-    assert job.execute() in (("alarm",) if tape.moves else ("rejected", "alarm"))
+    # Block 7 is the only one that moves, and what stands in it is read before.
+    assert job.execute() == ("alarm" if tape.block > 7 else "rejected")
+    assert (machine.positions()["z"] != 0) is (tape.block > 7)
     assert job.alarm["text"].startswith(f"Block {tape.block}")
+    assert tape.words in job.alarm["text"]
     assert names(job)[-1] == "alarm"
-    if tape.block < 7:
-        assert job.outcome == "rejected"
-        assert machine.positions()["z"] == 0
+    assert names(job).count("alarm") == 1
+
+
+@pytest.mark.parametrize(("height", "outcome", "path"), [("0.05", "rejected", 0),
+                                                         ("0.0501", "alarm", 1)])
+def test_a_single_pulse_of_motion_tells_an_alarm_from_a_rejected_tape(height, outcome, path):
+    """The machine stands at Z 0.05: going there is a block of motion that moves nothing."""
+    job, machine = run(f"G90\nG00 Z{height}\nG04 P10\nB2\nM02")
+    assert (job.outcome, machine.front()) == (outcome, path)
+
+
+def test_a_shifted_frame_is_that_of_events_alone():
+    job, machine = run("G90\nG00 Z0.04\nG92 Z5.\nG00 Z5.01\nM02")
+    assert job.events[-1]["pos"]["z"] == 5.01
+    assert job.offset["z"] == -0.05
+    assert machine.positions()["z"] == 0
+
+
+def test_a_frame_declared_by_hand_is_that_of_the_run():
+    job, _ = run("G90\nG00 Z0.3\nM02", mdi=["G92 Z0.25"])
+    assert job.events[-1]["pos"]["z"] == 0.3
+    assert job.offset["z"] == -0.25
+
+
+@pytest.mark.parametrize(("line", "reason"), [
+    ("G77",     "MDI, character 1: the code G77 is unknown."),
+    ("G36 R0",  "MDI, character 5: R of the retraction data must be above zero."),
+    ("$99=1",   "setting 99 does not exist or is out of range."),
+])
+def test_a_line_that_the_controller_refuses_is_a_usage_error(line, reason):
+    with pytest.raises(UsageError) as caught:
+        run("M02", mdi=[line])
+    assert str(caught.value) == (f'the line "{line}" entered by hand is refused by the '
+                                 f"controller: {reason}")
+
+
+def test_an_unknown_setting_of_a_machine_is_named():
+    machine = Machine("odd", MACHINE.tables | {"settings": {"99": 1}})
+    with pytest.raises(UsageError, match=r"^machine odd: settings\.99 is refused by the "
+                                         r"controller: setting 99 does not exist"):
+        Run(machine, encode("M02"), Firmware()).execute()
 
 
 def test_the_longest_line_is_what_the_controller_takes():
@@ -133,5 +176,7 @@ def test_the_longest_line_is_what_the_controller_takes():
 
 
 def test_programmed_stop_is_resumed_by_the_host():
-    job, _ = run("G90\nM00\nG00 Z0.04\nM02\n")
+    job, machine = run("G90\nM00\nG00 Z0.04\nM02\n")
     assert job.outcome == "end"
+    assert machine.positions()["z"] == -100
+    assert "pause" not in names(job)
