@@ -120,8 +120,8 @@ def tape_encode(
     from host.tape import encode, text_of
     tape = encode(text_of(source, source.read_bytes()), CODES[code.value])
     _write(target, tape.rows)
-    out.print(f"{target}: {len(tape.rows)} rows in {tape.code.title}, "
-              f"{len(tape.rows) * 2.54 / 1000:.2f} m of tape")
+    _say(f"{target}: {len(tape.rows)} rows in {tape.code.title}, "
+         f"{len(tape.rows) * 2.54 / 1000:.2f} m of tape")
 
 
 @tape_app.command("decode")
@@ -143,7 +143,7 @@ def tape_decode(
         sys.stdout.write(text)
     else:
         _write(target, text.encode())
-        out.print(f"{target}: {counted(text.count(chr(10)), 'line')}, from {code.title}")
+        _say(f"{target}: {counted(text.count(chr(10)), 'line')}, from {code.title}")
 
 
 @tape_app.command("check")
@@ -158,7 +158,7 @@ def tape_check(source: Annotated[Path, typer.Argument(
     from host.check import check
     from host.tape import load
     blocks = check(load(source))
-    out.print(f"{source}: {counted(blocks, 'block')}, no fault found")
+    _say(f"{source}: {counted(blocks, 'block')}, no fault found")
 
 
 @app.command()
@@ -184,6 +184,10 @@ def bench():
     """
     from host.bench import bench as measure
     measure()
+
+
+def _say(line: str) -> None:
+    out.print(line, markup=False, soft_wrap=True)  # a name is a name, and one line is one
 
 
 def _write(path: Path, data: bytes) -> None:

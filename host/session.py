@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 
 from host import machine as machines
 from host import report, simulation
@@ -41,7 +42,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         def say(text):
             status.update(text)
             if not console.is_terminal:
-                console.print(text)
+                console.print(text, soft_wrap=True)
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed, progress=say,
                                       waves=folder if waves else None)
         began = time.perf_counter()
@@ -86,7 +87,7 @@ class Watch:
                 f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
         self.status.update(text)
         if not self.console.is_terminal:
-            self.console.print(text)
+            self.console.print(text, soft_wrap=True)
 
 
 def _prepared(folder: Path) -> Path:
@@ -187,5 +188,5 @@ def _tell(console, summary, folder):
             f"{counts['jump']} jump, {counts['operator']} operator",
             f"{summary['cycles'] / 1e6:.1f} million clocks in {summary['wall_s']:.1f} s "
             f"({summary['cycles_per_s'] / 1e6:.2f} million a second)",
-            f"[link={page.resolve().as_uri()}]{page}[/link]"):
+            f"[link={page.resolve().as_uri()}]{escape(str(page))}[/link]"):
         console.print(f"  {line}", soft_wrap=True)

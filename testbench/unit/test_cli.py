@@ -12,10 +12,11 @@ import pytest
 
 from host.codes import EIA
 from host.errors import UsageError
-from host.machine import load
+from host.machine import BUILT_IN, load
 from host.tape import encode
 from testbench.punch import TAPES
 
+SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 PROGRAM = "%\nG21 G90\nM02\n%\n"
 
 
@@ -54,21 +55,87 @@ def test_commands_to_come_are_not_there_yet(name):
     assert f" {name} " not in gapkeeper("--help").stdout
 
 
-@pytest.mark.parametrize("arguments", [
-    ["run"], ["run", "absent.nc"], ["nonsense"], ["run", "--seed", "x", "absent.nc"],
-    ["tape", "encode", "absent.nc", "-o", "x.ptp"], ["tape", "decode"], ["build"],
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["run"],                                "Missing argument 'TAPE'"),
+    (["run", "absent.nc"],                   "file 'absent.nc' does not exist"),
+    (["nonsense"],                           "No such command 'nonsense'"),
+    (["run", "--seed", "x", __file__],       "should be a valid integer"),
+    (["run", "--seed", "-1", __file__],      "a seed is 0 to 18446744073709551615."),
+    (["run", "--seed", 2**64, __file__],     "a seed is 0 to 18446744073709551615."),
+    (["tape", "encode", "absent.nc", "-o", "x.ptp"], "file 'absent.nc' does not exist"),
+    (["tape", "decode"],                     "Missing argument 'IN'"),
+    (["build"],                              "Missing argument 'BOARD'"),
 ])
-def test_wrong_usage_is_status_2(arguments):
+def test_wrong_usage_is_status_2(arguments, message):
     result = gapkeeper(*arguments)
-    assert result.returncode == 2
-    assert result.stderr
+    assert (result.returncode, result.stdout) == (2, "")
+    assert message in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_unknown_board_is_refused_with_the_known_ones():
+    result = gapkeeper("build", "nosuch")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: ulx3s, '
+                             "ulx3s_12f.\n")
+
+
+@pytest.mark.parametrize(("failure", "message"), [
+    ("BuildError('no such pin.')", "gapkeeper: no such pin.\n"),
+    ("KeyboardInterrupt",          "gapkeeper: interrupted.\n"),
+])
+def test_a_build_that_ends_half_way_warns_of_nothing(failure, message):
+    """All gateware that was made and not yet built in: Amaranth would warn of each block."""
+    script = ("import sys\n"
+              "from host import cli\n"
+              "from softcore import top\n"
+              "from softcore.build import BuildError\n"
+              "whole = top.Top.elaborate\n"
+              "def half(self, platform):\n"
+              "    whole(self, platform)\n"
+              f"    raise {failure}\n"
+              "top.Top.elaborate = half\n"
+              "sys.argv = ['gapkeeper', 'build', 'ulx3s']\n"
+              "cli.main()\n")
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
+                            timeout=600, check=False)
+    assert (result.returncode, result.stderr) == (1, message)
 
 
 def test_unknown_machine_is_named(program, workdir):
     result = gapkeeper("run", program, "--machine", "lathe", "--out", workdir / "out")
     assert result.returncode == 2
-    assert result.stderr.startswith('gapkeeper: there is no machine "lathe": give a TOML file, or')
+    assert result.stderr == ('gapkeeper: there is no machine "lathe": give a TOML file, or one of: '
+                             "sinker.\n")
+    assert not (workdir / "out").exists()
+
+
+@pytest.mark.parametrize(("line", "message"), [
+    ("",          "an empty line cannot be entered by hand."),
+    ("?",         'the line "?" cannot be entered by hand: "?" is no character of a block.'),
+    ("G9\n",      r'the line "G9\n" cannot be entered by hand: "\n" is no character of a block.'),
+])
+def test_what_is_no_line_by_hand_is_refused_before_the_start(program, workdir, line, message):
+    result = gapkeeper("run", program, "--mdi", line, "--out", workdir / "out")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == f"gapkeeper: {message}\n"
+    assert not (workdir / "out").exists()
+
+
+def test_a_line_by_hand_that_the_controller_refuses_is_usage(program, workdir):
+    result = gapkeeper("run", program, "--mdi", "g77", "--out", workdir)
+    assert result.returncode == 2
+    assert result.stderr == ('gapkeeper: the line "g77" entered by hand is refused by the '
+                             "controller: MDI, character 1: the code G77 is unknown.\n")
+
+
+def test_an_unknown_setting_is_usage(program, workdir):
+    machine = workdir / "odd.toml"
+    machine.write_text(SINKER + "99 = 1\n")
+    result = gapkeeper("run", program, "--machine", machine, "--out", workdir)
+    assert result.returncode == 2
+    assert result.stderr == ("gapkeeper: machine odd: settings.99 is refused by the controller: "
+                             "setting 99 does not exist or is out of range.\n")
 
 
 @pytest.mark.parametrize("code", ["iso", "eia"])
@@ -85,7 +152,7 @@ def test_what_cannot_be_punched_is_one_sentence(workdir):
     program.write_text("%\nG01 ; FAST\nM02\n")
     result = gapkeeper("tape", "encode", "--code", "eia", "-o", workdir / "bad.ptp", program)
     assert (result.returncode, result.stdout) == (4, "")
-    assert result.stderr == ('gapkeeper: block 2, character 5: EIA RS-244 tape has no code for '
+    assert result.stderr == ('gapkeeper: Block 2, character 5: EIA RS-244 tape has no code for '
                              '";".\n')
     assert not (workdir / "bad.ptp").exists()
 
@@ -96,8 +163,20 @@ def test_damaged_tape_is_one_sentence(workdir):
     punched.write_bytes(rows.replace(bytes([EIA.punch["G"]]), bytes([EIA.punch["G"] ^ 0x10]), 1))
     result = gapkeeper("tape", "decode", punched)
     assert result.returncode == 4
-    assert result.stderr.startswith("gapkeeper: block 2, character 1: parity error")
-    assert result.stderr.count("\n") == 1
+    assert result.stderr == "gapkeeper: Block 2, character 1: parity error (TH) in the byte 77.\n"
+    checked = gapkeeper("tape", "check", punched)
+    assert (checked.returncode, checked.stderr) == (4, result.stderr)
+
+
+def test_names_of_files_may_be_in_capitals_and_one_is_one(workdir):
+    source, punched = workdir / "PART.NC", workdir / "PART.PTP"
+    source.write_text("M02\n")
+    assert gapkeeper("tape", "encode", "-o", punched, source).returncode == 0
+    for path in (source, punched):
+        assert gapkeeper("tape", "check", path).stdout == f"{path}: 1 block, no fault found\n"
+    run = gapkeeper("run", punched, "--out", workdir / "out")
+    assert run.returncode == 0
+    assert "</span>M02" in (workdir / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_text_that_cannot_be_punched_is_a_rejected_run(workdir):
@@ -107,7 +186,7 @@ def test_a_text_that_cannot_be_punched_is_a_rejected_run(workdir):
     assert result.returncode == 4
     summary = json.loads((workdir / "out" / "summary.json").read_text())
     assert summary["outcome"] == "rejected"
-    assert summary["alarm"]["text"].startswith("block 2, character 5: ISO 840 tape has no code")
+    assert summary["alarm"]["text"].startswith("Block 2, character 5: ISO 840 tape has no code")
 
 
 def test_a_fault_of_the_program_is_no_traceback(workdir):
@@ -122,7 +201,8 @@ def test_a_fault_of_the_program_is_no_traceback(workdir):
 
 
 SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "discharges",
-           "retractions", "pos", "max_depth_mm", "seed", "clock_hz", "removal_scale", "versions"}
+           "retractions", "pos", "max_depth_mm", "pressed_mm", "seed", "clock_hz",
+           "removal_scale", "versions"}
 
 
 @pytest.mark.parametrize(("tape", "options", "status", "outcome"), [
@@ -138,6 +218,9 @@ def test_run_writes_its_folder_and_says_how_it_ended(workdir, tape, options, sta
     summary = json.loads((folder / "summary.json").read_text())
     assert set(summary) == SUMMARY
     assert summary["outcome"] == outcome
+    assert summary["time_s"] == pytest.approx(summary["cycles"] / summary["clock_hz"],
+                                              abs=1e-6)
+    assert (summary["pos"]["z"] < 0.0999) is (outcome == "alarm")
     events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
     assert [event["cycle"] for event in events] == sorted(event["cycle"] for event in events)
     if summary["alarm"]:
@@ -147,14 +230,78 @@ def test_run_writes_its_folder_and_says_how_it_ended(workdir, tape, options, sta
     assert "</html>" in (folder / "report.html").read_text()
     with np.load(folder / "trace.npz") as trace:
         assert len({len(trace[name]) for name in trace.files}) == 1
+        assert len(trace["t"]) == int(summary["time_s"] * 1000) + 1
+        assert trace["z"][-1] == pytest.approx(summary["pos"]["z"], abs=0.001)
+        assert summary["max_depth_mm"] == pytest.approx(max(0, -trace["z"].min()), abs=1e-6)
 
 
 def test_same_seed_is_the_same_run(workdir):
-    for name in ("first", "second"):
-        gapkeeper("run", TAPES / "sink_persistent_short.nc", "--seed", 9, "--out", workdir / name)
+    for name, seed in (("first", 9), ("second", 9), ("other", 10)):
+        result = gapkeeper("run", TAPES / "sink_persistent_short.nc", "--seed", seed,
+                           "--out", workdir / name)
+        assert result.returncode == 3
+    assert "compiling" not in result.stdout  # nothing has changed since the first run
     first, second = ((workdir / name / "events.jsonl").read_bytes() for name in ("first", "second"))
-    assert first
+    assert first.count(b"\n") > 10
     assert first == second
+    volts = []
+    for name in ("first", "second", "other"):
+        with np.load(workdir / name / "trace.npz") as trace:
+            volts.append(trace["gap_v"])
+    assert np.array_equal(volts[0], volts[1])
+    assert not np.array_equal(volts[0], volts[2])
+
+
+def run_text(workdir, text, *options):
+    """Run a part program; exit status, terminal, summary, events and trace."""
+    program, folder = workdir / "p.nc", workdir / "run"
+    program.write_text(text)
+    result = gapkeeper("run", program, "--out", folder, *options)
+    summary = json.loads((folder / "summary.json").read_text())
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    with np.load(folder / "trace.npz") as trace:
+        return result, summary, events, dict(trace)
+
+
+def test_a_run_stops_at_its_time(workdir):
+    """Within a poll of 10 ms, and at rest."""
+    text = "%\nG21 G90 G94\nG01 Z0.05 F6\nM02\n"
+    result, summary, _, trace = run_text(workdir, text, "--until", 0.25)
+    assert (result.returncode, summary["outcome"]) == (0, "stopped")
+    path = trace["path"]
+    assert path[-1] > path[240]
+    assert (path[261:] == path[-1]).all()
+    assert 0.25 <= summary["time_s"] < 0.4
+
+
+@pytest.mark.parametrize(("height", "status", "outcome"), [("0.1", 4, "rejected"),
+                                                           ("0.0999", 3, "alarm")])
+def test_one_pulse_of_motion_tells_an_alarm_from_a_rejected_tape(workdir, height, status, outcome):
+    result, summary, events, _ = run_text(workdir, f"%\nG90\nG00 Z{height}\nG04 P50\nB2\nM02\n")
+    assert (result.returncode, summary["outcome"]) == (status, outcome)
+    assert events[-1]["text"] == "Block 5, character 1: the word B is unknown."
+
+
+def test_depth_and_trace_keep_the_frame_in_which_the_program_began(workdir):
+    text = "%\nG90\nG00 Z0.05\nG92 Z-1.\nG04 P20\nM02\n"
+    _, summary, events, trace = run_text(workdir, text)
+    assert events[-1]["pos"]["z"] == pytest.approx(-1.0, abs=0.0005)
+    assert summary["pos"]["z"] == pytest.approx(0.05, abs=0.0005)
+    assert summary["max_depth_mm"] == 0.0
+    assert trace["z"][0] == pytest.approx(0.1, abs=0.0005)
+    assert trace["z"][-1] == pytest.approx(0.05, abs=0.0005)
+
+
+@pytest.mark.parametrize("options", [[], ["--mdi", "G92 Z5.1"]])
+def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
+    """Machining is not on: nothing sparks, nothing gives way, and no short is seen."""
+    height = 4.8 if options else -0.2
+    result, summary, _, trace = run_text(workdir, f"%\nG90\nG00 Z{height}\nM02\n", *options)
+    assert result.returncode == 0
+    assert summary["pressed_mm"] == pytest.approx(0.2, abs=0.001)
+    assert summary["pressed_mm"] == pytest.approx(-trace["gap_um"].min() / 1000, abs=1e-6)
+    assert ("The electrode was pressed 0.200 mm into the workpiece: on a real machine, a collision."
+            in result.stdout.splitlines())
 
 
 @pytest.mark.parametrize(("line", "message"), [
@@ -163,9 +310,43 @@ def test_same_seed_is_the_same_run(workdir):
     ("pulses_per_mm = -1", "pulses_per_mm must be above 0, not -1"),
     ("removal_scale = nan", "removal_scale must be finite, not nan"),
     ("[gap]\narea_mm2 = true", "gap.area_mm2 is no number"),
+    ("[settings]\nbaud = 9600", "settings.baud = 9600 is no setting"),
+    ("[settings]\n8 = 1.5", "settings.8 = 1.5 is no setting"),
+    ("[settings]\n8 = -1", "settings.8 = -1 is no setting"),
 ])
 def test_an_impossible_machine_is_refused(workdir, line, message):
     path = workdir / "impossible.toml"
     path.write_text(line + "\n")
     with pytest.raises(UsageError, match=re.escape(message)):
         load(str(path))
+
+
+@pytest.mark.parametrize("key", re.findall(r"^(\w+) = ", SINKER, re.M))
+def test_a_machine_that_lacks_a_number_is_refused(workdir, key):
+    path = workdir / "part.toml"
+    path.write_text(re.sub(rf"^{key} = .*\n", "", SINKER, flags=re.M))
+    with pytest.raises(UsageError, match=rf"^machine part: (\w+\.)?{key} is missing; a machine's "):
+        load(str(path))
+
+
+@pytest.mark.parametrize(("text", "key"), [
+    (SINKER.replace("[gap]", "[gap]\ncolour = 3"), "gap.colour"),
+    ("strange = 1\n" + SINKER, "strange"),
+    ("settings = 3\n" + SINKER.replace("[settings]", ""), "settings"),
+])
+def test_a_number_that_no_machine_has_is_refused(workdir, text, key):
+    path = workdir / "strange.toml"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=rf"^machine strange: {key} is no number of a machine\.$"):
+        load(str(path))
+
+
+def test_the_sinker_gives_every_parameter_of_the_plant():
+    """So that none of its numbers is a default of the C++."""
+    plant = (BUILT_IN / "plant.cpp").read_text(encoding="utf-8")
+    names = {name for name in re.findall(r'p\["([\w.]+)"\] = &', plant)
+             if not name.startswith("force.")}
+    given = {f"{table}.{key}" for table, keys in load("sinker").tables.items()
+             if isinstance(keys, dict) and table != "settings" for key in keys}
+    given |= {key for key, value in load("sinker").tables.items() if not isinstance(value, dict)}
+    assert given == names
