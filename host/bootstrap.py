@@ -80,7 +80,7 @@ def create():
 def main():
     """Bring ``.venv`` up to date with ``pyproject.toml``."""
     wanted = hashlib.sha256((ROOT / "pyproject.toml").read_bytes()).hexdigest()
-    if STAMP.exists() and STAMP.read_text() == wanted:
+    if STAMP.exists() and STAMP.read_text(encoding="utf-8") == wanted:
         return
     began = time.monotonic()
     say("[1/2] making .venv")
@@ -93,7 +93,7 @@ def main():
         fail(f"installing did not work (see above): {error}.")
     except OSError as error:
         fail(f"installing did not work: {error}.")
-    STAMP.write_text(wanted)
+    STAMP.write_text(wanted, encoding="utf-8")
     say(f"installed in {time.monotonic() - began:.0f} s: .venv/bin/gapkeeper")
 
 

@@ -106,14 +106,16 @@ def _position(ax, trace, events, retractions):
         ended = [one for one in retractions if one.cause == cause and one.end]
         if not ended:
             continue
-        ax.plot([one.end["t"] for one in ended], [one.end["pos"]["z"] for one in ended], "^",
-                color=colour, markersize=4.5, zorder=4, label=f"end of a retraction ({cause})")
+        ends = [one.end["t"] for one in ended]
+        ax.plot(ends, _height(trace, ends), "^", color=colour, markersize=4.5, zorder=4,
+                label=f"end of a retraction ({cause})")
     bounded = [one for one in retractions if one.limit and one.cause != "jump"]
     if bounded:
-        ax.plot([one.start["t"] for one in bounded],
-                [one.start["pos"]["z"] + one.limit for one in bounded], "_", color=INK,
-                markersize=7, markeredgewidth=1.0, zorder=2, label="its retractable limit L")
-    _data_changes(ax, events)
+        starts = [one.start["t"] for one in bounded]
+        limits = [one.limit for one in bounded]
+        ax.plot(starts, _height(trace, starts) + limits, "_", color=INK, markersize=7,
+                markeredgewidth=1.0, zorder=2, label="its retractable limit L")
+    _data_changes(ax, trace, events)
     ax.set_ylabel("Z (mm)")
     if retractions:
         ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
@@ -121,7 +123,12 @@ def _position(ax, trace, events, retractions):
     ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
 
 
-def _data_changes(ax, events):
+def _height(trace, times):
+    """Z at times. Events have it too, but in the program's frame, which G92 may have shifted."""
+    return np.interp(times, trace["t"], trace["z"])
+
+
+def _data_changes(ax, trace, events):
     """Mark where retraction data came into force, and at which depth."""
     changes = [event for event in events if event["event"] == "retraction_set"
                and event["source"] == "tape"]
@@ -132,7 +139,8 @@ def _data_changes(ax, events):
         ax.annotate(name, (event["t"], 0), xytext=(4, 4), xycoords=("data", "axes fraction"),
                     textcoords="offset points", color=INK, fontsize=8.5).set_in_layout(False)
         if index:
-            ax.axhline(event["pos"]["z"], color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+            ax.axhline(_height(trace, event["t"]), color=FAINT, linewidth=0.8,
+                       linestyle=(0, (4, 3)))
 
 
 def _feed(ax, trace):
@@ -169,7 +177,7 @@ def _close_up(figure, trace, one, pulses_per_mm):
     margin = 0.12 * (end - begin)
     near = (trace["t"] >= begin - margin) & (trace["t"] <= end + margin)
     t = (trace["t"][near] - begin) * 1000
-    ax.plot(t, trace["z"][near] - one.start["pos"]["z"], color=FAINT, linewidth=1.0, zorder=3,
+    ax.plot(t, trace["z"][near] - _height(trace, begin), color=FAINT, linewidth=1.0, zorder=3,
             label="electrode, by its encoder")
     # The start point lies between two samples, so it is reckoned from a place that does not.
     front = np.interp(end, trace["t"], trace["path"])

@@ -148,7 +148,7 @@ class Link:
             self.on_line = inner
 
     def command(self, line: str) -> None:
-        """Send a line and wait for its answer.
+        """Send a line and wait for its answer, as long as the controller is at it.
 
         Raises
         ------
@@ -162,14 +162,22 @@ class Link:
         inner, self.on_line = self.on_line, lambda text: (said.append(text), inner(text))
         try:
             self.pipe.write(line.encode("ascii", "replace") + b"\n")
-            self._wait(lambda: self._answers, ANSWER_TIMEOUT_S,
-                       f'the controller does not answer to "{line}".')
+            while not self._answers:
+                self._await_answer(line)
             answer = self._answers[0]
         finally:
             self._answers, self.on_line = None, inner
         if answer != "ok":
             why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), answer)
             raise RefusedError(line, why)
+
+    def _await_answer(self, line):
+        try:
+            self._wait(lambda: self._answers, ANSWER_TIMEOUT_S,
+                       f'the controller does not answer to "{line}".')
+        except LinkError:
+            if self.status()["state"] != "Run":
+                raise
 
     def send_tape(self, rows: bytes, stop: Callable[[], bool]) -> bool:
         """Send a tape, frame by frame, while ``on_line`` gets what the machine says meanwhile.

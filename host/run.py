@@ -134,9 +134,19 @@ class Run:
         elif line.startswith("[MSG:"):
             self._message = line[5:-1]
         elif line.startswith("ALARM:"):
-            self._note({"event": "alarm", "code": int(line[6:]), "text": self._message})
+            self._note(self._alarm(int(line[6:])))
         elif line.startswith("Gapkeeper") and self._began:
             raise LinkError("the controller has started anew in the middle of the run.")
+
+    def _alarm(self, code):
+        """An alarm of which the event has been lost: when and where it was heard."""
+        places = self.simulation.positions().items()
+        return {
+            "cycle": self.simulation.cycle, "t": round(self._heard_s, 9), "event": "alarm",
+            "line": self.events[-1]["line"] if self.events else 0,
+            "pos": {axis: round(place / self.machine.pulses_per_mm - self.offset[axis], 6)
+                    for axis, place in places},
+            "code": code, "text": self._message}
 
     def _note(self, event):
         if event["event"] == "pause":  # M00: there is nobody else to press the button

@@ -80,9 +80,8 @@ class Watch:
             return
         self.shown = now
         machine_on = run.simulation
-        depth = (self.machine.initial_gap_mm
-                 + machine_on.positions()["z"] / self.machine.pulses_per_mm)
-        text = (f"{machine_on.time_s():7.2f} s on the machine  Z {depth:8.3f} mm  "
+        height = machine_on.positions()["z"] / self.machine.pulses_per_mm - run.offset["z"]
+        text = (f"{machine_on.time_s():7.2f} s on the machine  Z {height:8.3f} mm  "
                 f"{count_retractions(run.events)['count']:3d} retractions  "
                 f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
         self.status.update(text)

@@ -136,6 +136,17 @@ def test_alarm_before_motion_is_a_rejected_tape():
     assert len(run.events) == 1
 
 
+def test_an_alarm_without_its_event_is_a_whole_event():
+    _, machine = ended_by("[E:block,5,2,0,0,0,G01 Z-1]", "[MSG:Still short.]", "ALARM:41")
+    machine.place = -4
+    run = Run(MACHINE, TAPE, machine)
+    assert run.execute() == "alarm"
+    assert list(run.events[-1]) == [*parse("[E:alarm,5,2,0,0,0,41,x]", SCALE)]
+    assert run.events[-1] | {"cycle": 0, "t": 0} == {
+        "cycle": 0, "t": 0, "event": "alarm", "line": 2, "pos": {"x": 0.0, "y": 0.0, "z": 0.0496},
+        "code": 41, "text": "Still short."}
+
+
 @pytest.mark.parametrize(("place", "path", "code", "outcome"), [
     (0,   0, 15, "rejected"),
     (100, 0, 15, "rejected"),   # an encoder trembles; no block has asked for that

@@ -95,6 +95,16 @@ def test_gateware_uses_no_retired_name(path):
             pytest.fail(f"line {node.lineno}: {node.id}: {RETIRED[node.id]}")
 
 
+@pytest.mark.parametrize("path", [p for p in SOURCES if name_of(p).startswith("host/")],
+                         ids=name_of)
+def test_texts_are_in_one_encoding_everywhere(path):
+    """Not in what the user's computer takes for granted."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and (
+                node.func.attr in ("read_text", "write_text")):
+            assert "encoding" in [word.arg for word in node.keywords], f"line {node.lineno}"
+
+
 @pytest.mark.parametrize("path", files(CODE) + [ROOT / "Makefile", ROOT / ".ci" / "run"],
                          ids=name_of)
 def test_source_starts_with_its_licence(path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from host import figures, report
+from host.retractions import collect
 
 EVENTS = [
     {"event": "program_start"},
@@ -56,6 +57,18 @@ def test_page_says_what_a_person_asks_first():
     for text in ("</html>", "program end", "Machine <b>sinker</b>", "seed <b>3</b>", "5 clocks",
                  "250 times", "gap.width_um", "G01 (A &lt; B)", "Retraction 1, close up"):
         assert text in html, text
+
+
+def test_a_shifted_frame_does_not_shift_the_drawing():
+    """Events are told in the program's frame; what is drawn has one frame only."""
+    def drawn(shift):
+        events = [event | {"pos": {"x": 0.0, "y": 0.0, "z": event["pos"]["z"] + shift}}
+                  for event in EVENTS]
+        found = collect(events)
+        return (figures.overview(trace(1000), events, found),
+                figures.close_up(trace(1000), found[0], 10_000))
+
+    assert drawn(0.0) == drawn(7.0)
 
 
 def test_same_run_gives_the_same_page():

@@ -147,6 +147,13 @@ def test_a_frame_declared_by_hand_is_that_of_the_run():
     assert job.offset["z"] == -0.25
 
 
+def test_a_long_line_by_hand_is_waited_for():
+    job, machine = run("M02", mdi=["G04 X5.", "G00 Z2."])
+    assert job.outcome == "end"
+    assert machine.time_s() > 5
+    assert machine.positions()["z"] == 19_500
+
+
 @pytest.mark.parametrize(("line", "reason"), [
     ("G77",     "MDI, character 1: the code G77 is unknown."),
     ("G36 R0",  "MDI, character 5: R of the retraction data must be above zero."),
