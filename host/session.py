@@ -82,7 +82,7 @@ class Watch:
         machine_on = run.simulation
         height = machine_on.positions()["z"] / self.machine.pulses_per_mm - run.offset["z"]
         text = (f"{machine_on.time_s():7.2f} s on the machine  Z {height:8.3f} mm  "
-                f"{count_retractions(run.events)['count']:3d} retractions  "
+                f"{counted(count_retractions(run.events)['count'], 'retraction'):>15}  "
                 f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
         self.status.update(text)
         if not self.console.is_terminal:
