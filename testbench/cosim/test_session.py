@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from rtl.motion.retraction import State
 from softcore.image import target_image
 from testbench.cosim.runner import cosimulate
+from testbench.native.probes import PROBES
 from testbench.native.simulation import Simulation
 
 MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
@@ -64,6 +66,27 @@ def test_native_and_cocotb_agree_to_the_clock(workdir, rng):
     assert any("retract" in text for text in native["said"])
     assert native["framing"] == 0
     assert cosimulate(machining, workdir, machine=MACHINE, seed=seed, image=image) == native
+
+
+def test_the_netlist_alone_does_the_same_on_the_same_inputs(rng):
+    def simulation():
+        return Simulation(machine=MACHINE, clock_hz=int(MACHINE["clock_hz"]),
+                          seed=rng.getrandbits(32))
+
+    with simulation() as kept, simulation() as alone:
+        kept.keep_inputs()
+        kept.receive(kept.clock_hz // 10)
+        for line in LINES:
+            command(kept, line)
+        kept.run(200_000)
+        kept.set("force.short", 1)
+        kept.run(20_000)
+        assert kept.discharges()["ok"] > 5
+        assert State(kept.probe("path_status_state")) is State.RETRACTING
+        alone.replay(kept)
+        for probe in PROBES:
+            if probe.scope:
+                assert alone.probe(probe.name) == kept.probe(probe.name), probe.name
 
 
 def test_a_failed_scenario_fails(workdir):

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Verilated controller with its station, as a library with a C interface for Python.
-#include <chrono>
 #include <cstring>
 #include <memory>
 #include <vector>
@@ -27,6 +26,13 @@ struct Change {
     uint32_t probe;
 };
 
+// What the controller's inputs are from a clock on.
+struct Inputs {
+    uint64_t clock;
+    plant::ToController to;
+    uint8_t rx;
+};
+
 // The writer of pylibfst's library, by the addresses of its functions.
 struct Fst {
     void* writer = nullptr;
@@ -39,8 +45,7 @@ class Session {
 public:
     explicit Session(uint64_t seed) : station_(seed) {
         model_.clk = 0;
-        model_.rx = 1;
-        apply(to_);
+        apply(to_, 1);
         model_.eval();
     }
 
@@ -63,13 +68,16 @@ public:
             advance<true>();
     }
 
-    // The netlist alone, with inputs that rest.
-    double bare(uint64_t clocks) {
-        const auto begin = std::chrono::steady_clock::now();
-        for (uint64_t i = 0; i < clocks; ++i)
+    // The netlist alone, with the inputs that another session has kept.
+    void replay(const Session& other) {
+        uint64_t clock = 0;
+        for (const Inputs& inputs : other.kept) {
+            for (; clock < inputs.clock; ++clock)
+                edge();
+            apply(inputs.to, inputs.rx);
+        }
+        for (; clock < other.station_.clock; ++clock)
             edge();
-        const auto end = std::chrono::steady_clock::now();
-        return std::chrono::duration<double>(end - begin).count();
     }
 
     int64_t probe(size_t index) { return read(PROBES[index]); }
@@ -84,6 +92,8 @@ public:
     }
 
     std::vector<Change> changes;
+    std::vector<Inputs> kept;
+    bool keep = false;
     Fst fst;
     std::vector<double> trace;
     uint64_t trace_period = 0;
@@ -132,11 +142,14 @@ private:
         uint8_t rx = 1;
         station_.step(from, model_.tx, to_, rx);
         edge();
-        apply(to_);
-        model_.rx = rx;
+        apply(to_, rx);
+        if (keep && (kept.empty() || std::memcmp(&kept.back().to, &to_, sizeof to_) ||
+                     kept.back().rx != rx))
+            kept.push_back({station_.clock, to_, rx});
     }
 
-    void apply(const plant::ToController& to) {
+    void apply(const plant::ToController& to, uint8_t rx) {
+        model_.rx = rx;
         model_.enc_a = to.enc_a;
         model_.enc_b = to.enc_b;
         model_.gap_high = to.gap_high;
@@ -219,7 +232,8 @@ void gk_free(Session* s) { delete s; }
 void* gk_station(Session* s) { return &s->station(); }
 void gk_load(Session* s, const uint8_t* image, uint64_t size) { s->load(image, size); }
 void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
-double gk_bare(Session* s, uint64_t clocks) { return s->bare(clocks); }
+void gk_keep(Session* s) { s->keep = true; }
+void gk_replay(Session* s, const Session* other) { s->replay(*other); }
 int64_t gk_probe(Session* s, uint64_t index) { return s->probe(index); }
 void gk_poke(Session* s, uint64_t index, int64_t value) { s->poke(index, value); }
 

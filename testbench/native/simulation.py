@@ -27,7 +27,8 @@ _FUNCTIONS = {
     "gk_station": (_POINTER, [_POINTER]),
     "gk_load": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
     "gk_run": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
-    "gk_bare": (ctypes.c_double, [_POINTER, _UNSIGNED]),
+    "gk_keep": (None, [_POINTER]),
+    "gk_replay": (None, [_POINTER, _POINTER]),
     "gk_probe": (ctypes.c_int64, [_POINTER, _UNSIGNED]),
     "gk_poke": (None, [_POINTER, _UNSIGNED, ctypes.c_int64]),
     "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
@@ -135,12 +136,17 @@ class Simulation(Session):
     def load(self, image: bytes) -> None:
         self._code.gk_load(self._handle, image, len(image))
 
-    def bare(self, clocks: int) -> float:
-        """Seconds that the netlist alone takes for so many clocks, its inputs at rest.
+    def keep_inputs(self) -> None:
+        """Keep what comes into the controller, for ``replay``. Call it before the first clock."""
+        self._code.gk_keep(self._handle)
 
-        The controller has run on without its machine afterwards: use a simulation of its own.
+    def replay(self, other: "Simulation") -> None:
+        """Run the netlist alone, without machine and line, on the inputs that ``other`` has kept.
+
+        To be called on a new simulation with the same firmware: the controller does what that of
+        ``other`` did. ``cycle`` and everything of the machine stay as they were.
         """
-        return self._code.gk_bare(self._handle, clocks)
+        self._code.gk_replay(self._handle, other._handle)
 
     # ---- what happened
 
