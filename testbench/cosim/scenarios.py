@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from testbench.cosim import faults, retractions, series, tapes
+from testbench.cosim import faults, reaction, retractions, series, tapes
 from testbench.native.station import Session
 
 __all__ = ["SCENARIOS", "Scenario"]
@@ -47,11 +47,18 @@ SCENARIOS = (
     Scenario(series.operator_retracts),
     Scenario(series.hold_and_resume),
     Scenario(series.no_data),
+    *(Scenario(reaction.at_speed, {"speed": speed, "shorts": shorts})
+      for speed, shorts in reaction.SPEEDS),
     *(Scenario(faults.tripped, {"cause": cause}) for cause in faults.FAULTS),
     *(Scenario(faults.hung, {"kind": kind, "delay": delay})
       for kind, delay in (("clock", 0), ("clock", 1234), ("clock", 7777), ("memory", 0),
                           ("memory", 1234), ("memory", 7777))),
     Scenario(tapes.flipped_bits, {"count": 20, "choice": 1}),
     Scenario(tapes.broken_tapes),
+    Scenario(tapes.noisy_line),
     Scenario(tapes.hard_work),
+    # To the first natural short, a jump, and the alarm; in both codes.
+    Scenario(tapes.natural, {"name": "sink_shallow_deep.ptp", "until_s": 3.1}),
+    Scenario(tapes.natural, {"name": "sink_jump.eia.ptp", "until_s": 1.2}),
+    Scenario(tapes.natural, {"name": "sink_persistent_short.ptp", "until_s": 3}),
 )

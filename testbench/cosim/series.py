@@ -33,7 +33,14 @@ def series(session: Session) -> dict:
     for gain in (4, 2, 15, 3, 0, 0):
         job.reach(coordinate, pace(session, 60))
         job.short(True)
-        clear_after(job, 100, data.speed)
+        if gain == 15:
+            # The limit is still that of the series, though its front is deeper by now.
+            at_limit(job)
+            assert job.probe("path_command") == firsts[0] - pulses(data.limit)
+            assert job.probe("path_front") > firsts[0]
+            job.short(False)
+        else:
+            clear_after(job, 100, data.speed)
         firsts.append(job.probe("retraction_first"))
         coordinate = job.probe("path_front") + gain
         _state(job, State.FRONT)

@@ -5,14 +5,17 @@ import random
 import re
 from itertools import pairwise
 
+from host import machine as machines
 from host.codes import ISO
 from host.link import AGAIN, TAKEN, frame, frames
-from host.tape import Tape, encode
+from host.run import Run
+from host.simulation import Simulation as Piped
+from host.tape import Tape, encode, load
 from testbench.cosim.job import HEIGHT_MM, MM, Job
 from testbench.native.station import Session
-from testbench.punch import broken
+from testbench.punch import TAPES, broken
 
-__all__ = ["broken_tapes", "flipped_bits", "hard_work", "noisy_line"]
+__all__ = ["broken_tapes", "flipped_bits", "hard_work", "natural", "noisy_line"]
 
 LONGEST_S = 5e-3  # between two calls of the watchdog
 WATCHED = ("axis_x_command", "axis_z_command")
@@ -186,3 +189,17 @@ def hard_work(session: Session) -> dict:
     longest_wait = max(after - before for before, after in pairwise(calls))
     assert longest_wait <= 0.85 * LONGEST_S * session.clock_hz, longest_wait
     return {"longest_wait": longest_wait, "events": job.events, "cycle": session.cycle}
+
+
+def natural(session: Session, name: str, until_s: float) -> dict:
+    """A tape of the collection as ``gapkeeper run`` runs it, with nothing forced.
+
+    To one way back at least: a short or a jump, and the way forward or the alarm after it.
+    """
+    job = Run(machines.load("sinker"), load(TAPES / name), Piped(session), until_s=until_s)
+    job.execute()
+    told = [event["event"] for event in job.events]
+    assert "retraction_end" in told
+    assert {"resume", "alarm"} & set(told)
+    return {"outcome": job.outcome, "alarm": job.alarm, "events": job.events,
+            "positions": session.positions(), "discharges": session.discharges()}

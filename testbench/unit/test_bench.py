@@ -1,19 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``make bench`` reckons from the changes of a run."""
 
-from testbench.bench import Reaction, reactions
+from dataclasses import asdict
+
+from testbench.cosim.checks import Reaction, reactions
+from testbench.cosim.reaction import summary
+from testbench.cosim.record import Record
+
+# Sample in clock 99, Ss in 100. Every signal has its first value in clock 0.
+BELOW = [
+    *((0, name, 0) for name in ("completed", "pp", "path_status_reverse", "go", "ramp_above",
+                                "event_head_valid")),
+    (90, "pp", 1), (91, "pp", 0),
+    (100, "completed", 1), (101, "completed", 0),
+    (102, "pp", 1), (103, "pp", 0),                 # the last forward pulse
+    (105, "path_status_reverse", 1), (106, "event_head_valid", 1),
+    (111, "go", 1), (115, "pp", 1), (116, "pp", 0),  # backwards already
+    (120, "completed", 1), (121, "completed", 0),   # no matter while it goes back
+    (130, "event_head_valid", 0),
+    (300, "path_status_reverse", 0), (301, "go", 0),
+]
+ABOVE = [
+    (400, "ramp_above", 500), (401, "go", 1),
+    (500, "completed", 1), (501, "completed", 0),
+    (503, "ramp_above", 490), (600, "ramp_above", 0),
+    (610, "pp", 1), (611, "pp", 0),
+    (612, "go", 0), (613, "path_status_reverse", 1), (614, "event_head_valid", 1),
+    (618, "go", 1), (634, "event_head_valid", 0),
+]
 
 
 def test_reactions_are_counted_from_the_completing_sample():
-    changes = [
-        (90, "pp", 1), (91, "pp", 0),
-        (100, "completed", 1), (101, "completed", 0),
-        (103, "pp", 1), (104, "pp", 0),             # the last forward pulse
-        (106, "path_status_reverse", 1),
-        (108, "pp", 1),                              # backwards already
-        (110, "event_head_valid", 1), (130, "event_head_valid", 0),
-        (500, "event_head_valid", 1), (520, "event_head_valid", 0),
-        (900, "completed", 1), (902, "path_status_reverse", 1), (940, "event_head_valid", 0),
-        (990, "completed", 1),                       # the run ended here
-    ]
-    assert reactions(changes) == [Reaction(3, 6, 30), Reaction(0, 2, 40)]
+    record = Record()
+    record.extend(BELOW + ABOVE)
+    found = reactions(record)
+    assert found == [Reaction(last_forward=3, slowed=0, reversed=12, taken=31),
+                     Reaction(last_forward=111, slowed=4, reversed=8, taken=20)]
+    assert list(summary([asdict(found[0])]).values()) == [(3, 3), (12, 12), (31, 31)]
+    assert list(summary([asdict(found[1])]).values()) == [(4, 4), (8, 8), (20, 20)]
