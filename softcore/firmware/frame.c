@@ -50,6 +50,14 @@ void frame_begin(void) {
     last_byte = hal_cycle_low();
 }
 
+bool frame_lost(void) {
+    if (!program_tape_due())
+        return false;
+    state = DAMAGED;
+    last_byte = hal_cycle_low();
+    return true;
+}
+
 /* Give the waiting frame to the program if it can take it. */
 static void deliver(void) {
     if (length == LENGTH_BEGIN) {

@@ -11,5 +11,6 @@
 void frame_init(void);
 bool frame_open(void);              /* bytes belong to a frame now */
 void frame_begin(void);             /* FRAME_START has come */
+bool frame_lost(void);              /* what has come instead can only be a damaged FRAME_START */
 void frame_byte(uint8_t byte);
 void frame_step(void);              /* time-outs, and frames that waited for room */

@@ -104,8 +104,6 @@ static bool realtime(uint8_t byte) {
 }
 
 static void line_byte(uint8_t byte) {
-    if (realtime(byte))
-        return;
     char c = byte == '\r' ? '\n' : (char)byte;
     if (c == '\n' && typed_lost) {
         fault f = {0};
@@ -225,7 +223,7 @@ bool link_step(void) {
             frame_byte((uint8_t)byte);
         else if (byte == FRAME_START)
             frame_begin();
-        else
+        else if (!realtime((uint8_t)byte) && !frame_lost())
             line_byte((uint8_t)byte);
     }
     frame_step();

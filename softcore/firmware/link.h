@@ -5,7 +5,8 @@
    Frame: STX, length, sequence, payload, CRC-16/CCITT-FALSE of all but STX, high byte first. Answer:
    ACK or NAK, then the sequence. Length 0 begins a tape, length 255 (without payload) ends it. A frame
    for which there is no room is answered when there is, or not at all if the sender repeats it
-   first; a repeated sequence number is acknowledged and dropped. */
+   first; a repeated sequence number is acknowledged and dropped. While more frames of a tape are to
+   come, lines are not: any byte but STX and the real-time ones begins a frame whose STX was hit. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

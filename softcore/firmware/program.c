@@ -90,6 +90,7 @@ void program_tape_byte(uint8_t byte) {
 }
 
 void program_tape_end(void) { tape_ended = true; }
+bool program_tape_due(void) { return tape_state != TAPE_NONE && !tape_ended; }
 
 bool program_line(const char *text, uint32_t length) {
     if (line_waits || by_hand)
