@@ -9,43 +9,69 @@ __all__ = ["Discriminator", "PulseClass"]
 
 
 class PulseClass(enum.Enum, shape=2):
-    """What a pulse was."""
+    """What a pulse was. The DAME of the second patent is ``DAME`` or ``SHORT``."""
 
-    OPEN = 0   # no current flowed
+    OPEN = 0   # no discharge
     OK = 1     # a good discharge
-    DAME = 2   # an arc: the voltage was below the arc level
+    DAME = 2   # an arc
     SHORT = 3  # the voltage was below the short level
 
 
 class Discriminator(wiring.Component):
-    """One sample for each pulse, by simple thresholds at its end.
+    """Verdict on each pulse: discriminators 2, 3 and 4 of the second patent.
 
     A pulse is a run of clocks with ``on`` high (a main pulse), or with ``sense`` high and ``on``
     low (a sensing pulse). Its first ``blanking`` clocks are not looked at; that covers the way to
     the power supply and back as well, since the comparators lag the gates. A pulse that is not
     longer than ``blanking`` gives no sample. Any other gives one in the clock after its last clock:
-    ``sample`` is high, and ``kind`` is
+    ``sample`` is high, and ``kind`` is its class.
 
-    * ``SHORT`` if ``short`` was high in the last clock of the pulse; else
-    * ``OPEN`` for a sensing pulse, and for a main pulse without ``current`` in any clock; else
-    * ``DAME`` if ``arc`` was high in the last clock; else ``OK``.
+    A main pulse *ignites* in the first clock past the blanking in which ``high`` is low, or with
+    ``use_current`` in which ``current`` is high. From then on ``settle`` more clocks are not looked
+    at: the voltage is falling. The class of a main pulse is
 
-    ``shorted_now`` follows ``short`` in the same clock while a pulse is on and past its blanking.
-    The counters and ``last`` follow main pulses only, one clock after the sample; counters wrap.
+    * ``OPEN`` if it did not ignite;
+    * ``SHORT`` if ``short`` was high in its last clock;
+    * ``DAME`` if ``arc`` was high in its last clock, or if its discharge is suspect;
+    * ``OK`` else, and if the pulse ended before the voltage had settled.
 
-    Ref: the class scheme (open, normal, arc, short by voltage and current): doi
-    10.1177/0954405414543488; arcs burn below 15 to 20 V, shorts below 10 to 15 V.
+    A discharge is suspect if all criteria in use say so, and at least one is: ``use_delay``, it
+    ignited less than ``delay_least`` clocks after the pulse began; ``use_noise``, ``noise`` was low
+    in every clock from the ignition to the last. Sensing pulses carry too little current for any of
+    this: they are ``SHORT`` by the last clock, else ``OPEN``.
+
+    ``shorted_now`` says in the same clock that the pulse is past its blanking and settling, and
+    ``short`` is high. ``abnormal`` says that of a main pulse ``short`` or ``arc`` has been high for
+    ``confirm`` clocks running, this one included; 0 counts as 1. The counters and ``last`` follow
+    main pulses only, one clock after the sample; counters wrap.
+
+    Settings change between pulses: after the clock of the sample, and before the last clock of the
+    pause.
+
+    Ref: the class scheme (open, normal, arc, short by voltage and ignition delay): doi
+    10.1177/0954405414543488; arcs burn below 15 to 20 V, shorts below 10 to 15 V. Arcs have no high
+    frequencies: ASME J. Eng. Ind. 102 (3), 1980, p. 189.
 
     Members
     -------
     on, sense : In(1)
         Gates of the main and of the sensing source, as ``rtl.power.pulse_generator`` makes them.
+    high : In(1)
+        Gap voltage above the open level.
     arc, short : In(1)
         Gap voltage below the arc level, and below the short level.
     current : In(1)
         Gap current above its threshold.
+    noise : In(1)
+        The discharge has high frequencies.
     blanking : In(16)
         In clocks, from the first clock of the gate.
+    settle, confirm : In(8)
+        In clocks.
+    delay_least : In(16)
+        Shortest ignition delay of a good discharge, in clocks.
+    use_current, use_delay, use_noise : In(1)
+        Criteria in use.
     sample : Out(1)
         A pulse was classified: high for one clock.
     kind : Out(PulseClass)
@@ -56,6 +82,8 @@ class Discriminator(wiring.Component):
         ``kind`` is ``SHORT``. Valid with ``sample``.
     shorted_now : Out(1)
         The pulse is shorted in this clock.
+    abnormal : Out(1)
+        The main pulse is a short or an arc.
     last : Out(PulseClass)
         Class of the last main pulse.
     open_count, ok_count, dame_count, short_count : Out(32)
@@ -64,15 +92,24 @@ class Discriminator(wiring.Component):
 
     on: In(1)
     sense: In(1)
+    high: In(1)
     arc: In(1)
     short: In(1)
     current: In(1)
+    noise: In(1)
     blanking: In(16)
+    settle: In(8)
+    confirm: In(8)
+    delay_least: In(16)
+    use_current: In(1)
+    use_delay: In(1)
+    use_noise: In(1)
     sample: Out(1)
     kind: Out(PulseClass)
     sample_sensing: Out(1)
     sample_shorted: Out(1)
     shorted_now: Out(1)
+    abnormal: Out(1)
     last: Out(PulseClass)
     open_count: Out(32)
     ok_count: Out(32)
@@ -84,42 +121,80 @@ class Discriminator(wiring.Component):
 
         gates = Signal(2)   # main, sensing: never both
         before = Signal(2)
-        m.d.comb += gates.eq(Cat(self.on, self.sense & ~self.on))
+        same = Signal()     # the pulse goes on
+        m.d.comb += [
+            gates.eq(Cat(self.on, self.sense & ~self.on)),
+            same.eq(gates == before),
+        ]
         m.d.sync += before.eq(gates)
 
         age = Signal(16)      # clocks of the pulse up to the last, saturated
         elapsed = Signal(16)  # clocks of the pulse before this one
         past = Signal()       # the comparators count
         m.d.comb += [
-            elapsed.eq(Mux(gates == before, age, 0)),
+            elapsed.eq(Mux(same, age, 0)),
             past.eq((gates != 0) & (elapsed >= self.blanking)),
-            self.shorted_now.eq(past & self.short),
         ]
         m.d.sync += age.eq(Mux(elapsed.all(), elapsed, elapsed + 1))
+
+        # From the ignition on.
+        lit = Signal()        # up to the last clock
+        burning = Signal()    # of the main pulse
+        wait = Signal(8)      # clocks until the voltage has settled; held at ``settle`` before
+        settled = Signal()
+        early = Signal()
+        heard = Signal()
+        m.d.comb += [
+            burning.eq(past & self.on
+                       & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
+            settled.eq(Mux(self.on, burning & (wait == 0), past)),
+            self.shorted_now.eq(settled & self.short),
+        ]
+        m.d.sync += lit.eq(burning)
+        with m.If(~burning):
+            m.d.sync += wait.eq(self.settle)
+        with m.Elif(wait != 0):
+            m.d.sync += wait.eq(wait - 1)
+        with m.If(~(lit & same)):
+            m.d.sync += [early.eq(elapsed < self.delay_least), heard.eq(burning & self.noise)]
+        with m.Elif(self.noise):
+            m.d.sync += heard.eq(1)
+
+        low = Signal()
+        left = Signal(8)      # clocks low until it is abnormal, less one; held at that before
+        m.d.comb += [
+            low.eq(settled & self.on & (self.arc | self.short)),
+            self.abnormal.eq(low & (left == 0)),
+        ]
+        with m.If(~low):
+            m.d.sync += left.eq(Mux(self.confirm == 0, 0, self.confirm - 1))
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
 
         # What the last clock said.
         valid = Signal()
         short = Signal()
         arc = Signal()
-        current = Signal()  # so far in the pulse
         m.d.sync += [
             valid.eq(past),
-            short.eq(self.short),
-            arc.eq(self.arc),
-            current.eq(past & (self.current | (current & (gates == before)))),
+            short.eq(self.shorted_now),
+            arc.eq(settled & self.arc),
         ]
 
         main = before[0]
+        suspect = Signal()
         m.d.comb += [
-            self.sample.eq(valid & (gates != before)),
+            self.sample.eq(valid & ~same),
             self.sample_sensing.eq(~main),
             self.sample_shorted.eq(short),
+            suspect.eq((self.use_delay | self.use_noise) & (early | ~self.use_delay)
+                       & ~(heard & self.use_noise)),
         ]
         with m.If(short):
             m.d.comb += self.kind.eq(PulseClass.SHORT)
-        with m.Elif(~main | ~current):
+        with m.Elif(~lit):
             m.d.comb += self.kind.eq(PulseClass.OPEN)
-        with m.Elif(arc):
+        with m.Elif(arc | suspect):
             m.d.comb += self.kind.eq(PulseClass.DAME)
         with m.Else():
             m.d.comb += self.kind.eq(PulseClass.OK)

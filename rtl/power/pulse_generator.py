@@ -16,9 +16,10 @@ class PulseGenerator(wiring.Component):
     exactly that, while ``enable`` is high. The mode of a pulse is ``sensing`` in the clock before
     it begins, so the gates are never both high and change only over an off-time.
 
-    A main pulse ends early, one clock after ``cut`` and ``shorted`` were both high and one clock
+    A main pulse ends early, one clock after ``cut`` and ``abnormal`` were both high and one clock
     after ``sensing`` rose: the discharge is reduced at once, not at the end of a long pulse. A
-    sensing pulse is never cut.
+    sensing pulse is never cut. If ``abnormal`` was high in the last clock of a main pulse, cut or
+    not, the off-time after it is longer by ``off_extra``.
 
     ``enable`` low takes both gates low in the same clock (it passes one gate, no register) and
     begins an off-time anew: the first pulse comes one off-time after ``enable`` rose. So does the
@@ -35,14 +36,16 @@ class PulseGenerator(wiring.Component):
         Sensing pulses are wanted, not main pulses.
     on_time, off_time : In(20)
         Main pulses, in clocks.
+    off_extra : In(20)
+        More off-time after an abnormal main pulse, in clocks. Read in the clock before it begins.
     sense_on, sense_off : In(16)
         Sensing pulses, in clocks.
     level : In(6)
         Current of main pulses, in steps of the power supply.
     cut : In(1)
-        Shorted main pulses are cut off.
-    shorted : In(1)
-        The pulse is shorted now.
+        Abnormal main pulses are cut off.
+    abnormal : In(1)
+        The pulse is shorted or an arc now.
     on : Out(1)
         Gate of the main source.
     sense : Out(1)
@@ -55,11 +58,12 @@ class PulseGenerator(wiring.Component):
     sensing: In(1)
     on_time: In(20)
     off_time: In(20)
+    off_extra: In(20)
     sense_on: In(16)
     sense_off: In(16)
     level: In(6)
     cut: In(1)
-    shorted: In(1)
+    abnormal: In(1)
     on: Out(1)
     sense: Out(1)
     level_out: Out(6)
@@ -71,18 +75,19 @@ class PulseGenerator(wiring.Component):
         pulse = Signal()       # the on-time is running, else the off-time
         probe = Signal()       # mode of the last pulse: sensing
         level = Signal(6)
-        remaining = Signal(20)  # clocks of the present time, this one included; 0 as 1
+        remaining = Signal(21)  # clocks of the present time, this one included; 0 as 1
         m.d.comb += [
             self.on.eq(self.enable & pulse & ~probe),
             self.sense.eq(self.enable & pulse & probe),
             self.level_out.eq(Mux(self.on, level, 0)),
         ]
 
-        off = Signal(20)
+        off = Signal(21)
         ends = Signal()
-        m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time))
+        m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time)
+                           + Mux(self.on & self.abnormal, self.off_extra, 0))
         m.d.comb += ends.eq((remaining <= 1)
-                            | (~probe & ((self.cut & self.shorted) | self.sensing)))
+                            | (~probe & ((self.cut & self.abnormal) | self.sensing)))
 
         m.d.sync += ready.eq(1)
         with m.If(~self.enable | ~ready | (pulse & ends)):

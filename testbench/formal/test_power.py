@@ -24,7 +24,8 @@ class PowerContract(wiring.Component):
     sense_off: In(16)
     level: In(6)
     cut: In(1)
-    shorted: In(1)
+    abnormal: In(1)
+    off_extra: In(20)
 
     def elaborate(self, platform):
         m = Module()
@@ -37,7 +38,7 @@ class PowerContract(wiring.Component):
             pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
             pulses.off_time.eq(limiter.allowed_off),
         ]
-        for name in "enable", "sensing", "sense_on", "sense_off", "cut", "shorted":
+        for name in "enable", "sensing", "sense_on", "sense_off", "cut", "abnormal", "off_extra":
             m.d.comb += getattr(pulses, name).eq(getattr(self, name))
 
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
@@ -47,7 +48,7 @@ class PowerContract(wiring.Component):
         before, probe, level = Signal(), Signal(), Signal(6)
         cut, sensing = Signal(), Signal()
         m.d.sync += [before.eq(pulses.on), probe.eq(pulses.sense), level.eq(pulses.level_out),
-                     cut.eq(self.cut & self.shorted), sensing.eq(self.sensing)]
+                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing)]
 
         m.d.comb += Assert(~(pulses.on & pulses.sense))
         with m.If(~self.enable):

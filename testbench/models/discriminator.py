@@ -15,38 +15,92 @@ class Sample:
     sensing: bool
 
 
+@dataclass(frozen=True)
+class Rules:
+    """Settings; they change between pulses only."""
+
+    blanking: int = 2
+    settle: int = 0
+    confirm: int = 1
+    delay_least: int = 0
+    use_current: int = 0
+    use_delay: int = 0
+    use_noise: int = 0
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What the comparators say in one clock."""
+
+    high: int = 0
+    arc: int = 0
+    short: int = 0
+    current: int = 0
+    noise: int = 0
+
+
 @dataclass
 class Discriminator:
-    """One call of ``clock`` a clock; ``blanking`` may change between pulses only."""
+    """One call of ``clock`` a clock."""
 
     main: Counter = field(default_factory=Counter)
     last: int = OPEN
     source: str = ""
-    pulse: list = field(default_factory=list)  # (arc, short, current) of each clock so far
+    pulse: list = field(default_factory=list)  # the clocks so far
 
-    def clock(self, *, on, sense, arc, short, current, blanking):
-        """Return ``(sample or None, shorted_now)`` of this clock, and go to the next."""
+    def clock(self, *, on, sense, rules, **levels):
+        """Return ``(sample or None, shorted_now, abnormal)`` of this clock, and go to the next."""
         source = "main" if on else "sense" if sense else ""
         sample = None
         if source != self.source:
-            sample = self._classify(blanking)
+            sample = self._classify(rules)
             self.source, self.pulse = source, []
         if source:
-            self.pulse.append((arc, short, current))
-        shorted_now = bool(source and len(self.pulse) > blanking and short)
+            self.pulse.append(Clock(**levels))
         if sample and not sample.sensing:
             self.main[sample.kind] += 1
             self.last = sample.kind
-        return sample, shorted_now
+        return (sample, *self._now(rules))
 
-    def _classify(self, blanking):
-        seen = self.pulse[blanking:]
+    def _ignition(self, rules):
+        """Number of the clock in which the main pulse ignites, or None."""
+        for number, clock in enumerate(self.pulse):
+            lit = clock.current if rules.use_current else not clock.high
+            if number >= rules.blanking and lit:
+                return number
+        return None
+
+    def _readable(self, rules):
+        """The clocks in which arc and short levels count."""
+        if self.source == "sense":
+            return self.pulse[rules.blanking:]
+        ignition = self._ignition(rules)
+        return [] if ignition is None else self.pulse[ignition + rules.settle:]
+
+    def _now(self, rules):
+        seen = self._readable(rules)
         if not seen:
+            return False, False
+        run = 0
+        for clock in seen:
+            run = run + 1 if clock.short or clock.arc else 0
+        abnormal = self.source == "main" and run >= max(1, rules.confirm)
+        return bool(seen[-1].short), abnormal
+
+    def _classify(self, rules):
+        if len(self.pulse) <= rules.blanking:
             return None
-        arc, short, _ = seen[-1]
         sensing = self.source == "sense"
-        if short:
+        seen = self._readable(rules)
+        if seen and seen[-1].short:
             return Sample(SHORT, sensing)
-        if sensing or not any(current for _, _, current in seen):
+        ignition = self._ignition(rules)
+        if sensing or ignition is None:
             return Sample(OPEN, sensing)
-        return Sample(DAME if arc else OK, sensing)
+        says = []
+        if rules.use_delay:
+            says.append(ignition < rules.delay_least)
+        if rules.use_noise:
+            says.append(not any(clock.noise for clock in self.pulse[ignition:]))
+        bad = (seen and seen[-1].arc) or (says and all(says))
+        return Sample(DAME if bad else OK, sensing)

@@ -23,14 +23,17 @@ class PulseGenerator:
         on, sense = (int(bool(enable) and self.running == kind) for kind in ("main", "sense"))
         return on, sense, self.level if on else 0
 
-    def edge(self, *, enable, sensing, on_time, off_time, sense_on, sense_off, level, cut, shorted):
+    def edge(self, *, enable, sensing, on_time, off_time, off_extra, sense_on, sense_off, level,
+             cut, abnormal):
         """Go to the next clock."""
         self.clocks -= 1
-        reduced = self.running == "main" and (sensing or (cut and shorted))
+        poor = self.running == "main" and abnormal
+        reduced = self.running == "main" and (sensing or (cut and abnormal))
         over = self.running and (self.clocks <= 0 or reduced)
         if self.fresh or not enable or over:
             self.fresh, self.running = False, ""
-            self.clocks = max(1, off_time if self.last == "main" else sense_off)
+            rest = off_time if self.last == "main" else sense_off
+            self.clocks = max(1, rest + (off_extra if poor and enable else 0))
         elif not self.running and self.clocks <= 0:
             self.running = self.last = "sense" if sensing else "main"
             self.clocks = max(1, sense_on if sensing else on_time)

@@ -6,81 +6,145 @@ import pytest
 from rtl.gap.discriminator import Discriminator, PulseClass
 from testbench.models import discriminator as model
 
-QUIET = dict(on=0, sense=0, arc=0, short=0, current=0, blanking=2)
+LEVELS = "high", "arc", "short", "current", "noise"
 COUNTS = "open_count", "ok_count", "dame_count", "short_count"
+Rules = model.Rules
 
 
 class Bench:
     """The discriminator and its model side by side; keeps the samples."""
 
-    def __init__(self):
+    def __init__(self, rules=None):
         self.dut = Discriminator()
         self.model = model.Discriminator()
+        self.rules = rules or Rules()
         self.samples = []
+        self.abnormal = []  # clocks
+        self.clocks = 0
 
-    async def clock(self, ctx, **inputs):
+    async def clock(self, ctx, *, on=0, sense=0, **levels):
         dut = self.dut
-        inputs = QUIET | inputs
-        for name, value in inputs.items():
+        levels = dict.fromkeys(LEVELS, 0) | levels
+        for name, value in (vars(self.rules) | levels | dict(on=on, sense=sense)).items():
             ctx.set(getattr(dut, name), value)
         counted = [self.model.main[kind] for kind in range(4)]
         assert [ctx.get(getattr(dut, name)) for name in COUNTS] == counted
         assert ctx.get(dut.last) == PulseClass(self.model.last)
-        sample, shorted_now = self.model.clock(**inputs)
+        sample, shorted_now, abnormal = self.model.clock(
+            on=on, sense=sense, rules=self.rules, **levels)
         assert ctx.get(dut.shorted_now) == shorted_now
+        assert ctx.get(dut.abnormal) == abnormal
         assert ctx.get(dut.sample) == (sample is not None)
         if sample:
             assert ctx.get(dut.kind) == PulseClass(sample.kind)
             assert ctx.get(dut.sample_sensing) == sample.sensing
             assert ctx.get(dut.sample_shorted) == (sample.kind == model.SHORT)
             self.samples.append(sample)
+        if abnormal:
+            self.abnormal.append(self.clocks)
+        self.clocks += 1
         await ctx.tick()
+
+
+def rules(rng):
+    return Rules(
+        blanking=rng.choice((0, 0, 1, 2, 3, 5)), settle=rng.choice((0, 0, 1, 2, 4)),
+        confirm=rng.choice((0, 1, 1, 2, 3)), delay_least=rng.choice((0, 2, 4, 7)),
+        use_current=rng.random() < 0.2, use_delay=rng.random() < 0.4,
+        use_noise=rng.random() < 0.4)
 
 
 def test_follows_the_model(simulate, rng):
     bench = Bench()
+    ends = set()  # class, and whether a pulse was abnormal
 
     async def run(ctx):
-        pause = 1
-        for _ in range(900):
-            if pause:  # the blanking changes while no pulse is on
-                blanking = rng.choice((0, 0, 1, 2, 3, 5))
+        for _ in range(1500):
             # Also what the generator never does: both gates, and a change without a pause.
-            gates = rng.choice(((1, 0), (1, 0), (0, 1), (0, 0), (1, 1)))
-            likely = {name: rng.choice((0, 0.1, 0.5, 0.9, 1))
-                      for name in ("arc", "short", "current")}
-            for _ in range(rng.choice((1, blanking, blanking + 1, rng.randrange(1, 12)))):
-                await bench.clock(ctx, on=gates[0], sense=gates[1], blanking=blanking,
+            gates = rng.choice(((1, 0), (1, 0), (1, 0), (0, 1), (0, 0), (1, 1)))
+            likely = {name: rng.choice((0, 0.1, 0.5, 0.9, 1)) for name in LEVELS}
+            blanking, had = bench.rules.blanking, len(bench.abnormal)
+            for _ in range(rng.choice((1, blanking, blanking + 1, rng.randrange(1, 14)))):
+                await bench.clock(ctx, on=gates[0], sense=gates[1],
                                   **{name: int(rng.random() < p) for name, p in likely.items()})
             pause = rng.randrange(3)
-            for _ in range(pause):
-                await bench.clock(ctx, blanking=blanking, short=rng.random() < 0.5)
+            for number in range(pause):
+                if number == 1:
+                    bench.rules = rules(rng)
+                await bench.clock(ctx, short=rng.random() < 0.5)
+            if pause and bench.samples:
+                ends.add((bench.samples[-1].kind, len(bench.abnormal) > had))
 
     simulate(bench.dut, run)
     assert {(sample.kind, sample.sensing) for sample in bench.samples} == {
         (kind, sensing) for kind in range(4) for sensing in (False, True)
         if not sensing or kind in (model.OPEN, model.SHORT)}
+    assert {(kind, abnormal) for kind in range(1, 4) for abnormal in (False, True)} <= ends
 
 
-@pytest.mark.parametrize(("pulse", "kind"), [
-    # Per clock of a pulse with a blanking of 2: a arc, s short, c current, . nothing.
-    ("....", model.OPEN), ("cc..", model.OPEN), ("..c.", model.OK), ("...c", model.OK),
-    ("..ca", model.DAME), ("..ac", model.OK), ("ccaa", model.OPEN), ("...s", model.SHORT),
-    ("..cs", model.SHORT), ("..sc", model.OK), ("ssss", model.SHORT), ("ss.", model.OPEN),
-    ("c", None), ("ss", None),
+# Per clock of a pulse: h high, a arc, s short, n noise, . a discharge.
+@pytest.mark.parametrize(("rules", "pulse", "kind"), [
+    (Rules(), "hhhh", model.OPEN), (Rules(), "..hh", model.OPEN), (Rules(), "hhh.", model.OK),
+    (Rules(), "hh.h", model.OK), (Rules(), "hhha", model.DAME), (Rules(), "hha.", model.OK),
+    (Rules(), "hhhs", model.SHORT), (Rules(), "hhs.", model.OK), (Rules(), "ssss", model.SHORT),
+    (Rules(), "sshh", model.OPEN), (Rules(), "h", None), (Rules(), "ss", None),
+    (Rules(settle=2), "hh.aa", model.DAME), (Rules(settle=2), "hh.a", model.OK),
+    (Rules(settle=2), "hh.s", model.OK), (Rules(settle=2), "hhas.", model.OK),
+    (Rules(use_delay=1, delay_least=4), "hhh.", model.DAME),
+    (Rules(use_delay=1, delay_least=4), "hhhh.", model.OK),
+    (Rules(use_delay=1, delay_least=4), "hhhhh", model.OPEN),
+    (Rules(use_noise=1), "hh..", model.DAME), (Rules(use_noise=1), "hh.n", model.OK),
+    (Rules(use_noise=1), "nn..", model.DAME), (Rules(use_noise=1), "hhn.", model.OK),
+    (Rules(use_noise=1), "hhna", model.DAME),
+    (Rules(use_noise=1, use_delay=1, delay_least=3), "hh...", model.DAME),
+    (Rules(use_noise=1, use_delay=1, delay_least=3), "hhh..", model.OK),
+    (Rules(use_noise=1, use_delay=1, delay_least=3), "hh.n.", model.OK),
+    (Rules(use_current=1), "....", model.OPEN), (Rules(use_current=1), "...c", model.OK),
 ])
-def test_classes(simulate, pulse, kind):
-    bench = Bench()
+def test_classes(simulate, rules, pulse, kind):
+    bench = Bench(rules)
 
     async def run(ctx):
         for letter in pulse:
-            await bench.clock(ctx, on=1, arc=letter == "a", short=letter == "s",
-                              current=letter == "c")
+            await bench.clock(ctx, on=1, high=letter == "h", arc=letter == "a",
+                              short=letter == "s", noise=letter == "n", current=letter == "c")
         await bench.clock(ctx)
         await bench.clock(ctx)
 
     simulate(bench.dut, run)
     assert bench.samples == ([] if kind is None else [model.Sample(kind, sensing=False)])
+
+
+@pytest.mark.parametrize(("confirm", "clock"), [(0, 4), (1, 4), (2, 5), (3, 9), (4, None)])
+def test_abnormal_once_confirmed(simulate, confirm, clock):
+    bench = Bench(Rules(confirm=confirm))
+
+    async def run(ctx):
+        for letter in "hhh.as.aasa" + "ah"[confirm == 4]:
+            await bench.clock(ctx, on=1, high=letter == "h", arc=letter == "a",
+                              short=letter == "s")
+
+    simulate(bench.dut, run)
+    first = bench.abnormal[0] if bench.abnormal else None
+    assert first == (clock if confirm < 4 else 10)
+
+
+@pytest.mark.parametrize("level", ["arc", "short"])
+def test_verdict_in_time(simulate, level):
+    """Within 4 clocks of the sample that decides, in mid-pulse and at its end."""
+    bench = Bench(Rules(settle=1, confirm=2))
+
+    async def run(ctx):
+        for clock in range(20):
+            await bench.clock(ctx, on=clock < 15, high=clock < 6, **{level: clock >= 8})
+            if bench.samples:
+                assert clock - 14 <= 4
+                return
+        raise AssertionError
+
+    simulate(bench.dut, run)
+    decided = 9  # two low clocks from 8 on
+    assert bench.abnormal[0] - decided <= 4
 
 
 def test_longest_blanking(simulate):

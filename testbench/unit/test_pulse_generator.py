@@ -11,8 +11,8 @@ from rtl.power.pulse_generator import PulseGenerator
 from testbench.models import pulse_generator as model
 from testbench.refusal import refuses
 
-TIMES = dict(on_time=7, off_time=5, sense_on=3, sense_off=4)
-QUIET = dict(enable=1, sensing=0, level=9, cut=1, shorted=0) | TIMES
+TIMES = dict(on_time=7, off_time=5, off_extra=0, sense_on=3, sense_off=4)
+QUIET = dict(enable=1, sensing=0, level=9, cut=1, abnormal=0) | TIMES
 
 
 class Bench:
@@ -52,7 +52,7 @@ def test_follows_the_model(simulate, rng):
         for _ in range(6000):
             if rng.random() < 0.02:
                 inputs |= times()
-            inputs |= dict(level=rng.randrange(64), shorted=rng.random() < 0.2)
+            inputs |= dict(level=rng.randrange(64), abnormal=rng.random() < 0.2)
             for name, chance in (("enable", 0.03), ("sensing", 0.03), ("cut", 0.05)):
                 if rng.random() < chance:
                     inputs[name] ^= 1
@@ -96,13 +96,26 @@ def test_longest_times(simulate, sensing):
     simulate(dut, run)
 
 
-def test_short_is_cut_in_the_next_clock(simulate):
+def test_abnormal_pulse_is_cut_in_the_next_clock(simulate):
     bench = Bench(PulseGenerator())
 
     async def run(ctx):
         for clock in range(60):
-            await bench.clock(ctx, **QUIET | dict(shorted=clock == 8, cut=clock < 30))
+            await bench.clock(ctx, **QUIET | dict(abnormal=clock == 8, cut=clock < 30))
         assert bench.runs[1] == ("main", 3), "gates were high in clocks 6, 7 and 8"
+
+    simulate(bench.dut, run)
+
+
+@pytest.mark.parametrize("cut", [0, 1])
+def test_rest_after_an_abnormal_pulse_is_longer(simulate, cut):
+    bench = Bench(PulseGenerator())
+
+    async def run(ctx):
+        for clock in range(60):
+            await bench.clock(ctx, **QUIET | dict(
+                cut=cut, off_extra=9, abnormal=clock in ((8,), (8, 12))[not cut]))
+        assert bench.runs[1:5] == [("main", 3 if cut else 7), ("", 14), ("main", 7), ("", 5)]
 
     simulate(bench.dut, run)
 
@@ -125,7 +138,7 @@ def test_gates_keep_their_distance(simulate, rng):
     async def run(ctx):
         for _ in range(5000):
             await bench.clock(ctx, **QUIET | dict(
-                enable=rng.random() < 0.97, sensing=rng.random() < 0.3, shorted=rng.random() < 0.1))
+                enable=rng.random() < 0.97, sensing=rng.random() < 0.3, abnormal=rng.random() < 0.1))
             assert not (ctx.get(bench.dut.on) and ctx.get(bench.dut.sense))
 
     simulate(bench.dut, run)
