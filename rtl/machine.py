@@ -262,7 +262,7 @@ class Machine(wiring.Component):
             retraction.rest.eq(ramp.rest),
             retraction.steady.eq(ramp.steady),
             retraction.distance.eq(ramp.distance),
-            self.retraction_start.eq(path.front),
+            self.retraction_start.eq(retraction.start),
             self.retraction_first.eq(retraction.first),
             self.retraction_series.eq(retraction.series),
         ]

@@ -59,6 +59,12 @@ class Halt(enum.Enum, shape=8):
     FLOOR = 2    # still short at the floor
     SERIES = 3   # too many shorts returned
     NO_DATA = 4  # a short, and no retraction data in force
+    SERVO = 5    # the servo wants to go back further than a retraction may
+
+
+def _later(a, b):
+    """``a`` lies further along the path than ``b`` (coordinates wrap)."""
+    return (a - b)[:32].as_signed() > 0
 
 
 class Retraction(wiring.Component):
@@ -69,18 +75,25 @@ class Retraction(wiring.Component):
     jump or the operator's order it comes to rest, goes back, and re-advances at the high speed to
     the changeover position and at the low speed to the start point:
 
-    * The start point BS is ``front``, the furthest coordinate commanded. The limit is measured from
-      ``first``, the BS of the first short of a series; a series ends when ``gain`` pulses beyond
-      ``first`` were made at the front. No pulse goes back beyond the higher of ``first - limit``
-      and ``floor``. A jump goes back to ``front - jump_distance``, or ``floor``.
+    * The start point BS is the position at which the machine left off machining: ``front``, the
+      furthest coordinate commanded, unless the servo has drawn back. The limit is measured from
+      ``first``, the BS of the first short of a series; a series ends when machining is ``gain``
+      pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit`` and
+      ``floor``. A jump goes back to ``BS - jump_distance``, or ``floor``.
     * A retraction for a short ends when the short is gone, on the pulse; if it is not gone at the
       limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
       operator ends at its distance, and goes on as one for a short if the gap is short there.
-    * The re-advance changes from high to low at ``front - changeover`` on the pulse; if less was
+    * The re-advance changes from high to low at ``BS - changeover`` on the pulse; if less was
       retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction.
     * A short at the front or in the re-advance starts a retraction: at or below the start/stop
       speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
       data, or as the return number ``repeats`` of a series, it halts instead.
+
+    With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``, and
+    back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and else
+    stands still. It goes no further than the segments that are loaded, either way; an ``up`` that
+    would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that it is not under way
+    at the front, so that strobes are lost on it.
 
     From ``shorted`` to ``go`` low: the same clock. From there, at rest, to the reversed command:
     ``PREPARE + 2`` clocks.
@@ -106,6 +119,8 @@ class Retraction(wiring.Component):
             # rules
             "jump_period": In(32), "gain": In(16), "repeats": In(8), "settle": In(24),
             "run": In(1), "hold": In(1), "retract": In(1), "release": In(1),
+            # the servo
+            "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
             # the machine
             "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
             "in_position": In(1), "cycle": In(32),
@@ -119,7 +134,8 @@ class Retraction(wiring.Component):
             "go": Out(1), "reverse": Out(1), "target": Out(rate), "bound": Out(coordinate),
             "brake": Out(1), "sensing": Out(1), "quiet": Out(1),
             # reports
-            "state": Out(State), "first": Out(coordinate), "series": Out(8),
+            "state": Out(State), "start": Out(coordinate), "first": Out(coordinate),
+            "series": Out(8),
             "mark": Out(1),
             "event": Out(Event), "event_detail": Out(8), "event_cycle": Out(32),
             "event_first": Out(32), "event_second": Out(32),
@@ -133,7 +149,8 @@ class Retraction(wiring.Component):
         cause = Signal(Cause)
         returning = Signal()   # a series is under way
         moving = Signal()      # the state lets the machine move
-        bounds = self._bounds(m, force, cause, returning, moving)
+        goal, back, refused = self._servo(m, force)
+        bounds = self._bounds(m, force, cause, returning, moving, goal, back)
 
         prepare = Signal(range(self.PREPARE + 1))
         with m.If(prepare != 0):
@@ -144,6 +161,7 @@ class Retraction(wiring.Component):
         latency = self._latency(m)
         plateau = self._plateau(m, moving)
 
+        outgoing = Signal()    # the last state was the front, or coming to rest from there
         ending = Signal()      # the retraction is over, but for coming to rest
         reason = Signal(Reason)
         halt = Signal(Halt)
@@ -160,8 +178,11 @@ class Retraction(wiring.Component):
         forward = Signal()
         m.d.comb += forward.eq((state == State.FRONT) | (state == State.HIGH)
                                | (state == State.LOW))
+        turns = Signal()       # the servo wants to go the other way
+        m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != back))
         with m.If(forward):
-            m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe)
+            m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe
+                                  & ~turns)
         with m.Elif(state == State.RETRACTING):
             m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
                                   & ((cause != Cause.SHORT) | self.shorted))
@@ -208,6 +229,10 @@ class Retraction(wiring.Component):
                     order(Cause.OPERATOR)
                 with m.Elif(self.run & jump_due & ~self.hold):
                     order(Cause.JUMP)
+                with m.Elif(self.run & ~self.hold & refused):
+                    m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERVO), announce.eq(1)]
+                with m.Elif(turns & self.rest):
+                    m.d.sync += [self.reverse.eq(back), prepare.eq(self.PREPARE)]
 
             with m.Case(State.STOPPING):
                 with m.If(self.rest):
@@ -226,8 +251,8 @@ class Retraction(wiring.Component):
                         with m.If(returning):
                             m.d.sync += self.series.eq(self.series + 1)
                         with m.Else():
-                            m.d.sync += [returning.eq(1), self.first.eq(self.front),
-                                         self.series.eq(0)]
+                            m.d.sync += [returning.eq(1), self.series.eq(0),
+                                         self.first.eq(Mux(outgoing, self.position, self.start))]
 
             with m.Case(State.RETRACTING):
                 with m.If(ending):
@@ -270,7 +295,7 @@ class Retraction(wiring.Component):
             with m.Case(State.HIGH):
                 with m.If(announce):
                     m.d.sync += announce.eq(0)
-                    report(Event.ADVANCE, 1, self.front - self.position, force["changeover"])
+                    report(Event.ADVANCE, 1, self.start - self.position, force["changeover"])
                 with m.Elif(self.run & self.shorted):
                     order(Cause.SHORT)
                 with m.Elif(ready & ~bounds["before_changeover"]):
@@ -279,7 +304,7 @@ class Retraction(wiring.Component):
             with m.Case(State.LOW):
                 with m.If(announce):
                     m.d.sync += announce.eq(0)
-                    report(Event.ADVANCE, 2, self.front - self.position, 0)
+                    report(Event.ADVANCE, 2, self.start - self.position, 0)
                 with m.Elif(self.run & self.shorted):
                     order(Cause.SHORT)
                 with m.Elif(ready & bounds["at_front"]):
@@ -297,8 +322,11 @@ class Retraction(wiring.Component):
                         state.eq(Mux(bounds["before_changeover"], State.HIGH, State.LOW)),
                     ]
 
+        with m.If((state == State.FRONT) | ((state == State.STOPPING) & outgoing)):
+            m.d.sync += self.start.eq(self.position)
+        m.d.sync += outgoing.eq((state == State.FRONT) | ((state == State.STOPPING) & outgoing))
         with m.If(returning & (state == State.FRONT)
-                  & ((self.front - self.first)[:32].as_signed() >= self.gain)):
+                  & ((self.position - self.first)[:32].as_signed() >= self.gain)):
             m.d.sync += [returning.eq(0), self.series.eq(0)]
         with m.If(self.safe):
             m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NONE), announce.eq(0)]
@@ -327,11 +355,40 @@ class Retraction(wiring.Component):
             m.d.sync += force["valid"].eq(valid)
         return force
 
-    def _bounds(self, m, force, cause, returning, moving):
+    def _servo(self, m, force):
+        """Where the servo wants to be, and which way it went for that."""
+        goal = Signal(signed(32))
+        back = Signal()
+        refused = Signal()
+        lower = Signal(signed(32))
+        lowest = Signal(signed(32))
+        floor = Signal(signed(32))
+        machining = self.servo & (self.state == State.FRONT)
+        m.d.sync += [
+            lowest.eq(self.front - force["limit"]),
+            floor.eq(Mux(force["valid"] & _later(lowest, self.floor), lowest, self.floor)),
+        ]
+        m.d.comb += [
+            lower.eq(self.command - self.step),
+            refused.eq(machining & self.up & _later(floor, lower)),
+            self.held.eq(~machining | self.hold | ~self.run),
+        ]
+        with m.If(~machining):
+            m.d.sync += [goal.eq(self.command), back.eq(0)]
+        with m.Elif(self.up):
+            m.d.sync += [goal.eq(lower), back.eq(1)]
+        with m.Elif(self.down):
+            m.d.sync += [goal.eq(self.command + self.step), back.eq(0)]
+        return goal, back, refused
+
+    def _bounds(self, m, force, cause, returning, moving, goal, back):
         """Bounds of the motion, and where it stands to them; each a few clocks behind."""
-        def later(a, b):
-            """``a`` lies further along the path than ``b`` (coordinates wrap)."""
-            return (a - b)[:32].as_signed() > 0
+        later = _later
+        served = Signal(signed(32))      # where the servo wants to be, as far as is loaded
+        with m.If(back):
+            m.d.sync += served.eq(Mux(later(self.behind, goal), self.behind, goal))
+        with m.Else():
+            m.d.sync += served.eq(Mux(later(goal, self.ahead), self.ahead, goal))
 
         reach = Signal(31)
         target = Signal(signed(32))      # where the limit alone would end
@@ -346,22 +403,24 @@ class Retraction(wiring.Component):
         at_front = Signal()
         at_target = Signal()
         m.d.sync += [
-            reach.eq(Mux(cause == Cause.JUMP, force["jump_distance"], force["limit"])),
-            target.eq(Mux(returning & (cause == Cause.SHORT), self.first, self.front) - reach),
+            reach.eq(Mux((cause == Cause.JUMP) & (self.state != State.FRONT),
+                         force["jump_distance"], force["limit"])),
+            target.eq(Mux(returning & (cause == Cause.SHORT), self.first,
+                          Mux(self.state == State.FRONT, self.front, self.start)) - reach),
             floor_wins.eq(later(self.floor, target)),
             lowest.eq(Mux(later(self.floor, target), self.floor, target)),
             loaded.eq(Mux(later(self.behind, lowest), self.behind, lowest)),
-            changeover.eq(self.front - force["changeover"]),
+            changeover.eq(self.start - force["changeover"]),
             leading.eq(changeover + force["low_lead"]),
             high.eq(Mux(later(leading, self.ahead), self.ahead, leading)),
-            low.eq(Mux(later(self.front, self.ahead), self.ahead, self.front)),
+            low.eq(Mux(later(self.start, self.ahead), self.ahead, self.start)),
             before_changeover.eq(later(changeover, self.position)),
-            at_front.eq(self.position == self.front),
+            at_front.eq(~later(self.start, self.position)),
             at_target.eq(~later(self.command, lowest)),
         ]
         with m.Switch(self.state):
             with m.Case(State.FRONT):
-                m.d.sync += self.bound.eq(self.ahead)
+                m.d.sync += self.bound.eq(Mux(self.servo, served, self.ahead))
             with m.Case(State.RETRACTING):
                 m.d.sync += self.bound.eq(loaded)
             with m.Case(State.HIGH):
