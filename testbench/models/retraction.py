@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 START, END, ADVANCE, RESUME, HALT = 1, 2, 3, 4, 5
 SHORT, JUMP, OPERATOR = 1, 2, 3
 CLEARED, AT_LIMIT, AT_FLOOR = 1, 2, 3
-STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA = 1, 2, 3, 4
+STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA, SERVO = 1, 2, 3, 4, 5
 HIGH, LOW = 1, 2
 
 
