@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Preset counters: turn the classes of pulses into UP and DOWN of the gap servo."""
+
+from amaranth import *
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.gap.discriminator import PulseClass
+
+__all__ = ["Mode", "PresetCounters"]
+
+WEIGHT = 4   # bits
+COUNT = 8
+PERIOD = 24
+
+
+class Mode(enum.Enum, shape=2):
+    """How pulses are counted."""
+
+    ACCUMULATE = 0   # each class by itself: a race
+    CONSECUTIVE = 1  # runs of one class
+    TOTAL = 2        # shares of a window of pulses
+    RELATIVE = 3     # DAME and OPEN each against OK
+
+
+class PresetCounters(wiring.Component):
+    """Counters 5 (DAME or SHORT), 6 (OPEN) and 7 (OK), time device 13 and what they pass on.
+
+    Counter 5 full asks for UP (widen the gap), counter 6 full for DOWN (narrow it). Time device 13
+    strobes: at a strobe UP is given if 5 is full, else DOWN if 6 is; either clears both counters.
+    A strobe with neither full does nothing. A full counter is held until such a strobe or until 7
+    clears it.
+
+    * ``ACCUMULATE``: a counter counts the pulses of its class, and is full at its preset. Counter 7
+      is not held: at its preset it clears all three, 5 and 6 full or not. Nothing else clears it;
+      UP and DOWN leave it.
+    * ``CONSECUTIVE``: the same, and a pulse of another class clears a counter that is not full.
+    * ``TOTAL``: the classes of ``window`` pulses are counted. With the last of them 5 and 6 each
+      become full if their count reached the preset, else not full (they also lose what they held),
+      and counts and window begin anew; if 7 reached its preset, 5 and 6 are both cleared instead.
+      UP and DOWN begin the counts and the window anew as well: what was seen before the electrode
+      moved does not count.
+    * ``RELATIVE``: 5 counts +1 for a pulse of its class, 6 likewise, and both -``weight`` for an
+      OK, not below 0. Once full a counter is held, so only a strobe clears it; 7 is not used.
+
+    A counter with preset 0 is off: empty and never full. So classes can be used singly. A counter
+    is empty from when it becomes full, and counts anew after it was cleared; in ``TOTAL`` it counts
+    on. No count can pass its preset's range: nothing wraps.
+
+    The pulse of a clock comes first in it, the strobe after. So the pulse in the clock of a strobe
+    can still fill the counter for it, or have 7 clear it; if there is UP or DOWN it is cleared with
+    the rest. ``up``, ``down`` and ``strobe`` are high in the clock after.
+
+    The settings are those of the clock. A preset, ``window`` or ``weight`` that changes leaves the
+    counts and what is full: a counter never becomes full but with a pulse (of its own class; in
+    ``TOTAL`` the last of a window), at a preset below its count with the next such. Preset 0 clears
+    its counter at once. A ``mode`` other than in the clock before (``ACCUMULATE`` before reset)
+    clears all counts, whatever is full and the window, and loses the pulse of that clock; the time
+    device runs on. A ``period`` less than what has run strobes at once.
+
+    ``freeze`` clears all that, loses pulses, restarts the time device and holds ``up``, ``down``
+    and ``strobe`` low, in the same clock. The first strobe after is that of the ``period``th clock
+    without it.
+
+    Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17, ``freeze`` and the modes
+    but the first excepted; the order of events in a clock is ours.
+    Proof: ``testbench/formal/test_preset_counter.py``.
+
+    Members
+    -------
+    sample : In(1)
+        A main pulse was classified.
+    kind : In(PulseClass)
+        What it was. Valid with ``sample``.
+    dame, open, ok : In(8)
+        Presets of 5, 6 and 7, in pulses; 0 for off.
+    mode : In(Mode)
+    window : In(8)
+        Pulses of ``TOTAL``; 0 counts as 1.
+    weight : In(4)
+        Of an OK in ``RELATIVE``.
+    period : In(24)
+        Of the time device, in clocks; 0 for no strobes. Not shorter than the drive can follow.
+    freeze : In(1)
+        Ss, or not under servo.
+    up, down : Out(1)
+        Widen, narrow the gap by a step: high for one clock, never both.
+    strobe : Out(1)
+        The time device has strobed; with ``up`` and ``down``.
+    dame_full, open_full : Out(1)
+        5, 6 are full.
+    ok_full : Out(1)
+        7 was full and has cleared all: high for one clock.
+    """
+
+    sample: In(1)
+    kind: In(PulseClass)
+    dame: In(COUNT)
+    open: In(COUNT)
+    ok: In(COUNT)
+    mode: In(Mode)
+    window: In(COUNT)
+    weight: In(WEIGHT)
+    period: In(PERIOD)
+    freeze: In(1)
+    up: Out(1)
+    down: Out(1)
+    strobe: Out(1)
+    dame_full: Out(1)
+    open_full: Out(1)
+    ok_full: Out(1)
+
+    def elaborate(self, platform):
+        m = Module()
+
+        consecutive, total, relative = Signal(), Signal(), Signal()
+        m.d.comb += [
+            consecutive.eq(self.mode == Mode.CONSECUTIVE),
+            total.eq(self.mode == Mode.TOTAL),
+            relative.eq(self.mode == Mode.RELATIVE),
+        ]
+
+        mode = Signal(Mode)  # of the clock before
+        clear = Signal()
+        m.d.sync += mode.eq(self.mode)
+        m.d.comb += clear.eq(self.freeze | (self.mode != mode))
+
+        # Time device 13. The first clock of a period is number 1.
+        number = Signal(PERIOD, init=1)
+        due = Signal()
+        m.d.comb += due.eq((self.period != 0) & (number >= self.period))
+        with m.If(self.freeze | due | (self.period == 0)):
+            m.d.sync += number.eq(1)
+        with m.Else():
+            m.d.sync += number.eq(number + 1)
+
+        dame, open_, ok = Signal(), Signal(), Signal()
+        m.d.comb += [
+            dame.eq(self.sample & ((self.kind == PulseClass.DAME)
+                                   | (self.kind == PulseClass.SHORT))),
+            open_.eq(self.sample & (self.kind == PulseClass.OPEN)),
+            ok.eq(self.sample & (self.kind == PulseClass.OK)),
+        ]
+
+        moved = Signal()   # UP or DOWN, as of this clock
+        last = Signal()    # pulse of the window
+        begun = Signal(COUNT)
+        m.d.comb += last.eq(total & self.sample & (begun + 1 >= self.window))
+        with m.If(clear | last | moved | ~total):
+            m.d.sync += begun.eq(0)
+        with m.Elif(self.sample):
+            m.d.sync += begun.eq(begun + 1)
+
+        # Counter 7.
+        oks, with_ok = Signal(COUNT), Signal(COUNT)
+        cleared = Signal()  # by 7
+        m.d.comb += [
+            with_ok.eq(oks + ok),
+            cleared.eq((self.ok != 0) & (with_ok >= self.ok) & (last | (ok & ~total & ~relative))),
+        ]
+        with m.If(clear | cleared | last | (total & moved) | relative | (self.ok == 0)
+                  | (consecutive & self.sample & ~ok)):
+            m.d.sync += oks.eq(0)
+        with m.Else():
+            m.d.sync += oks.eq(with_ok)
+        m.d.sync += self.ok_full.eq(cleared & ~clear)
+
+        # Counters 5 and 6: one adder each, for +1 and for -weight = +~weight + 1.
+        less = Signal()
+        change = Signal(signed(WEIGHT + 1))
+        m.d.comb += [
+            less.eq(relative & ok),
+            change.eq(Mux(less, Cat(~self.weight, 1).as_signed(), 0)),
+        ]
+        full = []
+        for name, pulse, preset, held in (("dame", dame, self.dame, self.dame_full),
+                                          ("open", open_, self.open, self.open_full)):
+            count = Signal(COUNT, name=f"{name}_count")
+            carried = Signal(signed(COUNT + 2), name=f"{name}_carried")
+            after = Signal(COUNT, name=f"{name}_after")
+            reached = Signal(name=f"{name}_reached")
+            filled = Signal(name=f"{name}_filled")
+            below = Signal(name=f"{name}_below")
+            stop = Signal(name=f"{name}_stop")
+            m.d.comb += [
+                carried.eq(Cat(1, count, 0).as_signed() + Cat(pulse | less, change).as_signed()),
+                after.eq(carried[1:]),
+                below.eq(less & carried[-1]),
+                reached.eq(after >= preset),
+                filled.eq((preset != 0) & ~cleared
+                          & Mux(last, reached, held | (pulse & ~total & reached))),
+                stop.eq(clear | moved | cleared | last | below | (preset == 0)
+                        | (~total & filled) | (consecutive & self.sample & ~pulse)),
+            ]
+            with m.If(stop):
+                m.d.sync += count.eq(0)
+            with m.Else():
+                m.d.sync += count.eq(after)
+            m.d.sync += held.eq(filled & ~clear & ~moved)
+            full.append(filled)
+
+        up, down, strobe = Signal(), Signal(), Signal()
+        m.d.comb += moved.eq(due & ~clear & (full[0] | full[1]))
+        m.d.sync += [
+            up.eq(moved & full[0]),
+            down.eq(moved & ~full[0]),
+            strobe.eq(due & ~self.freeze),
+        ]
+        m.d.comb += [
+            self.up.eq(up & ~self.freeze),
+            self.down.eq(down & ~self.freeze),
+            self.strobe.eq(strobe & ~self.freeze),
+        ]
+
+        return m
