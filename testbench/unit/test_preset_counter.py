@@ -1,0 +1,484 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.gap.preset_counter``, against the exact model and the exact race odds."""
+
+import ctypes
+import math
+from dataclasses import astuple
+from functools import cache
+
+import numpy as np
+import pytest
+
+from rtl.gap.discriminator import PulseClass
+from rtl.gap.preset_counter import Mode, PresetCounters
+from testbench.models import preset_counter as model
+from testbench.models.preset_counter import ACCUMULATE, CONSECUTIVE, RELATIVE, TOTAL
+from testbench.native.build import HERE
+from testbench.native.component import component_library
+
+SETTINGS = dict(dame=3, open=2, ok=4, mode=ACCUMULATE, window=6, weight=1, period=8, freeze=0)
+INPUTS = "sample", "kind", *SETTINGS
+OUTPUTS = "up", "down", "strobe", "dame_full", "open_full", "ok_full"
+KINDS = {"D": model.DAME, "S": model.SHORT, "O": model.OPEN, "K": model.OK}
+
+
+def as_modelled(counters, inputs):
+    """Outputs of the model for the inputs of one clock."""
+    inputs = dict(inputs)
+    return astuple(counters.clock(open_=inputs.pop("open"), **inputs))
+
+
+class Bench:
+    """The block and its model side by side, fed with pulses written as letters.
+
+    A letter is a clock: a DAME, a SHORT, an OPEN, an OK (K), or nothing for a point. The outputs
+    are those that follow from that clock, hence of the next: U, D, or a minus for a strobe with
+    neither. ``shown`` has the counters that are full: d, o, or k for the output of 7.
+    """
+
+    def __init__(self, **settings):
+        self.dut = PresetCounters()
+        self.model = model.PresetCounters()
+        self.settings = SETTINGS | settings
+        self.given, self.shown = [], []
+
+    async def feed(self, ctx, pulses, **settings):
+        dut = self.dut
+        self.settings |= settings
+        for letter in pulses:
+            inputs = dict(sample=letter != ".", kind=KINDS.get(letter, 0), **self.settings)
+            for name, value in inputs.items():
+                shape = {"kind": PulseClass, "mode": Mode}.get(name, int)
+                ctx.set(getattr(dut, name), shape(value))
+            found = tuple(ctx.get(getattr(dut, name)) for name in OUTPUTS)
+            assert found == as_modelled(self.model, inputs)
+            self._keep(found)
+            await ctx.tick()
+
+    def _keep(self, found):
+        up, down, strobe, *full = found
+        assert not (up and down)
+        assert strobe or not (up or down)
+        self.given.append("U" if up else "D" if down else "-" if strobe else ".")
+        self.shown.append("".join(letter for letter, high in zip("dok", full, strict=True)
+                                  if high) or ".")
+
+
+@pytest.fixture
+def feed(simulate):
+    """Run ``(pulses, settings that change with them)``; return what followed each clock."""
+    def run(*parts, shown=False, **settings):
+        bench = Bench(**settings)
+
+        async def script(ctx):
+            await bench.feed(ctx, ".", freeze=1)  # in this mode from the first pulse on
+            bench.settings["freeze"] = 0
+            for pulses, changed in parts:
+                await bench.feed(ctx, pulses, **changed)
+            await bench.feed(ctx, ".")
+
+        simulate(bench.dut, script)
+        return " ".join(bench.shown[2:]) if shown else "".join(bench.given[2:])
+
+    return run
+
+
+@pytest.mark.parametrize(("pulses", "given"), [
+    # Presets 3, 2, 4 and a strobe in every eighth clock.
+    ("DDD.....", ".......U"), ("DSD.....", ".......U"), ("DD......", ".......-"),
+    ("O.O.....", ".......D"), ("O.......", ".......-"),
+    # A race: other classes do not clear.
+    ("DOKDKKD.", ".......U"), ("KKDODKO.", ".......D"),
+    # Both full: UP wins, and both are cleared.
+    ("DDDOO.........OO", ".......U.......D"), ("OODDD...........", ".......U.......-"),
+    # 7 clears both, full or not, and itself; after that all count anew.
+    ("DDDKKKK.", ".......-"), ("DDOKKKKD", ".......-"), ("OODDDKKK", ".......U"),
+    ("KKKKKKKDDD......", ".......-.......U"), ("KKKKKKKKDDDKKKK.", ".......-.......-"),
+    # UP and DOWN leave 7: three OK before, the fourth after.
+    ("KKKDDD..DDDK....", ".......U.......-"), ("KKK..OO.DDDK....", ".......D.......-"),
+    # A strobe with neither leaves what was counted; a full counter is held for the strobe.
+    ("DD.........D....", ".......-.......U"), ("O..............O", ".......-.......D"),
+    # UP clears 6, DOWN clears 5: the partial counts too.
+    ("DDDO...........O", ".......U.......-"), ("OODD.......D....", ".......D.......-"),
+    # The pulse of the strobe's clock comes before it: it fills, it clears, it is cleared.
+    ("DD.....D........", ".......U.......-"), ("DDDKKK.K........", ".......-.......-"),
+    ("DDD....D.DD.....", ".......U.......-"), ("DDD.....DDD.....", ".......U.......U"),
+    # A full counter does not count on: nothing is left over.
+    ("DDDDDD.....D....", ".......U.......-"),
+])
+def test_accumulate(feed, pulses, given):
+    assert feed((pulses, {})) == given
+
+
+@pytest.mark.parametrize(("pulses", "given"), [
+    ("DDD.....", ".......U"), ("D.S...D.", ".......U"), ("DDOD....", ".......-"),
+    ("DDKDD...", ".......-"), ("DDKDDD..", ".......U"), ("ODO.....", ".......-"),
+    ("OKOO....", ".......D"),
+    # Once full it is held against other classes, and cleared by 7 only.
+    ("DDDOKDK.", ".......U"), ("DDDKKKK.", ".......-"), ("DDDKKKDK", ".......U"),
+    ("OOKKKK..", ".......-"), ("DDDOKOO.", ".......U"),
+    # A run of OK is ended by any other.
+    ("KKKOK...DDD.....", ".......-.......U"), ("DDDKKKOKKKK.....", ".......U.......-"),
+    # It goes on through a strobe with neither, and is cleared with one.
+    ("......DD..D.....", ".......-.......U"), ("OO.....DDD......", ".......D.......-"),
+])
+def test_consecutive(feed, pulses, given):
+    assert feed((pulses, {}), mode=CONSECUTIVE) == given
+
+
+@pytest.mark.parametrize(("pulses", "given"), [
+    # Windows of six; presets 3, 2, 4.
+    ("DKDKDK..", ".......U"), ("DKDKKK..", ".......-"), ("KDOKOK..", ".......D"),
+    ("DODODK..", ".......U"), ("DDD.....", ".......-"),
+    # Counts begin anew with each window.
+    ("DDKKOKDKKODK....", ".......-.......-"), ("KKODDDDKKKDO....", ".......U.......-"),
+    ("KKKDDKDKKDDK....", ".......-.......U"),
+    # 7 at the end of a window clears both; it does nothing within one.
+    ("DDKKKK..DDDKKO..", ".......-.......U"),
+    # The pulse of the strobe's clock is the window's last.
+    ("..DDDKKO", ".......U"), ("..DDDKK.O.......", ".......-.......U"),
+    # UP begins the window anew: the two before it do not count.
+    ("DDDKKODDDKKKO...", ".......U.......-"), ("DDDKKOKKKKDDDO..", ".......U.......U"),
+])
+def test_total(feed, pulses, given):
+    assert feed((pulses, {}), mode=TOTAL) == given
+
+
+@pytest.mark.parametrize(("second", "given"), [
+    ("KKDOKK", "-"),  # 7 reached its preset
+    ("DDOKKK", "-"),  # none did: what was held is lost
+    ("OODKKK", "D"),
+    ("DDDOOK", "U"),
+])
+def test_total_verdict_replaces_the_last(feed, second, given):
+    assert feed(("DDDKKK" + second + "....", {}), mode=TOTAL, period=16)[-1] == given
+
+
+@pytest.mark.parametrize("window", [0, 1])
+def test_total_window_of_one_pulse(feed, window):
+    settings = dict(mode=TOTAL, window=window, dame=1, open=1, ok=1, period=2)
+    assert feed(("D.O..OK.DK.S", {}), **settings) == ".U.D.D.-.-.U"
+
+
+def test_total_longest_window(feed):
+    settings = dict(mode=TOTAL, window=255, dame=255, open=0, ok=255, period=300)
+    assert feed(("D" * 255 + "." * 45, {}), **settings)[-1] == "U"
+    assert feed(("D" * 254 + "K" + "." * 45, {}), **settings)[-1] == "-"
+
+
+@pytest.mark.parametrize(("pulses", "given"), [
+    # Presets 3 and 2, weight 1.
+    ("DDD.....", ".......U"), ("DDKD....", ".......-"), ("DDKDD...", ".......U"),
+    ("DODOD...", ".......U"), ("OKO.....", ".......-"), ("OKOO....", ".......D"),
+    # Not below 0.
+    ("KKKKDDD.", ".......U"), ("DKKKKDDD", ".......U"), ("DKKKKDD.", ".......-"),
+    # Once full it is held; 7 is not used.
+    ("DDDKKKK.", ".......U"), ("KKKKKKKKOOKKK....", ".......-.......D."),
+    # Cleared with the strobe.
+    ("DDDDDO.....O....", ".......U.......-"),
+])
+def test_relative(feed, pulses, given):
+    assert feed((pulses, {}), mode=RELATIVE) == given
+
+
+@pytest.mark.parametrize(("weight", "given"), [(0, "U"), (2, "U"), (3, "-"), (4, "-"), (15, "-")])
+def test_relative_weight(feed, weight, given):
+    """Four, then an OK, then three: the preset of 5 is reached if at most two were taken."""
+    assert feed(("DDDDKDDD", {}), mode=RELATIVE, dame=5, weight=weight)[-1] == given
+
+
+def test_relative_heaviest_weight(feed):
+    settings = dict(mode=RELATIVE, dame=255, weight=15, period=1000)
+    pulses = "D" * 254 + "K" + "D" * 15
+    assert feed((pulses + "." * 730, {}), **settings)[-1] == "-"
+    assert feed((pulses + "D" + "." * 729, {}), **settings)[-1] == "U"
+
+
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE])
+@pytest.mark.parametrize(("name", "letter", "given"), [
+    ("dame", "D", "U"), ("open", "O", "D"), ("ok", "K", "-")])
+def test_one_class_alone(feed, mode, name, letter, given):
+    """A counter whose preset is 0 is off; the one that is left works as always."""
+    presets = dict(dame=0, open=0, ok=0) | {name: 2}
+    others = "".join(other for other in "DOK" if other != letter)
+    settings = dict(mode=mode, window=4, weight=0, period=4, **presets)
+    pulses = (others[0] * 2 + others[1] * 2, {}), (letter * 2 + others, {}), (letter * 4, {})
+    assert feed(*pulses, **settings) == "...-..." + given + "..." + given
+
+
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, RELATIVE])
+def test_highest_preset(feed, mode):
+    settings = dict(mode=mode, dame=255, open=255, ok=255, period=256)
+    assert feed(("D" * 255 + "." * 257, {}), **settings) == "." * 255 + "U" + "." * 255 + "-"
+    assert feed(("D" * 254 + "..", {}), **settings)[-1] == "-"
+    # Far beyond its preset: held, and nothing left over.
+    assert feed(("S" * 1024, {}), **settings) == ("." * 255 + "U") * 4
+
+
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE])
+def test_highest_preset_of_7(feed, mode):
+    settings = dict(mode=mode, dame=1, ok=255, period=256)
+    assert feed(("D" + "K" * 254 + ".", {}), **settings)[-1] == "U"
+    assert feed(("D" + "K" * 255, {}), **settings)[-1] == "-"
+
+
+@pytest.mark.parametrize(("mode", "pulses", "shown"), [
+    (ACCUMULATE,  "DDDOOKKKK.DDD..", ". . d d do do do do k . . . d d ."),
+    (CONSECUTIVE, "OODDDKKKK......", ". o o o do do do do k . . . . . ."),
+    (TOTAL,       "DDDOOK.OOKKKKK.", ". . . . . do do . . . . . . k ."),
+    (RELATIVE,    "OODDDKKKK......", ". o o o do do do . . . . . . . ."),
+])
+def test_full_counters_are_shown(feed, mode, pulses, shown):
+    period = 15 if mode in (ACCUMULATE, CONSECUTIVE) else 8
+    assert feed((pulses, {}), mode=mode, period=period, shown=True) == shown
+
+
+def test_strobes(feed):
+    assert feed(("." * 9, {}), period=1) == "-" * 9
+    assert feed(("." * 9, {}), period=3) == "..-..-..-"
+    assert feed(("DDDOO" + "." * 600, {}), period=0) == "." * 605
+
+
+@pytest.mark.parametrize(("parts", "given"), [
+    # Less than what has run: at once. More: from the last strobe on. 0: the device is restarted.
+    ([(".....", {}), ("......", dict(period=3))], ".....-..-.."),
+    ([(".....", {}), ("......", dict(period=10))], ".........-."),
+    ([(".....", {}), ("..", dict(period=0)), ("....", dict(period=3))], ".........-."),
+    ([("DDD..", {}), ("....", dict(period=4))], ".....U..."),
+])
+def test_period_changes(feed, parts, given):
+    assert feed(*parts) == given
+
+
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE])
+def test_freeze_clears_and_holds(feed, mode):
+    settings = dict(mode=mode, dame=2, open=2, ok=3, window=3, period=4)
+    still, held = dict(freeze=0), dict(freeze=1)
+    # What was counted is lost, pulses under it do not count, and a whole period follows it.
+    assert feed(("DDO", {}), ("DDDOOO", held), ("....", still), **settings) == ".........." "..-"
+    assert feed(("DOO", {}), ("OOOD", held), ("DOK.", still), **settings) == "." * 10 + "-"
+    assert feed(("DD.", {}), (".", held), ("ODD.", still), **settings) == "." * 7 + "U"
+    # It hides the output that was on its way, and the strobe of its own clock.
+    assert feed(("DDO.", {}), ("D", held), ("....", still), **settings) == "........-"
+    assert feed(("DDO", {}), ("D", held), ("....", still), **settings) == ".......-"
+    # It clears 7.
+    assert feed(("DKK", {}), (".", held), ("KDD.", still), **settings) == ".......U"
+
+
+def test_frozen_outputs_are_low_in_the_same_clock(simulate):
+    dut = PresetCounters()
+
+    async def run(ctx):
+        for name, value in dict(sample=1, dame=1, period=1, kind=PulseClass.DAME).items():
+            ctx.set(getattr(dut, name), value)
+        await ctx.tick()
+        assert ctx.get(dut.up)
+        assert ctx.get(dut.strobe)
+        ctx.set(dut.freeze, 1)
+        assert not ctx.get(dut.up)
+        assert not ctx.get(dut.strobe)
+
+    simulate(dut, run)
+
+
+@pytest.mark.parametrize(("parts", "given"), [
+    # A preset lowered to the count or below acts with the next pulse of the class, not before.
+    ([("DD", {}), ("......", dict(dame=1))], ".......-"),
+    ([("DD", {}), ("OK....", dict(dame=1))], ".......-"),
+    ([("DD", {}), ("..D...", dict(dame=1))], ".......U"),
+    ([("KKKDDD", {}), (".O", dict(ok=1))], ".......U"),
+    ([("KKKDDD", {}), (".K", dict(ok=1))], ".......-"),
+    # Raised: more are needed; what is full is held.
+    ([("DD", {}), ("D.....", dict(dame=4))], ".......-"),
+    ([("DD", {}), ("DD....", dict(dame=4))], ".......U"),
+    ([("DDD", {}), (".....", dict(dame=9))], ".......U"),
+    # Switched off: cleared in that clock; switched on again it begins at 0.
+    ([("DDD", {}), (".", dict(dame=0)), ("....", dict(dame=3))], ".......-"),
+    ([("DDD", {}), (".", dict(dame=0)), ("DD..", dict(dame=3))], ".......-"),
+    ([("DDD....", {}), (".", dict(dame=0))], ".......-"),
+    ([("DDDOO..", {}), (".", dict(dame=0))], ".......D"),
+    ([("KKK", {}), ("DDD.", dict(ok=0)), ("K", dict(ok=4))], ".......U"),
+    # A mode clears everything, and its first pulse is lost; the time device runs on.
+    ([("DDD", {}), (".....", dict(mode=CONSECUTIVE))], ".......-"),
+    ([("DDD....", {}), (".", dict(mode=CONSECUTIVE))], ".......-"),
+    ([("D", {}), ("DDD....", dict(mode=RELATIVE))], ".......-"),
+    ([("D", {}), ("DDDD...", dict(mode=RELATIVE))], ".......U"),
+    ([("KKK", {}), (".", dict(mode=CONSECUTIVE)), ("DDDK", {})], ".......U"),
+    ([("..DD", dict(mode=TOTAL)), (".", dict(mode=ACCUMULATE)),
+      (".KDD", dict(mode=TOTAL)), ("DKK....", {})], ".......-.......U"),
+    # Window and weight: from the next pulse on.
+    ([("..DDD", dict(mode=TOTAL)), ("...", dict(window=2))], ".......-"),
+    ([("..DDD", dict(mode=TOTAL)), ("..K", dict(window=2))], ".......U"),
+    ([(".DD", dict(mode=RELATIVE)), ("KDD..", dict(weight=2))], ".......-"),
+    # An OK makes no counter full that a lower preset would.
+    ([(".DD", dict(mode=RELATIVE)), ("K....", dict(dame=1))], ".......-"),
+])
+def test_settings_change_in_mid_count(feed, parts, given):
+    assert feed(*parts) == given
+
+
+@cache
+def native():
+    """The block as compiled code."""
+    return component_library(PresetCounters(), HERE / "preset_counter.cpp")
+
+
+def compiled(inputs, clocks=None):
+    """Outputs of the compiled block, by clock.
+
+    ``inputs`` has a row of ``INPUTS`` a clock; the last holds on if there are more ``clocks``.
+    """
+    inputs = np.ascontiguousarray(inputs, dtype=np.uint32)
+    outputs = np.empty(clocks or len(inputs), dtype=np.uint8)
+    native().preset_run(ctypes.c_uint64(len(outputs)), ctypes.c_uint64(len(inputs)),
+                        inputs.ctypes.data_as(ctypes.c_void_p),
+                        outputs.ctypes.data_as(ctypes.c_void_p))
+    return np.unpackbits(outputs[:, None], axis=1, bitorder="little")[:, :len(OUTPUTS)].astype(bool)
+
+
+def test_longest_period():
+    period = (1 << 24) - 1
+    row = [0, 0, *(SETTINGS | dict(period=period)).values()]
+    outputs = compiled([row], 2 * period + 2)
+    assert list(np.flatnonzero(outputs.any(axis=1))) == [period, 2 * period]
+    assert outputs[period, OUTPUTS.index("strobe")]
+
+
+def settings_at_random(rng):
+    """Settings as they come, with edges among them."""
+    preset = rng.choice(((0, 1, 2, 3), (2, 3, 5, 8), (20, 60), (254, 255)))
+    return dict(dame=rng.choice(preset), open=rng.choice(preset), ok=rng.choice((0, *preset)),
+                mode=rng.randrange(4), window=rng.choice((0, 1, 2, 5, 30, 255)),
+                weight=rng.choice((0, 1, 1, 2, 3, 15)),
+                period=rng.choice((0, 1, 2, 7, 50, 50, 300)), freeze=0)
+
+
+@pytest.mark.parametrize("lasting", [3, 30, 600])
+def test_follows_the_model(rng, lasting):
+    """Settings change one or all at a time, after as many clocks as are ``lasting`` on average."""
+    rows, settings, odds, busy = [], settings_at_random(rng), (1, 1, 1, 1), 1
+    for _ in range(60_000):
+        if rng.random() < 1 / lasting:
+            fresh = settings_at_random(rng)
+            name = rng.choice([*SETTINGS, "all", "odds"])
+            if name == "all":
+                settings = fresh
+            elif name == "odds":
+                busy = rng.choice((1, 1, 0.3))
+                odds = [rng.choice((0.01, 0.1, 1)) for _ in KINDS]
+            elif name == "freeze":
+                settings = settings | {"freeze": 1 - settings["freeze"]}
+            else:
+                settings = settings | {name: fresh[name]}
+            if settings["freeze"] and rng.random() < 0.8:
+                settings = settings | {"freeze": 0}
+        kind = rng.choices(range(4), odds)[0]
+        rows.append(dict(sample=int(rng.random() < busy), kind=kind, **settings))
+    counters = model.PresetCounters()
+    wanted = np.array([as_modelled(counters, row) for row in rows], dtype=bool)
+    found = compiled([[row[name] for name in INPUTS] for row in rows])
+    assert (wanted == found).all(), np.flatnonzero((wanted != found).any(axis=1))[:3]
+    assert (wanted.sum(axis=0) > 50).all(), "every output was seen"
+    assert not (found[:, 0] & found[:, 1]).any()
+
+
+# The patent's presets of 5, 6 and 7, from the highest resistance of the fluid to the lowest.
+ROWS = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
+PULSES = 50       # a strobe
+STROBES = 20_000
+CROWDED, STABLE = (0.6, 0.05, 0.35), (0.02, 0.1, 0.88)  # shares of DAME, OPEN and OK
+
+
+class Race:
+    """Exact odds of a strobe: the counters as a Markov chain in its steady state.
+
+    ``shares`` are the odds of DAME, OPEN and OK, each pulse by itself.
+    """
+
+    def __init__(self, presets, shares, *, runs):
+        states, found = [(0, 0, 0)], {(0, 0, 0): 0}
+        targets = [[], [], []]
+        for state in states:  # grows
+            for kind, reached in enumerate(targets):
+                after = self._pulse(state, kind, presets, runs)
+                if after not in found:
+                    found[after] = len(states)
+                    states.append(after)
+                reached.append(found[after])
+        fives, sixes, _ = np.array(states).T
+        self.up = fives == presets[0]
+        self.down = (sixes == presets[1]) & ~self.up
+        self.cleared = [found[0, 0, state[2]] if moved else found[state]
+                        for state, moved in zip(states, self.up | self.down, strict=True)]
+        self.moves = list(zip(shares, targets, strict=True))
+        self.steady = np.eye(1, len(states))[0]  # at a strobe
+        while True:
+            before, self.steady = self.steady, self._period(self.steady)
+            if abs(self.steady - before).max() < 1e-8:
+                break
+
+    @staticmethod
+    def _pulse(state, kind, presets, runs):
+        counts = [0 if runs and number != kind and (number == 2 or count < preset) else count
+                  for number, (count, preset) in enumerate(zip(state, presets, strict=True))]
+        counts[kind] = min(counts[kind] + 1, presets[kind])
+        return tuple(counts) if counts[2] < presets[2] else (0, 0, 0)
+
+    def _period(self, odds):
+        """Odds of the states at the next strobe."""
+        odds = np.bincount(self.cleared, odds, len(odds))
+        for _ in range(PULSES):
+            odds = sum(share * np.bincount(target, odds, len(odds))
+                       for share, target in self.moves)
+        return odds
+
+    def share(self, ends):
+        """Share of the strobes in the states ``ends``, and three sigma of it in ``STROBES``.
+
+        Strobes depend on those before them, as counts are carried over: hence the covariances.
+        """
+        share = self.steady @ ends
+        variance = share * (1 - share)
+        if share:
+            after = self.steady * ends / share
+            for _ in range(12):
+                after = self._period(after)
+                variance += 2 * share * (after @ ends - share)
+        return share, 3 * math.sqrt(variance / STROBES)
+
+
+def raced(presets, shares, mode, seed):
+    """Shares of UP and DOWN in ``STROBES`` strobes of the compiled block."""
+    settled = 100  # strobes to the steady state
+    clocks = (settled + STROBES) * PULSES
+    pulses = np.random.default_rng(seed).choice([model.DAME, model.OPEN, model.OK], clocks,
+                                                p=shares)
+    inputs = np.empty((clocks, len(INPUTS)), dtype=np.uint32)
+    settings = SETTINGS | dict(zip(("dame", "open", "ok"), presets, strict=True), mode=mode,
+                               period=PULSES)
+    inputs[:] = [1, 0, *settings.values()]
+    inputs[:, INPUTS.index("kind")] = pulses
+    up, down, strobe = compiled(inputs)[settled * PULSES + 1:, :3].T
+    assert strobe.sum() == STROBES - 1
+    return up.sum() / STROBES, down.sum() / STROBES
+
+
+@pytest.mark.parametrize(("shares", "mode", "row", "known"), [
+    # Known figures, UP of the crowded gap and DOWN of the stable one: by a simulation of some
+    # thousand strobes, which has its own error.
+    (CROWDED, ACCUMULATE, 0, 0.87), (CROWDED, ACCUMULATE, 1, 0.83),
+    (CROWDED, ACCUMULATE, 2, 0.78), (CROWDED, ACCUMULATE, 3, 0.72),
+    (CROWDED, CONSECUTIVE, 0, 0.998), (CROWDED, CONSECUTIVE, 1, 0.84),
+    (CROWDED, CONSECUTIVE, 2, 0.30), (CROWDED, CONSECUTIVE, 3, 0.026),
+    (STABLE, ACCUMULATE, 0, 0), (STABLE, ACCUMULATE, 1, 0.013),
+    (STABLE, ACCUMULATE, 2, 0.19), (STABLE, ACCUMULATE, 3, 0.43),
+])
+def test_race(rng, shares, mode, row, known):
+    race = Race(ROWS[row], shares, runs=mode == CONSECUTIVE)
+    exact = [race.share(ends) for ends in (race.up, race.down)]
+    assert exact[shares == STABLE][0] == pytest.approx(known, abs=0.02)
+    found = raced(ROWS[row], shares, mode, rng.randrange(1 << 30))
+    for (share, error), counted in zip(exact, found, strict=True):
+        assert counted == pytest.approx(share, abs=max(error, 3 / STROBES))
+    if shares == STABLE:
+        assert exact[0][0] < 0.002
