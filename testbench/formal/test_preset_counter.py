@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs on ``rtl.gap.preset_counter``: no output but for a reason, whatever changes when."""
+
+from amaranth import *
+from amaranth.hdl import Assume, Cover
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In
+
+from rtl.gap.discriminator import PulseClass
+from rtl.gap.preset_counter import Mode, PresetCounters
+from testbench.formal.prover import prove
+
+PERIOD = 6  # clocks at most; the argument does not depend on it
+NAMES = ("sample", "kind", "dame", "open", "ok", "mode", "window", "weight", "period", "freeze")
+FULL = "dame_full", "open_full", "ok_full"
+
+
+class PresetContract(wiring.Component):
+    """What must hold between the clock before (``was``) and this one; only ``period`` is steady."""
+
+    def __init__(self):
+        self.dut = PresetCounters()
+        super().__init__({name: In(self.dut.signature.members[name].shape) for name in NAMES})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = self.dut
+        for name in NAMES:
+            m.d.comb += getattr(dut, name).eq(getattr(self, name))
+        kept = {name: getattr(dut, name) for name in (*NAMES, *FULL)}
+        was = Signal(data.StructLayout({name: signal.shape() for name, signal in kept.items()}))
+        mode = Signal(Mode)  # of the clock before that
+        ready = Signal()
+        m.d.sync += [was[name].eq(signal) for name, signal in kept.items()]
+        m.d.sync += [mode.eq(was.mode), ready.eq(1)]
+        m.d.comb += [
+            Assume(~ResetSignal("sync")),
+            Assume(self.period <= PERIOD),
+            Assume(~ready | (self.period == was.period)),
+        ]
+
+        # Outputs: one at a time, with a strobe, never frozen, for a full counter, 7 first.
+        dame = was.sample & ((was.kind == PulseClass.DAME) | (was.kind == PulseClass.SHORT))
+        open_ = was.sample & (was.kind == PulseClass.OPEN)
+        ended = was.sample & (was.mode == Mode.TOTAL)  # a window, perhaps
+        changed = was.mode != mode
+        m.d.comb += [
+            Assert(~(dut.up & dut.down)),
+            Assert(dut.strobe | ~(dut.up | dut.down)),
+            Assert(~self.freeze | ~(dut.up | dut.down | dut.strobe)),
+            Assert(~dut.up | was.dame_full | dame | ended),
+            Assert(~dut.down | was.open_full | open_ | ended),
+            Assert(~dut.up | (was.dame != 0)),
+            Assert(~dut.down | (was.open != 0)),
+            Assert(~(dut.up | dut.down)
+                   | ~(dut.ok_full | dut.dame_full | dut.open_full | changed | was.freeze)),
+        ]
+
+        # At most one in a period.
+        since = Signal(range(PERIOD + 1), init=PERIOD)
+        m.d.sync += since.eq(Mux(dut.strobe, 1, Mux(since == PERIOD, PERIOD, since + 1)))
+        m.d.comb += Assert(~dut.strobe | ((self.period != 0) & (since >= self.period)))
+
+        # A counter becomes full by a pulse only, and loses that for a reason only.
+        moved = dut.up | dut.down
+        frozen = self.freeze | was.freeze  # an output may be hidden
+        for full, before, pulse, preset in ((dut.dame_full, was.dame_full, dame, was.dame),
+                                            (dut.open_full, was.open_full, open_, was.open)):
+            with m.If(ready & full & ~before):
+                m.d.comb += Assert((pulse | ended) & (preset != 0) & ~was.freeze & ~changed)
+            with m.If(ready & before & ~full & ~frozen):
+                m.d.comb += Assert(moved | dut.ok_full | (preset == 0) | changed | ended)
+        m.d.comb += [
+            Assert(~ready | ~dut.ok_full | (was.sample & (was.ok != 0))),
+            Assert(~dut.ok_full | ~(dut.dame_full | dut.open_full)),
+        ]
+
+        again = Signal()  # there was UP
+        with m.If(dut.up):
+            m.d.sync += again.eq(1)
+        m.d.comb += [
+            Cover(again & dut.down & (was.mode == mode_) & (was.period == 2)) for mode_ in Mode
+        ]
+        m.d.comb += [Cover(was.dame_full & was.open_full & dut.ok_full), Cover(dut.up & open_)]
+        return m
+
+
+def test_contract_holds(workdir):
+    prove(PresetContract(), workdir, depth=PERIOD + 2)
+
+
+def test_contract_is_reachable(workdir):
+    prove(PresetContract(), workdir, depth=12, mode="cover")
