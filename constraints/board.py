@@ -35,6 +35,12 @@ PADS = (
     # Comparators of the gap: above the open level; below the arc level; below the short level;
     # current flows.
     Pad("gap_high", "i"), Pad("gap_arc", "i"), Pad("gap_short", "i"), Pad("gap_current", "i"),
+    # The discharge has high frequencies (optional detector).
+    Pad("gap_noise", "i"),
+    # References of the first three, open, arc, short: density of ones.
+    Pad("gap_reference", "o", 3),
+    # Serial converter of gap voltage and fluid cell.
+    Pad("adc_select", "o"), Pad("adc_clock", "o"), Pad("adc_command", "o"), Pad("adc_data", "i"),
     # Emergency stop, drive faults, limit switches, fluid too low: true stops the machine.
     Pad("estop", "i"), Pad("drive_fault", "i", AXES),
     Pad("limit_low", "i", AXES), Pad("limit_high", "i", AXES), Pad("fluid_low", "i"),
@@ -45,6 +51,8 @@ PADS = (
     Pad("step", "o", AXES), Pad("dir", "o", AXES), Pad("drive_enable", "o", AXES),
     # Gates of the discharge and of the sensing source, and the current's level.
     Pad("gap_on", "o"), Pad("gap_level", "o", 6), Pad("gap_sense", "o"),
+    # Open voltage (4 bits) and polarity (electrode negative) of the power supply.
+    Pad("gap_supply", "o", 5),
     # Code of an M, S or T function, and the strobe of its letter.
     Pad("auxiliary_code", "o", 16), Pad("auxiliary_strobe", "o", 3),
     # The interlock holds the outputs: a lamp.
@@ -53,7 +61,7 @@ PADS = (
 
 # Shift registers (data, shift clock, latch clock) for slow outputs, where pins are short.
 CHAIN = Pad("chain", "o", 3)
-CHAINED = ("auxiliary_code", "auxiliary_strobe")
+CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """ULX3S: ECP5 with 56 pins of 3.3 V on two headers, and a serial link over USB.
 
-The pins are not 5 V tolerant, and every wire of a machine comes through an isolator. J2's pairs
-14 to 17 are left alone: they are the inputs of the board's ADC.
+The pins are not 5 V tolerant, and every wire of a machine comes through an isolator. J2's pairs 14
+and 15 are left alone: they lead to the board's converter, a MAX11125, whose channels 0 and 1 read
+the gap voltage and the fluid cell.
 
 **Without a bitstream** the device lets its pins go, with pull-downs that are too weak to rely on.
 Every output below is high when active, so a resistor of 4.7 kΩ to ground on each keeps discharge
@@ -61,6 +62,8 @@ RESOURCES = (
     _output("gap_sense", "13-"),
 
     # J2: the gap, the limit switches, the shift registers.
+    _input("gap_noise", "16-"),
+    _output("gap_reference", "16+ 17+ 17-"),
     _output("gap_on", "18+"),
     _output("gap_level", "18- 19+ 19- 20+ 20- 21+"),
     _input("gap_current", "21-"),
@@ -70,6 +73,12 @@ RESOURCES = (
     _output("chain", "23- 24+ 24-"),
     _input("limit_low", "25+ 26+ 27+", broken_is_fault=True),
     _input("limit_high", "25- 26- 27-", broken_is_fault=True),
+
+    # The converter on the board.
+    Resource("adc_select", 0, PinsN("R17", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
+    Resource("adc_clock", 0, Pins("P17", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
+    Resource("adc_command", 0, Pins("R16", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
+    Resource("adc_data", 0, Pins("U16", dir="i"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
 
     # LED 0.
     Resource("safe", 0, Pins("B2", dir="o"), Attrs(IO_TYPE="LVCMOS33", DRIVE="4")),

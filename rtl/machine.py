@@ -7,6 +7,10 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
 from rtl.gap.discriminator import Discriminator
+from rtl.gap.fluid import FluidDetector
+from rtl.gap.preset_counter import PresetCounters
+from rtl.gap.reference import References
+from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
 from rtl.lib.event_queue import EventQueue
 from rtl.motion.axis import Axis
@@ -34,7 +38,11 @@ def pins():
     """Members of a machine that lead to pads, as plain active-high signals.
 
     Vectors have one bit per axis. ``gap_high`` to ``gap_current`` are the comparators of the gap:
-    voltage above the open level, below the arc level, below the short level, current flowing.
+    voltage above the open level, below the arc level, below the short level, current flowing;
+    ``gap_reference`` are the streams that set the first three levels, and ``gap_noise`` says that a
+    discharge has high frequencies. ``adc_select`` to ``adc_data`` lead to the converter that
+    ``rtl.gap.sampler`` asks. ``gap_supply`` is the power supply's open voltage and, in bit 4, its
+    polarity.
     ``gap_on`` and ``gap_sense`` gate the discharge and the current-limited sensing source.
     ``dac`` has a density of ones proportional to the speed command, ``dac_negative`` its sign.
     ``safe`` says that the interlock holds the outputs in their safe state.
@@ -80,12 +88,31 @@ def _registers():
 
         "gap_short_ratio_needed": In(6), "gap_short_ratio_window": In(6),
         "gap_short_duration": In(24), "gap_clear_needed": In(8), "gap_blanking": In(16),
+        "gap_settle": In(8), "gap_confirm": In(8), "gap_delay_least": In(16),
+        "gap_criteria_current": In(1), "gap_criteria_delay": In(1), "gap_criteria_noise": In(1),
+        "gap_reference_open": In(10), "gap_reference_arc": In(10), "gap_reference_short": In(10),
         "gap_open_count": Out(32), "gap_ok_count": Out(32), "gap_dame_count": Out(32),
         "gap_short_count": Out(32), "gap_status_shorted": Out(1), "gap_status_last": Out(2),
 
         "power_on_time": In(20), "power_off_time": In(20), "power_level": In(6),
         "power_sense_on": In(16), "power_sense_off": In(16), "power_control_machining": In(1),
         "power_control_cut": In(1), "power_limits_level": Out(6), "power_limits_off": Out(20),
+        "power_off_extra": In(20), "power_supply_voltage": In(4), "power_supply_negative": In(1),
+
+        "servo_control_on": In(1), "servo_control_mode": In(2), "servo_presets_dame": In(8),
+        "servo_presets_open": In(8), "servo_presets_ok": In(8), "servo_counting_window": In(8),
+        "servo_counting_weight": In(4), "servo_period": In(24), "servo_step": In(16),
+        "servo_ups": Out(32), "servo_downs": Out(32), "servo_status_dame": Out(1),
+        "servo_status_open": Out(1), "servo_status_held": Out(1),
+
+        "fluid_control_convert": In(1), "fluid_control_manual": In(1),
+        "fluid_control_manual_class": In(2), "fluid_threshold_0": In(12),
+        "fluid_threshold_1": In(12), "fluid_threshold_2": In(12), "fluid_hysteresis": In(8),
+        "fluid_bounds_lowest": In(12), "fluid_bounds_highest": In(12), "fluid_level": Out(12),
+        "fluid_voltage": Out(12), "fluid_status_class": Out(2), "fluid_status_measured": Out(2),
+        "fluid_status_known": Out(1), "fluid_status_broken_low": Out(1),
+        "fluid_status_broken_high": Out(1), "fluid_status_disordered": Out(1),
+        "fluid_status_fault": Out(1),
 
         "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
         "safety_status_first": Out(4), "safety_status_simultaneous": Out(CAUSES),
@@ -166,8 +193,9 @@ class Machine(wiring.Component):
         m = Module()
         retraction, entered, faults = self._motion(m)
         self._discharge(m, retraction)
+        fluid = self._fluid(m)
         interlock = self._safety(m, faults)
-        self._events(m, retraction, entered, interlock)
+        self._events(m, retraction, entered, fluid, interlock)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
             auxiliary.code.eq(self.auxiliary_send_code),
@@ -319,6 +347,8 @@ class Machine(wiring.Component):
         m.submodules.pulses = pulses = PulseGenerator()
         m.submodules.discriminator = discriminator = Discriminator()
         m.submodules.short = short = ShortDetector()
+        m.submodules.references = references = References()
+        m.submodules.counters = counters = PresetCounters()
         discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
         m.d.comb += [
             limiter.level.eq(self.power_level),
@@ -335,17 +365,28 @@ class Machine(wiring.Component):
             pulses.sense_on.eq(self.power_sense_on),
             pulses.sense_off.eq(self.power_sense_off),
             pulses.cut.eq(self.power_control_cut),
-            pulses.shorted.eq(discriminator.shorted_now),
+            pulses.off_extra.eq(self.power_off_extra),
+            pulses.abnormal.eq(discriminator.abnormal),
             self.gap_on.eq(pulses.on),
             self.gap_sense.eq(pulses.sense),
             self.gap_level.eq(pulses.level_out),
+            self.gap_supply.eq(Cat(self.power_supply_voltage, self.power_supply_negative)),
+            self.gap_reference.eq(references.stream),
 
             discriminator.on.eq(pulses.on),
             discriminator.sense.eq(pulses.sense),
             discriminator.arc.eq(self.gap_arc),
             discriminator.short.eq(self.gap_short),
             discriminator.current.eq(self.gap_current),
+            discriminator.high.eq(self.gap_high),
+            discriminator.noise.eq(self.gap_noise),
             discriminator.blanking.eq(self.gap_blanking),
+            discriminator.settle.eq(self.gap_settle),
+            discriminator.confirm.eq(self.gap_confirm),
+            discriminator.delay_least.eq(self.gap_delay_least),
+            discriminator.use_current.eq(self.gap_criteria_current),
+            discriminator.use_delay.eq(self.gap_criteria_delay),
+            discriminator.use_noise.eq(self.gap_criteria_noise),
             self.gap_open_count.eq(discriminator.open_count),
             self.gap_ok_count.eq(discriminator.ok_count),
             self.gap_dame_count.eq(discriminator.dame_count),
@@ -362,10 +403,72 @@ class Machine(wiring.Component):
             self.gap_status_shorted.eq(short.shorted),
             self.gap_status_last.eq(discriminator.last),
 
+            counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
+            counters.kind.eq(discriminator.kind),
+            counters.dame.eq(self.servo_presets_dame),
+            counters.open.eq(self.servo_presets_open),
+            counters.ok.eq(self.servo_presets_ok),
+            counters.mode.eq(self.servo_control_mode),
+            counters.window.eq(self.servo_counting_window),
+            counters.weight.eq(self.servo_counting_weight),
+            counters.period.eq(self.servo_period),
+            # Without discharge pulses there is nothing to go by.
+            counters.freeze.eq(retraction.held | short.shorted | ~discharging),
+            self.servo_status_dame.eq(counters.dame_full),
+            self.servo_status_open.eq(counters.open_full),
+            self.servo_status_held.eq(retraction.held),
+
+            retraction.servo.eq(self.servo_control_on),
+            retraction.up.eq(counters.up),
+            retraction.down.eq(counters.down),
+            retraction.step.eq(self.servo_step),
             retraction.shorted.eq(short.shorted),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
         ]
+
+        m.d.comb += [level.eq(getattr(self, f"gap_reference_{name}")) for level, name in zip(
+            references.level, ("open", "arc", "short"), strict=True)]
+        with m.If(counters.up):
+            m.d.sync += self.servo_ups.eq(self.servo_ups + 1)
+        with m.If(counters.down):
+            m.d.sync += self.servo_downs.eq(self.servo_downs + 1)
+
+    def _fluid(self, m):
+        """Converter and fluid detector; returns whether there is news of the fluid."""
+        sampler = Sampler(clock_hz=self.clock_hz)
+        m.submodules.sampler = EnableInserter(self.fluid_control_convert)(sampler)
+        m.submodules.fluid = fluid = FluidDetector()
+        m.d.comb += [
+            self.adc_select.eq(sampler.adc_select),
+            self.adc_clock.eq(sampler.adc_clock),
+            self.adc_command.eq(sampler.adc_command),
+            sampler.adc_data.eq(self.adc_data),
+            self.fluid_voltage.eq(sampler.voltage),
+            fluid.sample.eq(sampler.fluid),
+            fluid.sample_valid.eq(sampler.fluid_valid & self.fluid_control_convert),
+            fluid.threshold_0.eq(self.fluid_threshold_0),
+            fluid.threshold_1.eq(self.fluid_threshold_1),
+            fluid.threshold_2.eq(self.fluid_threshold_2),
+            fluid.hysteresis.eq(self.fluid_hysteresis),
+            fluid.lowest.eq(self.fluid_bounds_lowest),
+            fluid.highest.eq(self.fluid_bounds_highest),
+            fluid.manual.eq(self.fluid_control_manual),
+            fluid.manual_class.eq(self.fluid_control_manual_class),
+            self.fluid_level.eq(fluid.level),
+            self.fluid_status_class.eq(fluid.class_),
+            self.fluid_status_measured.eq(fluid.measured),
+            self.fluid_status_known.eq(fluid.known),
+            self.fluid_status_broken_low.eq(fluid.broken_low),
+            self.fluid_status_broken_high.eq(fluid.broken_high),
+            self.fluid_status_disordered.eq(fluid.disordered),
+            self.fluid_status_fault.eq(sampler.fault),
+        ]
+        state = Cat(fluid.class_, fluid.known, fluid.broken_low, fluid.broken_high,
+                    fluid.disordered, sampler.fault)
+        before = Signal(len(state))
+        m.d.sync += before.eq(state)
+        return state != before
 
     def _safety(self, m, faults):
         """Interlock and watchdog: the one place that decides whether outputs are safe."""
@@ -394,7 +497,7 @@ class Machine(wiring.Component):
             m.d.comb += getattr(interlock, name).eq(Cat(flags))
         return interlock
 
-    def _events(self, m, retraction, entered, interlock):
+    def _events(self, m, retraction, entered, fluid, interlock):
         """One queue for what happened: the retraction first, the others when it has nothing."""
         m.submodules.events = queue = EventQueue(width=152 + 32 * self.axes, depth=16)
         positions = [getattr(self, f"axis_{letter}_position") for letter in AXES]
@@ -416,6 +519,7 @@ class Machine(wiring.Component):
 
         segment = Signal()  # a segment was entered: to be told
         trip = Signal()     # the interlock has tripped: to be told
+        news = Signal()     # the fluid has changed: to be told
         segment_cycle = Signal(32)
         segment_slot = Signal(8)
         trip_cycle = Signal(32)
@@ -433,6 +537,15 @@ class Machine(wiring.Component):
             m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
                          detail.eq(interlock.first)]
             m.d.sync += trip.eq(0)
+        with m.Elif(news):
+            # What is told is the state as it is now; of several changes the last.
+            m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(self.fluid_status_class),
+                         first.eq(Cat(self.fluid_status_broken_low, self.fluid_status_broken_high,
+                                      self.fluid_status_disordered, self.fluid_status_fault)),
+                         second.eq(self.fluid_level)]
+            m.d.sync += news.eq(0)
+        with m.If(fluid):
+            m.d.sync += news.eq(1)
         with m.If(entered):
             m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle),
                          segment_slot.eq(self.path_slot)]

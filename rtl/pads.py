@@ -17,6 +17,7 @@ INPUTS = {
     "rx": (1, 1),
     "enc_a": (AXES, 0), "enc_b": (AXES, 0),
     "gap_high": (1, 0), "gap_arc": (1, 0), "gap_short": (1, 0), "gap_current": (1, 0),
+    "gap_noise": (1, 0), "adc_data": (1, 0),
     "estop": (1, 1), "drive_fault": (AXES, 0),
     "limit_low": (AXES, 0), "limit_high": (AXES, 0), "fluid_low": (1, 0),
     "fin": (1, 0),
@@ -27,11 +28,13 @@ OUTPUTS = {
     "dac": (AXES, 0), "dac_negative": (AXES, 0), "step": (AXES, 0), "dir": (AXES, 0),
     "drive_enable": (AXES, 0),
     "gap_on": (1, 0), "gap_level": (6, 0), "gap_sense": (1, 0),
+    "gap_reference": (3, 0), "gap_supply": (5, 0),
+    "adc_select": (1, 0), "adc_clock": (1, 1), "adc_command": (1, 0),
     "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
     "safe": (1, 1),
 }
 # What a board may lead out through shift registers, in the order of their outputs.
-CHAINED = ("auxiliary_code", "auxiliary_strobe")
+CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 CHAIN_PINS = 3       # data, shift clock, latch clock
 CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers, at any clock that the machine reaches
 
@@ -46,7 +49,8 @@ class Pads(wiring.Component):
 
     A board with too few pins has a port ``chain`` in place of those of ``CHAINED``: its pins are
     the data, the shift clock and the latch clock of ``rtl.lib.shift_output.ShiftOutput``, the
-    auxiliary code in the outputs 0 to 15 and its strobes in the next three. A frame is 320 clocks;
+    auxiliary code in the outputs 0 to 15, its strobes in the next three, and the order to the power
+    supply in the last five. A frame is 400 clocks;
     the code arrives within two. A strobe must have been up for two frames running, so that it
     rises a whole frame after its code, within three; it falls within two.
 
@@ -100,7 +104,8 @@ class Pads(wiring.Component):
             before = Signal.like(self.auxiliary_strobe)  # strobes when the frame before was taken
             with m.If(shift.take):
                 m.d.sync += before.eq(self.auxiliary_strobe)
-            m.d.comb += shift.data.eq(Cat(self.auxiliary_code, self.auxiliary_strobe & before))
+            m.d.comb += shift.data.eq(Cat(self.auxiliary_code, self.auxiliary_strobe & before,
+                                           self.gap_supply))
             self._output(m, "chain", Cat(shift.serial, shift.clock, shift.latch), 0)
 
         return m

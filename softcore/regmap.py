@@ -201,7 +201,7 @@ EVENT = Block(name="event", base=0x500, doc="Queue of what the gateware did, old
     ("head", "The oldest event.", (
         Field(name="kind", bits=8, access="r",
               doc="1 retraction start, 2 retraction end, 3 re-advance, 4 resume, 5 halt, "
-                  "6 segment entered, 7 interlock trip."),
+                  "6 segment entered, 7 interlock trip, 8 fluid."),
         Field(name="detail", bits=8, access="r", doc="By kind: cause, reason, phase."),
         Field(name="slot", bits=8, access="r", doc="Slot of the segment of the machine then."),
         Field(name="valid", bits=1, access="r", doc="There is an event."))),
@@ -227,6 +227,20 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
     ("clear_needed", "Clear samples in a row that end a short.", _value(8, "Samples.", init=3)),
     ("blanking", "From the start of a pulse (or sensing pulse) until the comparators are read.",
      _value(16, "Clocks.", unit="clock", init=6)),
+    ("settle", "From the ignition on, the comparators are not read for so long.",
+     _value(8, "Clocks.", unit="clock")),
+    ("confirm", "An arc or short is abnormal in mid-pulse after so long; 0 counts as 1.",
+     _value(8, "Clocks.", unit="clock", init=1)),
+    ("delay_least", "Shortest ignition delay of a good discharge.",
+     _value(16, "Clocks.", unit="clock")),
+    ("criteria", "What tells discharges; see ``rtl.gap.discriminator``.", (
+        Field(name="current", bits=1, doc="Ignition by current, not by voltage."),
+        Field(name="delay", bits=1, doc="A discharge without delay is suspect."),
+        Field(name="noise", bits=1, doc="A discharge without high frequencies is suspect."))),
+    ("reference", "References of the comparators.", (
+        Field(name="open", bits=10, doc="Open level.", unit="1/1024 full scale"),
+        Field(name="arc", bits=10, doc="Arc level.", unit="1/1024 full scale"),
+        Field(name="short", bits=10, doc="Short level.", unit="1/1024 full scale"))),
     ("open_count", "Pulses without a discharge.", _value(32, "Pulses, wraps.", access="r")),
     ("ok_count", "Good discharges.", _value(32, "Pulses, wraps.", access="r")),
     ("dame_count", "Arcs: discharges below the arc level.",
@@ -247,10 +261,62 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("sense_off", "Sensing pulse off-time.", _value(16, "Clocks.", unit="clock", init=80)),
     ("control", "Discharge.", (
         Field(name="machining", bits=1, doc="Discharge pulses are wanted (M03)."),
-        Field(name="cut", bits=1, init=1, doc="A shorted pulse is cut off."))),
+        Field(name="cut", bits=1, init=1, doc="An abnormal pulse is cut off."))),
+    ("off_extra", "More off-time after an abnormal pulse.", _value(20, "Clocks.", unit="clock")),
+    ("supply", "Orders to the power supply.", (
+        Field(name="voltage", bits=4, doc="Open voltage; 0 for the supply's own.",
+              unit="step of the supply"),
+        Field(name="negative", bits=1, doc="Electrode negative."))),
     ("limits", "What no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
+))
+
+SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
+              "``rtl.gap.preset_counter`` and ``rtl.motion.retraction``.", registers=_registers(
+    ("control", "The servo.", (
+        Field(name="on", bits=1, doc="Machining goes by UP and DOWN (G95 P1)."),
+        Field(name="mode", bits=2, doc="0 accumulate, 1 consecutive, 2 total, 3 relative."))),
+    ("presets", "Of the counters, 0 for off.", (
+        Field(name="dame", bits=8, init=3, doc="Counter 5: arcs and shorts.", unit="pulse"),
+        Field(name="open", bits=8, init=6, doc="Counter 6.", unit="pulse"),
+        Field(name="ok", bits=8, init=14, doc="Counter 7.", unit="pulse"))),
+    ("counting", "Of the modes total and relative.", (
+        Field(name="window", bits=8, init=50, doc="Pulses of a window.", unit="pulse"),
+        Field(name="weight", bits=4, init=1, doc="Of a good pulse."))),
+    ("period", "Of the time device; 0 for no strobes.", _value(24, "Clocks.", unit="clock")),
+    ("step", "How far UP and DOWN go.", _value(16, "Path pulses.", unit="pulse", init=10)),
+    ("ups", "UP given since reset.", _value(32, "Steps, wraps.", access="r")),
+    ("downs", "DOWN given since reset.", _value(32, "Steps, wraps.", access="r")),
+    ("status", "Of the counters.", (
+        Field(name="dame", bits=1, access="r", doc="Counter 5 is full."),
+        Field(name="open", bits=1, access="r", doc="Counter 6 is full."),
+        Field(name="held", bits=1, access="r", doc="No servo now: not at the front, or hold."))),
+))
+
+FLUID = Block(name="fluid", base=0xE00, doc="Converter and fluid detector; see "
+              "``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time: the "
+              "next average heeds them.", registers=_registers(
+    ("control", "The detector.", (
+        Field(name="convert", bits=1, doc="The converter runs."),
+        Field(name="manual", bits=1, doc="The class is set by hand."),
+        Field(name="manual_class", bits=2, doc="Class set by hand."))),
+    *((f"threshold_{index}", f"Between the classes {index} and {index + 1}.",
+       _value(12, "Code of the cell.")) for index in range(3)),
+    ("hysteresis", "To either side of a threshold.", _value(8, "Codes.")),
+    ("bounds", "Codes of a sound cell, inclusive.", (
+        Field(name="lowest", bits=12, doc="Lowest code."),
+        Field(name="highest", bits=12, init=4095, doc="Highest code."))),
+    ("level", "Last average of the cell.", _value(12, "Code.", access="r")),
+    ("voltage", "Last sample of the gap voltage.", _value(12, "Code.", access="r")),
+    ("status", "What was found.", (
+        Field(name="class", bits=2, access="r", doc="Class in force: 0 highest resistance."),
+        Field(name="measured", bits=2, access="r", doc="Class measured."),
+        Field(name="known", bits=1, access="r", doc="There is an average."),
+        Field(name="broken_low", bits=1, access="r", doc="Below the bounds: a shorted wire."),
+        Field(name="broken_high", bits=1, access="r", doc="Above the bounds: a broken wire."),
+        Field(name="disordered", bits=1, access="r", doc="Settings are out of order."),
+        Field(name="fault", bits=1, access="r", doc="The converter does not answer."))),
 ))
 
 CAUSES = (
@@ -339,4 +405,4 @@ def _axis(index, letter):
 
 
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)))
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), SERVO, FLUID)

@@ -31,6 +31,7 @@ class Event(enum.Enum, shape=8):
     HALT = 5     # detail Halt
     SEGMENT = 6
     TRIP = 7     # detail: number of the first cause
+    FLUID = 8    # detail: class; first: faults, as in the register; second: level
 
 
 class Cause(enum.Enum, shape=8):
@@ -89,9 +90,9 @@ class Retraction(wiring.Component):
       speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
       data, or as the return number ``repeats`` of a series, it halts instead.
 
-    With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``, and
-    back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and else
-    stands still. It goes no further than the segments that are loaded, either way; an ``up`` that
+    With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``,
+    and back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and
+    else stands still. It goes no further than the segments that are loaded, either way; an ``up`` that
     would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that it is not under way
     at the front, so that strobes are lost on it.
 

@@ -259,6 +259,11 @@ typedef volatile struct {
     uint32_t short_duration; /* Short: shorted without a clear sample for so long; 0 for never. [clock] */
     uint32_t clear_needed; /* Clear samples in a row that end a short. */
     uint32_t blanking; /* From the start of a pulse (or sensing pulse) until the comparators are read. [clock] */
+    uint32_t settle; /* From the ignition on, the comparators are not read for so long. [clock] */
+    uint32_t confirm; /* An arc or short is abnormal in mid-pulse after so long; 0 counts as 1. [clock] */
+    uint32_t delay_least; /* Shortest ignition delay of a good discharge. [clock] */
+    uint32_t criteria; /* What tells discharges; see ``rtl.gap.discriminator``. */
+    uint32_t reference; /* References of the comparators. */
     const uint32_t open_count; /* Pulses without a discharge. */
     const uint32_t ok_count; /* Good discharges. */
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
@@ -269,11 +274,16 @@ _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
 _Static_assert(offsetof(gap_regs, clear_needed) == 0x8, "");
 _Static_assert(offsetof(gap_regs, blanking) == 0xc, "");
-_Static_assert(offsetof(gap_regs, open_count) == 0x10, "");
-_Static_assert(offsetof(gap_regs, ok_count) == 0x14, "");
-_Static_assert(offsetof(gap_regs, dame_count) == 0x18, "");
-_Static_assert(offsetof(gap_regs, short_count) == 0x1c, "");
-_Static_assert(offsetof(gap_regs, status) == 0x20, "");
+_Static_assert(offsetof(gap_regs, settle) == 0x10, "");
+_Static_assert(offsetof(gap_regs, confirm) == 0x14, "");
+_Static_assert(offsetof(gap_regs, delay_least) == 0x18, "");
+_Static_assert(offsetof(gap_regs, criteria) == 0x1c, "");
+_Static_assert(offsetof(gap_regs, reference) == 0x20, "");
+_Static_assert(offsetof(gap_regs, open_count) == 0x24, "");
+_Static_assert(offsetof(gap_regs, ok_count) == 0x28, "");
+_Static_assert(offsetof(gap_regs, dame_count) == 0x2c, "");
+_Static_assert(offsetof(gap_regs, short_count) == 0x30, "");
+_Static_assert(offsetof(gap_regs, status) == 0x34, "");
 #define GAP_SHORT_RATIO_NEEDED_SHIFT 0
 #define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
 #define GAP_SHORT_RATIO_WINDOW_SHIFT 6
@@ -284,6 +294,24 @@ _Static_assert(offsetof(gap_regs, status) == 0x20, "");
 #define GAP_CLEAR_NEEDED_VALUE_MASK 0x000000ffu
 #define GAP_BLANKING_VALUE_SHIFT 0
 #define GAP_BLANKING_VALUE_MASK 0x0000ffffu
+#define GAP_SETTLE_VALUE_SHIFT 0
+#define GAP_SETTLE_VALUE_MASK 0x000000ffu
+#define GAP_CONFIRM_VALUE_SHIFT 0
+#define GAP_CONFIRM_VALUE_MASK 0x000000ffu
+#define GAP_DELAY_LEAST_VALUE_SHIFT 0
+#define GAP_DELAY_LEAST_VALUE_MASK 0x0000ffffu
+#define GAP_CRITERIA_CURRENT_SHIFT 0
+#define GAP_CRITERIA_CURRENT_MASK 0x00000001u
+#define GAP_CRITERIA_DELAY_SHIFT 1
+#define GAP_CRITERIA_DELAY_MASK 0x00000002u
+#define GAP_CRITERIA_NOISE_SHIFT 2
+#define GAP_CRITERIA_NOISE_MASK 0x00000004u
+#define GAP_REFERENCE_OPEN_SHIFT 0
+#define GAP_REFERENCE_OPEN_MASK 0x000003ffu
+#define GAP_REFERENCE_ARC_SHIFT 10
+#define GAP_REFERENCE_ARC_MASK 0x000ffc00u
+#define GAP_REFERENCE_SHORT_SHIFT 20
+#define GAP_REFERENCE_SHORT_MASK 0x3ff00000u
 #define GAP_STATUS_SHORTED_SHIFT 0
 #define GAP_STATUS_SHORTED_MASK 0x00000001u
 #define GAP_STATUS_LAST_SHIFT 1
@@ -298,6 +326,8 @@ typedef volatile struct {
     uint32_t sense_on; /* Sensing pulse on-time. [clock] */
     uint32_t sense_off; /* Sensing pulse off-time. [clock] */
     uint32_t control; /* Discharge. */
+    uint32_t off_extra; /* More off-time after an abnormal pulse. [clock] */
+    uint32_t supply; /* Orders to the power supply. */
     const uint32_t limits; /* What no register can exceed. */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
@@ -306,7 +336,9 @@ _Static_assert(offsetof(power_regs, level) == 0x8, "");
 _Static_assert(offsetof(power_regs, sense_on) == 0xc, "");
 _Static_assert(offsetof(power_regs, sense_off) == 0x10, "");
 _Static_assert(offsetof(power_regs, control) == 0x14, "");
-_Static_assert(offsetof(power_regs, limits) == 0x18, "");
+_Static_assert(offsetof(power_regs, off_extra) == 0x18, "");
+_Static_assert(offsetof(power_regs, supply) == 0x1c, "");
+_Static_assert(offsetof(power_regs, limits) == 0x20, "");
 #define POWER_ON_TIME_VALUE_SHIFT 0
 #define POWER_ON_TIME_VALUE_MASK 0x000fffffu
 #define POWER_OFF_TIME_VALUE_SHIFT 0
@@ -321,6 +353,12 @@ _Static_assert(offsetof(power_regs, limits) == 0x18, "");
 #define POWER_CONTROL_MACHINING_MASK 0x00000001u
 #define POWER_CONTROL_CUT_SHIFT 1
 #define POWER_CONTROL_CUT_MASK 0x00000002u
+#define POWER_OFF_EXTRA_VALUE_SHIFT 0
+#define POWER_OFF_EXTRA_VALUE_MASK 0x000fffffu
+#define POWER_SUPPLY_VOLTAGE_SHIFT 0
+#define POWER_SUPPLY_VOLTAGE_MASK 0x0000000fu
+#define POWER_SUPPLY_NEGATIVE_SHIFT 4
+#define POWER_SUPPLY_NEGATIVE_MASK 0x00000010u
 #define POWER_LIMITS_LEVEL_SHIFT 0
 #define POWER_LIMITS_LEVEL_MASK 0x0000003fu
 #define POWER_LIMITS_OFF_SHIFT 6
@@ -433,6 +471,110 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 #define AXIS_STATUS_ILLEGAL_SHIFT 1
 #define AXIS_STATUS_ILLEGAL_MASK 0x00000002u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
+
+/* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
+typedef volatile struct {
+    uint32_t control; /* The servo. */
+    uint32_t presets; /* Of the counters, 0 for off. */
+    uint32_t counting; /* Of the modes total and relative. */
+    uint32_t period; /* Of the time device; 0 for no strobes. [clock] */
+    uint32_t step; /* How far UP and DOWN go. [pulse] */
+    const uint32_t ups; /* UP given since reset. */
+    const uint32_t downs; /* DOWN given since reset. */
+    const uint32_t status; /* Of the counters. */
+} servo_regs;
+_Static_assert(offsetof(servo_regs, control) == 0x0, "");
+_Static_assert(offsetof(servo_regs, presets) == 0x4, "");
+_Static_assert(offsetof(servo_regs, counting) == 0x8, "");
+_Static_assert(offsetof(servo_regs, period) == 0xc, "");
+_Static_assert(offsetof(servo_regs, step) == 0x10, "");
+_Static_assert(offsetof(servo_regs, ups) == 0x14, "");
+_Static_assert(offsetof(servo_regs, downs) == 0x18, "");
+_Static_assert(offsetof(servo_regs, status) == 0x1c, "");
+#define SERVO_CONTROL_ON_SHIFT 0
+#define SERVO_CONTROL_ON_MASK 0x00000001u
+#define SERVO_CONTROL_MODE_SHIFT 1
+#define SERVO_CONTROL_MODE_MASK 0x00000006u
+#define SERVO_PRESETS_DAME_SHIFT 0
+#define SERVO_PRESETS_DAME_MASK 0x000000ffu
+#define SERVO_PRESETS_OPEN_SHIFT 8
+#define SERVO_PRESETS_OPEN_MASK 0x0000ff00u
+#define SERVO_PRESETS_OK_SHIFT 16
+#define SERVO_PRESETS_OK_MASK 0x00ff0000u
+#define SERVO_COUNTING_WINDOW_SHIFT 0
+#define SERVO_COUNTING_WINDOW_MASK 0x000000ffu
+#define SERVO_COUNTING_WEIGHT_SHIFT 8
+#define SERVO_COUNTING_WEIGHT_MASK 0x00000f00u
+#define SERVO_PERIOD_VALUE_SHIFT 0
+#define SERVO_PERIOD_VALUE_MASK 0x00ffffffu
+#define SERVO_STEP_VALUE_SHIFT 0
+#define SERVO_STEP_VALUE_MASK 0x0000ffffu
+#define SERVO_STATUS_DAME_SHIFT 0
+#define SERVO_STATUS_DAME_MASK 0x00000001u
+#define SERVO_STATUS_OPEN_SHIFT 1
+#define SERVO_STATUS_OPEN_MASK 0x00000002u
+#define SERVO_STATUS_HELD_SHIFT 2
+#define SERVO_STATUS_HELD_MASK 0x00000004u
+#define SERVO ((servo_regs *)0x80000d00u)
+
+/* Converter and fluid detector; see ``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time: the next average heeds them. */
+typedef volatile struct {
+    uint32_t control; /* The detector. */
+    uint32_t threshold_0; /* Between the classes 0 and 1. */
+    uint32_t threshold_1; /* Between the classes 1 and 2. */
+    uint32_t threshold_2; /* Between the classes 2 and 3. */
+    uint32_t hysteresis; /* To either side of a threshold. */
+    uint32_t bounds; /* Codes of a sound cell, inclusive. */
+    const uint32_t level; /* Last average of the cell. */
+    const uint32_t voltage; /* Last sample of the gap voltage. */
+    const uint32_t status; /* What was found. */
+} fluid_regs;
+_Static_assert(offsetof(fluid_regs, control) == 0x0, "");
+_Static_assert(offsetof(fluid_regs, threshold_0) == 0x4, "");
+_Static_assert(offsetof(fluid_regs, threshold_1) == 0x8, "");
+_Static_assert(offsetof(fluid_regs, threshold_2) == 0xc, "");
+_Static_assert(offsetof(fluid_regs, hysteresis) == 0x10, "");
+_Static_assert(offsetof(fluid_regs, bounds) == 0x14, "");
+_Static_assert(offsetof(fluid_regs, level) == 0x18, "");
+_Static_assert(offsetof(fluid_regs, voltage) == 0x1c, "");
+_Static_assert(offsetof(fluid_regs, status) == 0x20, "");
+#define FLUID_CONTROL_CONVERT_SHIFT 0
+#define FLUID_CONTROL_CONVERT_MASK 0x00000001u
+#define FLUID_CONTROL_MANUAL_SHIFT 1
+#define FLUID_CONTROL_MANUAL_MASK 0x00000002u
+#define FLUID_CONTROL_MANUAL_CLASS_SHIFT 2
+#define FLUID_CONTROL_MANUAL_CLASS_MASK 0x0000000cu
+#define FLUID_THRESHOLD_0_VALUE_SHIFT 0
+#define FLUID_THRESHOLD_0_VALUE_MASK 0x00000fffu
+#define FLUID_THRESHOLD_1_VALUE_SHIFT 0
+#define FLUID_THRESHOLD_1_VALUE_MASK 0x00000fffu
+#define FLUID_THRESHOLD_2_VALUE_SHIFT 0
+#define FLUID_THRESHOLD_2_VALUE_MASK 0x00000fffu
+#define FLUID_HYSTERESIS_VALUE_SHIFT 0
+#define FLUID_HYSTERESIS_VALUE_MASK 0x000000ffu
+#define FLUID_BOUNDS_LOWEST_SHIFT 0
+#define FLUID_BOUNDS_LOWEST_MASK 0x00000fffu
+#define FLUID_BOUNDS_HIGHEST_SHIFT 12
+#define FLUID_BOUNDS_HIGHEST_MASK 0x00fff000u
+#define FLUID_LEVEL_VALUE_SHIFT 0
+#define FLUID_LEVEL_VALUE_MASK 0x00000fffu
+#define FLUID_VOLTAGE_VALUE_SHIFT 0
+#define FLUID_VOLTAGE_VALUE_MASK 0x00000fffu
+#define FLUID_STATUS_CLASS_SHIFT 0
+#define FLUID_STATUS_CLASS_MASK 0x00000003u
+#define FLUID_STATUS_MEASURED_SHIFT 2
+#define FLUID_STATUS_MEASURED_MASK 0x0000000cu
+#define FLUID_STATUS_KNOWN_SHIFT 4
+#define FLUID_STATUS_KNOWN_MASK 0x00000010u
+#define FLUID_STATUS_BROKEN_LOW_SHIFT 5
+#define FLUID_STATUS_BROKEN_LOW_MASK 0x00000020u
+#define FLUID_STATUS_BROKEN_HIGH_SHIFT 6
+#define FLUID_STATUS_BROKEN_HIGH_MASK 0x00000040u
+#define FLUID_STATUS_DISORDERED_SHIFT 7
+#define FLUID_STATUS_DISORDERED_MASK 0x00000080u
+#define FLUID_STATUS_FAULT_SHIFT 8
+#define FLUID_STATUS_FAULT_MASK 0x00000100u
+#define FLUID ((fluid_regs *)0x80000e00u)
 
 /* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */
 #define CAUSE_POWER_ON 0

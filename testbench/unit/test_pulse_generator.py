@@ -138,7 +138,8 @@ def test_gates_keep_their_distance(simulate, rng):
     async def run(ctx):
         for _ in range(5000):
             await bench.clock(ctx, **QUIET | dict(
-                enable=rng.random() < 0.97, sensing=rng.random() < 0.3, abnormal=rng.random() < 0.1))
+                enable=rng.random() < 0.97, sensing=rng.random() < 0.3,
+                abnormal=rng.random() < 0.1))
             assert not (ctx.get(bench.dut.on) and ctx.get(bench.dut.sense))
 
     simulate(bench.dut, run)
