@@ -32,6 +32,7 @@ module bench;
     .gap_on(gap_on), .gap_level(gap_level), .gap_sense(gap_sense),
     .auxiliary_code(auxiliary_code), .auxiliary_strobe(auxiliary_strobe), .safe(safe));
 
+  // Without the pins of references, supply and converter, bits 44 to 54.
   wire [63:0] from = {20'b0, tx, safe, auxiliary_code, auxiliary_strobe, gap_level, gap_sense,
                       gap_on, drive_enable, dir, step, dac_negative, dac};
 

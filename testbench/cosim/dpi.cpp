@@ -44,7 +44,8 @@ uint64_t packed(const plant::ToController& to, bool rx) {
            static_cast<uint64_t>(to.gap_current) << 10 | static_cast<uint64_t>(to.estop) << 11 |
            static_cast<uint64_t>(to.fluid_low) << 12 | static_cast<uint64_t>(to.fin) << 13 |
            static_cast<uint64_t>(to.drive_fault) << 14 |
-           static_cast<uint64_t>(to.limit_low) << 17 | static_cast<uint64_t>(to.limit_high) << 20;
+           static_cast<uint64_t>(to.limit_low) << 17 | static_cast<uint64_t>(to.limit_high) << 20 |
+           static_cast<uint64_t>(to.gap_noise) << 23 | static_cast<uint64_t>(to.adc_data) << 24;
 }
 
 }  // namespace
@@ -110,6 +111,11 @@ unsigned long long bench_clock(unsigned long long word) {
     from.auxiliary_code = static_cast<uint16_t>(pins.take(16));
     from.safe = static_cast<uint8_t>(pins.take(1));
     const bool tx = pins.take(1) != 0;
+    from.gap_reference = static_cast<uint8_t>(pins.take(3));
+    from.gap_supply = static_cast<uint8_t>(pins.take(5));
+    from.adc_select = static_cast<uint8_t>(pins.take(1));
+    from.adc_clock = static_cast<uint8_t>(pins.take(1));
+    from.adc_command = static_cast<uint8_t>(pins.take(1));
     uint8_t rx;
     station->step(from, tx, inputs, rx);
     const bool stop = station->clock == station->stop_at;

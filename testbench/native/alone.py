@@ -13,8 +13,10 @@ _FUNCTIONS = {
     "alone_create": (_POINTER, [_UNSIGNED]),
     "alone_free": (None, [_POINTER]),
     "alone_station": (_POINTER, [_POINTER]),
-    "alone_outputs": (None, [_POINTER, *[_WORD] * 6]),
+    "alone_outputs": (None, [_POINTER, *[_WORD] * 7]),
     "alone_step": (None, [_POINTER, _WORD, _WORD]),
+    "alone_serial": (None, [_POINTER, *[_WORD] * 3]),
+    "alone_references": (None, [_POINTER, *[_WORD] * 3]),
     "alone_run": (_UNSIGNED, [_POINTER, _UNSIGNED, ctypes.c_int32, _UNSIGNED,
                               ctypes.POINTER(_UNSIGNED)]),
 }
@@ -22,7 +24,7 @@ _FUNCTIONS = {
 INPUTS = {"enc_a": (0, 3), "enc_b": (3, 3), "gap_high": (6, 1), "gap_arc": (7, 1),
           "gap_short": (8, 1), "gap_current": (9, 1), "fin": (10, 1), "estop": (11, 1),
           "fluid_low": (12, 1), "drive_fault": (13, 3), "limit_low": (16, 3),
-          "limit_high": (19, 3)}
+          "limit_high": (19, 3), "gap_noise": (22, 1), "adc_data": (23, 1)}
 
 
 class Alone(Session):
@@ -39,7 +41,7 @@ class Alone(Session):
         super().__init__(self._library, self._library.alone_station(self._handle),
                          machine=machine, clock_hz=clock_hz)
         self._outputs = dict.fromkeys(
-            ("drive_enable", "gap_on", "gap_sense", "gap_level", "strobe", "code"), 0)
+            ("drive_enable", "gap_on", "gap_sense", "gap_level", "gap_supply", "strobe", "code"), 0)
         self.density = 0
         self.inputs = 0
 
@@ -57,6 +59,14 @@ class Alone(Session):
     def step(self, step: int, down: int = 0) -> None:
         """Set the step and direction pins, by axis mask."""
         self._library.alone_step(self._handle, step, down)
+
+    def references(self, open_: int, arc: int, short: int) -> None:
+        """Set the comparators' references: densities of evenly spread streams, in 1/32768."""
+        self._library.alone_references(self._handle, open_, arc, short)
+
+    def serial(self, select: int, clock: int, command: int) -> None:
+        """Set the pins of the converter."""
+        self._library.alone_serial(self._handle, select, clock, command)
 
     def run(self, clocks: int) -> None:
         self.until((), clocks)

@@ -14,13 +14,20 @@ constexpr double SPARKING_US = 1000;  // since the last discharge: bridges may g
 
 }  // namespace
 
-GapForces::GapForces() : gap_um(NAN), debris(NAN), short_(-1) {}
+GapForces::GapForces() : gap_um(NAN), debris(NAN), fluid_ohm_cm(NAN), short_(-1) {}
 
 void Gap::configure(const GapParameters& p, double clock_hz) {
     p_ = p;
     clock_us_ = 1e6 / clock_hz;
     step_ = std::max(1u, static_cast<uint32_t>(1 / clock_us_));  // ignition is looked at every us
-    set_hazard();
+    set_fluid();
+}
+
+void Gap::put_levels(double high_v, double arc_v, double short_v) {
+    high_v_ = high_v;
+    arc_v_ = arc_v;
+    short_v_ = short_v;
+    compare();
 }
 
 void Gap::put_electrode(double height_um) {
@@ -31,31 +38,43 @@ void Gap::put_electrode(double height_um) {
 
 // ---- pulses
 
-double Gap::open_volts() const {
-    // The fluid leaks: Rg = rho g / A, and the source has its resistance.
-    const double leak = p_.fluid_ohm_cm * (std::max(gap_, 1.0) * 1e-4) / (p_.area_mm2 * 1e-2);
-    return p_.open_v * leak / (leak + p_.source_ohm);
+double Gap::current() const {
+    switch (state_) {
+    case State::off:
+        return 0;
+    case State::open:
+        return volts_ / leak_ohm_;
+    default:
+        return amps_;
+    }
+}
+
+void Gap::compare() {
+    high_ = volts_ > high_v_;
+    below_arc_ = volts_ < arc_v_;
+    below_short_ = volts_ < short_v_;
+    conducting_ = current() > p_.current_level_a;
 }
 
 void Gap::set_volts(double volts) {
     sum_ += volts_ * static_cast<double>(now_ - since_);
     since_ = now_;
     volts_ = volts;
-    high_ = volts > p_.high_level_v;
-    below_arc_ = volts < p_.arc_level_v;
-    below_short_ = volts < p_.short_level_v;
+    compare();
 }
 
 void Gap::enter(State state, double volts) {
     state_ = state;
     set_volts(volts);
-    conducting_ = (state == State::burning || state == State::arcing || state == State::shorted) &&
-                  amps_ > p_.current_level_a;
+    // Sparks radiate above 1 MHz, arcs do not.
+    noisy_ = state == State::burning && noise_.uniform() >= p_.noise_miss;
 }
 
 void Gap::open() {
-    source_v_ = open_volts();
-    draw_ = sparks_.exponential();
+    // The fluid leaks: Rg = rho g / A, and the source has its resistance.
+    leak_ohm_ = fluid_ * (std::max(gap_, 1.0) * 1e-4) / (p_.area_mm2 * 1e-2);
+    source_v_ = supply_v_ * leak_ohm_ / (leak_ohm_ + p_.source_ohm);
+    draw_ = draw();
     integral_ = 0;
     waited_ = looked_ = 0;
     next_ = 1;
@@ -69,7 +88,7 @@ bool Gap::touching() {
     return bridged_ || gap_ < p_.contact_um || single_;
 }
 
-void Gap::switch_to(Gate gate, unsigned level) {
+void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
     if (gate_ != Gate::none)
         extinguish();
     gate_ = gate;
@@ -79,6 +98,9 @@ void Gap::switch_to(Gate gate, unsigned level) {
         return;
     }
     amps_ = gate == Gate::main ? level * p_.step_a : p_.sensing_a;
+    const unsigned steps = gate == Gate::main ? supply & 15 : 0;
+    supply_v_ = steps != 0 ? steps * p_.supply_step_v : p_.open_v;
+    negative_ = supply >> 4 & 1;
     // Debris caught for one pulse only: a single shorted pulse is normal.
     single_ = gate == Gate::main && force.short_ < 0 &&
               sparks_.uniform() < p_.single_short * debris_ * std::exp(-gap_ / p_.bridge_gap_um);
@@ -90,7 +112,8 @@ void Gap::switch_to(Gate gate, unsigned level) {
     // Where the last discharge has left charge carriers, the next one strikes at once, as an arc.
     const double pause = static_cast<double>(now_ - ended_) * clock_us_;
     if (gate == Gate::main &&
-        sparks_.uniform() < p_.arc_share * debris_ * std::exp(-pause / p_.deionisation_us))
+        sparks_.uniform() < p_.arc_share * debris_ * std::exp(-pause / deionisation_us_) &&
+        source_v_ > p_.arc_v)
         ignite(true);
 }
 
@@ -108,9 +131,13 @@ void Gap::wait() {
     looked_ = waited_;
     if (gate_ != Gate::main || waited_ * clock_us_ <= p_.formative_us)
         return;
-    const double share = volts_ / p_.open_v;
-    integral_ += hazard_ * (share > 0.999 ? 1 : std::pow(share, p_.ignition_power)) * elapsed;
-    if (integral_ > draw_)
+    if (volts_ != field_v_) {
+        field_v_ = volts_;
+        const double share = volts_ / p_.open_v;
+        field_ = std::abs(share - 1) < 0.001 ? 1 : std::pow(share, p_.ignition_power);
+    }
+    integral_ += hazard_ * field_ * elapsed;
+    if (integral_ > draw_ && source_v_ > p_.burning_v)
         ignite(false);
 }
 
@@ -134,6 +161,8 @@ void Gap::extinguish() {
     volume *= std::max(0.0, 1 + p_.removal_spread * sparks_.normal());
     if (state_ == State::arcing)
         volume *= p_.arc_removal;
+    if (negative_)
+        volume *= p_.negative_removal;
     volume *= p_.removal_scale;
     removed_ += volume;
     const double thickness = volume / p_.area_mm2 * 1000;  // um
@@ -145,8 +174,33 @@ void Gap::extinguish() {
 // ---- the gap
 
 void Gap::set_hazard() {
-    const double decades = std::max(-8.0, (gap_ - p_.ignition_gap_um) / p_.ignition_slope_um);
-    hazard_ = std::exp(-decades) * (1 + p_.ignition_debris * debris_) / p_.ignition_delay_us;
+    const double folds = std::max(-8.0, (gap_ - p_.ignition_gap_um) / p_.ignition_slope_um);
+    hazard_ = std::exp(-folds) * (1 + p_.ignition_debris * debris_) / p_.ignition_delay_us *
+              (1 + p_.ignition_conductivity * decades_);
+}
+
+// What the integral of the hazard reaches when the pulse ignites: of mean 1 under either law.
+double Gap::draw() {
+    if (p_.ignition_law == 0)
+        return sparks_.exponential();
+    const double wide = 1 / (1 + std::exp((p_.weibull_gap_um - gap_) / p_.weibull_width_um));
+    const double shape =
+        sparks_.uniform() < wide ? p_.weibull_wide_shape : p_.weibull_narrow_shape;
+    return std::pow(sparks_.exponential(), 1 / shape) / std::tgamma(1 + 1 / shape);
+}
+
+// The fluid as it is now, and what follows from it.
+void Gap::set_fluid() {
+    fluid_ = p_.fluid_ohm_cm;
+    if (p_.drift_s > 0) {
+        const double share = static_cast<double>(now_) * clock_us_ * 1e-6 / p_.drift_s;
+        fluid_ *= std::pow(p_.drift_end_ohm_cm / p_.fluid_ohm_cm, std::min(1.0, share));
+    }
+    if (!std::isnan(force.fluid_ohm_cm))
+        fluid_ = force.fluid_ohm_cm;
+    decades_ = std::max(0.0, std::log10(INSULATING_OHM_CM / fluid_));
+    deionisation_us_ = p_.deionisation_us * (1 + p_.deionisation_conductivity * decades_);
+    set_hazard();
 }
 
 double Gap::stretch() {
@@ -171,7 +225,10 @@ void Gap::tick(double height_um, double dt) {
     }
     if (!std::isnan(force.debris))
         debris_ = force.debris;
-    set_hazard();
+    if (p_.drift_s > 0)
+        set_fluid();
+    else
+        set_hazard();
 
     // A bridge grows of debris in the field of the pulses, or of the contact itself; it breaks when
     // the electrode has drawn it out beyond its stretch.

@@ -8,6 +8,10 @@
 
 namespace plant {
 
+// Fluid of this and more is an insulator to the discharges: the highest class of the patent of the
+// counted pulses (JP S60-10852 B) begins here.
+constexpr double INSULATING_OHM_CM = 1e6;
+
 // Units are in the names; the sources of the numbers are in sinker.toml.
 struct GapParameters {
     double area_mm2 = 100;
@@ -22,9 +26,17 @@ struct GapParameters {
     double ignition_slope_um = 12;  // gs
     double ignition_debris = 4;     // kc
     double ignition_power = 4;      // m
+    double ignition_conductivity = 1;  // per decade below INSULATING_OHM_CM
+    double ignition_law = 0;        // 0 exponential, 1 mixture of two Weibull laws
+    double weibull_gap_um = 30;     // where both have the same share
+    double weibull_width_um = 4;
+    double weibull_narrow_shape = 0.8;
+    double weibull_wide_shape = 1.6;
     double formative_us = 0.5;
     // Source
-    double open_v = 80;
+    double open_v = 80;             // with the supply's code at 0, and of the sensing source
+    double supply_step_v = 20;      // per step of that code
+    double negative_removal = 0.5;  // electrode negative, as a share of positive
     double rise_us = 0.2;
     double source_ohm = 10;
     double step_a = 1.5;            // per step of the current level
@@ -35,17 +47,19 @@ struct GapParameters {
     double short_v = 2;             // contact drop
     double short_ohm = 0.2;
     double sensing_a = 0.2;
+    // Fluid
     double fluid_ohm_cm = 1e9;
+    double drift_end_ohm_cm = 1e9;  // geometric from fluid_ohm_cm, reached after
+    double drift_s = 0;             // this time; 0: no drift
     // Comparators
-    double high_level_v = 60;
-    double arc_level_v = 20;
-    double short_level_v = 12;
     double current_level_a = 0.5;
+    double noise_miss = 0.01;       // share of sparks whose noise the detector misses
     // Debris
     double debris_time_s = 3;       // flushing at the surface
     double debris_depth_mm = 1;     // flushing takes twice as long at this depth
     double exchange_depth_mm = 1;   // a lift of h renews h / (h + depth / this) of what flows in
     double deionisation_us = 15;
+    double deionisation_conductivity = 0.3;  // per decade below INSULATING_OHM_CM
     double arc_share = 1;           // arcs among ignitions without a pause, per debris
     double single_short = 0.02;     // shorted pulses among all, per debris, gap closed
     // Bridges
@@ -61,6 +75,7 @@ struct GapParameters {
 struct GapForces {
     double gap_um;     // width
     double debris;
+    double fluid_ohm_cm;
     double short_;     // 0 clear, 1 shorted
     GapForces();
 };
@@ -70,16 +85,20 @@ public:
     enum class State : uint8_t { off, open, burning, arcing, shorted };
     enum class Gate : uint8_t { none, main, sensing };
 
-    explicit Gap(uint64_t seed) : sparks_(seed, 1), bridges_(seed, 2) {}
+    explicit Gap(uint64_t seed) : sparks_(seed, 1), bridges_(seed, 2), noise_(seed, 3) {}
 
     void configure(const GapParameters& p, double clock_hz);
     void put_electrode(double height_um);
 
-    // Every clock, with the gates of the two sources.
-    void clock(bool on, bool sensing, unsigned level) {
+    // References of the comparators: open, arc, short.
+    void put_levels(double high_v, double arc_v, double short_v);
+
+    // Every clock, with the gates of the two sources, the main one's current level and its supply:
+    // bits 0 to 3 the steps of its voltage, bit 4 an electrode that is negative.
+    void clock(bool on, bool sensing, unsigned level, unsigned supply) {
         const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
         if (gate != gate_)
-            switch_to(gate, level);
+            switch_to(gate, level, supply);
         else if (state_ == State::open && ++waited_ >= next_)
             wait();
         ++now_;
@@ -92,12 +111,15 @@ public:
     bool below_arc() const { return below_arc_; }
     bool below_short() const { return below_short_; }
     bool conducting() const { return conducting_; }
+    bool noise() const { return noisy_; }
 
     State state() const { return state_; }
     double gap_um() const { return gap_; }
     double depth_um() const { return depth_; }
     double debris() const { return debris_; }
     double voltage() const { return volts_; }
+    double current() const;
+    double fluid_ohm_cm() const { return fluid_; }
     double hazard_per_us() const { return hazard_; }
     bool bridged() const { return bridged_; }
     double removed_mm3() const { return removed_; }
@@ -110,20 +132,22 @@ public:
     GapForces force;
 
 private:
-    void switch_to(Gate gate, unsigned level);
+    void switch_to(Gate gate, unsigned level, unsigned supply);
     void wait();
     void ignite(bool arc);
     void extinguish();
     void enter(State state, double volts);
     void set_volts(double volts);
+    void compare();
+    void set_fluid();
     void set_hazard();
+    double draw();
     void open();
     bool touching();
-    double open_volts() const;
     double stretch();
 
     GapParameters p_;
-    Random sparks_, bridges_;
+    Random sparks_, bridges_, noise_;
     double clock_us_ = 0.5;
     uint64_t now_ = 0, since_ = 0, ended_ = 0, began_ = 0;
     uint32_t waited_ = 0, looked_ = 0, next_ = 0, step_ = 2;
@@ -132,9 +156,11 @@ private:
     Gate gate_ = Gate::none;
     State state_ = State::off;
     bool high_ = false, below_arc_ = true, below_short_ = true, conducting_ = false;
-    double volts_ = 0, amps_ = 0, source_v_ = 0;
-    double draw_ = 0, integral_ = 0;
-    bool single_ = false;
+    bool noisy_ = false, negative_ = false, single_ = false;
+    double high_v_ = 0, arc_v_ = 0, short_v_ = 0;
+    double volts_ = 0, amps_ = 0, supply_v_ = 0, source_v_ = 0, leak_ohm_ = 0;
+    double draw_ = 0, integral_ = 0, field_v_ = 0, field_ = 0;
+    double fluid_ = 0, decades_ = 0, deionisation_us_ = 0;
 
     double height_ = 0, gap_ = 0, depth_ = 0, debris_ = 0, hazard_ = 0;
     double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;

@@ -35,11 +35,25 @@ Plant::Plant(uint64_t seed) : gap_(seed) {
     p["gap.ignition_slope_um"] = &process_.ignition_slope_um;
     p["gap.ignition_debris"] = &process_.ignition_debris;
     p["gap.ignition_power"] = &process_.ignition_power;
+    p["gap.ignition_conductivity"] = &process_.ignition_conductivity;
+    p["gap.ignition_law"] = &process_.ignition_law;
+    p["gap.weibull_gap_um"] = &process_.weibull_gap_um;
+    p["gap.weibull_width_um"] = &process_.weibull_width_um;
+    p["gap.weibull_narrow_shape"] = &process_.weibull_narrow_shape;
+    p["gap.weibull_wide_shape"] = &process_.weibull_wide_shape;
     p["gap.formative_us"] = &process_.formative_us;
     p["gap.contact_um"] = &process_.contact_um;
     p["gap.fluid_ohm_cm"] = &process_.fluid_ohm_cm;
 
+    p["fluid.drift_end_ohm_cm"] = &process_.drift_end_ohm_cm;
+    p["fluid.drift_s"] = &process_.drift_s;
+    p["fluid.cell_per_cm"] = &cell_.cell_per_cm;
+    p["fluid.cell_parallel_ohm"] = &cell_.cell_parallel_ohm;
+    p["fluid.cell_series_ohm"] = &cell_.cell_series_ohm;
+
     p["source.open_v"] = &process_.open_v;
+    p["source.supply_step_v"] = &process_.supply_step_v;
+    p["source.negative_removal"] = &process_.negative_removal;
     p["source.rise_us"] = &process_.rise_us;
     p["source.source_ohm"] = &process_.source_ohm;
     p["source.step_a"] = &process_.step_a;
@@ -50,15 +64,20 @@ Plant::Plant(uint64_t seed) : gap_(seed) {
     p["source.short_v"] = &process_.short_v;
     p["source.short_ohm"] = &process_.short_ohm;
     p["source.sensing_a"] = &process_.sensing_a;
-    p["comparator.high_level_v"] = &process_.high_level_v;
-    p["comparator.arc_level_v"] = &process_.arc_level_v;
-    p["comparator.short_level_v"] = &process_.short_level_v;
+    p["comparator.fixed"] = &reference_fixed_;
+    p["comparator.high_level_v"] = &high_level_v_;
+    p["comparator.arc_level_v"] = &arc_level_v_;
+    p["comparator.short_level_v"] = &short_level_v_;
+    p["comparator.reference_full_v"] = &reference_full_v_;
+    p["comparator.reference_rc_us"] = &reference_rc_us_;
     p["comparator.current_level_a"] = &process_.current_level_a;
+    p["comparator.noise_miss"] = &process_.noise_miss;
 
     p["debris.time_s"] = &process_.debris_time_s;
     p["debris.depth_mm"] = &process_.debris_depth_mm;
     p["debris.exchange_depth_mm"] = &process_.exchange_depth_mm;
     p["debris.deionisation_us"] = &process_.deionisation_us;
+    p["debris.deionisation_conductivity"] = &process_.deionisation_conductivity;
     p["debris.arc_share"] = &process_.arc_share;
     p["debris.single_short"] = &process_.single_short;
     p["debris.bridge_rate_per_s"] = &process_.bridge_rate_per_s;
@@ -70,6 +89,8 @@ Plant::Plant(uint64_t seed) : gap_(seed) {
     p["force.short"] = &gap_.force.short_;
     p["force.gap_um"] = &gap_.force.gap_um;
     p["force.debris"] = &gap_.force.debris;
+    p["force.fluid_ohm_cm"] = &gap_.force.fluid_ohm_cm;
+    p["force.fluid_sensor"] = &force_fluid_sensor_;
     p["force.estop"] = &force_estop_;
     p["force.drive_fault"] = &force_drive_fault_;
     p["force.fluid_low"] = &force_fluid_low_;
@@ -100,6 +121,11 @@ bool Plant::get(const std::string& name, double& value) {
         {"read.depth_um", gap_.depth_um()},
         {"read.debris", gap_.debris()},
         {"read.gap_v", gap_.voltage()},
+        {"read.gap_a", gap_.current()},
+        {"read.fluid_ohm_cm", gap_.fluid_ohm_cm()},
+        {"read.open_reference_v", reference_v_[0]},
+        {"read.arc_reference_v", reference_v_[1]},
+        {"read.short_reference_v", reference_v_[2]},
         {"read.hazard_per_us", gap_.hazard_per_us()},
         {"read.bridged", gap_.bridged()},
         {"read.removed_mm3", gap_.removed_mm3()},
@@ -134,6 +160,10 @@ void Plant::configure() {
     for (auto& axis : axes_)
         axis.configure(motor_, pulses_per_mm_, clock_hz_, clocks_per_tick_);
     gap_.configure(process_, clock_hz_);
+    reference_one_v_ = reference_full_v_ / clocks_per_tick_;
+    reference_step_ = 1 - std::exp(-tick_us_ / reference_rc_us_);
+    if (reference_fixed_ != 0)
+        gap_.put_levels(high_level_v_, arc_level_v_, short_level_v_);
     if (now_ == 0)
         gap_.put_electrode(process_.initial_gap_um);
     estop_ = force_estop_ != 0;
@@ -157,8 +187,30 @@ void Plant::tick(const FromController& from) {
         moving_ |= static_cast<unsigned>(!axes_[axis].resting()) << axis;
     }
     gap_.tick(electrode_um(), dt);
+    levels();
     limits();
     side(from);
+}
+
+// The filters behind the three streams of the references, one step for the ones of a tick.
+void Plant::levels() {
+    for (auto& volts : reference_v_) {
+        const auto ones = static_cast<double>(references_ & ((1u << COUNTER) - 1));
+        volts += (ones * reference_one_v_ - volts) * reference_step_;
+        references_ >>= COUNTER;
+    }
+    references_ = 0;
+    if (reference_fixed_ == 0)
+        gap_.put_levels(reference_v_[0], reference_v_[1], reference_v_[2]);
+}
+
+// Code of one of the converter's channels, as it is now.
+unsigned Plant::sample(unsigned channel) const {
+    if (channel == 0)
+        return code(gap_.voltage() / reference_full_v_);
+    if (channel == 1)
+        return cell_code(cell_, gap_.fluid_ohm_cm(), static_cast<int>(force_fluid_sensor_));
+    return 0;
 }
 
 void Plant::limits() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "converter.hpp"
 #include "gap.hpp"
 #include "motor.hpp"
 
@@ -19,13 +20,15 @@ constexpr int Z = 2;     // carries the electrode
 struct FromController {
     uint8_t dac = 0, dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
     uint8_t gap_on = 0, gap_sense = 0, gap_level = 0;
+    uint8_t gap_reference = 0, gap_supply = 0, adc_select = 0, adc_clock = 0, adc_command = 0;
     uint8_t auxiliary_strobe = 0, safe = 1;
     uint16_t auxiliary_code = 0;
 };
 
 struct ToController {
     uint8_t enc_a = 0, enc_b = 0;
-    uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0;
+    uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0, gap_noise = 0;
+    uint8_t adc_data = 0;
     uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
 };
 
@@ -59,7 +62,14 @@ public:
         step_ = from.step;
         for (unsigned bits = moving_; bits; bits &= bits - 1)
             axes_[__builtin_ctz(bits)].clock();
-        gap_.clock(from.gap_on, from.gap_sense, from.gap_level);
+        gap_.clock(from.gap_on, from.gap_sense, from.gap_level, from.gap_supply);
+        references_ += SPREAD[from.gap_reference];
+        const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
+        if (serial != serial_) {
+            serial_ = serial;
+            converter_.change(from.adc_select, from.adc_clock, from.adc_command,
+                              [this](unsigned channel) { return sample(channel); });
+        }
         if (++phase_ == clocks_per_tick_)
             tick(from);
         coders(to);
@@ -67,6 +77,8 @@ public:
         to.gap_arc = gap_.below_arc();
         to.gap_short = gap_.below_short();
         to.gap_current = gap_.conducting();
+        to.gap_noise = gap_.noise();
+        to.adc_data = converter_.data();
         to.estop = estop_;
         to.drive_fault = drive_fault_;
         to.limit_low = limit_low_;
@@ -87,7 +99,9 @@ private:
     void tick(const FromController& from);
     void side(const FromController& from);
     void limits();
+    void levels();
     double electrode_um() const;
+    unsigned sample(unsigned channel) const;
 
     // Lines of the coders; a cut one keeps its level.
     void coders(ToController& to) {
@@ -101,19 +115,33 @@ private:
         to.enc_b = static_cast<uint8_t>(((b ^ jumped_) & ~cut) | (to.enc_b & cut));
     }
 
+    // A counter of its own for each of three bits.
+    static constexpr unsigned COUNTER = 21;
+    static constexpr uint64_t ONE = 1, TWO = 1ull << COUNTER, FOUR = 1ull << 2 * COUNTER;
+    static constexpr uint64_t SPREAD[8] = {0,    ONE,        TWO,        TWO + ONE,
+                                           FOUR, FOUR + ONE, FOUR + TWO, FOUR + TWO + ONE};
+
     std::map<std::string, double*> parameters_;
     double clock_hz_ = 2e6, pulses_per_mm_ = 10000, tick_us_ = 8;
     double fin_delay_us_ = 2000, fin_answers_ = 1;
     double limit_low_mm_ = -300, limit_high_mm_ = 300;
     MotorParameters motor_;
     GapParameters process_;
+    CellParameters cell_;
+    double high_level_v_ = 60, arc_level_v_ = 20, short_level_v_ = 12;
+    double reference_full_v_ = 100, reference_rc_us_ = 200, reference_fixed_ = 1;
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
-           force_limit_high_ = 0, force_encoder_cut_ = 0, force_encoder_jump_ = 0;
+           force_limit_high_ = 0, force_encoder_cut_ = 0, force_encoder_jump_ = 0,
+           force_fluid_sensor_ = 0;
 
     Motor axes_[AXES];
     Gap gap_;
+    Converter converter_;
     uint64_t now_ = 0;
+    uint64_t references_ = 0;  // ones of the three streams in this tick
+    double reference_v_[3] = {0, 0, 0}, reference_one_v_ = 0, reference_step_ = 0;
+    unsigned serial_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
     unsigned moving_ = 0, cut_ = 0, jumped_ = 0;
     uint8_t step_ = 0;

@@ -67,6 +67,8 @@ def test_delay_grows_as_the_fluid_leaks(plant):
     leak = 1e4 * 40e-4 / 1.0
     share = leak / (leak + 10)
     plant.set("comparator.high_level_v", 80 * share - 0.5)
+    plant.set("comparator.current_level_a", 2)      # above the leak
+    plant.set("gap.ignition_conductivity", 0)
     tau = 60 / share**4
     burning = [pulse(plant, on_us=2500, off_us=20) for _ in range(1500)]
     mean = sum(burning) / len(burning) - 1
