@@ -69,6 +69,7 @@ public:
             serial_ = serial;
             converter_.change(from.adc_select, from.adc_clock, from.adc_command,
                               [this](unsigned channel) { return sample(channel); });
+            to.adc_data = converter_.data();
         }
         if (++phase_ == clocks_per_tick_)
             tick(from);
@@ -78,7 +79,6 @@ public:
         to.gap_short = gap_.below_short();
         to.gap_current = gap_.conducting();
         to.gap_noise = gap_.noise();
-        to.adc_data = converter_.data();
         to.estop = estop_;
         to.drive_fault = drive_fault_;
         to.limit_low = limit_low_;
