@@ -82,6 +82,25 @@ class Alone(Session):
         self.inputs = inputs.value
         return gone
 
+    def hold(self, *, gap_um: float, debris: float = 0.0) -> None:
+        """Freeze the state of the gap, and let it be taken over."""
+        self.set("force.gap_um", gap_um)
+        self.set("force.debris", debris)
+        self.run(32)
+
+    def pulse(self, *, on_us: int, off_us: int, level: int = 6) -> float | None:
+        """One main pulse; return when the current began, in us from the gate, or None."""
+        mhz = self.clock_hz // 1_000_000
+        self.drive(gap_on=1, gap_level=level)
+        delay, began = 0, None
+        while delay < on_us * mhz:
+            delay += self.until(("gap_current",), on_us * mhz - delay)
+            if self.input("gap_current") and began is None:
+                began = delay / mhz
+        self.drive(gap_on=0)
+        self.run(off_us * mhz)
+        return began
+
     def input(self, name: str) -> int:
         """Present value of an input of the controller."""
         at, width = INPUTS[name]

@@ -176,7 +176,7 @@ void Gap::extinguish() {
 void Gap::set_hazard() {
     const double folds = std::max(-8.0, (gap_ - p_.ignition_gap_um) / p_.ignition_slope_um);
     hazard_ = std::exp(-folds) * (1 + p_.ignition_debris * debris_) / p_.ignition_delay_us *
-              (1 + p_.ignition_conductivity * decades_);
+              ease_;
 }
 
 // What the integral of the hazard reaches when the pulse ignites: of mean 1 under either law.
@@ -198,8 +198,9 @@ void Gap::set_fluid() {
     }
     if (!std::isnan(force.fluid_ohm_cm))
         fluid_ = force.fluid_ohm_cm;
-    decades_ = std::max(0.0, std::log10(INSULATING_OHM_CM / fluid_));
-    deionisation_us_ = p_.deionisation_us * (1 + p_.deionisation_conductivity * decades_);
+    const double decades = std::max(0.0, std::log10(INSULATING_OHM_CM / fluid_));
+    ease_ = std::pow(10, p_.ignition_conductivity * decades);
+    deionisation_us_ = p_.deionisation_us * (1 + p_.deionisation_conductivity * decades);
     set_hazard();
 }
 

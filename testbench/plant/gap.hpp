@@ -26,7 +26,7 @@ struct GapParameters {
     double ignition_slope_um = 12;  // gs
     double ignition_debris = 4;     // kc
     double ignition_power = 4;      // m
-    double ignition_conductivity = 1;  // per decade below INSULATING_OHM_CM
+    double ignition_conductivity = 0.3;  // exponent, below INSULATING_OHM_CM
     double ignition_law = 0;        // 0 exponential, 1 mixture of two Weibull laws
     double weibull_gap_um = 30;     // where both have the same share
     double weibull_width_um = 4;
@@ -160,7 +160,7 @@ private:
     double high_v_ = 0, arc_v_ = 0, short_v_ = 0;
     double volts_ = 0, amps_ = 0, supply_v_ = 0, source_v_ = 0, leak_ohm_ = 0;
     double draw_ = 0, integral_ = 0, field_v_ = 0, field_ = 0;
-    double fluid_ = 0, decades_ = 0, deionisation_us_ = 0;
+    double fluid_ = 0, ease_ = 1, deionisation_us_ = 0;
 
     double height_ = 0, gap_ = 0, depth_ = 0, debris_ = 0, hazard_ = 0;
     double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;

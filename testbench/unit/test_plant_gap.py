@@ -10,7 +10,6 @@ import pytest
 from testbench.native.alone import Alone
 
 MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
-MHZ = 2                 # clocks per us
 SIGMAS = 4              # a sound generator misses this once in 16 000
 
 
@@ -19,50 +18,9 @@ def plant(rng):
     return Alone(machine=MACHINE, seed=rng.getrandbits(32))
 
 
-def hold(plant, *, gap_um, debris=0.0):
-    """Freeze the state of the gap, and let it be taken over."""
-    plant.set("force.gap_um", gap_um)
-    plant.set("force.debris", debris)
-    plant.run(32)
-
-
-def pulse(plant, *, on_us, off_us, level=6):
-    """One main pulse; return when the current began, in us from the gate, or None."""
-    plant.drive(gap_on=1, gap_level=level)
-    delay, began = 0, None
-    while delay < on_us * MHZ:
-        delay += plant.until(("gap_current",), on_us * MHZ - delay)
-        if plant.input("gap_current") and began is None:
-            began = delay / MHZ
-    plant.drive(gap_on=0)
-    plant.run(off_us * MHZ)
-    return began
-
-
-@pytest.mark.parametrize(("gap_um", "debris"), [(40, 0), (52, 0), (30, 0), (52, 0.5)])
-def test_ignition_delays_are_exponential(plant, gap_um, debris):
-    # Laue plot: ln N(t)/N0 = -t/tau, tau = tau0 exp((g - g0)/gs) / (1 + kc c). A long pause keeps
-    # arcs out.
-    plant.set("debris.arc_share", 0)
-    plant.set("debris.single_short", 0)
-    plant.set("debris.bridge_rate_per_s", 0)
-    hold(plant, gap_um=gap_um, debris=debris)
-    tau = 60 * math.exp((gap_um - 40) / 12) / (1 + 4 * debris)
-    count = 1500
-    delays = [pulse(plant, on_us=round(12 * tau), off_us=20) for _ in range(count)]
-    burning = [delay for delay in delays if delay is not None]
-    assert count - len(burning) <= 3        # e**-12 of them
-    for share in (0.25, 0.5, 1, 1.5, 2, 3):
-        left = sum(delay > share * tau for delay in burning)
-        # The integration steps by a microsecond, after a formative time.
-        expected = math.exp(-max(0.0, share - 1.5 / tau))
-        sigma = math.sqrt(count * expected * (1 - expected))
-        assert abs(left - count * expected) < SIGMAS * sigma
-
-
 def test_delay_grows_as_the_fluid_leaks(plant):
     # Open voltage V0 Rg/(Rg + Rs) with Rg = rho g/A; the hazard goes with the fourth power.
-    hold(plant, gap_um=40)
+    plant.hold(gap_um=40)
     plant.set("gap.fluid_ohm_cm", 1e4)
     leak = 1e4 * 40e-4 / 1.0
     share = leak / (leak + 10)
@@ -70,7 +28,7 @@ def test_delay_grows_as_the_fluid_leaks(plant):
     plant.set("comparator.current_level_a", 2)      # above the leak
     plant.set("gap.ignition_conductivity", 0)
     tau = 60 / share**4
-    burning = [pulse(plant, on_us=2500, off_us=20) for _ in range(1500)]
+    burning = [plant.pulse(on_us=2500, off_us=20) for _ in range(1500)]
     mean = sum(burning) / len(burning) - 1
     assert abs(mean - tau) < SIGMAS * tau / math.sqrt(len(burning))
     plant.drive(gap_on=1)
@@ -83,9 +41,9 @@ def test_delay_grows_as_the_fluid_leaks(plant):
 def test_removal_rate(plant, scale):
     # 5 mm3/min per ampere of mean current, times the scale, over the area.
     plant.set("removal_scale", scale)
-    hold(plant, gap_um=10)
+    plant.hold(gap_um=10)
     count = 1000
-    began = [pulse(plant, on_us=100, off_us=50) for _ in range(count)]
+    began = [plant.pulse(on_us=100, off_us=50) for _ in range(count)]
     burnt_us = sum(100 - delay for delay in began)
     expected_mm3 = 5 / 60 * 9 * burnt_us * 1e-6 * scale
     sigma = 0.25 / math.sqrt(count)
@@ -99,17 +57,17 @@ def test_arcs_follow_a_short_pause(plant):
     # once, and removes a fifth.
     plant.set("debris.single_short", 0)
     plant.set("debris.bridge_rate_per_s", 0)
-    hold(plant, gap_um=20, debris=0.6)
+    plant.hold(gap_um=20, debris=0.6)
     count = 1500
     for _ in range(count):
-        pulse(plant, on_us=60, off_us=10)
+        plant.pulse(on_us=60, off_us=10)
     chance = 0.6 * math.exp(-10 / 15)
     arcs = plant.get("read.arcs")
     assert abs(arcs - count * chance) < SIGMAS * math.sqrt(count * chance * (1 - chance))
 
 
 def test_levels_of_open_burning_and_short(plant):
-    hold(plant, gap_um=200)
+    plant.hold(gap_um=200)
     plant.drive(gap_on=1, gap_level=6)
     plant.run(6)
     assert (plant.input("gap_high"), plant.input("gap_arc"), plant.input("gap_short")) == (1, 0, 0)
@@ -129,7 +87,7 @@ def test_levels_of_open_burning_and_short(plant):
 
 
 def test_sensing_pulses_see_a_short_and_never_burn(plant):
-    hold(plant, gap_um=10)
+    plant.hold(gap_um=10)
     for forced in (0, 1, 0):
         plant.set("force.short", forced)
         plant.drive(gap_sense=1)
@@ -150,12 +108,12 @@ def test_bridges_grow_with_debris(plant):
     rate = MACHINE["debris"]["bridge_rate_per_s"] * 60 * debris**2 * math.exp(-gap_um / 25)
     times = []
     for _ in range(150):
-        hold(plant, gap_um=1000)            # breaks what there is
+        plant.hold(gap_um=1000)            # breaks what there is
         assert not plant.get("read.bridged")
-        hold(plant, gap_um=gap_um, debris=debris)
+        plant.hold(gap_um=gap_um, debris=debris)
         begin = plant.cycle
         while not plant.get("read.bridged"):
-            pulse(plant, on_us=60, off_us=10)
+            plant.pulse(on_us=60, off_us=10)
         times.append((plant.cycle - begin) / 2e6)
     mean = sum(times) / len(times)
     assert abs(mean * rate - 1) < SIGMAS / math.sqrt(len(times))
@@ -166,9 +124,9 @@ def test_a_bridge_breaks_when_it_is_drawn_out(plant):
     # which it was squeezed most counts.
     stretches = []
     for _ in range(400):
-        hold(plant, gap_um=5000)
+        plant.hold(gap_um=5000)
         assert not plant.get("read.bridged")
-        hold(plant, gap_um=1, debris=0.5)   # contact
+        plant.hold(gap_um=1, debris=0.5)   # contact
         assert plant.get("read.bridged")
         gap_um = 1
         while plant.get("read.bridged"):
@@ -186,7 +144,7 @@ def test_a_bridge_breaks_when_it_is_drawn_out(plant):
 
 def test_debris_is_flushed_away(plant):
     # Exponential, with a time constant of 3 s at the surface, 60 times faster by the scale.
-    hold(plant, gap_um=40, debris=0.8)
+    plant.hold(gap_um=40, debris=0.8)
     plant.set("force.debris", math.nan)
     plant.run(100_000)
     assert plant.get("read.debris") == pytest.approx(0.8 * math.exp(-0.05 * 60 / 3), rel=0.01)
@@ -195,9 +153,9 @@ def test_debris_is_flushed_away(plant):
 def test_a_lift_draws_fresh_fluid_in(plant):
     # From width w0 to w1 at depth d: debris falls by (w0 + d) / (w1 + d); lowering changes nothing.
     plant.set("debris.time_s", 1e12)
-    hold(plant, gap_um=10)
+    plant.hold(gap_um=10)
     while plant.get("read.depth_um") < 300:
-        pulse(plant, on_us=100, off_us=50)
+        plant.pulse(on_us=100, off_us=50)
     depth = plant.get("read.depth_um")
     plant.set("force.debris", 0.8)
     plant.set("force.gap_um", math.nan)
@@ -229,7 +187,7 @@ def test_the_scale_changes_time_and_not_depth(rng):
         plant.set("force.gap_um", 35)
         debris = []
         while plant.get("read.depth_um") < 300:
-            pulse(plant, on_us=100, off_us=50)
+            plant.pulse(on_us=100, off_us=50)
             if plant.get("read.depth_um") > 150:
                 debris.append(plant.get("read.debris"))
         found[scale] = sum(debris) / len(debris)
@@ -240,7 +198,7 @@ def test_one_seed_one_run(rng):
     def run(seed):
         plant = Alone(machine=MACHINE, seed=seed)
         plant.set("force.gap_um", 35)
-        return [pulse(plant, on_us=100, off_us=20) for _ in range(100)]
+        return [plant.pulse(on_us=100, off_us=20) for _ in range(100)]
 
     seed = rng.getrandbits(32)
     assert run(seed) == run(seed) != run(seed + 1)
