@@ -78,6 +78,8 @@ class Board:
         Makes its Amaranth platform.
     clock_hz : int
         Frequency of the controller; the board's crystal, or a multiple of it that the PLL makes.
+    memory_size : int
+        Bytes of block RAM for the processor.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
     """
@@ -86,4 +88,5 @@ class Board:
     title: str
     platform: Callable[[], Platform]
     clock_hz: int
+    memory_size: int
     pin_list: Path

@@ -104,6 +104,8 @@ class _Ulx3s12F(_WithPads, ulx3s.ULX3S_12F_Platform):
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, pin_list=PIN_LIST),
-    Board("ulx3s_12f", "ULX3S 12F", _Ulx3s12F, clock_hz=50_000_000, pin_list=PIN_LIST),
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=131072,
+          pin_list=PIN_LIST),
+    Board("ulx3s_12f", "ULX3S 12F", _Ulx3s12F, clock_hz=50_000_000, memory_size=81920,
+          pin_list=PIN_LIST),
 )

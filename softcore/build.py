@@ -27,7 +27,6 @@ __all__ = ["BOARDS", "LINK_BAUD", "STAT", "SYNTHESIS", "Bitstream", "BuildError"
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 BOARDS = {board.name: board for board in ulx3s.BOARDS}
 
-MEMORY_SIZE = 65536    # bytes
 LINK_BAUD = 1_000_000
 SEED = 1               # of the layout: the same sources give the same bitstream
 SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
@@ -129,7 +128,7 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
     """Everything that the tools need for a board, ``image`` being the firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
-              memory_size=MEMORY_SIZE, image=image, build=int(digest()[:8], 16))
+              memory_size=board.memory_size, image=image, build=int(digest()[:8], 16))
     # Source locations would put the place of this folder into the digest.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
@@ -168,7 +167,7 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
     BuildError
         If a tool fails, or the layout is slower than the clock.
     """
-    image = target_image(MEMORY_SIZE, progress).read_bytes()
+    image = target_image(board.memory_size, progress).read_bytes()
     progress("making the netlist")
     planned = plan(board, image)
     key = planned.digest(size=16).hex()

@@ -103,7 +103,7 @@ def _cached(name, command, build):
     return result
 
 
-def target_image(memory_size: int = 65536,
+def target_image(memory_size: int = 131072,
                  progress: Callable[[str], None] = lambda _: None) -> Path:
     """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
 

@@ -6,7 +6,8 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from rtl.machine import Machine, pins
+from rtl.machine import Machine
+from rtl.members import pins
 from softcore.cpu import BusSignature, VexRiscv
 from softcore.csr import RegisterFile, member
 from softcore.regmap import BLOCKS, LINK, SYSTEM
@@ -25,7 +26,7 @@ class BlockRam(wiring.Component):
     Parameters
     ----------
     size : int
-        Bytes; a power of two.
+        Bytes; a multiple of 4.
     image : bytes
         What is in it at the start: the firmware, little-endian.
 
@@ -75,7 +76,7 @@ class Soc(wiring.Component):
     """Everything but the pads.
 
     Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
-    are the machine's pins, see ``rtl.machine.pins``.
+    are the machine's pins, see ``rtl.members.pins``.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ class Soc(wiring.Component):
     link_divisor : int
         Clocks per bit of the serial link.
     memory_size : int
-        Bytes of memory; a power of two.
+        Bytes of memory.
     image : bytes
         Firmware.
     build : int
@@ -102,7 +103,7 @@ class Soc(wiring.Component):
         Serial output, idle high.
     """
 
-    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 65536,
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 131072,
                  image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build

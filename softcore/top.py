@@ -11,7 +11,7 @@ from amaranth import *
 from amaranth.back import verilog
 from amaranth.lib import io, wiring
 
-from rtl.machine import pins
+from rtl.members import pins
 from rtl.pads import INPUTS, OUTPUTS, Pads
 from softcore.cpu import VexRiscv
 from softcore.sleep import GATE
@@ -103,7 +103,7 @@ class Top(Elaboratable):
 
 
 def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
-    """Controller for the simulator, and its ports by the names of ``rtl.machine.pins``.
+    """Controller for the simulator, and its ports by the names of ``rtl.members.pins``.
 
     The memory is empty: the simulator loads firmware when it starts.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from softcore.image import host_library
 
 ITEMS = "RLHEQZ"
-ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position")
+ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",
@@ -28,7 +28,7 @@ class Record(ctypes.Structure):
         ("given", ctypes.c_uint32), ("items", ctypes.c_int64 * 6), ("dwell", ctypes.c_uint64),
         ("jump_period", ctypes.c_uint32), ("jump_distance", ctypes.c_int32),
         ("jump_speed", ctypes.c_uint32), ("jump_high", ctypes.c_uint32),
-        ("skipped", ctypes.c_int32),
+        ("servo", ctypes.c_int32), ("skipped", ctypes.c_int32),
     ]
 
 

@@ -5,6 +5,8 @@ from amaranth import *
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.gap.servo import Servo
+
 __all__ = ["Cause", "Event", "Halt", "Reason", "Retraction", "State"]
 
 
@@ -63,11 +65,6 @@ class Halt(enum.Enum, shape=8):
     SERVO = 5    # the servo wants to go back further than a retraction may
 
 
-def _later(a, b):
-    """``a`` lies further along the path than ``b`` (coordinates wrap)."""
-    return (a - b)[:32].as_signed() > 0
-
-
 class Retraction(wiring.Component):
     """The retraction program of the first patent, started and stepped in gateware.
 
@@ -92,9 +89,9 @@ class Retraction(wiring.Component):
 
     With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``,
     and back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and
-    else stands still. It goes no further than the segments that are loaded, either way; an ``up`` that
-    would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that it is not under way
-    at the front, so that strobes are lost on it.
+    else stands still. It goes no further than the segments that are loaded, either way; an ``up``
+    that would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that strobes are
+    lost on it: the servo is off, or the machine not at the front, or on hold.
 
     From ``shorted`` to ``go`` low: the same clock. From there, at rest, to the reversed command:
     ``PREPARE + 2`` clocks.
@@ -150,8 +147,20 @@ class Retraction(wiring.Component):
         cause = Signal(Cause)
         returning = Signal()   # a series is under way
         moving = Signal()      # the state lets the machine move
-        goal, back, refused = self._servo(m, force)
-        bounds = self._bounds(m, force, cause, returning, moving, goal, back)
+        m.submodules.gap_servo = servo = Servo()
+        m.d.comb += [
+            servo.on.eq(self.servo & (state == State.FRONT)),
+            self.held.eq(~servo.on | self.hold | ~self.run),
+            servo.up.eq(self.up),
+            servo.down.eq(self.down),
+            servo.step.eq(self.step),
+            servo.command.eq(self.command),
+            servo.front.eq(self.front),
+            servo.floor.eq(self.floor),
+            servo.limit.eq(force["limit"]),
+            servo.limited.eq(force["valid"]),
+        ]
+        bounds = self._bounds(m, force, cause, returning, moving, servo)
 
         prepare = Signal(range(self.PREPARE + 1))
         with m.If(prepare != 0):
@@ -180,7 +189,7 @@ class Retraction(wiring.Component):
         m.d.comb += forward.eq((state == State.FRONT) | (state == State.HIGH)
                                | (state == State.LOW))
         turns = Signal()       # the servo wants to go the other way
-        m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != back))
+        m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != servo.back))
         with m.If(forward):
             m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe
                                   & ~turns)
@@ -230,10 +239,10 @@ class Retraction(wiring.Component):
                     order(Cause.OPERATOR)
                 with m.Elif(self.run & jump_due & ~self.hold):
                     order(Cause.JUMP)
-                with m.Elif(self.run & ~self.hold & refused):
+                with m.Elif(self.run & ~self.hold & servo.refused):
                     m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERVO), announce.eq(1)]
                 with m.Elif(turns & self.rest):
-                    m.d.sync += [self.reverse.eq(back), prepare.eq(self.PREPARE)]
+                    m.d.sync += [self.reverse.eq(servo.back), prepare.eq(self.PREPARE)]
 
             with m.Case(State.STOPPING):
                 with m.If(self.rest):
@@ -356,40 +365,17 @@ class Retraction(wiring.Component):
             m.d.sync += force["valid"].eq(valid)
         return force
 
-    def _servo(self, m, force):
-        """Where the servo wants to be, and which way it went for that."""
-        goal = Signal(signed(32))
-        back = Signal()
-        refused = Signal()
-        lower = Signal(signed(32))
-        lowest = Signal(signed(32))
-        floor = Signal(signed(32))
-        machining = self.servo & (self.state == State.FRONT)
-        m.d.sync += [
-            lowest.eq(self.front - force["limit"]),
-            floor.eq(Mux(force["valid"] & _later(lowest, self.floor), lowest, self.floor)),
-        ]
-        m.d.comb += [
-            lower.eq(self.command - self.step),
-            refused.eq(machining & self.up & _later(floor, lower)),
-            self.held.eq(~machining | self.hold | ~self.run),
-        ]
-        with m.If(~machining):
-            m.d.sync += [goal.eq(self.command), back.eq(0)]
-        with m.Elif(self.up):
-            m.d.sync += [goal.eq(lower), back.eq(1)]
-        with m.Elif(self.down):
-            m.d.sync += [goal.eq(self.command + self.step), back.eq(0)]
-        return goal, back, refused
-
-    def _bounds(self, m, force, cause, returning, moving, goal, back):
+    def _bounds(self, m, force, cause, returning, moving, servo):
         """Bounds of the motion, and where it stands to them; each a few clocks behind."""
-        later = _later
+        def later(a, b):
+            """``a`` lies further along the path than ``b`` (coordinates wrap)."""
+            return (a - b)[:32].as_signed() > 0
+
         served = Signal(signed(32))      # where the servo wants to be, as far as is loaded
-        with m.If(back):
-            m.d.sync += served.eq(Mux(later(self.behind, goal), self.behind, goal))
+        with m.If(servo.back):
+            m.d.sync += served.eq(Mux(later(self.behind, servo.goal), self.behind, servo.goal))
         with m.Else():
-            m.d.sync += served.eq(Mux(later(goal, self.ahead), self.ahead, goal))
+            m.d.sync += served.eq(Mux(later(servo.goal, self.ahead), self.ahead, servo.goal))
 
         reach = Signal(31)
         target = Signal(signed(32))      # where the limit alone would end

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "events.h"
 
+#include "gap.h"
 #include "machine.h"
 #include "output.h"
 #include "path.h"
@@ -196,6 +197,7 @@ static void tell(const record *r) {
         entered = path_entered_slot(r->event.slot);
         tell_block();
         break;
+    case EVENT_FLUID: gap_fluid(&r->event, r->cycle); break;
     case EVENT_TRIP: machine_tripped(r->event.detail, r->cycle, r->event.encoder); break;
     default: break;
     }

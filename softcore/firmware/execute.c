@@ -3,6 +3,7 @@
 
 #include "auxiliary.h"
 #include "events.h"
+#include "gap.h"
 #include "machine.h"
 #include "output.h"
 #include "path.h"
@@ -69,6 +70,7 @@ static void commit(void) {
 
 void execute_start(void) {
     machine_run(false);
+    gap_servo(false);
     path_begin();
     plan_start(&state);
     execute_resynchronise();
@@ -160,6 +162,10 @@ static part act(void) {
         commit();
         return PART_BOUNDS;
     case ACT_SET_POSITION: output_frame(state.offset); return PART_MOVE;
+    case ACT_TABLE:
+        if (work->class_number < GAP_CLASSES)
+            gap_class_enter(work->class_number, &work->class_row);
+        return PART_MOVE;
     default: return PART_MOVE;
     }
 }
@@ -214,6 +220,7 @@ static part stop(void) {
 
 static void end(void) {
     machine_discharge(false);
+    gap_servo(false);
     machine_run(false);
     state.jump.period = 0;
     hal_jump_period(0);
@@ -235,7 +242,7 @@ static part advance(fault *f) {
         return PART_CONDITION;
     case PART_CONDITION:
         if (work->changes_condition) {
-            technology_apply(work->after.condition);
+            gap_condition(work->after.condition);
             events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
                        (uint32_t)work->after.condition->ip);
         }
@@ -254,7 +261,10 @@ static part advance(fault *f) {
             events_now("aux", ",M,3");
         }
         return PART_ACT;
-    case PART_ACT: return act();
+    case PART_ACT:
+        if (work->changes_servo)
+            gap_servo(work->after.served);
+        return act();
     case PART_BOUNDS: return path_bounds_step() ? PART_TELL : at;
     case PART_TELL:
         if (work->act != ACT_JUMP)

@@ -37,6 +37,7 @@ typedef enum {
     FAULT_SETTING = 36,     /* setting unknown or out of range */
     FAULT_LOCKED = 37,      /* machine locked by an alarm */
     FAULT_BUSY = 38,        /* not while a program runs */
+    FAULT_TABLE = 39,       /* row of a table (G10) invalid */
     /* Machine. */
     FAULT_TRIP = 40,        /* interlock */
     FAULT_HALT_LIMIT = 41,  /* still short at the retractable limit */
@@ -46,6 +47,9 @@ typedef enum {
     FAULT_FIN = 45,         /* machine side did not answer */
     FAULT_EVENTS = 46,      /* gateware events lost */
     FAULT_RESET = 47,       /* operator's reset during motion */
+    FAULT_HALT_SERVO = 48,  /* the servo would widen the gap beyond the retractable limit */
+    FAULT_FLUID = 49,       /* the fluid's resistance is not known */
+    FAULT_NO_DISCHARGE = 50, /* under servo a long way without a discharge */
 } fault_code;
 
 typedef struct {

@@ -74,7 +74,7 @@ uint32_t hal_shorts(void);      /* shorts in the series */
 /* Event queue. */
 typedef enum {
     EVENT_NONE, EVENT_RETRACTION_START, EVENT_RETRACTION_END, EVENT_READVANCE, EVENT_RESUME,
-    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP
+    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP, EVENT_FLUID
 } hal_event_kind;
 
 typedef struct {
@@ -94,11 +94,39 @@ typedef struct {
     uint32_t needed, window, duration, clear, blanking; /* pulses, pulses, clocks, samples, clocks */
 } hal_short_detector;
 
+typedef struct {
+    uint32_t settle, confirm, delay_least;              /* clocks */
+    bool current, delay, noise;                         /* criteria */
+} hal_discriminator;
+
 void hal_short_write(const hal_short_detector *detector);
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
-void hal_pulse(uint32_t on, uint32_t off, uint32_t level);  /* clocks, clocks, IP */
+void hal_discriminate(const hal_discriminator *rules);
+/* Clocks on, off, and more off after an abnormal pulse; current in IP. */
+void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
+void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
+void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
 void hal_discharge(bool machining);
+
+/* Servo. */
+void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight);
+void hal_servo_period(uint32_t clocks);
+void hal_servo_step(uint32_t pulses);
+void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
+
+/* Fluid. Codes of the cell. */
+#define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID, in `first`; `second` is the level */
+#define HAL_FLUID_HIGH 2u
+#define HAL_FLUID_DISORDERED 4u
+#define HAL_FLUID_SILENT 8u
+
+typedef struct {
+    bool convert, manual;
+    uint32_t manual_class, threshold[3], hysteresis, lowest, highest;
+} hal_fluid;
+
+void hal_fluid_write(const hal_fluid *detector);
 
 /* Safety. */
 void hal_pet(uint8_t key);

@@ -41,6 +41,9 @@ static uint8_t expected_pet;
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
 static int32_t errors[HAL_AXES];
+static gk_power power;
+static uint32_t discharges;
+static gk_gap gap;
 
 static void push(fifo *f, uint8_t byte) {
     if (f->head - f->tail < BYTES)
@@ -54,6 +57,10 @@ static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
 }
 
 static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)to - (uint32_t)from); }
+
+void gk_power_read(gk_power *words) { *words = power; }
+void gk_gap_read(gk_gap *words) { *words = gap; }
+void gk_discharges(uint32_t count) { discharges += count; }
 
 int32_t gk_axis(uint32_t axis) {
     return base[axis] + (slots[slot].length ? travel(&slots[slot], offset, axis) : 0);
@@ -308,12 +315,38 @@ void hal_interrupts(bool enabled) {
 }
 
 void hal_short_write(const hal_short_detector *detector) { (void)detector; }
-void hal_gap_counts(uint32_t counts[4]) { counts[0] = counts[1] = counts[2] = counts[3] = 0; }
-void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
-    (void)on;
-    (void)off;
-    (void)level;
+void hal_gap_counts(uint32_t counts[4]) { 
+    counts[0] = counts[2] = counts[3] = 0;
+    counts[1] = discharges;
 }
+void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
+void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+    power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
+                       .voltage = power.voltage, .negative = power.negative};
+}
+void hal_supply(uint32_t voltage, bool negative) {
+    power.voltage = voltage;
+    power.negative = negative;
+}
+void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
+    gap.reference[0] = open;
+    gap.reference[1] = arc;
+    gap.reference[2] = shorted;
+}
+void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
+    (void)window;
+    (void)weight;
+    gap.servo = on;
+    gap.mode = mode;
+}
+void hal_servo_period(uint32_t clocks) { gap.period = clocks; }
+void hal_servo_step(uint32_t pulses) { gap.step = pulses; }
+void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
+    gap.presets[0] = dame;
+    gap.presets[1] = open;
+    gap.presets[2] = ok;
+}
+void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
 void hal_sense(uint32_t on, uint32_t off) {
     (void)on;
     (void)off;

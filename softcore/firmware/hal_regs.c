@@ -158,9 +158,52 @@ void hal_gap_counts(uint32_t counts[4]) {
     counts[3] = GAP->short_count;
 }
 
-void hal_pulse(uint32_t on, uint32_t off, uint32_t level) {
+void hal_discriminate(const hal_discriminator *rules) {
+    GAP->settle = rules->settle;
+    GAP->confirm = rules->confirm;
+    GAP->delay_least = rules->delay_least;
+    GAP->criteria = PUT(rules->current, GAP_CRITERIA_CURRENT) |
+                    PUT(rules->delay, GAP_CRITERIA_DELAY) | PUT(rules->noise, GAP_CRITERIA_NOISE);
+}
+
+void hal_supply(uint32_t voltage, bool negative) {
+    POWER->supply = PUT(voltage, POWER_SUPPLY_VOLTAGE) | PUT(negative, POWER_SUPPLY_NEGATIVE);
+}
+
+void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
+    GAP->reference = PUT(open, GAP_REFERENCE_OPEN) | PUT(arc, GAP_REFERENCE_ARC) |
+                     PUT(shorted, GAP_REFERENCE_SHORT);
+}
+
+void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
+    SERVO->control = PUT(on, SERVO_CONTROL_ON) | PUT(mode, SERVO_CONTROL_MODE);
+    SERVO->counting = PUT(window, SERVO_COUNTING_WINDOW) | PUT(weight, SERVO_COUNTING_WEIGHT);
+}
+
+void hal_servo_period(uint32_t clocks) { SERVO->period = clocks; }
+void hal_servo_step(uint32_t pulses) { SERVO->step = pulses; }
+
+void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
+    SERVO->presets = PUT(dame, SERVO_PRESETS_DAME) | PUT(open, SERVO_PRESETS_OPEN) |
+                     PUT(ok, SERVO_PRESETS_OK);
+}
+
+void hal_fluid_write(const hal_fluid *detector) {
+    FLUID->threshold_0 = detector->threshold[0];
+    FLUID->threshold_1 = detector->threshold[1];
+    FLUID->threshold_2 = detector->threshold[2];
+    FLUID->hysteresis = detector->hysteresis;
+    FLUID->bounds = PUT(detector->lowest, FLUID_BOUNDS_LOWEST) |
+                    PUT(detector->highest, FLUID_BOUNDS_HIGHEST);
+    FLUID->control = PUT(detector->convert, FLUID_CONTROL_CONVERT) |
+                     PUT(detector->manual, FLUID_CONTROL_MANUAL) |
+                     PUT(detector->manual_class, FLUID_CONTROL_MANUAL_CLASS);
+}
+
+void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->on_time = on;
     POWER->off_time = off;
+    POWER->off_extra = rest;
     POWER->level = level;
 }
 

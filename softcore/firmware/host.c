@@ -2,6 +2,8 @@
 /* Checking of tapes for a computer; see host.h. */
 #include "host.h"
 
+#include "gap.h"
+
 #include <string.h>
 
 #include "plan.h"
@@ -27,6 +29,7 @@ void gk_check_forget(void) { entered = fresh(); }
 static void prepare(void) {
     units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
     settings_init();
+    gap_init();
 }
 
 static bool parse(block *words, const char *text, uint32_t length, fault *f) {
@@ -86,6 +89,7 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
     r->jump_distance = p->after.jump.distance;
     r->jump_speed = p->after.jump.speed;
     r->jump_high = p->after.jump.high;
+    r->servo = p->changes_servo ? p->after.served ? 1 : -1 : 0;
 }
 
 int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,

@@ -22,6 +22,7 @@ typedef struct {
     uint32_t jump_period;       /* clocks */
     int32_t jump_distance;
     uint32_t jump_speed, jump_high;
+    int32_t servo;              /* the motion begins (1) or ends (-1) being under servo */
     int32_t skipped;
 } gk_record;
 
@@ -61,6 +62,19 @@ int32_t gk_position(void);
 int32_t gk_axis(uint32_t axis); /* commanded position */
 uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
+/* What the power supply was told: clocks, IP, steps of voltage. */
+typedef struct {
+    uint32_t on, off, rest, level, voltage, negative;
+} gk_power;
+
+/* What the gap was told: references in 1/1024, presets dame, open, ok; clocks; pulses. */
+typedef struct {
+    uint32_t reference[3], presets[3], servo, mode, period, step, convert;
+} gk_gap;
+
+void gk_power_read(gk_power *words);
+void gk_gap_read(gk_gap *words);
+void gk_discharges(uint32_t count); /* so many more have been seen */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 

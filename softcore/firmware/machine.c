@@ -170,13 +170,15 @@ void machine_reset(void) {
 
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
-                                       FAULT_HALT_SERIES, FAULT_HALT_NO_DATA};
+                                       FAULT_HALT_SERIES, FAULT_HALT_NO_DATA,
+                                       FAULT_HALT_SERVO};
     static const char *const texts[] = {
         "retraction stopped",
         "still short at the retractable limit",
         "still short where the way back ends (ceiling, soft limit or start of the path)",
         "too many shorts in series without new depth",
         "short without retraction data (G36)",
+        "the servo would widen the gap beyond the retractable limit",
     };
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     fault f = {.line = events_line()};

@@ -12,9 +12,9 @@ typedef struct {
 } g_row;
 
 static const g_row G_ROWS[] = {
-    {0, G_MOTION}, {10, G_MOTION}, {40, G_ONCE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
+    {0, G_MOTION}, {10, G_MOTION}, {40, G_ONCE}, {100, G_ONCE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
     {370, G_ONCE}, {380, G_ONCE}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE},
-    {940, G_FEED},
+    {940, G_FEED}, {950, G_FEED},
 };
 
 typedef struct {
@@ -30,13 +30,13 @@ static const refused_row REFUSED[] = {
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
     {400, 420, "cutter compensation is not in this version"},
     {540, 599, "work offsets (G54 to G59) are not in this version; use G92"},
-    {950, 950, "servo feed (G95) is not in this version; use G94"},
 };
 
 typedef struct {
     const block *b;
     fault *f;
     plan *p;
+    const modal *before;
     int16_t g[G_GROUPS];        /* tenths by group, -1 for none */
     uint32_t column[G_GROUPS];
     uint32_t free;              /* letters that nothing has used yet */
@@ -52,6 +52,7 @@ void plan_start(modal *state) {
     state->memory.tape.given = 0;
     state->jump.period = 0;
     state->condition = 0;
+    state->machining = state->servo = state->served = false;
 }
 
 /* Use a letter of the block, if it is there. */
@@ -259,6 +260,12 @@ static bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, un
         c->p->moves = c->p->moves || c->p->delta[axis] != 0;
         after->position[axis] = target;
     }
+    if (c->p->moves) {
+        after->served = after->servo && after->mode == MODE_FEED;
+        c->p->changes_servo = after->served != c->before->served;
+        if (after->served && !after->machining)
+            return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
+    }
     c->p->speed = after->mode == MODE_RAPID ? highest_speed : after->feed;
     if (c->p->moves && !c->p->speed)
         return fault_at(c->f, FAULT_FEED, c->column[G_MOTION], "G01 without a feed F");
@@ -314,15 +321,127 @@ static bool plan_auxiliary(context *c) {
     }
     if (passed < BLOCK_CODES)
         p->m[passed] = -1;
+    p->after.machining = p->machining_on || (p->after.machining && !p->machining_off);
     if (p->machining_on && !p->after.condition)
         return fault_at(c->f, FAULT_CONDITION, machining_column,
                         "M03 without a machining condition (C) before it");
     return true;
 }
 
+/* A whole number of a word, up to a limit; `what` says what it is. */
+static bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const char *what,
+                  uint32_t *value) {
+    const word *w = take(c, letter);
+    if (!w)
+        return true;
+    if (w->negative || w->number.decimals || w->number.digits < lowest ||
+        w->number.digits > highest)
+        return fault_at(c->f, FAULT_TABLE, w->column, "%s %c must be a whole number, %u to %u",
+                        what, letter, lowest, highest);
+    *value = (uint32_t)w->number.digits;
+    return true;
+}
+
+#define PRESET_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
+
+static bool presets(context *c, uint32_t values[3]) {
+    return whole(c, 'X', 0, 255, "the preset of arcs and shorts", &values[0]) &&
+           whole(c, 'Y', 0, 255, "the preset of open pulses", &values[1]) &&
+           whole(c, 'Z', 0, 255, "the preset of good pulses", &values[2]);
+}
+
+/* G10 C: a condition. What is left out stays as the row of that number has it. */
+static bool plan_row(context *c) {
+    if (!alone(c, PRESET_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
+                      BLOCK_BIT('Q') | BLOCK_BIT('R') | BLOCK_BIT('E') | BLOCK_BIT('H') |
+                      BLOCK_BIT('K') | BLOCK_BIT('L')))
+        return false;
+    const word *name = take(c, 'C'), *sign = take(c, 'K'), *step = take(c, 'L');
+    technology_row row = technology_draft(block_name(c->b, 'C'));
+    uint32_t ip = row.ip, on = row.on_us, off = row.off_us, rest = row.rest_us, open = row.open_v,
+             percent = row.open_percent, counts[3] = {row.dame, row.open, row.ok};
+    if (!whole(c, 'I', 0, 63, "the current", &ip) || !whole(c, 'P', 1, 2000, "the on-time", &on) ||
+        !whole(c, 'Q', 1, 20000, "the off-time", &off) ||
+        !whole(c, 'R', 0, 20000, "the rest after an arc", &rest) ||
+        !whole(c, 'E', 20, 300, "the open voltage", &open) ||
+        !whole(c, 'H', 1, 99, "the open level", &percent) || !presets(c, counts))
+        return false;
+    if (sign && (sign->number.decimals || sign->number.digits != 1))
+        return fault_at(c->f, FAULT_TABLE, sign->column, "the polarity K must be 1 or -1");
+    int32_t pulses = row.step;
+    if (step && (!distance(c, step, 'L', &pulses) || pulses < 1 || pulses > UINT16_MAX))
+        return fault_at(c->f, FAULT_TABLE, step->column, "the servo step L is out of range");
+    if (!on || !off)
+        return fault_at(c->f, FAULT_MISSING, 0, "a new condition needs its times P and Q");
+    if (open * percent <= row.arc_v * 100u)
+        return fault_at(c->f, FAULT_TABLE, name->column,
+                        "the open level (%u %% of %u V) must be above the arc level of %u V",
+                        percent, open, (uint32_t)row.arc_v);
+    row.ip = (uint8_t)ip;
+    row.on_us = (uint16_t)on;
+    row.off_us = (uint16_t)off;
+    row.rest_us = (uint16_t)rest;
+    row.open_v = (uint16_t)open;
+    row.open_percent = (uint8_t)percent;
+    row.negative = sign ? sign->negative : row.negative;
+    row.step = (uint16_t)pulses;
+    row.dame = (uint8_t)counts[0];
+    row.open = (uint8_t)counts[1];
+    row.ok = (uint8_t)counts[2];
+    if (!technology_enter(&row))
+        return fault_at(c->f, FAULT_TABLE, name->column, "no more than %u conditions can be entered",
+                        (uint32_t)TECHNOLOGY_ENTERED);
+    return true;
+}
+
+/* G10 L: a class of the fluid. */
+static bool plan_class(context *c) {
+    if (!alone(c, PRESET_LETTERS | BLOCK_BIT('L') | BLOCK_BIT('H')))
+        return false;
+    uint32_t number = 0;
+    if (!whole(c, 'L', 0, GAP_CLASSES - 1, "the fluid's class", &number))
+        return false;
+    gap_class row = gap_class_row(number);
+    uint32_t share = row.share_percent, counts[3] = {row.dame, row.open, row.ok};
+    if (!presets(c, counts) || !whole(c, 'H', 1, 100, "the share of the open voltage", &share))
+        return false;
+    c->p->class_number = number;
+    c->p->class_row = (gap_class){(uint8_t)counts[0], (uint8_t)counts[1], (uint8_t)counts[2],
+                                  (uint8_t)share};
+    return true;
+}
+
+static bool plan_table(context *c) {
+    bool row = block_has(c->b, 'C');
+    if (!row && !block_has(c->b, 'L'))
+        return fault_at(c->f, FAULT_MISSING, 0, "G10 needs a condition C or a class of the fluid L");
+    return row ? plan_row(c) : plan_class(c);
+}
+
+/* G94, or G95 P1; the other laws of G95 are not there yet. */
+static bool plan_feed_mode(context *c) {
+    if (c->g[G_FEED] < 0)
+        return true;
+    c->p->after.servo = c->g[G_FEED] == 950;
+    if (c->g[G_ONCE] >= 0 && c->p->after.servo)
+        return fault_at(c->f, FAULT_CONFLICT, c->column[G_FEED], "G95 and G%u exclude each other",
+                        (uint32_t)c->g[G_ONCE] / 10);
+    if (!c->p->after.servo)
+        return true;
+    const word *law = take(c, 'P');
+    if (!law)
+        return fault_at(c->f, FAULT_MISSING, c->column[G_FEED], "G95 needs its law, P1");
+    if (law->number.decimals || law->number.digits != 1)
+        return fault_at(c->f, law->number.decimals || law->number.digits - 1 > 3 ? FAULT_NUMBER
+                                                                               : FAULT_REFUSED,
+                        law->column, "of the laws of G95 only P1 is in this version");
+    return true;
+}
+
 static bool plan_once(context *c, bool mdi, uint32_t highest_speed) {
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
+    case 100: c->p->act = ACT_TABLE; return plan_table(c);
     case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed);
     case 370: c->p->act = ACT_DEFAULTS; return plan_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return plan_jump(c, highest_speed);
@@ -342,8 +461,9 @@ static bool nothing_left(context *c) {
 
 bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
                 int32_t soft_limit, unsigned jump_axis, plan *p, fault *f) {
-    context c = {.b = b, .f = f, .p = p, .free = b->present};
-    *p = (plan){.after = *state, .s = -1, .t = -1, .m = {-1}, .name = -1};
+    context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
+    *p = (plan){.after = *state, .s = -1, .t = -1, .m = {-1}, .name = -1,
+                .class_number = GAP_CLASSES};
     f->block = block_has(b, 'N') ? block_name(b, 'N') : 0;
     take(&c, 'N');
     if (take(&c, 'O'))
@@ -359,12 +479,13 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
     if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
-    if (!plan_once(&c, mdi, highest_speed) || !plan_feed(&c, highest_speed) ||
-        !plan_condition(&c) || !plan_auxiliary(&c) ||
+    if (!plan_once(&c, mdi, highest_speed) || !plan_feed_mode(&c) ||
+        !plan_feed(&c, highest_speed) ||
+        (p->act != ACT_TABLE && !plan_condition(&c)) || !plan_auxiliary(&c) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;
-    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->machining_on || p->s >= 0 ||
+    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->changes_servo || p->machining_on || p->s >= 0 ||
                      p->t >= 0 || p->m[0] >= 0;
     p->acts_after = p->machining_off || p->fluid_off || p->stop != STOP_NONE;
     return true;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "block.h"
+#include "gap.h"
 #include "retraction.h"
 #include "technology.h"
 
@@ -21,10 +22,13 @@ typedef struct {
     retraction_memory memory;
     retraction_jump jump;
     const technology_row *condition;
+    bool machining;                 /* M03 is in force */
+    bool servo;                     /* G95 P1 */
+    bool served;                    /* the last motion was under servo */
 } modal;
 
 typedef enum {
-    ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION
+    ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION, ACT_TABLE
 } plan_act;
 
 typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
@@ -38,6 +42,9 @@ typedef struct {
     uint64_t dwell;                 /* clocks */
     bool acts_before, acts_after;   /* something waits for the front, before or after the motion */
     bool changes_condition;
+    bool changes_servo;             /* on or off, as `after.served` says */
+    unsigned class_number;          /* of ACT_TABLE, */
+    gap_class class_row;            /* and its row; GAP_CLASSES for none */
     bool machining_on, machining_off;
     int32_t s, t;                   /* codes, -1 for none */
     int32_t m[BLOCK_CODES];         /* M codes for the machine side before the motion, -1 ends */

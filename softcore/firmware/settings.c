@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings.h"
 
+#include "gap.h"
 #include "hal.h"
 #include "units.h"
 
@@ -34,6 +35,23 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_OPTIONAL_STOP] = {0, 0, 1, "M01 stops"},
     [SET_FIN_MS] = {500, 1, 60000, "longest wait for the machine side, ms"},
     [SET_FLUID_REQUIRED] = {1, 0, 1, "low fluid trips while discharging"},
+    [SET_SETTLE_NS] = {1000, 0, 100000, "gap: ignition to comparators read, ns"},
+    [SET_CONFIRM_NS] = {500, 0, 100000, "gap: arc or short so long is cut off, ns"},
+    [SET_DELAY_LEAST_NS] = {0, 0, 1000000, "gap: shortest ignition delay of a good pulse, ns"},
+    [SET_CRITERIA] = {0, 0, 7, "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does"},
+    [SET_SERVO_PERIOD_US] = {20000, 1, 1000000, "servo: time between steps, us"},
+    [SET_SERVO_MODE] = {0, 0, 3, "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative"},
+    [SET_SERVO_WINDOW] = {50, 1, 255, "servo: pulses of a window (total)"},
+    [SET_SERVO_WEIGHT] = {1, 0, 15, "servo: weight of a good pulse (relative)"},
+    [SET_NO_DISCHARGE_UM] = {2000, 0, 1000000, "servo: way without a discharge, um (0 no bound)"},
+    [SET_FLUID_MODE] = {0, 0, 2, "fluid: 0 class by hand, 1 as measured, 2 by hand and measured"},
+    [SET_FLUID_CLASS] = {0, 0, 3, "fluid: class by hand, 0 highest resistance"},
+    [SET_FLUID_THRESHOLD_0] = {3670, 0, 4095, "fluid: code between the classes 0 and 1"},
+    [SET_FLUID_THRESHOLD_1] = {2819, 0, 4095, "fluid: code between the classes 1 and 2"},
+    [SET_FLUID_THRESHOLD_2] = {707, 0, 4095, "fluid: code between the classes 2 and 3"},
+    [SET_FLUID_HYSTERESIS] = {20, 0, 255, "fluid: hysteresis, codes"},
+    [SET_FLUID_LOWEST] = {40, 0, 4095, "fluid: lowest code of a sound cell"},
+    [SET_FLUID_HIGHEST] = {4030, 0, 4095, "fluid: highest code of a sound cell"},
 };
 
 static uint32_t values[SETTINGS];
@@ -50,6 +68,15 @@ static void apply_gap(void) {
         .blanking = at_most(units_clocks_of_ns(values[SET_BLANKING_NS]), (1u << 16) - 1),
     };
     hal_short_write(&detector);
+    hal_discriminator rules = {
+        .settle = at_most(units_clocks_of_ns(values[SET_SETTLE_NS]), 255),
+        .confirm = at_most(units_clocks_of_ns(values[SET_CONFIRM_NS]), 255),
+        .delay_least = at_most(units_clocks_of_ns(values[SET_DELAY_LEAST_NS]), (1u << 16) - 1),
+        .current = values[SET_CRITERIA] & 1,
+        .delay = values[SET_CRITERIA] & 2,
+        .noise = values[SET_CRITERIA] & 4,
+    };
+    hal_discriminate(&rules);
     hal_sense(at_most(units_clocks_of_ns(values[SET_SENSE_ON_NS]), (1u << 16) - 1),
               at_most(units_clocks_of_ns(values[SET_SENSE_OFF_NS]), (1u << 16) - 1));
 }
@@ -102,8 +129,12 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_motion();
     else if (which <= SET_WINDOW)
         apply_axes();
-    else
+    else if (which <= SET_FLUID_REQUIRED)
         apply_machine();
+    else if (which <= SET_CRITERIA)
+        apply_gap();
+    else
+        gap_settings();
     return true;
 }
 

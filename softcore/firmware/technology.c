@@ -1,29 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "technology.h"
 
-#include "hal.h"
-#include "units.h"
+#define USUAL                                                                                      \
+    .open_v = 80, .open_percent = 75, .arc_v = 20, .short_v = 12, .step = 50
 
 /* Copper on steel, electrode positive, in hydrocarbon oil: from finishing to roughing. One IP is
    1.5 A (the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A, off-times keep
-   the duty factor between one third and two thirds. Fixed before any tape was tuned on them. */
-const technology_row TECHNOLOGY[] = {
-    {.number = 100, .ip = 1, .on_us = 15, .off_us = 25},
-    {.number = 110, .ip = 2, .on_us = 30, .off_us = 30},
-    {.number = 120, .ip = 4, .on_us = 60, .off_us = 40},
-    {.number = 130, .ip = 6, .on_us = 100, .off_us = 50},
-    {.number = 140, .ip = 9, .on_us = 150, .off_us = 75},
-    {.number = 150, .ip = 12, .on_us = 200, .off_us = 100},
+   the duty factor between one third and two thirds; a pulse that was an arc or a short is followed
+   by twice the rest. Fixed before any tape was tuned on them. The last are for wire: short pulses
+   with long pauses, electrode negative. */
+static const technology_row BUILT_IN[] = {
+    {.number = 100, .ip = 1, .on_us = 15, .off_us = 25, .rest_us = 25, USUAL},
+    {.number = 110, .ip = 2, .on_us = 30, .off_us = 30, .rest_us = 30, USUAL},
+    {.number = 120, .ip = 4, .on_us = 60, .off_us = 40, .rest_us = 40, USUAL},
+    {.number = 130, .ip = 6, .on_us = 100, .off_us = 50, .rest_us = 50, USUAL},
+    {.number = 140, .ip = 9, .on_us = 150, .off_us = 75, .rest_us = 75, USUAL},
+    {.number = 150, .ip = 12, .on_us = 200, .off_us = 100, .rest_us = 100, USUAL},
+    {.number = 500, .ip = 8, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, USUAL},
+    {.number = 510, .ip = 2, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, USUAL},
 };
-const unsigned TECHNOLOGY_ROWS = sizeof TECHNOLOGY / sizeof *TECHNOLOGY;
+#define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
+
+static technology_row entered[TECHNOLOGY_ENTERED];
+static unsigned count;
 
 const technology_row *technology_find(uint32_t number) {
-    for (unsigned i = 0; i < TECHNOLOGY_ROWS; i++)
-        if (TECHNOLOGY[i].number == number)
-            return &TECHNOLOGY[i];
+    for (unsigned i = 0; i < count; i++)
+        if (entered[i].number == number)
+            return &entered[i];
+    for (unsigned i = 0; i < BUILT_IN_ROWS; i++)
+        if (BUILT_IN[i].number == number)
+            return &BUILT_IN[i];
     return 0;
 }
 
-void technology_apply(const technology_row *row) {
-    hal_pulse(units_clocks_of_us(row->on_us), units_clocks_of_us(row->off_us), row->ip);
+void technology_reset(void) { count = 0; }
+
+technology_row technology_draft(uint32_t number) {
+    const technology_row *row = technology_find(number);
+    return row ? *row : (technology_row){.number = number, USUAL};
+}
+
+bool technology_enter(const technology_row *row) {
+    unsigned at = 0;
+    while (at < count && entered[at].number != row->number)
+        at++;
+    if (at == TECHNOLOGY_ENTERED)
+        return false;
+    entered[at] = *row;
+    count += at == count;
+    return true;
 }

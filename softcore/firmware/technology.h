@@ -1,19 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Machining conditions: the rows that the C word chooses from. */
+/* Machining conditions: the rows that the C word chooses from, built in or entered with G10. */
 #pragma once
+#include <stdbool.h>
 #include <stdint.h>
 
+#define TECHNOLOGY_ENTERED 16   /* rows that can be entered */
+
 typedef struct {
-    uint16_t number;
-    uint8_t ip;         /* current level, IP */
+    uint32_t number;
+    uint8_t ip;                 /* current level, IP */
+    bool negative;              /* electrode negative */
     uint16_t on_us, off_us;
+    uint16_t rest_us;           /* more off-time after an arc or a short */
+    uint16_t open_v;            /* open voltage */
+    uint8_t open_percent;       /* of the open voltage: the level that tells an open gap */
+    uint8_t arc_v, short_v;     /* levels that tell an arc and a short */
+    uint8_t dame, open, ok;     /* presets of the counters; all 0: those of the fluid's class */
+    uint16_t step;              /* of the servo, pulses */
 } technology_row;
 
-/* The row of a number, or a null pointer. */
+/* The row of a number, or a null pointer; an entered one goes before a built-in. */
 const technology_row *technology_find(uint32_t number);
 
-/* Bring a row to the power supply. */
-void technology_apply(const technology_row *row);
+/* Forget what was entered. */
+void technology_reset(void);
 
-extern const technology_row TECHNOLOGY[];
-extern const unsigned TECHNOLOGY_ROWS;
+/* A row to start from for a number: that of the number if there is one, else a blank with the usual
+   voltages, in which current and times are 0. */
+technology_row technology_draft(uint32_t number);
+
+/* Enter a row; false if there is no room. */
+bool technology_enter(const technology_row *row);

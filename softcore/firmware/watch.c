@@ -2,6 +2,7 @@
 #include "watch.h"
 
 #include "events.h"
+#include "gap.h"
 #include "hal.h"
 #include "link.h"
 #include "machine.h"
@@ -37,6 +38,7 @@ void watch_boot(void) {
     output_init();
     pet();
     settings_init();
+    gap_init();
     pet();
     events_init();
     path_init();
@@ -56,7 +58,10 @@ void watch_pass(void) {
     busy = link_step() || busy;
     unsigned task = turn++ % WATCH_TASKS;
     switch (task) {
-    case 0: busy = events_step() || busy; break;
+    case 0:
+        gap_watch();
+        busy = events_step() || busy;
+        break;
     case 1: busy = path_step() || busy; break;
     case 2: busy = program_step() || busy; break;
     default: busy = link_serve() || busy; break;

@@ -13,12 +13,15 @@ from decimal import ROUND_HALF_UP, Decimal
 
 LIMIT = 1 << 28         # pulses: furthest position in any frame
 HIGHEST = 1_800_000     # um/min: what the machine is set to
-CONDITIONS = {100, 110, 120, 130, 140, 150}
+CONDITIONS = {100, 110, 120, 130, 140, 150, 500, 510}
+ENTERED = 16            # conditions that can be entered
 CODES = 6               # G words, and M words, of a block
 ITEMS = "RLHEQZ"
 SIGNED, NAMES, OTHERS = set("XYZIJK"), set("NOCST"), set("GMFPRLHEQ")
-GROUPS = {0: "motion", 1: "motion", 4: "once", 20: "units", 21: "units", 36: "once", 37: "once",
-          38: "once", 90: "distance", 91: "distance", 92: "once", 94: "feed"}
+GROUPS = {0: "motion", 1: "motion", 4: "once", 10: "once", 20: "units", 21: "units",
+          36: "once", 37: "once", 38: "once", 90: "distance", 91: "distance", 92: "once",
+          94: "feed", 95: "feed"}
+ALONE = 10, 36, 37, 38
 _NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
 
 
@@ -40,6 +43,7 @@ class Meaning:
     codes: dict = field(default_factory=dict)   # S, T and the list M of the machine side
     fluid_off: bool = False
     dwell: int = 0
+    servo: int = 0
 
 
 def _require(condition, message):
@@ -88,6 +92,16 @@ def _value(letter, sign, digits):
     return Decimal(digits) * (-1 if sign == "-" else 1)
 
 
+def _whole(words, letter, lowest, highest, default=None):
+    """A whole number of a word, if it is there."""
+    value = words.pop(letter, None)
+    if value is None:
+        return default
+    _require(value.as_tuple().exponent == 0 and not value.is_signed(), "whole")
+    _require(lowest <= value <= highest, "range")
+    return int(value)
+
+
 def _round(value):
     return int(value.to_integral_value(rounding=ROUND_HALF_UP))
 
@@ -106,6 +120,8 @@ class Dialect:
         self.tape = {}
         self.jump = {"P": 0, "L": 0, "R": 0, "H": 0}
         self.condition = 0
+        self.table = {}         # rows entered: times, open voltage and open level
+        self.machining = self.servo = self.served = False
 
     @property
     def items(self):
@@ -145,8 +161,8 @@ class Dialect:
             groups[GROUPS[int(code)]] = int(code)
         once = groups.get("once")
         _require(once is None or "motion" not in groups, "motion with a function")
-        _require(once not in (36, 37, 38) or len(g_codes) + len(m_codes) == 1, "not alone")
-        _require(once not in (36, 37, 38) or "O" not in words, "not alone")
+        _require(once not in ALONE or len(g_codes) + len(m_codes) == 1, "not alone")
+        _require(once not in ALONE or "O" not in words, "not alone")
         words.pop("O", None)
         if "units" in groups:
             self.inch = groups["units"] == 20
@@ -154,14 +170,18 @@ class Dialect:
             self.incremental = groups["distance"] == 91
         self.mode = groups.get("motion", self.mode)
         if once is not None:
-            {4: self._dwell, 36: self._retraction, 37: self._defaults, 38: self._jump,
-             92: self._set_position}[once](words, meaning)
-            _require(once not in (36, 37, 38) or not words, "not alone")
+            {4: self._dwell, 10: self._enter, 36: self._retraction, 37: self._defaults,
+             38: self._jump, 92: self._set_position}[once](words, meaning)
+            _require(once not in ALONE or not words, "not alone")
+        if "feed" in groups:
+            self.servo = groups["feed"] == 95
+            _require(not self.servo or once is None, "servo and a function")
+            _require(not self.servo or _whole(words, "P", 1, 1), "law")
         if "F" in words:
             self.feed = self._speed(words.pop("F"))
         if "C" in words:
             meaning.condition = self.condition = int(words.pop("C"))
-            _require(self.condition in CONDITIONS, "condition")
+            _require(self.condition in CONDITIONS | set(self.table), "condition")
         self._auxiliary(words, m_codes, meaning)
         if once is None:
             self._move(words, meaning)
@@ -203,6 +223,31 @@ class Dialect:
                     if letter == "Z":
                         self.tape[letter] += self.offset[2]
         self._complete()
+
+    def _enter(self, words, meaning):
+        meaning.act = "table"
+        _require({"C", "L"} & set(words), "what")
+        for letter in "XYZ":
+            _whole(words, letter, 0, 255)
+        if "C" not in words:
+            _whole(words, "L", 0, 3)
+            _whole(words, "H", 1, 100)
+            return
+        number = int(words.pop("C"))
+        usual = (1, 1, 80, 75) if number in CONDITIONS else (0, 0, 80, 75)
+        on, off, open_v, percent = self.table.get(number, usual)
+        _whole(words, "I", 0, 63)
+        _whole(words, "R", 0, 20_000)
+        row = (_whole(words, "P", 1, 2000, on), _whole(words, "Q", 1, 20_000, off),
+               _whole(words, "E", 20, 300, open_v), _whole(words, "H", 1, 99, percent))
+        polarity = words.pop("K", Decimal(1))
+        _require(abs(polarity) == 1 and polarity.as_tuple().exponent == 0, "polarity")
+        if "L" in words:
+            _require(0 < self._distance(words.pop("L")) <= 65535, "step")
+        _require(row[0] and row[1], "times")
+        _require(row[2] * row[3] > 20 * 100, "levels")
+        self.table[number] = row
+        _require(len(self.table) <= ENTERED, "too many")
 
     def _complete(self):
         items = self.items
@@ -249,6 +294,7 @@ class Dialect:
         own = set(stops) | {3, 5, 9}
         meaning.codes = {**codes, "M": [int(code) for code in m_codes if code not in own]}
         _require(3 not in m_codes or self.condition, "M03 without condition")
+        self.machining = 3 in m_codes or (self.machining and 5 not in m_codes)
 
     def _move(self, words, meaning):
         delta = [0, 0, 0]
@@ -263,5 +309,9 @@ class Dialect:
             delta[axis] = target - self.position[axis]
             self.position[axis] = target
         meaning.delta = tuple(delta)
+        if any(delta):
+            served = self.servo and self.mode == 1
+            meaning.servo, self.served = served - self.served, served
+            _require(not served or self.machining, "servo without machining")
         meaning.speed = HIGHEST if self.mode == 0 else self.feed
         _require(not any(delta) or meaning.speed, "no feed")

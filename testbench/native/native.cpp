@@ -136,6 +136,11 @@ private:
         from.gap_on = model_.gap_on;
         from.gap_sense = model_.gap_sense;
         from.gap_level = model_.gap_level;
+        from.gap_reference = model_.gap_reference;
+        from.gap_supply = model_.gap_supply;
+        from.adc_select = model_.adc_select;
+        from.adc_clock = model_.adc_clock;
+        from.adc_command = model_.adc_command;
         from.auxiliary_strobe = model_.auxiliary_strobe;
         from.auxiliary_code = model_.auxiliary_code;
         from.safe = model_.safe;
@@ -156,6 +161,8 @@ private:
         model_.gap_arc = to.gap_arc;
         model_.gap_short = to.gap_short;
         model_.gap_current = to.gap_current;
+        model_.gap_noise = to.gap_noise;
+        model_.adc_data = to.adc_data;
         model_.estop = to.estop;
         model_.drive_fault = to.drive_fault;
         model_.limit_low = to.limit_low;

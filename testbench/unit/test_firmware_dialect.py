@@ -32,6 +32,7 @@ def told(record):
         "skipped": bool(record.skipped), "delta": tuple(record.delta), "speed": record.speed,
         "act": ACTS[record.act], "stop": STOPS[record.stop], "machining": record.machining,
         "condition": record.condition, "fluid_off": bool(record.fluid_off), "dwell": record.dwell,
+        "servo": record.servo,
         "codes": {"S": record.s, "T": record.t, "M": [code for code in record.m if code >= 0]},
     }
 
@@ -92,7 +93,10 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G02 X1 Y1 R5 F5",                19, 1),    # refused by name
     ("G38.2 Z-1 F5",                   19, 1),
     ("G54",                            19, 1),
-    ("G95 P1",                         19, 1),
+    ("G95 P2",                         19, 5),
+    ("G95 P5",                         11, 5),
+    ("G95",                            18, 1),
+    ("G95 P1 G04",                     14, 1),
     ("G77",                            15, 1),    # unknown
     ("G1.5 X1",                        15, 1),
     ("A5",                             15, 1),

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gap servo: where along the path UP and DOWN want the electrode to be."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["Servo"]
+
+coordinate = signed(32)
+
+
+class Servo(wiring.Component):
+    """Goal of the gap servo: a step from where the machine is, ahead on ``down``, back on ``up``.
+
+    ``goal`` and ``back`` follow the strobe by one clock and stand until the next. With both strobes
+    ``up`` wins. Without ``on`` the goal is the machine's own coordinate, and the way is forward.
+
+    ``refused`` is high in the clock of an ``up`` that would pass ``floor`` or, with ``limited``,
+    ``front - limit``; these are two clocks old. Coordinates wrap.
+
+    Ref: second patent (gap by counted pulses), UP and DOWN generators 16 and 17.
+
+    Members
+    -------
+    on : In(1)
+        Under servo, and machining.
+    up, down : In(1)
+        Widen, narrow the gap.
+    step : In(16)
+        Path pulses.
+    command, front, floor : In(signed(32))
+        Path coordinates: of the machine, the furthest so far, and of the lowest point allowed.
+    limit : In(31)
+        Retractable limit, in path pulses.
+    limited : In(1)
+        There is a retractable limit.
+    goal : Out(signed(32))
+        Path coordinate.
+    back : Out(1)
+        The goal lies behind.
+    refused : Out(1)
+        The step would go too far back.
+    """
+
+    on: In(1)
+    up: In(1)
+    down: In(1)
+    step: In(16)
+    command: In(coordinate)
+    front: In(coordinate)
+    floor: In(coordinate)
+    limit: In(31)
+    limited: In(1)
+    goal: Out(coordinate)
+    back: Out(1)
+    refused: Out(1)
+
+    def elaborate(self, platform):
+        m = Module()
+
+        def later(a, b):
+            return (a - b)[:32].as_signed() > 0
+
+        behind = Signal(coordinate)
+        lowest = Signal(coordinate)
+        reached = Signal(coordinate)
+        m.d.sync += [
+            behind.eq(self.front - self.limit),
+            lowest.eq(Mux(self.limited & later(behind, self.floor), behind, self.floor)),
+        ]
+        m.d.comb += [
+            reached.eq(self.command - self.step),
+            self.refused.eq(self.on & self.up & later(lowest, reached)),
+        ]
+        with m.If(~self.on):
+            m.d.sync += [self.goal.eq(self.command), self.back.eq(0)]
+        with m.Elif(self.up):
+            m.d.sync += [self.goal.eq(reached), self.back.eq(1)]
+        with m.Elif(self.down):
+            m.d.sync += [self.goal.eq(self.command + self.step), self.back.eq(0)]
+
+        return m

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gap.h"
+
+#include "events.h"
+#include "machine.h"
+#include "output.h"
+#include "settings.h"
+#include "units.h"
+
+#define SUPPLY_STEP_V 20        /* of the power supply's open voltage */
+#define REFERENCE_FULL_V 100    /* at the gap, of a reference that is all ones */
+#define REFERENCE_STEPS 1024
+
+/* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
+   1.25 x 10**5 (as its blurred column is read) and 4 x 10**4 to 10**3. The shares of the open voltage
+   are those of a leak through 10 mm2 at 40 um behind 10 ohm. */
+static const gap_class PATENT[GAP_CLASSES] = {
+    {3, 6, 14, 100}, {5, 5, 18, 99}, {8, 3, 22, 98}, {13, 2, 28, 75},
+};
+
+static gap_class classes[GAP_CLASSES];
+static technology_row row;      /* the condition in force */
+static bool conditioned;        /* there is one */
+static unsigned fluid;          /* class in force */
+static bool servo;
+static uint32_t way_limit;      /* pulses under servo without a discharge that are too many, 0 none */
+static uint32_t seen;           /* discharges when the last one was noticed, */
+static int32_t seen_at;         /* and the front then */
+
+void gap_init(void) {
+    for (unsigned i = 0; i < GAP_CLASSES; i++)
+        classes[i] = PATENT[i];
+    conditioned = servo = false;
+    fluid = 0;
+    technology_reset();
+    gap_settings();
+}
+
+static uint32_t volts(uint32_t value_v) {
+    uint32_t steps = value_v * REFERENCE_STEPS / REFERENCE_FULL_V;
+    return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
+}
+
+/* Bring the condition to the gateware, as the fluid's class has it. */
+static void apply(void) {
+    const gap_class *c = &classes[fluid];
+    bool own = conditioned && (row.dame || row.open || row.ok);
+    hal_presets(own ? row.dame : c->dame, own ? row.open : c->open, own ? row.ok : c->ok);
+    if (!conditioned)
+        return;
+    hal_pulse(units_clocks_of_us(row.on_us), units_clocks_of_us(row.off_us),
+              units_clocks_of_us(row.rest_us), row.ip);
+    hal_supply(row.open_v / SUPPLY_STEP_V, row.negative);
+    /* The fluid leaves less than the source gives; what burns, burns at its own voltage. */
+    uint32_t left_v = (uint32_t)row.open_v * row.open_percent * c->share_percent / 10000;
+    hal_references(volts(left_v), volts(row.arc_v), volts(row.short_v));
+    hal_servo_step(row.step);
+}
+
+void gap_condition(const technology_row *condition) {
+    row = *condition;
+    conditioned = true;
+    apply();
+}
+
+gap_class gap_class_row(unsigned number) { return classes[number]; }
+
+void gap_class_enter(unsigned number, const gap_class *c) {
+    classes[number] = *c;
+    apply();
+}
+
+void gap_servo(bool on) {
+    servo = on;
+    seen_at = hal_front();
+    gap_settings();
+}
+
+void gap_settings(void) {
+    hal_servo(servo, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
+              settings_get(SET_SERVO_WEIGHT));
+    hal_servo_period(units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US)));
+    way_limit = (uint32_t)units_pulses_of_um(settings_get(SET_NO_DISCHARGE_UM));
+    uint32_t mode = settings_get(SET_FLUID_MODE);
+    hal_fluid detector = {
+        .convert = mode != 0,
+        .manual = mode != 1,
+        .manual_class = settings_get(SET_FLUID_CLASS),
+        .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
+                      settings_get(SET_FLUID_THRESHOLD_2)},
+        .hysteresis = settings_get(SET_FLUID_HYSTERESIS),
+        .lowest = settings_get(SET_FLUID_LOWEST),
+        .highest = settings_get(SET_FLUID_HIGHEST),
+    };
+    hal_fluid_write(&detector);
+}
+
+/* What is wrong with the detector, or a null pointer. */
+static const char *trouble(uint32_t flags) {
+    if (flags & HAL_FLUID_SILENT)
+        return "the converter does not answer";
+    if (flags & HAL_FLUID_LOW)
+        return "the fluid's cell reads too low: a shorted wire";
+    if (flags & HAL_FLUID_HIGH)
+        return "the fluid's cell reads too high: a broken wire";
+    if (flags & HAL_FLUID_DISORDERED)
+        return "the thresholds of the fluid's classes are out of order";
+    return 0;
+}
+
+void gap_fluid(const hal_event *event, uint64_t cycle) {
+    const char *what = trouble(event->first);
+    if (what && settings_get(SET_FLUID_MODE) == 1) {
+        fault f = {.line = events_line()};
+        fault_at(&f, FAULT_FLUID, 0, "%s", what);
+        machine_alarm(&f);
+        return;
+    }
+    bool changed = event->detail != fluid;
+    fluid = event->detail % GAP_CLASSES;
+    if (changed)
+        apply();
+    const gap_class *c = &classes[fluid];
+    output_event("fluid", cycle, events_line(), event->encoder, ",%u,%u,%u,%u,%u",
+                 (uint32_t)fluid, event->second, (uint32_t)c->dame, (uint32_t)c->open,
+                 (uint32_t)c->ok);
+}
+
+/* A servo that never sees a discharge would drive the electrode through anything. */
+void gap_watch(void) {
+    if (!servo || !way_limit)
+        return;
+    uint32_t counts[4];
+    hal_gap_counts(counts);
+    uint32_t discharges = counts[1] + counts[2] + counts[3];
+    int32_t front = hal_front();
+    if (discharges != seen || !machine_machining()) {
+        seen = discharges;
+        seen_at = front;
+    } else if ((uint32_t)front - (uint32_t)seen_at > way_limit) {
+        fault f = {.line = events_line()};
+        fault_at(&f, FAULT_NO_DISCHARGE, 0, "no discharge on the last %u um of the way",
+                 settings_get(SET_NO_DISCHARGE_UM));
+        machine_alarm(&f);
+    }
+}

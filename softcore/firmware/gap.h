@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/* The gap: the condition in force, what the fluid's class makes of it, and the servo. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fault.h"
+#include "hal.h"
+#include "technology.h"
+
+#define GAP_CLASSES 4           /* of the fluid: 0 has the highest resistance */
+
+/* Of a class: presets of the counters, and what share of the open voltage the fluid leaves. */
+typedef struct {
+    uint8_t dame, open, ok, share_percent;
+} gap_class;
+
+void gap_init(void);
+void gap_settings(void);                        /* settings of servo and fluid have changed */
+void gap_condition(const technology_row *row);  /* put a condition in force */
+void gap_servo(bool on);                        /* machine by UP and DOWN, or at constant feed */
+
+gap_class gap_class_row(unsigned number);
+void gap_class_enter(unsigned number, const gap_class *row);
+
+void gap_fluid(const hal_event *event, uint64_t cycle); /* the gateware tells of the fluid */
+void gap_watch(void);                           /* in every pass: discharges must come */
