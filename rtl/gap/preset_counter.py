@@ -45,7 +45,7 @@ class PresetCounters(wiring.Component):
 
     A counter with preset 0 is off: empty and never full. So classes can be used singly. A counter
     is empty from when it becomes full, and counts anew after it was cleared; in ``TOTAL`` it counts
-    on. No count can pass its preset's range: nothing wraps.
+    on. No count wraps: each stays below 255.
 
     The pulse of a clock comes first in it, the strobe after. So the pulse in the clock of a strobe
     can still fill the counter for it, or have 7 clear it; if there is UP or DOWN it is cleared with
@@ -91,6 +91,11 @@ class PresetCounters(wiring.Component):
         5, 6 are full.
     ok_full : Out(1)
         7 was full and has cleared all: high for one clock.
+
+    Attributes
+    ----------
+    counts : dict of Signal(8)
+        What 5, 6, 7 (``dame``, ``open``, ``ok``) and the window have counted, for proofs.
     """
 
     sample: In(1)
@@ -109,6 +114,11 @@ class PresetCounters(wiring.Component):
     dame_full: Out(1)
     open_full: Out(1)
     ok_full: Out(1)
+
+    def __init__(self):
+        super().__init__()
+        self.counts = {name: Signal(COUNT, name=f"{name}_count")
+                       for name in ("dame", "open", "ok", "window")}
 
     def elaborate(self, platform):
         m = Module()
@@ -144,7 +154,7 @@ class PresetCounters(wiring.Component):
 
         moved = Signal()   # UP or DOWN, as of this clock
         last = Signal()    # pulse of the window
-        begun = Signal(COUNT)
+        begun = self.counts["window"]
         m.d.comb += last.eq(total & self.sample & (begun + 1 >= self.window))
         with m.If(clear | last | moved | ~total):
             m.d.sync += begun.eq(0)
@@ -152,7 +162,7 @@ class PresetCounters(wiring.Component):
             m.d.sync += begun.eq(begun + 1)
 
         # Counter 7.
-        oks, with_ok = Signal(COUNT), Signal(COUNT)
+        oks, with_ok = self.counts["ok"], Signal(COUNT)
         cleared = Signal()  # by 7
         m.d.comb += [
             with_ok.eq(oks + ok),
@@ -175,7 +185,7 @@ class PresetCounters(wiring.Component):
         full = []
         for name, pulse, preset, held in (("dame", dame, self.dame, self.dame_full),
                                           ("open", open_, self.open, self.open_full)):
-            count = Signal(COUNT, name=f"{name}_count")
+            count = self.counts[name]
             carried = Signal(signed(COUNT + 2), name=f"{name}_carried")
             after = Signal(COUNT, name=f"{name}_after")
             reached = Signal(name=f"{name}_reached")

@@ -75,6 +75,12 @@ class PresetContract(wiring.Component):
             Assert(~dut.ok_full | ~(dut.dame_full | dut.open_full)),
         ]
 
+        # Nothing wraps; in a window no class has more pulses than there were.
+        for count in dut.counts.values():
+            m.d.comb += Assert(count < 255)
+            with m.If(was.mode == Mode.TOTAL):
+                m.d.comb += Assert(count <= dut.counts["window"])
+
         again = Signal()  # there was UP
         with m.If(dut.up):
             m.d.sync += again.eq(1)
