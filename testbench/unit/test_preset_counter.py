@@ -260,6 +260,7 @@ def test_freeze_clears_and_holds(feed, mode):
     assert feed(("DD.", {}), (".", held), ("ODD.", still), **settings) == "." * 7 + "U"
     # It hides the output that was on its way, and the strobe of its own clock.
     assert feed(("DDO.", {}), ("D", held), ("....", still), **settings) == "........-"
+    assert feed(("OOD.", {}), ("O", held), ("....", still), **settings) == "........-"
     assert feed(("DDO", {}), ("D", held), ("....", still), **settings) == ".......-"
     # It clears 7.
     assert feed(("DKK", {}), (".", held), ("KDD.", still), **settings) == ".......U"
@@ -298,6 +299,7 @@ def test_frozen_outputs_are_low_in_the_same_clock(simulate):
     ([("DDD....", {}), (".", dict(dame=0))], ".......-"),
     ([("DDDOO..", {}), (".", dict(dame=0))], ".......D"),
     ([("KKK", {}), ("DDD.", dict(ok=0)), ("K", dict(ok=4))], ".......U"),
+    ([("DD", dict(dame=0)), ("D.....", dict(dame=3))], ".......-"),
     # A mode clears everything, and its first pulse is lost; the time device runs on.
     ([("DDD", {}), (".....", dict(mode=CONSECUTIVE))], ".......-"),
     ([("DDD....", {}), (".", dict(mode=CONSECUTIVE))], ".......-"),
@@ -315,6 +317,21 @@ def test_frozen_outputs_are_low_in_the_same_clock(simulate):
 ])
 def test_settings_change_in_mid_count(feed, parts, given):
     assert feed(*parts) == given
+
+
+@pytest.mark.parametrize(("mode", "given"), [
+    (ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"), (RELATIVE, "UDUU")])
+def test_modes_differ(feed, mode, given):
+    """Settings of other modes do nothing: a window of no pulse, a weight, a preset of 7."""
+    settings = dict(mode=mode, window=6 if mode == TOTAL else 0, weight=0, ok=1)
+    parts = "DDD.....", "OO......", "DDODO...", "DDDK...."
+    assert feed(("".join(parts), {}), **settings)[7::8] == given
+
+
+@pytest.mark.parametrize("changed", [dict(freeze=1), dict(mode=CONSECUTIVE)])
+def test_output_of_7_is_cleared_too(feed, changed):
+    assert feed(("KKK", {}), ("K.", {}), shown=True) == ". . . k ."
+    assert feed(("KKK", {}), ("K.", changed), shown=True) == ". . . . ."
 
 
 @cache
