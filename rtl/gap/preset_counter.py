@@ -48,8 +48,8 @@ class PresetCounters(wiring.Component):
     on. No count wraps: each stays below 255.
 
     The pulse of a clock comes first in it, the strobe after. So the pulse in the clock of a strobe
-    can still fill the counter for it, or have 7 clear it; if there is UP or DOWN it is cleared with
-    the rest. ``up``, ``down`` and ``strobe`` are high in the clock after.
+    can still fill the counter for it, or have 7 clear it; after UP or DOWN nothing of it is left in
+    5 and 6. ``up``, ``down`` and ``strobe`` are high in the clock after.
 
     The settings are those of the clock. A preset, ``window`` or ``weight`` that changes leaves the
     counts and what is full: a counter never becomes full but with a pulse (of its own class; in
