@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.gap.preset_counter``, against the exact model and the exact race odds."""
+"""Unit tests of ``rtl.gap.preset_counter``, against the exact model."""
 
-import ctypes
-import math
 from dataclasses import astuple
-from functools import cache
 
 import numpy as np
 import pytest
@@ -13,12 +10,9 @@ from rtl.gap.discriminator import PulseClass
 from rtl.gap.preset_counter import Mode, PresetCounters
 from testbench.models import preset_counter as model
 from testbench.models.preset_counter import ACCUMULATE, CONSECUTIVE, RELATIVE, TOTAL
-from testbench.native.build import HERE
-from testbench.native.component import component_library
+from testbench.native.preset_counter import INPUTS, OUTPUTS, by_name, compiled
 
 SETTINGS = dict(dame=3, open=2, ok=4, mode=ACCUMULATE, window=6, weight=1, period=8, freeze=0)
-INPUTS = "sample", "kind", *SETTINGS
-OUTPUTS = "up", "down", "strobe", "dame_full", "open_full", "ok_full"
 KINDS = {"D": model.DAME, "S": model.SHORT, "O": model.OPEN, "K": model.OK}
 
 
@@ -334,30 +328,6 @@ def test_output_of_7_is_cleared_too(feed, changed):
     assert feed(("KKK", {}), ("K.", changed), shown=True) == ". . . . ."
 
 
-@cache
-def native():
-    """The block as compiled code."""
-    return component_library(PresetCounters(), HERE / "preset_counter.cpp")
-
-
-def compiled(inputs, clocks=None):
-    """Outputs of the compiled block, by clock.
-
-    ``inputs`` has a row of ``INPUTS`` a clock; the last holds on if there are more ``clocks``.
-    """
-    inputs = np.ascontiguousarray(inputs, dtype=np.uint32)
-    outputs = np.empty(clocks or len(inputs), dtype=np.uint8)
-    native().preset_run(ctypes.c_uint64(len(outputs)), ctypes.c_uint64(len(inputs)),
-                        inputs.ctypes.data_as(ctypes.c_void_p),
-                        outputs.ctypes.data_as(ctypes.c_void_p))
-    return outputs
-
-
-def by_name(outputs):
-    """Columns of ``OUTPUTS``, from those of ``compiled``."""
-    return outputs[:, None] >> np.arange(len(OUTPUTS)) & 1
-
-
 def test_longest_period():
     period = (1 << 24) - 1
     row = [0, 0, *(SETTINGS | dict(period=period)).values()]
@@ -402,105 +372,3 @@ def test_follows_the_model(rng, lasting):
     assert (wanted == found).all(), np.flatnonzero((wanted != found).any(axis=1))[:3]
     assert (wanted.sum(axis=0) > 50).all(), "every output was seen"
     assert not (found[:, 0] & found[:, 1]).any()
-
-
-# The patent's presets of 5, 6 and 7, from the highest resistance of the fluid to the lowest.
-ROWS = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
-PULSES = 50       # a strobe
-STROBES = 20_000
-CROWDED, STABLE = (0.6, 0.05, 0.35), (0.02, 0.1, 0.88)  # shares of DAME, OPEN and OK
-
-
-class Race:
-    """Exact odds of a strobe: the counters as a Markov chain in its steady state.
-
-    ``shares`` are the odds of DAME, OPEN and OK, each pulse by itself.
-    """
-
-    def __init__(self, presets, shares, *, runs):
-        states, found = [(0, 0, 0)], {(0, 0, 0): 0}
-        targets = [[], [], []]
-        for state in states:  # grows
-            for kind, reached in enumerate(targets):
-                after = self._pulse(state, kind, presets, runs)
-                if after not in found:
-                    found[after] = len(states)
-                    states.append(after)
-                reached.append(found[after])
-        fives, sixes, _ = np.array(states).T
-        self.up = fives == presets[0]
-        self.down = (sixes == presets[1]) & ~self.up
-        self.cleared = [found[0, 0, state[2]] if moved else found[state]
-                        for state, moved in zip(states, self.up | self.down, strict=True)]
-        self.moves = list(zip(shares, targets, strict=True))
-        self.steady = np.eye(1, len(states))[0]  # at a strobe
-        while True:
-            before, self.steady = self.steady, self._period(self.steady)
-            if abs(self.steady - before).max() < 1e-8:
-                break
-
-    @staticmethod
-    def _pulse(state, kind, presets, runs):
-        counts = [0 if runs and number != kind and (number == 2 or count < preset) else count
-                  for number, (count, preset) in enumerate(zip(state, presets, strict=True))]
-        counts[kind] = min(counts[kind] + 1, presets[kind])
-        return tuple(counts) if counts[2] < presets[2] else (0, 0, 0)
-
-    def _period(self, odds):
-        """Odds of the states at the next strobe."""
-        odds = np.bincount(self.cleared, odds, len(odds))
-        for _ in range(PULSES):
-            odds = sum(share * np.bincount(target, odds, len(odds))
-                       for share, target in self.moves)
-        return odds
-
-    def share(self, ends):
-        """Share of the strobes in the states ``ends``, and three sigma of it in ``STROBES``.
-
-        Strobes depend on those before them, as counts are carried over: hence the covariances.
-        """
-        share = self.steady @ ends
-        variance = share * (1 - share)
-        if share:
-            after = self.steady * ends / share
-            for _ in range(12):
-                after = self._period(after)
-                variance += 2 * share * (after @ ends - share)
-        return share, 3 * math.sqrt(variance / STROBES)
-
-
-def raced(presets, shares, mode, seed):
-    """Shares of UP and DOWN in ``STROBES`` strobes of the compiled block."""
-    settled = 100  # strobes to the steady state
-    clocks = (settled + STROBES) * PULSES
-    pulses = np.random.default_rng(seed).choice([model.DAME, model.OPEN, model.OK], clocks,
-                                                p=shares)
-    inputs = np.empty((clocks, len(INPUTS)), dtype=np.uint32)
-    settings = SETTINGS | dict(zip(("dame", "open", "ok"), presets, strict=True), mode=mode,
-                               period=PULSES)
-    inputs[:] = [1, 0, *settings.values()]
-    inputs[:, INPUTS.index("kind")] = pulses
-    up, down, strobe, *_ = by_name(compiled(inputs)[settled * PULSES + 1:]).T
-    assert strobe.sum() == STROBES - 1
-    return up.sum() / STROBES, down.sum() / STROBES
-
-
-@pytest.mark.parametrize(("shares", "mode", "row", "known"), [
-    # Known figures, UP of the crowded gap and DOWN of the stable one: by a simulation of some
-    # thousand strobes, which has its own error.
-    (CROWDED, ACCUMULATE, 0, 0.87), (CROWDED, ACCUMULATE, 1, 0.83),
-    (CROWDED, ACCUMULATE, 2, 0.78), (CROWDED, ACCUMULATE, 3, 0.72),
-    (CROWDED, CONSECUTIVE, 0, 0.998), (CROWDED, CONSECUTIVE, 1, 0.84),
-    (CROWDED, CONSECUTIVE, 2, 0.30), (CROWDED, CONSECUTIVE, 3, 0.026),
-    (STABLE, ACCUMULATE, 0, 0), (STABLE, ACCUMULATE, 1, 0.013),
-    (STABLE, ACCUMULATE, 2, 0.19), (STABLE, ACCUMULATE, 3, 0.43),
-])
-def test_race(rng, shares, mode, row, known):
-    race = Race(ROWS[row], shares, runs=mode == CONSECUTIVE)
-    exact = [race.share(ends) for ends in (race.up, race.down)]
-    assert exact[shares == STABLE][0] == pytest.approx(known, abs=0.02)
-    found = raced(ROWS[row], shares, mode, rng.randrange(1 << 30))
-    for (share, error), counted in zip(exact, found, strict=True):
-        assert counted == pytest.approx(share, abs=max(error, 3 / STROBES))
-    if shares == STABLE:
-        assert exact[0][0] < 0.002
