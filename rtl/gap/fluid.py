@@ -147,7 +147,7 @@ class FluidDetector(wiring.Component):
         in_order = Signal()
         m.d.comb += [
             low_side.eq(self.measured > ((step - 1) >> 1)[:2]),
-            add.eq(below & (step != 0) & (step != EDGES - 1) & (low_side == step[0])),
+            add.eq(below & (low_side == step[0])),  # not used in the first step and the last
             in_order.eq((ordered | (step == 0)) & (~step[0] | (edge < before))),
         ]
         with m.If(busy):

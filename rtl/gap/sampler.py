@@ -80,7 +80,7 @@ class Sampler(wiring.Component):
     """
 
     adc_select: Out(1)
-    adc_clock: Out(1, init=1)
+    adc_clock: Out(1)
     adc_command: Out(1)
     adc_data: In(1)
     voltage: Out(12)
@@ -108,13 +108,13 @@ class Sampler(wiring.Component):
         count = Signal(range(self.half))
         phase = Signal(range(PHASES))
         begins = Signal()  # first clock of the half
-        rise = Signal()
+        rise = Signal()    # ... that a bit is taken at; the one before the first is pushed out
         last = Signal()    # ... of the last bit
         m.d.comb += [
             begins.eq(count == 0),
             self.adc_select.eq(phase != 0),
             self.adc_clock.eq(phase[0] | (phase == 0)),
-            rise.eq(begins & phase[0] & (phase != 1)),
+            rise.eq(begins & phase[0]),
             last.eq(begins & (phase == PHASES - 1)),
         ]
         with m.If(count != self.half - 1):

@@ -76,7 +76,7 @@ def test_follows_the_model(simulate, rng, samples):
                                      "disordered")}
 
     async def run(ctx):
-        for _ in range(4800 // samples // 4):
+        for _ in range(2400 // samples // 4):
             bench.settings = settings = any_settings(rng)
             near = [*settings.thresholds, settings.lowest, settings.highest]
             for _ in range(4):

@@ -2,11 +2,14 @@
 """Unit tests of ``rtl.gap.sampler``: against the exact model, with the converter on delay lines."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
-from amaranth.hdl import Fragment
+from amaranth.hdl import Fragment, Module
+from amaranth.lib import io
 
 from rtl.gap.sampler import Sampler
+from rtl.pads import INPUTS, OUTPUTS, Pads
 from testbench.models import sampler as model
 from testbench.models.converter import Converter
 from testbench.refusal import refuses
@@ -103,6 +106,40 @@ def test_the_window_of_the_delay_is_as_wide_as_promised(simulate, rng, clock_hz)
     assert found == list(range(4 - half + 1, 4 + half + 1))
 
 
+@pytest.mark.parametrize("clock_hz", [SLOW, FAST])
+def test_reads_through_the_pads(simulate, rng, clock_hz):
+    """Through real pads, some others of one bit standing in, and a converter without delay."""
+    ports = {name: io.SimulationPort("i" if name in INPUTS else "o", width)
+             for name, (width, _) in (INPUTS | OUTPUTS).items()}
+    top = Module()
+    top.submodules.pads = pads = Pads(SimpleNamespace(**ports))
+    bench = Bench(rng, clock_hz=clock_hz, every=3)
+    top.submodules.sampler = sampler = bench.dut
+    top.d.comb += [
+        pads.gap_on.eq(sampler.adc_select),
+        pads.tx.eq(sampler.adc_clock),
+        pads.gap_sense.eq(sampler.adc_command),
+        sampler.adc_data.eq(pads.gap_high),
+    ]
+
+    async def run(ctx):
+        for _ in range(20 * bench.clocks):
+            level = bench.converter.tick(
+                select=ctx.get(ports["gap_on"].o), clock=ctx.get(ports["tx"].o),
+                command=ctx.get(ports["gap_sense"].o))
+            ctx.set(ports["gap_high"].i, level)
+            await ctx.tick()
+            for channel, valid, code in ((VOLTAGE, sampler.voltage_valid, sampler.voltage),
+                                         (FLUID, sampler.fluid_valid, sampler.fluid)):
+                if ctx.get(valid):
+                    bench.given.append((channel, ctx.get(code)))
+        assert not ctx.get(sampler.fault)
+
+    simulate(top, run)
+    assert len(bench.given) == 18
+    assert bench.given == bench.read[1:19]
+
+
 def test_fluid_is_read_in_one_frame_of_sixteen(simulate, rng):
     bench = Bench(rng, clock_hz=SLOW)
 
@@ -176,6 +213,24 @@ def test_every_broken_wire_to_the_converter_is_a_fault(simulate, rng, broken, le
     async def run(ctx):
         await bench.frames(ctx, 4 * 5)
         assert ctx.get(bench.dut.fault)
+
+    simulate(bench.dut, run)
+
+
+def test_one_channel_wrong_for_long_stays_a_fault(simulate, rng):
+    bench = Bench(rng, clock_hz=SLOW, every=2)
+
+    def wire(level):
+        frame = (bench.model.now - bench.delay) // bench.clocks
+        return 1 if bench.model.asked(frame - 1) == VOLTAGE else level
+
+    async def run(ctx):
+        await bench.frames(ctx, 5)
+        bench.wire = wire
+        await bench.frames(ctx, 9)
+        for _ in range(40):
+            assert ctx.get(bench.dut.fault)
+            await bench.frames(ctx, 1)
 
     simulate(bench.dut, run)
 
