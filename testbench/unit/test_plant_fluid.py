@@ -243,7 +243,7 @@ def test_a_frame_gives_the_channel_that_the_last_one_asked_for(plant, rest):
 
 def test_other_commands_and_broken_frames_change_no_channel(plant):
     frame(plant, MANUAL | 1 << 7)
-    for command in (0x8000, 0x8800 | MANUAL, 0, 0x1004 | 3 << 7):
+    for command in (0x8000, 0x8800 | MANUAL, 0x1004 | 3 << 7, 0):
         assert frame(plant, command) == (1, 3976)
     frame(plant, MANUAL << 4, bits=12)      # ends as a command for channel 0 would
     assert frame(plant, 0) == (1, 3976)
