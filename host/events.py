@@ -73,8 +73,8 @@ def _condition(scale, number, level):
     return {"event": "condition", "number": int(number), "ip": int(level)}
 
 
-def _fluid(scale, number, code, dame, opened, ok):
-    return {"event": "fluid_class", "class": int(number),
+def _fluid(scale, number, measured, code, dame, opened, ok):
+    return {"event": "fluid_class", "class": int(number), "measured": int(measured),
             "resistivity": cell.resistivity(int(code)),
             "presets": {"dame": int(dame), "open": int(opened), "ok": int(ok)}}
 
@@ -120,7 +120,7 @@ def _end(scale):
 # argument of some is a text that may hold more).
 _READERS = {
     "start": (_program_start, 0), "block": (_block, 0), "set": (_set, 6),
-    "condition": (_condition, 1), "aux": (_aux, 1), "fluid": (_fluid, 4),
+    "condition": (_condition, 1), "aux": (_aux, 1), "fluid": (_fluid, 5),
     "retract": (_retract, 2), "back": (_back, 3),
     "advance": (_advance, 3), "resume": (_resume, 0), "alarm": (_alarm, 1), "pause": (_pause, 0),
     "end": (_end, 0),

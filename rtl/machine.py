@@ -353,7 +353,7 @@ class Machine(wiring.Component):
             self.fluid_status_disordered.eq(fluid.disordered),
             self.fluid_status_fault.eq(sampler.fault),
         ]
-        state = Cat(fluid.class_, fluid.known, fluid.broken_low, fluid.broken_high,
+        state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
                     fluid.disordered, sampler.fault)
         before = Signal(len(state))
         m.d.sync += before.eq(state)
@@ -430,7 +430,8 @@ class Machine(wiring.Component):
             # What is told is the state as it is now; of several changes the last.
             m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(self.fluid_status_class),
                          first.eq(Cat(self.fluid_status_broken_low, self.fluid_status_broken_high,
-                                      self.fluid_status_disordered, self.fluid_status_fault)),
+                                      self.fluid_status_disordered, self.fluid_status_fault,
+                                      self.fluid_status_measured)),
                          second.eq(self.fluid_level)]
             m.d.sync += news.eq(0)
         with m.If(fluid):

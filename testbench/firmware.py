@@ -12,7 +12,7 @@ ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "tabl
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",
-         "trip")
+         "trip", "fluid")
 BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
 
 
@@ -184,6 +184,22 @@ class Machine:
         names = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
                  "jump_distance", "jump_rate", "jump_high_rate", "jump_period")
         return dict(zip(names, words, strict=True))
+
+    @property
+    def power(self) -> dict[str, int]:
+        """What the power supply was told: clocks, IP, steps of voltage."""
+        words = (ctypes.c_uint32 * 6)()
+        self.library.gk_power_read(words)
+        return dict(zip(("on", "off", "rest", "level", "voltage", "negative"), words, strict=True))
+
+    @property
+    def gap(self) -> dict[str, object]:
+        """What the gap was told: references in 1/1024, presets, servo in clocks and pulses."""
+        words = (ctypes.c_uint32 * 11)()
+        self.library.gk_gap_read(words)
+        names = ("servo", "mode", "period", "step", "convert")
+        return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
+                **dict(zip(names, words[6:], strict=True))}
 
 
 def events(lines: list[str], *names: str) -> list[list[str]]:

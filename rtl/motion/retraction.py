@@ -33,7 +33,7 @@ class Event(enum.Enum, shape=8):
     HALT = 5     # detail Halt
     SEGMENT = 6
     TRIP = 7     # detail: number of the first cause
-    FLUID = 8    # detail: class; first: faults, as in the register; second: level
+    FLUID = 8    # detail: class; first: faults, class measured (bits 4, 5); second: level
 
 
 class Cause(enum.Enum, shape=8):

@@ -257,6 +257,8 @@ static part advance(fault *f) {
         return at;
     case PART_MACHINING_ON:
         if (work->machining_on) {
+            if (!gap_ready(f))
+                return at;
             machine_discharge(true);
             events_now("aux", ",M,3");
         }

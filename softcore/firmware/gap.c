@@ -108,6 +108,16 @@ static const char *trouble(uint32_t flags) {
     return 0;
 }
 
+bool gap_ready(fault *f) {
+    if (settings_get(SET_FLUID_MODE) != 1)
+        return true;
+    uint32_t state = hal_fluid_state();
+    const char *what = trouble(state);
+    if (what)
+        return fault_at(f, FAULT_FLUID, 0, "%s", what);
+    return state & HAL_FLUID_KNOWN;
+}
+
 void gap_fluid(const hal_event *event, uint64_t cycle) {
     const char *what = trouble(event->first);
     if (what && settings_get(SET_FLUID_MODE) == 1) {
@@ -121,9 +131,9 @@ void gap_fluid(const hal_event *event, uint64_t cycle) {
     if (changed)
         apply();
     const gap_class *c = &classes[fluid];
-    output_event("fluid", cycle, events_line(), event->encoder, ",%u,%u,%u,%u,%u",
-                 (uint32_t)fluid, event->second, (uint32_t)c->dame, (uint32_t)c->open,
-                 (uint32_t)c->ok);
+    output_event("fluid", cycle, events_line(), event->encoder, ",%u,%u,%u,%u,%u,%u",
+                 (uint32_t)fluid, HAL_FLUID_MEASURED(event->first), event->second,
+                 (uint32_t)c->dame, (uint32_t)c->open, (uint32_t)c->ok);
 }
 
 /* A servo that never sees a discharge would drive the electrode through anything. */

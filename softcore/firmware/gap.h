@@ -23,5 +23,8 @@ void gap_servo(bool on);                        /* machine by UP and DOWN, or at
 gap_class gap_class_row(unsigned number);
 void gap_class_enter(unsigned number, const gap_class *row);
 
+/* Whether the class that the fluid is to have by measurement is known; false with a fault if it cannot
+   be, or without one while the first average is still to come. */
+bool gap_ready(fault *f);
 void gap_fluid(const hal_event *event, uint64_t cycle); /* the gateware tells of the fluid */
 void gap_watch(void);                           /* in every pass: discharges must come */

@@ -44,6 +44,7 @@ static int32_t errors[HAL_AXES];
 static gk_power power;
 static uint32_t discharges;
 static gk_gap gap;
+static uint32_t fluid_state = HAL_FLUID_KNOWN;
 
 static void push(fifo *f, uint8_t byte) {
     if (f->head - f->tail < BYTES)
@@ -60,6 +61,7 @@ static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)t
 
 void gk_power_read(gk_power *words) { *words = power; }
 void gk_gap_read(gk_gap *words) { *words = gap; }
+void gk_fluid(uint32_t flags) { fluid_state = flags; }
 void gk_discharges(uint32_t count) { discharges += count; }
 
 int32_t gk_axis(uint32_t axis) {
@@ -347,6 +349,7 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
     gap.presets[2] = ok;
 }
 void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
+uint32_t hal_fluid_state(void) { return fluid_state; }
 void hal_sense(uint32_t on, uint32_t off) {
     (void)on;
     (void)off;

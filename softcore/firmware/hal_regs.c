@@ -200,6 +200,15 @@ void hal_fluid_write(const hal_fluid *detector) {
                      PUT(detector->manual_class, FLUID_CONTROL_MANUAL_CLASS);
 }
 
+uint32_t hal_fluid_state(void) {
+    uint32_t status = FLUID->status;
+    return (status & FLUID_STATUS_BROKEN_LOW_MASK ? HAL_FLUID_LOW : 0) |
+           (status & FLUID_STATUS_BROKEN_HIGH_MASK ? HAL_FLUID_HIGH : 0) |
+           (status & FLUID_STATUS_DISORDERED_MASK ? HAL_FLUID_DISORDERED : 0) |
+           (status & FLUID_STATUS_FAULT_MASK ? HAL_FLUID_SILENT : 0) |
+           (status & FLUID_STATUS_KNOWN_MASK ? HAL_FLUID_KNOWN : 0);
+}
+
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->on_time = on;
     POWER->off_time = off;

@@ -75,6 +75,7 @@ typedef struct {
 void gk_power_read(gk_power *words);
 void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* so many more have been seen */
+void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 

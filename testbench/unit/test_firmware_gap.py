@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Conditions, tables, the fluid's class and the servo, as the firmware brings them to the gateware."""
+
+import pytest
+
+from testbench.firmware import Machine, events
+from testbench.programs import punched
+
+DATA = "G36 R300 L.5 H600 E60 Q.1"
+PATENT = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
+SHARES = [100, 99, 98, 75]   # of the open voltage, percent
+BROKEN_LOW, BROKEN_HIGH, DISORDERED, SILENT, KNOWN = 1, 2, 4, 8, 16
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    return ready
+
+
+def run(machine, *blocks, passes=4000):
+    return machine.tape(punched(list(blocks)), passes=passes)
+
+
+def reference(volts):
+    return volts * 1024 // 100
+
+
+def test_condition_reaches_supply_and_comparators(machine):
+    run(machine, "C130", "M02")
+    assert machine.power == {"on": 200, "off": 100, "rest": 100, "level": 6, "voltage": 4,
+                             "negative": 0}
+    assert machine.gap["reference"] == (reference(60), reference(20), reference(12))
+    assert machine.gap["presets"] == PATENT[0]
+    assert machine.gap["step"] == 50
+
+
+def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
+    machine.line("$36=1")
+    run(machine, "C130", "M02")
+    before = machine.power
+    for number in (1, 2, 3, 0):
+        machine.event("fluid", number, number << 4, 1000 + number)
+        lines = machine.run(200)
+        row = [str(number), str(number), str(1000 + number), *map(str, PATENT[number])]
+        assert events(lines, "fluid") == [["fluid", *row]]
+        assert machine.gap["presets"] == PATENT[number]
+        assert machine.gap["reference"] == (
+            reference(80 * 75 * SHARES[number] // 10_000), reference(20), reference(12))
+    assert machine.power == before
+
+
+def test_tables_are_entered_by_program_and_by_hand(machine):
+    assert machine.line("G10 C900 I3 P40 Q30 R70 E120 H80 K-1 L.002 X4 Y5 Z6") == ["ok"]
+    assert machine.line("G10 L2 X9 Y8 Z7 H50") == ["ok"]
+    run(machine, "C900", "M02")
+    assert machine.power == {"on": 80, "off": 60, "rest": 140, "level": 3, "voltage": 6,
+                             "negative": 1}
+    assert machine.gap["reference"][0] == reference(96)
+    assert machine.gap["presets"] == (4, 5, 6), "the condition's own"
+    assert machine.gap["step"] == 20
+    machine.line("$36=1")
+    machine.event("fluid", 2, 2 << 4, 2300)
+    machine.run(200)
+    assert machine.gap["presets"] == (4, 5, 6)
+    assert machine.gap["reference"][0] == reference(48)
+    run(machine, "G10 C900 X0 Y0 Z0", "C900", "M02")
+    assert machine.gap["presets"] == (9, 8, 7), "what a row leaves out stays; no presets: the class's"
+    assert machine.power["level"] == 3
+
+
+@pytest.mark.parametrize(("block", "code", "column"), [
+    ("G10", 18, 0), ("G10 C901 P5", 18, 0), ("G10 C130 I64", 39, 10), ("G10 C130 I1.5", 39, 10),
+    ("G10 C130 P0", 39, 10), ("G10 C130 K2", 39, 10), ("G10 C130 L0", 39, 10),
+    ("G10 C130 E40 H50", 39, 5), ("G10 C130 X-1", 39, 10), ("G10 C130 X256", 39, 10),
+    ("G10 L4", 39, 5), ("G10 L1 H101", 39, 8), ("G10 C130 F5", 17, 10), ("G10 C130 M03", 17, 10),
+])
+def test_rows_that_make_no_sense_are_refused(machine, block, code, column):
+    kept = machine.gap
+    lines = machine.line(block)
+    assert lines[-1] == f"error:{code}"
+    assert (f"character {column}:" in lines[0]) == (column > 0)
+    assert machine.gap == kept
+
+
+def test_no_more_rows_than_there_is_room_for(machine):
+    for number in range(16):
+        assert machine.line(f"G10 C{900 + number} P1 Q1") == ["ok"]
+    assert machine.line("G10 C916 P1 Q1")[-1] == "error:39"
+    assert machine.line("G10 C915 P2") == ["ok"]
+
+
+def test_servo_is_on_for_feed_motion_alone(machine):
+    machine.library.gk_speed(50)
+    rows = punched([DATA, "C130", "G95 P1", "M03", "G01 Z-.1 F60", "G00 Z.1", "G01 Z-.2",
+                    "G94 Z-.3", "M05", "M02"])
+    seen = []
+    machine.tape(rows, passes=0)
+    for _ in range(6000):
+        machine.run(1)
+        state = machine.gap["servo"], machine.axes[2]
+        if not seen or seen[-1][0] != state[0]:
+            seen.append(state)
+    assert seen == [(0, 0), (1, 0), (0, -1000), (1, 1000), (0, -2000)]
+
+
+def test_servo_without_discharge_pulses_is_refused(machine):
+    lines = run(machine, DATA, "C130", "G95 P1", "G01 Z-1 F60", "M02")
+    assert events(lines, "alarm")[0][1:] == [
+        "31", "Block 5: under servo (G95) there is no way without M03."]
+    assert machine.axes[2] == 0
+
+
+def test_a_long_way_without_a_discharge_is_an_alarm(machine):
+    machine.line("$35=500")
+    machine.library.gk_speed(30)
+    machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=150)
+    assert "discharge" in machine.flags
+    machine.library.gk_discharges(1)
+    at = -machine.axes[2]
+    assert at > 0
+    lines = machine.run(4000)
+    assert events(lines, "alarm")[0][1:] == [
+        "50", "Block 6: no discharge on the last 500 um of the way."]
+    assert 5000 < -machine.axes[2] - at < 5000 + 2 * 30 * 4
+    assert "discharge" not in machine.flags
+
+
+@pytest.mark.parametrize(("flag", "words"), [
+    (BROKEN_LOW, "shorted wire"), (BROKEN_HIGH, "broken wire"),
+    (DISORDERED, "out of order"), (SILENT, "converter does not answer"),
+])
+def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, words):
+    machine.event("fluid", 0, flag, 0)
+    assert not events(machine.run(200), "alarm"), "the class is set by hand"
+    machine.line("$36=1")
+    machine.event("fluid", 0, flag, 0)
+    alarm, = events(machine.run(200), "alarm")
+    assert alarm[1] == "49"
+    assert words in alarm[2]
+    machine.unlock()
+    machine.library.gk_fluid(flag)
+    lines = run(machine, DATA, "C130 M03", "G01 Z-1 F6", "M02")
+    assert words in events(lines, "alarm")[0][2], "nor is machining begun"
+    assert machine.axes[2] == 0
+
+
+def test_machining_waits_until_the_class_is_known(machine):
+    machine.line("$36=1")
+    machine.library.gk_fluid(0)
+    run(machine, DATA, "C130 M03", "G01 Z-1 F6", "M02")
+    assert machine.axes[2] == 0
+    assert "discharge" not in machine.flags
+    machine.library.gk_fluid(KNOWN)
+    machine.run(4000)
+    assert machine.axes[2] == -10_000
+
+
+def test_halt_of_the_servo_has_its_sentence(machine):
+    machine.library.gk_speed(7)
+    machine.tape(punched([DATA, "G01 Z-1 F6", "M02"]), passes=60)
+    machine.event("halt", 5)
+    assert events(machine.run(200), "alarm")[0][1:] == [
+        "48", "Block 3: the servo would widen the gap beyond the retractable limit."]
