@@ -16,8 +16,7 @@ class Servo(wiring.Component):
     ``goal`` and ``back`` follow the strobe by one clock and stand until the next. With both strobes
     ``up`` wins. Without ``on`` the goal is the machine's own coordinate, and the way is forward.
 
-    ``refused`` is high in the clock of an ``up`` that would pass ``floor`` or, with ``limited``,
-    ``front - limit``; these are two clocks old. Coordinates wrap.
+    ``refused`` is high in the clock of an ``up`` that would pass ``lowest``. Coordinates wrap.
 
     Ref: second patent (gap by counted pulses), UP and DOWN generators 16 and 17.
 
@@ -29,12 +28,8 @@ class Servo(wiring.Component):
         Widen, narrow the gap.
     step : In(16)
         Path pulses.
-    command, front, floor : In(signed(32))
-        Path coordinates: of the machine, the furthest so far, and of the lowest point allowed.
-    limit : In(31)
-        Retractable limit, in path pulses.
-    limited : In(1)
-        There is a retractable limit.
+    command, lowest : In(signed(32))
+        Path coordinates: of the machine, and of the lowest point allowed.
     goal : Out(signed(32))
         Path coordinate.
     back : Out(1)
@@ -48,10 +43,7 @@ class Servo(wiring.Component):
     down: In(1)
     step: In(16)
     command: In(coordinate)
-    front: In(coordinate)
-    floor: In(coordinate)
-    limit: In(31)
-    limited: In(1)
+    lowest: In(coordinate)
     goal: Out(coordinate)
     back: Out(1)
     refused: Out(1)
@@ -59,25 +51,17 @@ class Servo(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        def later(a, b):
-            return (a - b)[:32].as_signed() > 0
-
-        behind = Signal(coordinate)
-        lowest = Signal(coordinate)
+        # One adder: a step back is the complement of one ahead, and a carry.
+        step = Signal(coordinate)
         reached = Signal(coordinate)
-        m.d.sync += [
-            behind.eq(self.front - self.limit),
-            lowest.eq(Mux(self.limited & later(behind, self.floor), behind, self.floor)),
-        ]
         m.d.comb += [
-            reached.eq(self.command - self.step),
-            self.refused.eq(self.on & self.up & later(lowest, reached)),
+            step.eq(self.step ^ self.up.replicate(32)),
+            reached.eq(self.command + step + self.up),
+            self.refused.eq(self.on & self.up & ((reached - self.lowest)[:32].as_signed() < 0)),
         ]
         with m.If(~self.on):
             m.d.sync += [self.goal.eq(self.command), self.back.eq(0)]
-        with m.Elif(self.up):
-            m.d.sync += [self.goal.eq(reached), self.back.eq(1)]
-        with m.Elif(self.down):
-            m.d.sync += [self.goal.eq(self.command + self.step), self.back.eq(0)]
+        with m.Elif(self.up | self.down):
+            m.d.sync += [self.goal.eq(reached), self.back.eq(self.up)]
 
         return m

@@ -155,10 +155,6 @@ class Retraction(wiring.Component):
             servo.down.eq(self.down),
             servo.step.eq(self.step),
             servo.command.eq(self.command),
-            servo.front.eq(self.front),
-            servo.floor.eq(self.floor),
-            servo.limit.eq(force["limit"]),
-            servo.limited.eq(force["valid"]),
         ]
         bounds = self._bounds(m, force, cause, returning, moving, servo)
 
@@ -379,7 +375,7 @@ class Retraction(wiring.Component):
 
         reach = Signal(31)
         target = Signal(signed(32))      # where the limit alone would end
-        lowest = Signal(signed(32))      # ... and with the floor
+        lowest = servo.lowest            # ... and with the floor
         loaded = Signal(signed(32))      # ... as far as segments are loaded
         floor_wins = Signal()
         changeover = Signal(signed(32))
@@ -391,7 +387,9 @@ class Retraction(wiring.Component):
         at_target = Signal()
         m.d.sync += [
             reach.eq(Mux((cause == Cause.JUMP) & (self.state != State.FRONT),
-                         force["jump_distance"], force["limit"])),
+                         force["jump_distance"],
+                         # Without data the floor alone bounds the servo.
+                         Mux(force["valid"], force["limit"], (1 << 31) - 1))),
             target.eq(Mux(returning & (cause == Cause.SHORT), self.first,
                           Mux(self.state == State.FRONT, self.front, self.start)) - reach),
             floor_wins.eq(later(self.floor, target)),

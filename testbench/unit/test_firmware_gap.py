@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions, tables, the fluid's class and the servo, as the firmware brings them to the gateware."""
+"""Conditions, tables, the fluid's class and the servo, as firmware brings them to the gateware."""
 
 import pytest
 
@@ -66,7 +66,7 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.gap["presets"] == (4, 5, 6)
     assert machine.gap["reference"][0] == reference(48)
     run(machine, "G10 C900 X0 Y0 Z0", "C900", "M02")
-    assert machine.gap["presets"] == (9, 8, 7), "what a row leaves out stays; no presets: the class's"
+    assert machine.gap["presets"] == (9, 8, 7), "those of the class, if the row has none"
     assert machine.power["level"] == 3
 
 
