@@ -66,7 +66,7 @@ def test_block_stays_within_its_budget(block):
 
 
 def test_the_gap_servo_is_small():
-    """Discriminator (with its statistics), counters and servo: under 400 LUT4, carry pairs apart."""
+    """Discriminator with statistics, counters and servo: under 400 LUT4, carry pairs apart."""
     servo = rtlil.convert(Servo(), name="block", emit_src=False)
     used = [resources.cells(text) for text in (
         netlists()["discriminator"], netlists()["counters"], servo)]
