@@ -27,6 +27,7 @@ from rtl.safety.watchdog import Watchdog
 
 __all__ = ["Machine"]
 
+CROWD = 3     # events that firmware has not taken: forward motion waits
 REST_S = 0.1  # without axis pulses: from then on the following error at rest is supervised
 
 
@@ -389,6 +390,7 @@ class Machine(wiring.Component):
     def _events(self, m, retraction, entered, fluid, interlock):
         """One queue for what happened: the retraction first, the others when it has nothing."""
         m.submodules.events = queue = EventQueue(width=152 + 32 * self.axes, depth=16)
+        m.d.comb += retraction.crowded.eq(queue.level >= CROWD)
         positions = [getattr(self, f"axis_{letter}_position") for letter in AXES]
 
         pushed, head = ([Signal(shape, name=f"{side}_{name}") for name, shape in (

@@ -37,6 +37,8 @@ class EventQueue(wiring.Component):
         There is one.
     full : Out(1)
         There is no room.
+    level : Out(bits for 0 to depth)
+        Entries.
     lost : Out(1)
         An entry was refused.
 
@@ -56,6 +58,7 @@ class EventQueue(wiring.Component):
         super().__init__({
             "push": In(1), "data": In(width), "pop": In(1),
             "head": Out(width), "valid": Out(1), "full": Out(1), "lost": Out(1),
+            "level": Out(range(depth + 1)),
         })
 
     def elaborate(self, platform):
@@ -73,6 +76,7 @@ class EventQueue(wiring.Component):
         m.d.comb += [
             self.valid.eq(newest != oldest),
             self.full.eq((newest ^ oldest) == self.depth),
+            self.level.eq(newest - oldest),
             drop.eq(self.pop & self.valid),
             take.eq(self.push & (~self.full | self.pop)),
             self.lost.eq(self.push & ~take),

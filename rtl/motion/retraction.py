@@ -82,7 +82,8 @@ class Retraction(wiring.Component):
       limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
       operator ends at its distance, and goes on as one for a short if the gap is short there.
     * The re-advance changes from high to low at ``BS - changeover`` on the pulse; if less was
-      retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction.
+      retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction; so does
+      ``crowded``: firmware has not taken the events yet, and must not be overrun.
     * A short at the front or in the re-advance starts a retraction: at or below the start/stop
       speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
       data, or as the return number ``repeats`` of a series, it halts instead.
@@ -116,7 +117,7 @@ class Retraction(wiring.Component):
             "commit_valid": In(1), "commit_strobe": In(1),
             # rules
             "jump_period": In(32), "gain": In(16), "repeats": In(8), "settle": In(24),
-            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1),
+            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1), "crowded": In(1),
             # the servo
             "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
             # the machine
@@ -188,7 +189,7 @@ class Retraction(wiring.Component):
         m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != servo.back))
         with m.If(forward):
             m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe
-                                  & ~turns)
+                                  & ~turns & ~self.crowded)
         with m.Elif(state == State.RETRACTING):
             m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
                                   & ((cause != Cause.SHORT) | self.shorted))

@@ -9,7 +9,10 @@
 #include "text.h"
 #include "units.h"
 
-#define RING 64             /* gateware events; a power of two */
+#define RING 16             /* gateware events; a power of two */
+/* So many of them and no more are taken: the rest wait in the gateware, which goes no further forward
+   until they are. Their interrupts must not use up the time of the watchdog either. */
+#define BUSY 8
 #define NOTICES 32          /* a power of two, more than PATH_LEAD */
 #define NOTICE_TEXT 72      /* of a block's text, what an event shows */
 #define OVERSHOOT_US 20000  /* a servo has come to rest by then */
@@ -31,7 +34,7 @@ typedef struct {
 static record ring[RING];
 static volatile uint32_t head; /* written by the interrupt handler only */
 static uint32_t tail;
-static volatile bool lost;
+static volatile bool busy;      /* the interrupt is off */
 static uint32_t worst;
 static notice notices[NOTICES];
 static uint32_t notice_head, notice_tail;
@@ -46,7 +49,7 @@ static record entry;
 static uint32_t entered;
 
 void events_init(void) {
-    lost = false;
+    busy = false;
     worst = 0;
     line = 0;
     jumping = false;
@@ -71,7 +74,7 @@ void events_speeds(uint32_t high, uint32_t low, uint32_t jump_high) {
 }
 
 void events_interrupt(void) {
-    while (head - tail < RING && hal_event_pop(&ring[head % RING].event)) {
+    while (head - tail < BUSY && hal_event_pop(&ring[head % RING].event)) {
         record *r = &ring[head % RING];
         uint64_t now = hal_cycle();
         uint32_t age = (uint32_t)now - r->event.cycle_low;
@@ -82,9 +85,8 @@ void events_interrupt(void) {
         r->first = hal_first();
         head++;
     }
-    if (head - tail == RING) {
-        /* The main loop is stuck or far behind. Leaving the interrupt on would hang the CPU. */
-        lost = true;
+    if (head - tail == BUSY) {
+        busy = true;
         hal_interrupts(false);
     }
 }
@@ -204,9 +206,10 @@ static void tell(const record *r) {
 }
 
 bool events_step(void) {
-    if (lost || hal_event_lost()) {
-        lost = false;
+    if (hal_event_lost())
         machine_events_lost();
+    if (busy && head - tail <= BUSY / 2) {
+        busy = false;
         hal_interrupts(true);
     }
     if (machine_alarm_waits()) {

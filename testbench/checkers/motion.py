@@ -19,7 +19,7 @@ SETTINGS = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", 
             "jump_rate", "jump_high_rate", "commit_valid", "commit_strobe", "jump_period", "gain",
             "repeats", "settle", "run", "hold", "retract", "release", "safe", "shorted",
             "completed", "discharging", "in_position", "cycle", "ahead", "behind", "floor",
-            "fast_ahead", "fast_behind", "servo", "up", "down", "step")
+            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded")
 
 
 class Motion(wiring.Component):

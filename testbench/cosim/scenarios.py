@@ -41,6 +41,7 @@ SCENARIOS = (
     Scenario(retractions.limit_between_blocks),
     Scenario(retractions.from_mdi),
     Scenario(series.series),
+    Scenario(series.rapid),
     Scenario(series.ceiling_wins),
     Scenario(series.jump),
     Scenario(series.jump_into_short),

@@ -11,7 +11,9 @@ from testbench.cosim.retractions import at_limit, clear_after, figures, pace
 from testbench.native.station import Session
 
 __all__ = ["ceiling_wins", "hold_and_resume", "jump", "jump_into_short", "no_data",
-           "operator_retracts", "series"]
+           "operator_retracts", "rapid", "series"]
+
+WATCHDOG_S = 5e-3
 
 
 def _state(job, state, what=""):
@@ -54,6 +56,34 @@ def series(session: Session) -> dict:
     assert job.probe("path_position") == job.probe("path_front")
     job.record.check_path()
     return figures(job)
+
+
+def rapid(session: Session) -> dict:
+    """Shorts that are back at once: firmware is not overrun, and the series ends in its alarm."""
+    data = Data(speed=600, limit=0.2, high=600, low=600, changeover=0)
+    job = Job(session, watched=("safety_pet_strobe", "safety_pet"))
+    job.start(program(data, "G01 Z-0.4 F1"))
+    job.reach(5, pace(session, 1))
+    begun = session.cycle
+
+    def left():
+        return job.probe("path_status_state") != State.FRONT.value
+
+    while job.probe("path_status_state") != State.HALTED.value:
+        job.short(True)
+        job.until(left, "the short", step=16)
+        job.short(False)
+        job.until(lambda: not left() or job.probe("path_status_state") == State.HALTED.value,
+                  "the front", step=16)
+    alarm = job.alarm()
+    assert alarm["code"] == 43, alarm
+    assert len(job.told("retraction_start")) == 20
+    assert len(job.told("resume")) == 20
+    calls = [clock for clock in job.record.rises("safety_pet_strobe")
+             if clock > begun and job.record.at("safety_pet", clock) == 0x5A]
+    longest = max(after - before for before, after in pairwise(calls))
+    assert longest <= 0.85 * WATCHDOG_S * session.clock_hz, longest
+    return {"longest": longest, "events": job.events, "cycle": session.cycle}
 
 
 def ceiling_wins(session: Session) -> dict:

@@ -47,10 +47,12 @@ def test_queue_follows_the_model(simulate, rng, width, depth):
             data = rng.randrange(1 << width)
             for signal, value in ((dut.push, push), (dut.data, data), (dut.pop, pop)):
                 ctx.set(signal, value)
+            level = len(model.entries)
             head, full, lost = model.clock(push=push, data=data, pop=pop)
             assert ctx.get(dut.valid) == (head is not None)
             assert head is None or ctx.get(dut.head) == head
             assert ctx.get(dut.full) == full
+            assert ctx.get(dut.level) == level
             assert ctx.get(dut.lost) == lost
             losses += lost
             await ctx.tick()
