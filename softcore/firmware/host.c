@@ -26,9 +26,11 @@ static modal fresh(void) {
 
 void gk_check_forget(void) { entered = fresh(); }
 
+static void nothing(void) {}
+
 static void prepare(void) {
     units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
-    settings_init();
+    settings_init(nothing);
     gap_init();
 }
 

@@ -106,12 +106,14 @@ static void apply_machine(void) {
     hal_fluid_required(values[SET_FLUID_REQUIRED]);
 }
 
-void settings_init(void) {
+void settings_init(void (*between)(void)) {
     for (unsigned i = 0; i < SETTINGS; i++)
         values[i] = SETTING_ROWS[i].initial;
     apply_gap();
+    between();
     apply_motion();
     apply_axes();
+    between();
     apply_machine();
 }
 

@@ -25,7 +25,8 @@ typedef struct {
 
 extern const setting_row SETTING_ROWS[SETTINGS];
 
-void settings_init(void);           /* initial values, into the gateware */
+/* Initial values, into the gateware; `between` is called between the parts, which take their time. */
+void settings_init(void (*between)(void));
 uint32_t settings_get(setting which);
 bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of range */
 

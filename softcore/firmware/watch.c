@@ -37,7 +37,8 @@ void watch_boot(void) {
     units_init(hal_clock_hz(), hal_pulses_per_mm());
     output_init();
     pet();
-    settings_init();
+    settings_init(pet);
+    pet();
     gap_init();
     pet();
     events_init();
