@@ -30,6 +30,10 @@ tape_app = typer.Typer(
     help="Punch, read and check tapes: text (.nc) to punched rows (.ptp) and back.",
     no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(tape_app, name="tape")
+experiment_app = typer.Typer(
+    help="Experiments on the simulated machine that anybody can repeat.",
+    no_args_is_help=True, rich_markup_mode="markdown")
+app.add_typer(experiment_app, name="experiment")
 
 INTERRUPTED = 130  # what Typer makes of Ctrl-C
 SEEDS = 2**64
@@ -61,7 +65,7 @@ def run(
     tape: TapeFile,
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE",
-        help="A built-in machine (sinker), or a TOML file of machine and plant parameters.",
+        help="A built-in machine (sinker, small), or a TOML file of machine and plant parameters.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N",
@@ -159,6 +163,23 @@ def tape_check(source: Annotated[Path, typer.Argument(
     from host.tape import load
     blocks = check(load(source))
     _say(f"{source}: {counted(blocks, 'block')}, no fault found")
+
+
+@experiment_app.command("fluid")
+def experiment_fluid(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/fluid"),
+):
+    """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
+
+    Both at four resistivities, with the same seeds: stability of the gap, shares of the pulse
+    classes, removal and retractions. Takes some minutes for each seed, on all cores.
+    """
+    from host.experiment import fluid
+    fluid(seeds=seeds, folder=folder, console=out)
 
 
 @app.command()

@@ -50,6 +50,13 @@ class Simulation:
         """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
         return self._native.probe("path_front")
 
+    def servo_steps(self) -> dict[str, int]:
+        """UP and DOWN pulses of the preset counters so far, those that nothing followed included.
+
+        To be asked for before ``close``.
+        """
+        return {way: self._native.probe(f"servo_{way}s") for way in ("up", "down")}
+
     def trace(self) -> dict:
         """Samples of the run as columns."""
         return self._native.trace()

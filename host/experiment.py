@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper experiment fluid``: presets that stay, against presets that follow the fluid.
+
+The tape ``sink_servo`` on the machine ``small``, in fluids of the four resistivities of the table
+in JP S60-10852 B, with the same seeds in both arms. Fixed: every class of the fluid has the presets
+of the highest resistance. Switched: each has its own. Nothing else differs: in both arms the cell
+is read, and the open reference follows the voltage that the fluid leaves. At the highest resistance
+the arms are the same run.
+"""
+
+import copy
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from host import figures, simulation
+from host import machine as machines
+from host.errors import UserError
+from host.machine import ROOT, Machine
+from host.run import Run, count_retractions
+from host.tape import load
+from host.words import counted
+from rtl.motion.retraction import State
+
+__all__ = ["ARMS", "FIGURES", "OHM_CM", "Trial", "fluid", "measure", "plot", "sentences",
+           "statistics", "table"]
+
+MACHINE, TAPE = "small", ROOT / "tapes" / "sink_servo.nc"
+OHM_CM = (1e6, 1.25e5, 4e4, 1e3)
+# Presets entered by hand before the tape for the classes 1 to 3: those of class 0, or their own, as
+# the controller has them anyway. As many digits in both, so that the tape begins in the same clock.
+ARMS = {
+    "fixed": ("G10 L1 X3 Y6 Z14", "G10 L2 X3 Y6 Z14", "G10 L3 X03 Y6 Z14"),
+    "switched": ("G10 L1 X5 Y5 Z18", "G10 L2 X8 Y3 Z22", "G10 L3 X13 Y2 Z28"),
+}
+LONGEST_S = 60.0    # of the machine's time; a run that takes longer counts as stopped
+SETTLE_S = 0.5      # from the first discharge on the servo closes the gap; not counted
+
+# Figure: its name in the table, and digits.
+FIGURES = {
+    "gap_um": ("gap, um", 1), "gap_deviation_um": ("its deviation, um", 1),
+    "ok": ("good, %", 1), "open": ("open, %", 1), "dame": ("arc, %", 1), "short": ("short, %", 2),
+    "removal_mm3_min": ("removal, mm3/min", 3), "scaled_mm3_min": ("scaled", 2),
+    "up": ("UP", 0), "down": ("DOWN", 0), "retractions": ("retractions", 1),
+    "time_s": ("time, s", 1),
+}
+COLOURS = {"fixed": figures.FAINT, "switched": figures.PATH}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: resistivity of the fluid, arm, seed."""
+
+    ohm_cm: float
+    arm: str
+    seed: int
+
+
+def machine_with(ohm_cm: float) -> Machine:
+    """The machine, with this fluid and no other all the time."""
+    tables = copy.deepcopy(machines.load(MACHINE).tables)
+    tables["gap"]["fluid_ohm_cm"] = ohm_cm
+    return Machine(MACHINE, tables)
+
+
+def run(trial: Trial) -> dict:
+    """Run a trial; return its figures, with how it ended."""
+    machine = machine_with(trial.ohm_cm)
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
+                                  progress=lambda _: None)
+    job = Run(machine, load(TAPE), machine_on, mdi=list(ARMS[trial.arm]), until_s=LONGEST_S)
+    try:
+        job.execute()
+        steps = machine_on.servo_steps()
+    finally:
+        machine_on.close()
+    return asdict(trial) | {
+        "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
+        **measure(machine_on.trace(), machine), **steps,
+        "retractions": count_retractions(job.events)["count"]}
+
+
+def measure(trace: dict, machine: Machine) -> dict:
+    """Figures of a trace whose ``z`` is in pulses.
+
+    ``gap_um``, ``gap_deviation_um`` and the shares of the classes in percent: at the front under
+    servo, from ``SETTLE_S`` after the first discharge to the last. ``time_s`` and the removal:
+    between these two, retractions included; ``removal_mm3_min`` without the plant's scaling.
+
+    Raises
+    ------
+    UserError
+        If there were no discharges for so long.
+    """
+    t = trace["t"]
+    sparks = np.flatnonzero(trace["ok"] + trace["dame"])
+    begin = np.searchsorted(t, t[sparks[0]] + SETTLE_S) if sparks.size else len(t)
+    if not sparks.size or begin >= sparks[-1]:
+        raise UserError(f"a run of the experiment had no {SETTLE_S} s of discharges.")
+    cut = slice(begin, sparks[-1] + 1)
+    front = trace["state"][cut] == State.FRONT.value
+    gap = trace["gap_um"][cut][front]
+    pulses = {kind: trace[kind][cut][front].sum() for kind in ("ok", "open", "dame", "short")}
+    shares = {kind: 100 * float(number) / float(sum(pulses.values()))
+              for kind, number in pulses.items()}
+    bottom_mm = trace["gap_um"][cut] / 1000 - trace["z"][cut] / machine.pulses_per_mm
+    time_s = float(t[cut][-1] - t[cut][0])
+    scaled = machine.number("gap", "area_mm2") * float(bottom_mm[-1] - bottom_mm[0]) / time_s * 60
+    return {"gap_um": float(gap.mean()), "gap_deviation_um": float(gap.std()), **shares,
+            "removal_mm3_min": scaled / machine.removal_scale, "scaled_mm3_min": scaled,
+            "time_s": time_s}
+
+
+def statistics(runs: Iterable[dict]) -> list[dict]:
+    """One row for every resistivity and arm.
+
+    ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds, the
+    spread being the sample's standard deviation, or None of a single run.
+    """
+    groups = {}
+    for one in sorted(runs, key=lambda one: (-one["ohm_cm"], one["arm"], one["seed"])):
+        groups.setdefault((one["ohm_cm"], one["arm"]), []).append(one)
+    rows = []
+    for (ohm_cm, arm), group in groups.items():
+        outcomes = [one["outcome"] for one in group]
+        row = {"ohm_cm": ohm_cm, "arm": arm,
+               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+        for name in FIGURES:
+            values = np.array([one[name] for one in group], dtype=float)
+            row[name] = (float(values.mean()),
+                         float(values.std(ddof=1)) if len(values) > 1 else None)
+        rows.append(row)
+    return rows
+
+
+def _ohm_cm(row):
+    return f"{row['ohm_cm']:.3g}".replace("e+0", "e")
+
+
+def _value(figure, digits):
+    mean, spread = figure
+    return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
+
+
+def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+    """Figures down, resistivities and arms across; mean and spread over the seeds."""
+    made = Table(box=style)
+    made.add_column("ohm cm", no_wrap=True)
+    for row in rows:
+        made.add_column(_ohm_cm(row), justify="right", no_wrap=True)
+    made.add_row("presets", *(row["arm"] for row in rows))
+    made.add_row("ended", *(", ".join(f"{number} {name}"
+                                      for name, number in row["outcomes"].items())
+                            for row in rows))
+    for name, (title, digits) in FIGURES.items():
+        made.add_row(title, *(_value(row[name], digits) for row in rows))
+    return made
+
+
+def sentences(runs: list[dict]) -> list[str]:
+    """What switching the presets changed, a sentence for every resistivity, worse or better."""
+    said = []
+    for ohm_cm in sorted({one["ohm_cm"] for one in runs}, reverse=True):
+        pairs = [({one["arm"]: one for one in runs
+                   if (one["ohm_cm"], one["seed"]) == (ohm_cm, seed)})
+                 for seed in sorted({one["seed"] for one in runs})]
+
+        def ratio(name, pairs=pairs):
+            return (sum(pair["switched"][name] for pair in pairs)
+                    / sum(pair["fixed"][name] for pair in pairs))
+
+        steadier = sum(pair["switched"]["gap_deviation_um"] < pair["fixed"]["gap_deviation_um"]
+                       for pair in pairs)
+        retractions = [sum(pair[arm]["retractions"] for pair in pairs) for arm in ARMS]
+        said.append(
+            f"{_ohm_cm(pairs[0]['fixed'])} ohm cm, switched against fixed: the gap's deviation is "
+            f"{ratio('gap_deviation_um'):.2f} times as great (less with {steadier} of "
+            f"{counted(len(pairs), 'seed')}), the removal {ratio('removal_mm3_min'):.2f} times, "
+            f"retractions {retractions[1]} against {retractions[0]}.")
+    return said
+
+
+def plot(rows: list[dict], path: Path) -> None:
+    """Draw the gap, the removal, the retractions and the shares against the resistivity."""
+    panels = (("gap_um", "gap, µm"), ("gap_deviation_um", "deviation of the gap, µm"),
+              ("removal_mm3_min", "removal, mm³/min, unscaled"), ("retractions", "retractions"))
+    with matplotlib.rc_context(figures.STYLE):
+        figure = Figure(figsize=(9.6, 8.4), layout="constrained")
+        axes = figure.subplots(3, 2).ravel()
+        for ax, (name, title) in zip(axes, panels, strict=False):
+            for arm, colour in COLOURS.items():
+                points = [(row["ohm_cm"], *row[name]) for row in rows if row["arm"] == arm]
+                x, mean, spread = zip(*points, strict=True)
+                ax.errorbar(x, mean, [one or 0 for one in spread], color=colour, marker="o",
+                            markersize=4, capsize=3, label=f"presets {arm}")
+            ax.set(title=title, xscale="log", ylim=(0, None))
+        axes[0].legend()
+        for ax, arm in zip(axes[4:], ARMS, strict=True):
+            mine = [row for row in reversed(rows) if row["arm"] == arm]
+            base = np.zeros(len(mine))
+            for kind, (title, colour) in figures.CLASSES.items():
+                share = np.array([row[kind][0] for row in mine])
+                ax.bar(range(len(mine)), share, bottom=base, color=colour, label=title)
+                base += share
+            ax.set(title=f"classes of pulses, %, presets {arm}", ylim=(0, 100))
+            ax.set_xticks(range(len(mine)), [_ohm_cm(row) for row in mine])
+        axes[4].legend(loc="lower left", frameon=True)
+        for ax in axes[2:]:
+            ax.set_xlabel("resistivity of the fluid, ohm cm")
+        figure.savefig(path, dpi=120)
+
+
+def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
+    """All trials, a core for each; ``progress`` is told of each that is over."""
+    trials = [Trial(ohm_cm, arm, seed)
+              for seed in range(1, seeds + 1) for ohm_cm in OHM_CM for arm in ARMS]
+    done = []
+    with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(run, trial) for trial in trials]):
+            try:
+                done.append(future.result())
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+            progress(done[-1])
+    return sorted(done, key=lambda one: (-one["ohm_cm"], one["arm"], one["seed"]))
+
+
+def fluid(*, seeds: int, folder: Path, console: Console) -> None:
+    """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    # Built once, before the processes would all do so.
+    machine = machine_with(OHM_CM[0])
+    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
+                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    with Progress(console=console) as bar:
+        task = bar.add_task("runs", total=seeds * len(OHM_CM) * len(ARMS))
+
+        def tell(one):
+            bar.advance(task)
+            bar.console.print(f"{_ohm_cm(one)} ohm cm, presets {one['arm']}, seed "
+                              f"{one['seed']}: {one['outcome']} after {one['time_s']:.1f} s, gap "
+                              f"{one['gap_um']:.1f} ± {one['gap_deviation_um']:.1f} um",
+                              soft_wrap=True)
+        runs = _runs(seeds, tell)
+    rows, said = statistics(runs), sentences(runs)
+    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
+    with (folder / "table.md").open("w", encoding="utf-8") as file:
+        page = Console(file=file, width=400)
+        page.print(table(rows, box.MARKDOWN), *(f"{one}\n" for one in said), sep="\n")
+    plot(rows, folder / "plot.png")
+    for arm in ARMS:
+        console.print(table([row for row in rows if row["arm"] == arm]))
+    for one in said:
+        console.print(one, soft_wrap=True)
+    console.print(f"{folder}: runs.json, table.md, plot.png", soft_wrap=True)
