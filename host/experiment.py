@@ -32,7 +32,6 @@ from host.machine import ROOT, Machine
 from host.run import Run, count_retractions
 from host.tape import load
 from host.words import counted
-from rtl.motion.retraction import State
 
 __all__ = ["ARMS", "FIGURES", "OHM_CM", "Trial", "fluid", "measure", "plot", "sentences",
            "statistics", "table"]
@@ -46,6 +45,7 @@ ARMS = {
     "switched": ("G10 L1 X5 Y5 Z18", "G10 L2 X8 Y3 Z22", "G10 L3 X13 Y2 Z28"),
 }
 LONGEST_S = 60.0    # of the machine's time; a run that takes longer counts as stopped
+FRONT = 0           # of a trace's states of the motion: machining
 SETTLE_S = 0.5      # from the first discharge on the servo closes the gap; not counted
 
 # Figure: its name in the table, and digits.
@@ -110,7 +110,7 @@ def measure(trace: dict, machine: Machine) -> dict:
     if not sparks.size or begin >= sparks[-1]:
         raise UserError(f"a run of the experiment had no {SETTLE_S} s of discharges.")
     cut = slice(begin, sparks[-1] + 1)
-    front = trace["state"][cut] == State.FRONT.value
+    front = trace["state"][cut] == FRONT
     gap = trace["gap_um"][cut][front]
     pulses = {kind: trace[kind][cut][front].sum() for kind in ("ok", "open", "dame", "short")}
     shares = {kind: 100 * float(number) / float(sum(pulses.values()))
