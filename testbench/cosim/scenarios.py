@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from testbench.cosim import faults, reaction, retractions, series, tapes
+from testbench.cosim import faults, reaction, retractions, series, servo, tapes
 from testbench.native.station import Session
 
 __all__ = ["SCENARIOS", "Scenario"]
@@ -54,6 +54,12 @@ SCENARIOS = (
     *(Scenario(faults.hung, {"kind": kind, "delay": delay})
       for kind, delay in (("clock", 0), ("clock", 1234), ("clock", 7777), ("memory", 0),
                           ("memory", 1234), ("memory", 7777))),
+    Scenario(servo.both_ways),
+    Scenario(servo.widens_beyond),
+    Scenario(servo.stuck_open),
+    Scenario(servo.stuck_short),
+    Scenario(servo.thresholds),
+    *(Scenario(servo.cell, {"trouble": trouble}) for trouble in servo.TROUBLES),
     Scenario(tapes.flipped_bits, {"count": 20, "choice": 1}),
     Scenario(tapes.broken_tapes),
     Scenario(tapes.noisy_line),

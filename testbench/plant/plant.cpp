@@ -91,6 +91,7 @@ Plant::Plant(uint64_t seed) : gap_(seed) {
     p["force.debris"] = &gap_.force.debris;
     p["force.fluid_ohm_cm"] = &gap_.force.fluid_ohm_cm;
     p["force.fluid_sensor"] = &force_fluid_sensor_;
+    p["force.converter_silent"] = &force_converter_silent_;
     p["force.estop"] = &force_estop_;
     p["force.drive_fault"] = &force_drive_fault_;
     p["force.fluid_low"] = &force_fluid_low_;

@@ -69,7 +69,7 @@ public:
             serial_ = serial;
             converter_.change(from.adc_select, from.adc_clock, from.adc_command,
                               [this](unsigned channel) { return sample(channel); });
-            to.adc_data = converter_.data();
+            to.adc_data = converter_.data() && force_converter_silent_ == 0;
         }
         if (++phase_ == clocks_per_tick_)
             tick(from);
@@ -133,7 +133,7 @@ private:
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_encoder_cut_ = 0, force_encoder_jump_ = 0,
-           force_fluid_sensor_ = 0;
+           force_fluid_sensor_ = 0, force_converter_silent_ = 0;
 
     Motor axes_[AXES];
     Gap gap_;

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios: under servo along the path, and what goes wrong there."""
+
+from itertools import pairwise
+
+from testbench.cosim.checks import pulses
+from testbench.cosim.job import Data, Job, program
+from testbench.native.station import Session
+
+__all__ = ["TROUBLES", "both_ways", "cell", "stuck_open", "stuck_short", "thresholds",
+           "widens_beyond"]
+
+PERIOD = "$31=2000"     # us between servo steps: 50 pulses of condition 100
+STEP = 50               # path pulses, of every built-in condition
+WIDE_UM, NARROW_UM = 300, 8
+DEPTH_MM = 0.4
+WAY = pulses(0.1 + DEPTH_MM)
+WATCHED = ("path_command", "path_front", "safety_status_safe", "power_control_machining")
+
+# What is wrong with the fluid's cell: force and value, what is said.
+TROUBLES = {
+    "broken": ("force.fluid_sensor", 1, "the fluid's cell reads too high: a broken wire"),
+    "shorted": ("force.fluid_sensor", 2, "the fluid's cell reads too low: a shorted wire"),
+    "silent": ("force.converter_silent", 1, "the converter does not answer"),
+}
+
+
+def _gap(job, width_um, debris=0.0):
+    """Hold the gap's width and foulness."""
+    job.session.set("force.gap_um", width_um)
+    job.session.set("force.debris", debris)
+
+
+def _start(session, *settings, data):
+    """A job under servo over a wide gap."""
+    job = Job(session, PERIOD, *settings, watched=WATCHED)
+    _gap(job, WIDE_UM)
+    job.start(program(data, "G95 P1", f"G01 Z-{DEPTH_MM} F600"))
+    return job
+
+
+def _locked(job):
+    """No discharge, no motion, and no tape until the operator unlocks."""
+    assert not job.probe("power_control_machining")
+    command = job.probe("path_command")
+    job.start(program("G01 Z0.05 F300"))
+    job.until(lambda: any("locked" in line for line in job.said), "the refusal", step=2000)
+    assert job.probe("path_command") == command
+
+
+def both_ways(session: Session) -> dict:
+    """DOWN over open pulses, standing still over good ones, UP over arcs; and to the depth."""
+    job = _start(session, data=Data(limit=0.3))
+    job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
+    _gap(job, NARROW_UM)
+    job.run(session.clock_hz // 100)
+    stands = job.probe("path_command")
+    job.run(session.clock_hz // 20)
+    assert job.probe("path_command") == stands == job.probe("path_front")
+    _gap(job, NARROW_UM, debris=1)
+    job.until(lambda: job.probe("path_command") <= stands - 4 * STEP, "a way of UP")
+    assert job.probe("path_front") == stands
+    _gap(job, WIDE_UM)
+    job.finish()
+    assert job.probe("path_command") == job.probe("path_front") == WAY
+    assert job.probe("axis_z_command") == -WAY
+    assert not job.told("retraction_start")
+    values = [value for _, value in job.record.changes("path_command")]
+    assert all(abs(after - before) == 1 for before, after in pairwise(values))
+    turns = [one for one, (before, after) in zip(values[1:], pairwise(
+        after - before for before, after in pairwise(values)), strict=False) if before != after]
+    assert len(turns) >= 2
+    assert not [place for place in turns if place % STEP], turns
+    return {"cycle": session.cycle, "turns": turns, "events": job.events}
+
+
+def widens_beyond(session: Session) -> dict:
+    """UP and UP again: the alarm instead of the step that would pass the limit."""
+    data = Data(limit=0.0518, changeover=0)
+    job = _start(session, data=data)
+    job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
+    _gap(job, NARROW_UM, debris=1)
+    alarm = job.alarm()
+    assert alarm["code"] == 48
+    front = job.probe("path_front")
+    # 518 pulses: ten steps of 50, and no eleventh.
+    assert front - job.probe("path_command") == 10 * STEP
+    assert job.probe("path_position") == job.probe("path_command")
+    _locked(job)
+    return {"cycle": session.cycle, "events": job.events}
+
+
+def stuck_open(session: Session) -> dict:
+    """No discharge comes: not a step further than allowed without one."""
+    # Firmware looks now and then: with longer between steps than it takes for that.
+    job = _start(session, "$31=10000", "$35=150", data=Data())
+    alarm = job.alarm()
+    assert alarm["code"] == 50
+    assert "no discharge on the last 150 um of the way" in alarm["text"]
+    way = job.probe("path_front")
+    assert pulses(0.15) < way <= pulses(0.15) + STEP, way
+    _locked(job)
+    return {"cycle": session.cycle, "way": way, "events": job.events}
+
+
+def stuck_short(session: Session) -> dict:
+    """A short that stays, in the middle of the servo's work: retraction, and the alarm at L."""
+    data = Data(limit=0.06)
+    job = _start(session, data=data)
+    job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
+    job.short(True)
+    alarm = job.alarm()
+    assert alarm["code"] == 41
+    assert job.probe("path_front") - job.probe("path_command") == pulses(data.limit)
+    told, = job.told("retraction_start")
+    assert told["cause"] == "short"
+    assert job.told("retraction_end")[0]["reason"] == "limit"
+    _locked(job)
+    return {"cycle": session.cycle, "events": job.events}
+
+
+def cell(session: Session, trouble: str) -> dict:
+    """The fluid's class cannot be known any more: one alarm, and again while it is so."""
+    force, value, said = TROUBLES[trouble]
+    session.set("force.fluid_ohm_cm", 4e4)
+    job = _start(session, "$36=1", data=Data())
+    told = job.wait("fluid_class")
+    assert (told["class"], told["presets"]) == (2, {"dame": 8, "open": 3, "ok": 22})
+    job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
+    session.set(force, value)
+    _unknown(job, said)
+    return {"cycle": session.cycle, "events": job.events}
+
+
+def thresholds(session: Session) -> dict:
+    """Thresholds out of order, told before anything moves."""
+    job = Job(session, PERIOD, "$39=500", "$36=1", watched=WATCHED)
+    _unknown(job, "the thresholds of the fluid's classes are out of order")
+    assert job.probe("path_front") == 0
+    # In order again, and it goes.
+    for line in ("$39=2819", "$X"):
+        job.link.command(line)
+    job.events.clear()
+    _gap(job, WIDE_UM)
+    job.start(program(Data(), "G95 P1", f"G01 Z-{DEPTH_MM} F600"))
+    job.finish()
+    return {"cycle": session.cycle, "events": job.events}
+
+
+def _unknown(job, said):
+    """The alarm, and once more when the operator unlocks and machines on, all being as before."""
+    alarm = job.alarm()
+    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    _locked(job)
+    way = job.probe("path_front")
+    assert way < WAY
+    job.events.clear()
+    job.said.clear()
+    job.link.command("$X")
+    # A tape's path begins at 0.
+    job.start(program("G95 P1", f"G01 Z-{DEPTH_MM} F600"))
+    alarm = job.alarm()
+    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    assert job.probe("path_front") == 0
+    _locked(job)
