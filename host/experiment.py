@@ -9,6 +9,7 @@ the arms are the same run.
 """
 
 import copy
+import io
 import json
 import multiprocessing
 import os
@@ -192,6 +193,19 @@ def sentences(runs: list[dict]) -> list[str]:
     return said
 
 
+def _page(rows, said, seeds):
+    """The table and what it says, as Markdown."""
+    page = Console(width=400, record=True, file=io.StringIO())
+    page.print(table(rows, box.MARKDOWN))
+    lines = [line.strip() for line in page.export_text().splitlines()]
+    return "\n".join([
+        "# Presets that stay, and presets switched by the fluid's resistance", "",
+        f"Tape {TAPE.stem}, machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard "
+        "deviation over the seeds. Gap and", "classes at the front under servo, from "
+        f"{SETTLE_S} s after the first discharge to the last.", "",
+        *filter(None, lines), "", *(f"* {one}" for one in said), ""])
+
+
 def plot(rows: list[dict], path: Path) -> None:
     """Draw the gap, the removal, the retractions and the shares against the resistivity."""
     panels = (("gap_um", "gap, µm"), ("gap_deviation_um", "deviation of the gap, µm"),
@@ -260,9 +274,7 @@ def fluid(*, seeds: int, folder: Path, console: Console) -> None:
         runs = _runs(seeds, tell)
     rows, said = statistics(runs), sentences(runs)
     (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
-    with (folder / "table.md").open("w", encoding="utf-8") as file:
-        page = Console(file=file, width=400)
-        page.print(table(rows, box.MARKDOWN), *(f"{one}\n" for one in said), sep="\n")
+    (folder / "table.md").write_text(_page(rows, said, seeds), encoding="utf-8")
     plot(rows, folder / "plot.png")
     for arm in ARMS:
         console.print(table([row for row in rows if row["arm"] == arm]))

@@ -109,9 +109,14 @@ static const char *trouble(uint32_t flags) {
 }
 
 bool gap_ready(fault *f) {
+    uint32_t state = hal_fluid_state();
+    /* An event that told of another class may have been dropped with an alarm. */
+    if (HAL_FLUID_CLASS(state) != fluid) {
+        fluid = HAL_FLUID_CLASS(state);
+        apply();
+    }
     if (settings_get(SET_FLUID_MODE) != 1)
         return true;
-    uint32_t state = hal_fluid_state();
     const char *what = trouble(state);
     if (what)
         return fault_at(f, FAULT_FLUID, 0, "%s", what);

@@ -120,7 +120,8 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 #define HAL_FLUID_HIGH 2u
 #define HAL_FLUID_DISORDERED 4u
 #define HAL_FLUID_SILENT 8u
-#define HAL_FLUID_KNOWN 16u     /* of hal_fluid_state only: there is an average */
+#define HAL_FLUID_KNOWN 16u     /* of hal_fluid_state only: there is an average, */
+#define HAL_FLUID_CLASS(state) ((state) >> 8 & 3u)      /* and the class in force */
 #define HAL_FLUID_MEASURED(first) ((first) >> 4 & 3u)   /* class; another may be in force by hand */
 
 typedef struct {

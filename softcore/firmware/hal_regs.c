@@ -206,7 +206,8 @@ uint32_t hal_fluid_state(void) {
            (status & FLUID_STATUS_BROKEN_HIGH_MASK ? HAL_FLUID_HIGH : 0) |
            (status & FLUID_STATUS_DISORDERED_MASK ? HAL_FLUID_DISORDERED : 0) |
            (status & FLUID_STATUS_FAULT_MASK ? HAL_FLUID_SILENT : 0) |
-           (status & FLUID_STATUS_KNOWN_MASK ? HAL_FLUID_KNOWN : 0);
+           (status & FLUID_STATUS_KNOWN_MASK ? HAL_FLUID_KNOWN : 0) |
+           GET(status, FLUID_STATUS_CLASS) << 8;
 }
 
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {

@@ -45,10 +45,10 @@ def test_servo_reaches_the_depth_in_every_fluid(ohm_cm):
     tape = encode(text.replace(f"Z-{DEPTH_MM}", f"Z-{SHORT_MM}"))
     done, deepest, bottom = machined(machine_with(ohm_cm), tape)
     check_depth(done, deepest, bottom, SHORT_MM)
-    told = [event for event in done.events if event["event"] == "fluid_class"]
+    told, = [event for event in done.events if event["event"] == "fluid_class"]
     number = OHM_CM.index(ohm_cm)
-    assert [event["class"] for event in told if event["line"] > 0] in ([], [number])
-    assert all(event["presets"] == PRESETS[event["class"]] for event in told)
+    assert (told["class"], told["presets"]) == (number, PRESETS[number])
+    assert told["resistivity"] == pytest.approx(ohm_cm, rel=0.01)
 
 
 @pytest.mark.soak

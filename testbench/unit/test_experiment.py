@@ -136,7 +136,9 @@ def test_files_of_an_experiment(workdir, monkeypatch):
     assert json.loads((workdir / "out" / "runs.json").read_text()) == RUNS
     page = (workdir / "out" / "table.md").read_text()
     assert page.count("ohm cm, switched against fixed") == 4
-    assert "| gap, um" in page
+    assert "\n| gap, um" in page
+    assert "Tape sink_servo, machine small, 2 seeds:" in page
+    assert not [line for line in page.splitlines() if line != line.strip()]
     said = (workdir / "said.txt").read_text()
     assert "1e3 ohm cm, presets fixed, seed 2: end" in said
     assert not [line for line in said.splitlines() if "removal, mm3/min" in line and "…" in line]

@@ -152,9 +152,10 @@ def test_machining_waits_until_the_class_is_known(machine):
     run(machine, DATA, "C130 M03", "G01 Z-1 F6", "M02")
     assert machine.axes[2] == 0
     assert "discharge" not in machine.flags
-    machine.library.gk_fluid(KNOWN)
+    machine.library.gk_fluid(KNOWN | 3 << 8)
     machine.run(4000)
     assert machine.axes[2] == -10_000
+    assert machine.gap["presets"] == PATENT[3], "whatever became of its event"
 
 
 def test_halt_of_the_servo_has_its_sentence(machine):
