@@ -126,6 +126,8 @@ def cell(session: Session, trouble: str) -> dict:
     job = _start(session, "$36=1", data=Data())
     told = job.wait("fluid_class")
     assert (told["class"], told["presets"]) == (2, {"dame": 8, "open": 3, "ok": 22})
+    assert {kind: job.probe(f"servo_presets_{kind}") for kind in told["presets"]} == (
+        told["presets"])
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     session.set(force, value)
     _unknown(job, said)

@@ -51,6 +51,7 @@ PROBES = (
     Probe("gap_open_count", 32), Probe("gap_ok_count", 32),
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
     Probe("servo_ups", 32), Probe("servo_downs", 32),
+    *(Probe(f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
     Probe("power_control_machining", 1),
     Probe("power_level", 6),
     Probe("retraction_control_run", 1),
