@@ -209,7 +209,7 @@ SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "di
 
 @pytest.mark.parametrize(("tape", "options", "status", "outcome"), [
     ("sink_persistent_short.nc",       ["--seed", 5],    3, "alarm"),
-    ("sink_persistent_short.eia.ptp",  ["--until", 0.3], 0, "stopped"),
+    ("sink_persistent_short.eia.ptp",  ["--until", 0.2], 0, "stopped"),
     ("broken/fault_after_motion.ptp",  [],               3, "alarm"),
     ("broken/parity_flip.ptp",         [],               4, "rejected"),
 ])
