@@ -15,7 +15,8 @@ from host.errors import TapeError, UsageError
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")
-_END_WORD = re.compile(r"M0*(?:2|30)(?![\d.])")
+_SKIPPED = re.compile(r"(?:[ \t]|\(\))*/")
+_END_WORD = re.compile(r"M[ \t]*0*(?:2|30)(?:\.0*)?(?![\d.])")
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,12 @@ class Tape:
 
 
 def ends_program(block: str) -> bool:
-    """Whether a block holds the end word M02 or M30, outside comments and not skippable."""
-    block = block.strip()
-    return not block.startswith("/") and bool(_END_WORD.search(_COMMENT.sub("", block.upper())))
+    """Whether a block holds the end word M02 or M30, outside comments and not skippable.
+
+    As the controller reads it, softcore/firmware/block.c, of every block that it does not refuse.
+    """
+    block = _COMMENT.sub("()", block.upper())  # a comment still parts a letter from its number
+    return not _SKIPPED.match(block) and bool(_END_WORD.search(block))
 
 
 def encode(text: str, code: Code = ISO) -> Tape:

@@ -9,6 +9,7 @@ from host.check import check
 from host.codes import CODES, EIA, ISO, odd
 from host.errors import TapeError
 from host.tape import FEED_ROWS, Tape, decode, encode, ends_program, load
+from testbench.firmware import Checker, Fault
 
 # The tables as printed: ISO 840 by its rule, EIA RS-244 as punched by the IBM 1620.
 ISO_TABLE = """
@@ -178,9 +179,44 @@ def test_what_cannot_be_punched_is_named(text, code, message):
 @pytest.mark.parametrize(("block", "ends"), [
     ("M02", True), ("N9 M2", True), ("G01 X1 M30", True), ("M30 (M02)", True), ("M030", True),
     ("M20", False), ("M300", False), ("(M02)", False), ("G04 P1 ; M02", False), ("/M02", False),
+    ("M 02", True), ("M\t02", True), ("M02.", True), ("M2.00", True), ("(/)M02", True),
+    ("(X)/M02", False), (" (X) /M02", False), ("M(X)02", False), ("M02.5", False),
 ])
 def test_end_word_is_found(block, ends):
     assert ends_program(block) is ends
+
+
+PIECES = ["M", "02", "2", "30", "0", ".", ".0", " ", "\t", "(X)", "(M02)", "/", "(", ";", "G01",
+          "X1", "M02", "M30", "M3", "M 2", "M02.", "M30.00"]
+
+
+@codes
+def test_a_tape_ends_where_it_does_for_the_controller(code, rng):
+    """Of a block that the controller refuses, only that the tape is not over before it."""
+    firmware, seen = Checker(), {"read": 0, "never ends": 0, "refused": 0}
+    for _ in range(6000):
+        lines = ["".join(rng.choices(PIECES, k=rng.randrange(1, 5))) for _ in range(2)]
+        lines += rng.choice([[], ["M02"]])
+        text = "\n".join(["%", *lines, "%", ""])
+        text = text if code is ISO else text.replace(";", "")
+        rows = encode(text, code).rows
+        if code is ISO:  # where a small letter may stand, unlike in a text to be punched
+            rows = rows.replace(b"\x4d", b"\xed", rng.randrange(2))
+        found = firmware.check(rows)
+        try:
+            last, said = len(decode(rows)[0].splitlines()) - 1, ""
+        except TapeError as error:
+            last, said = error.block, str(error)
+        if not isinstance(found, Fault):
+            seen["read"] += 1
+            assert (last, said) == (1 + len(found), ""), text
+        elif "end word" in found.sentence:
+            seen["never ends"] += 1
+            assert said == found.sentence, text
+        else:
+            seen["refused"] += 1
+            assert last >= found.line, text
+    assert min(seen.values()) > 50, seen
 
 
 @pytest.mark.parametrize("suffix", [".ptp", ".PTP"])
