@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from host.errors import DONE, FAULT, UserError
+from host.errors import DONE, FAULT, UsageError, UserError
 from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 from host.words import counted
 
@@ -53,6 +53,12 @@ def _seed(seed: int) -> int:
     return seed
 
 
+def _folder(name: str | None) -> str | None:
+    if name == "":
+        raise typer.BadParameter("an empty name names no folder.")
+    return name
+
+
 class TapeCode(StrEnum):
     """Codes a tape may be punched in."""
 
@@ -74,8 +80,8 @@ def run(
     waves: Annotated[bool, typer.Option(
         "--waves", help="Also record waveforms, with a saved view. Slower, and big files.",
     )] = False,
-    folder: Annotated[Path | None, typer.Option(
-        "--out", metavar="DIR", file_okay=False, show_default="build/runs/<tape name>",
+    folder: Annotated[str | None, typer.Option(
+        "--out", callback=_folder, metavar="DIR", show_default="build/runs/<tape name>",
         help="Folder for events.jsonl, summary.json, trace.npz and report.html.",
     )] = None,
     mdi: Annotated[list[str] | None, typer.Option(
@@ -102,7 +108,8 @@ def run(
     stop (M00) is resumed at once.
     """
     from host.session import run_tape
-    raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves, folder=folder,
+    raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
+                              folder=None if folder is None else Path(folder),
                               mdi=mdi or [], until_s=until, clock_hz=clock, console=out))
 
 
@@ -122,6 +129,7 @@ def tape_encode(
     """
     from host.codes import CODES
     from host.tape import encode, text_of
+    _differ(target, source)
     tape = encode(text_of(source, source.read_bytes()), CODES[code.value])
     _write(target, tape.rows)
     _say(f"{target}: {len(tape.rows)} rows in {tape.code.title}, "
@@ -142,6 +150,8 @@ def tape_decode(
     M30); the first fault ends the reading and is named by block and character.
     """
     from host.tape import decode
+    if target is not None:
+        _differ(target, source)
     text, code = decode(source.read_bytes())
     if target is None:
         sys.stdout.write(text)
@@ -151,9 +161,16 @@ def tape_decode(
 
 
 @tape_app.command("check")
-def tape_check(source: Annotated[Path, typer.Argument(
+def tape_check(
+    source: Annotated[Path, typer.Argument(
         metavar="IN", exists=True, dir_okay=False, show_default=False,
-        help="Part program as text (.nc) or as punched rows (.ptp).")]):
+        help="Part program as text (.nc) or as punched rows (.ptp).")],
+    mdi: Annotated[list[str] | None, typer.Option(
+        metavar='"G36 …"', show_default=False,
+        help="A line that `run` would be given by hand before the tape starts, such as retraction "
+             "data for what the tape leaves out. May be given several times.",
+    )] = None,
+):
     """Check a tape with the controller's own reader, without a machine.
 
     The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
@@ -161,7 +178,7 @@ def tape_check(source: Annotated[Path, typer.Argument(
     """
     from host.check import check
     from host.tape import load
-    blocks = check(load(source))
+    blocks = check(load(source), mdi or [])
     _say(f"{source}: {counted(blocks, 'block')}, no fault found")
 
 
@@ -209,6 +226,12 @@ def bench():
 
 def _say(line: str) -> None:
     out.print(line, markup=False, soft_wrap=True)  # a name is a name, and one line is one
+
+
+def _differ(target: Path, source: Path) -> None:
+    """Refuse to write what is read, by whatever name."""
+    if target.exists() and target.samefile(source):
+        raise UsageError(f"{target} is the file that is read, and would be lost.")
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -12,7 +12,7 @@ from rich.markup import escape
 
 from host import machine as machines
 from host import report, simulation
-from host.errors import TapeError, UserError
+from host.errors import TapeError, UsageError, UserError
 from host.link import check_line
 from host.run import STATUS_OF, Run, count_retractions, write_events
 from host.tape import Tape, decode, is_punched, load, text_of
@@ -95,6 +95,9 @@ def _prepared(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         for name in ("events.jsonl", "summary.json", "trace.npz", "report.html"):
             (folder / name).unlink(missing_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise UsageError(f"{folder} can be no folder: it is a file, or would stand in one."
+                         ) from error
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
     return folder

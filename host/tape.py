@@ -176,9 +176,9 @@ def load(path: Path) -> Tape:
 
 
 def text_of(path: Path, data: bytes) -> str:
-    """Text of a part program's bytes."""
+    """Text of a part program's bytes, without the mark that some editors put before it."""
     try:
-        return data.decode()
+        return data.decode().removeprefix("\ufeff")
     except UnicodeDecodeError as error:
         raise TapeError(f"{path} is no text (byte {error.start + 1} cannot be read); punched tapes "
                         "have the ending .ptp.") from error

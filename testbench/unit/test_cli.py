@@ -41,7 +41,7 @@ def program(workdir):
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),
     (["tape", "decode"], ["-o"]),
-    (["tape", "check"], ["firmware"]),
+    (["tape", "check"], ["firmware", "--mdi"]),
     (["build"], ["BOARD", "bitstream"]),
     (["bench"], ["table"]),
 ])
@@ -66,6 +66,7 @@ def test_commands_to_come_are_not_there_yet(name):
     (["run", "--seed", 2**64, __file__],     "a seed is 0 to 18446744073709551615."),
     (["tape", "encode", "absent.nc", "-o", "x.ptp"], "file 'absent.nc' does not exist"),
     (["tape", "decode"],                     "Missing argument 'IN'"),
+    (["run", "--out", "", __file__],         "an empty name names no folder."),
     (["build"],                              "Missing argument 'BOARD'"),
 ])
 def test_wrong_usage_is_status_2(arguments, message):
@@ -147,6 +148,62 @@ def test_tape_goes_out_and_comes_back(program, workdir, code):
     assert gapkeeper("tape", "decode", "-o", text, punched).returncode == 0
     assert text.read_text() == PROGRAM
     assert gapkeeper("tape", "decode", punched).stdout == PROGRAM
+
+
+@pytest.mark.parametrize("command", ["encode", "decode"])
+@pytest.mark.parametrize("link", ["", "hardlink_to", "symlink_to"])
+def test_a_tape_is_not_written_over_its_source(workdir, command, link):
+    source = target = workdir / "part"
+    data = PROGRAM.encode() if command == "encode" else encode(PROGRAM).rows
+    source.write_bytes(data)
+    if link:
+        target = workdir / "other"
+        target.unlink(missing_ok=True)
+        getattr(target, link)(source)
+    result = gapkeeper("tape", command, "-o", target, source)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == (f"gapkeeper: {target} is the file that is read, and would be "
+                             "lost.\n")
+    assert source.read_bytes() == data
+
+
+def test_lines_by_hand_complete_the_data_of_a_checked_tape(program):
+    program.write_text("%\nG36 R300\nM02\n")
+    alone = gapkeeper("tape", "check", program)
+    assert (alone.returncode, alone.stdout) == (4, "")
+    given = gapkeeper("tape", "check", program, "--mdi", "g36 l0.5 h600", "--mdi", "G36 E60 Q0.1")
+    assert (given.returncode, given.stderr) == (0, "")
+    assert given.stdout == f"{program}: 2 blocks, no fault found\n"
+
+
+@pytest.mark.parametrize(("line", "message"), [
+    ("g77", 'the line "g77" entered by hand is refused by the controller: MDI, character 1: the '
+            "code G77 is unknown."),
+    ("",    "an empty line cannot be entered by hand."),
+])
+def test_a_line_by_hand_that_is_none_is_usage_of_a_check(program, line, message):
+    result = gapkeeper("tape", "check", program, "--mdi", line)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == f"gapkeeper: {message}\n"
+
+
+def test_a_mark_of_the_byte_order_is_no_character(program, workdir):
+    """Windows' editor puts one before every text."""
+    punched = [workdir / name for name in ("plain.ptp", "marked.ptp")]
+    assert gapkeeper("tape", "encode", "-o", punched[0], program).returncode == 0
+    program.write_bytes(b"\xef\xbb\xbf" + program.read_bytes())
+    assert gapkeeper("tape", "encode", "-o", punched[1], program).returncode == 0
+    assert punched[0].read_bytes() == punched[1].read_bytes()
+
+
+@pytest.mark.parametrize("below", [".", "deep", "deep/er"])
+def test_a_file_is_no_folder_for_a_run(program, workdir, below):
+    folder = workdir / "file" / below
+    (workdir / "file").write_text("")
+    result = gapkeeper("run", program, "--out", folder)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == (f"gapkeeper: {folder} can be no folder: it is a file, or would stand "
+                             "in one.\n")
 
 
 def test_what_cannot_be_punched_is_one_sentence(workdir):
