@@ -12,7 +12,7 @@ import pytest
 
 from host.codes import EIA
 from host.errors import UsageError
-from host.machine import BUILT_IN, load
+from host.machine import BOUNDS, BUILT_IN, load
 from host.tape import encode
 from testbench.punch import TAPES
 
@@ -364,10 +364,19 @@ def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
 
 
 @pytest.mark.parametrize(("line", "message"), [
-    ("clock_hz = 0", "clock_hz must be above 0, not 0"),
-    ("clock_hz = 1_000_000", "clock_hz must be 2000000 to 100000000, not 1000000"),
-    ("pulses_per_mm = -1", "pulses_per_mm must be above 0, not -1"),
-    ("removal_scale = nan", "removal_scale must be finite, not nan"),
+    ("clock_hz = 0", "clock_hz must be 2000000 to 100000000, not 0."),
+    ("clock_hz = 1_000_000", "clock_hz must be 2000000 to 100000000, not 1000000."),
+    ("pulses_per_mm = 5000", "pulses_per_mm must be 10000, not 5000."),
+    ("removal_scale = nan", "removal_scale must be 0.001 to 1000000, not nan."),
+    ("initial_gap_um = 1e9", "initial_gap_um must be 0 to 100000, not 1000000000.0."),
+    ("tick_us = 1e9", "tick_us must be 1 to 100, not 1000000000.0."),
+    ("[axis]\nspeed_loop_ms = 0", "axis.speed_loop_ms must be 0.001 to 1000000000, not 0."),
+    ("[axis]\nfull_speed_mm_s = 0", "axis.full_speed_mm_s must be 1 to 1000, not 0."),
+    ("[axis]\nmax_acceleration_mm_s2 = -1", "axis.max_acceleration_mm_s2 must be 1 to 1000000, "
+                                            "not -1."),
+    ("[gap]\nignition_slope_um = 0", "gap.ignition_slope_um must be 0.001 to 1000000000, not 0."),
+    ("[gap]\ncontact_um = -2", "gap.contact_um must be 0 to 1000000000, not -2."),
+    ("[side]\nlimit_high_mm = -1", "side.limit_high_mm must be 0.1 to 10000, not -1."),
     ("[gap]\narea_mm2 = true", "gap.area_mm2 is no number"),
     ("[settings]\nbaud = 9600", "settings.baud = 9600 is no setting"),
     ("[settings]\n8 = 1.5", "settings.8 = 1.5 is no setting"),
@@ -378,6 +387,15 @@ def test_an_impossible_machine_is_refused(workdir, line, message):
     path.write_text(line + "\n")
     with pytest.raises(UsageError, match=re.escape(message)):
         load(str(path))
+
+
+@pytest.mark.parametrize("key", re.findall(r"^(\w+) = ", SINKER, re.M))
+def test_no_number_of_a_machine_is_without_bounds(workdir, key):
+    path = workdir / "far.toml"
+    for value in ("nan", "inf", "-inf", 10**400, -10**12):
+        path.write_text(re.sub(rf"^{key} = \S+", f"{key} = {value}", SINKER, flags=re.M))
+        with pytest.raises(UsageError, match=rf"^machine far: (\w+\.)?{key} must be .*, not "):
+            load(str(path))
 
 
 @pytest.mark.parametrize("key", re.findall(r"^(\w+) = ", SINKER, re.M))
@@ -409,3 +427,4 @@ def test_the_sinker_gives_every_parameter_of_the_plant():
              if isinstance(keys, dict) and table != "settings" for key in keys}
     given |= {key for key, value in load("sinker").tables.items() if not isinstance(value, dict)}
     assert given == names
+    assert not BOUNDS.keys() - names
