@@ -109,7 +109,7 @@ def _position(ax, trace, events, retractions):
         ends = [one.end["t"] for one in ended]
         ax.plot(ends, _height(trace, ends), "^", color=colour, markersize=4.5, zorder=4,
                 label=f"end of a retraction ({cause})")
-    bounded = [one for one in retractions if one.limit and one.cause != "jump"]
+    bounded = [one for one in retractions if one.limit]
     if bounded:
         starts = [one.start["t"] for one in bounded]
         limits = [one.limit for one in bounded]
@@ -119,7 +119,7 @@ def _position(ax, trace, events, retractions):
     ax.set_ylabel("Z (mm)")
     if retractions:
         ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
-    low, high = min(z.min(), 0), max(z.max(), 0)
+    low, high = min(z.min(), 0), max(z.max(), 0.001)
     ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from host import figures
-from host.retractions import collect, most_telling
+from host.retractions import Retraction, collect, most_telling
 
 DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
 
@@ -17,6 +17,7 @@ OUTCOMES = {
     "rejected": ("tape rejected", "bad"),
 }
 REASONS = {"cleared": "cleared", "limit": "at the limit", "path_start": "at the path's start"}
+PHASES = {"high": "forward at H", "low": "forward at E"}
 PRESSED_MM = 0.005  # there is contact at some micrometres; what is further in was pushed there
 # Blocks and conditions are told by the listing; the table of events is for what happened.
 QUIET = {"block"}
@@ -62,6 +63,18 @@ def collision(summary: dict) -> str:
         "collision.")
 
 
+def _story(one: Retraction, last: bool) -> str:
+    """What a retraction did, as far as it came."""
+    steps = ["Back at R of the jump" if one.cause == "jump" else "Back at R"]
+    steps += [PHASES[event["phase"]] for event in one.advances]
+    if one.resume:
+        steps.append("then the feed resumed at the start point BS")
+    else:
+        steps.append(f"but {'the run ended' if last else 'the next one began'} before the feed "
+                     "resumed")
+    return ", ".join(steps) + "."
+
+
 def _tiles(summary, retractions):
     shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
     pulses = summary["discharges"]
@@ -105,6 +118,7 @@ def render(*, title, listing, machine, parameters, summary, events, trace) -> st
         tiles=_tiles(summary, retractions), listing=listing, collision=collision(summary),
         overview=figures.overview(trace, events, retractions) if drawn else "",
         telling=telling, close_up=close_up,
+        story=_story(telling, telling is retractions[-1]) if close_up else "",
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],
         details=_details, parameters=sorted(_flat(parameters)),

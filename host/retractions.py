@@ -9,7 +9,8 @@ class Retraction:
     """One retraction: its start, its end, the way back and the resumption, as events.
 
     ``series_t`` is when the first retraction of its series began: a short during the re-advance
-    starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm.
+    starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm;
+    a jump is not under it, and events do not tell how far one is to go.
     """
 
     number: int
@@ -49,7 +50,8 @@ def collect(events: list[dict]) -> list[Retraction]:
         elif kind == "retraction_start":
             if open_series is None:
                 open_series = event["t"]
-            found.append(Retraction(len(found) + 1, event, limit, open_series))
+            bound = None if event["cause"] == "jump" else limit
+            found.append(Retraction(len(found) + 1, event, bound, open_series))
         elif found and kind == "retraction_end":
             found[-1].end = event
         elif found and kind == "readvance":

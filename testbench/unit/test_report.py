@@ -59,6 +59,43 @@ def test_page_says_what_a_person_asks_first():
         assert text in html, text
 
 
+RETRACTION = range(2, 7)
+FULL = "forward at H, forward at E, then the feed resumed at the start point BS."
+
+
+@pytest.mark.parametrize(("cause", "numbers", "story"), [
+    ("short",    RETRACTION,      f"Back at R, {FULL}"),
+    ("operator", RETRACTION,      f"Back at R, {FULL}"),
+    ("jump",     RETRACTION,      f"Back at R of the jump, {FULL}"),
+    ("short",    [2, 3, 5, 6],    "Back at R, forward at E, then the feed resumed at the start "
+                                  "point BS."),
+    ("short",    [2, 3, 8],       "Back at R, but the run ended before the feed resumed."),
+    ("jump",     [2, 3, 4, 8],    "Back at R of the jump, forward at H, but the run ended before "
+                                  "the feed resumed."),
+    ("short",    [2, 3, 4, 7, 8], "Back at R, forward at H, but the next one began before the feed "
+                                  "resumed."),
+])
+def test_a_close_up_tells_what_happened(cause, numbers, story):
+    start = EVENTS[2] | {"cause": cause}
+    events = [*EVENTS[:2], *(start if n == 2 else EVENTS[n] for n in numbers)]
+    said = re.search(r"<p>At .* of the tape\. (.*)</p>", page(events=events))
+    assert said[1] == story
+
+
+@pytest.mark.parametrize(("cause", "shown"), [("short", "0.5000"), ("operator", "0.5000"),
+                                              ("jump", "\u2013")])
+def test_a_jump_is_not_under_the_retractable_limit(cause, shown):
+    """It has a way of its own, which events do not tell."""
+    html = page(events=[*EVENTS[:2], EVENTS[2] | {"cause": cause}, *EVENTS[3:7]])
+    cells = re.findall(r'<td class="n">(.*?)</td>', html.split("<tbody>")[1])
+    assert cells[4:6] == ["0.3000", shown]
+
+
+def test_a_run_at_one_height_is_drawn():
+    still = trace(100) | {"z": np.zeros(100)}
+    assert "<svg" in figures.overview(still, [], [])
+
+
 def test_a_shifted_frame_does_not_shift_the_drawing():
     """Events are told in the program's frame; what is drawn has one frame only."""
     def drawn(shift):
