@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines to run a tape on: built-in ones by name, others from a TOML file."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,8 @@ BUILT_IN = ROOT / "testbench" / "plant"
 
 # Below, the firmware cannot keep up with its watchdog; above is no device.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
+
+NUMBER = re.compile("[0-9]{1,10}")  # of a setting; the controller has 32 bits
 
 # Lowest and highest of a number, both allowed: what the controller is built for, and what the
 # formulas of the plant bear (they divide by most of these).
@@ -31,7 +34,8 @@ BOUNDS = {
     "fluid.drift_end_ohm_cm": (1, 10**12), "fluid.cell_per_cm": DIVISOR,
     "fluid.cell_parallel_ohm": DIVISOR, "fluid.cell_series_ohm": DIVISOR,
     "source.open_v": (1, 1000), "source.supply_step_v": (1, 1000), "source.negative_removal": SHARE,
-    "source.rise_us": DIVISOR, "comparator.fixed": SHARE, "comparator.reference_full_v": (1, 1000),
+    "source.rise_us": DIVISOR, "source.burning_spread_v": (0, 10), "source.arc_spread_v": (0, 10),
+    "comparator.fixed": SHARE, "comparator.reference_full_v": (1, 1000),
     "comparator.reference_rc_us": DIVISOR, "comparator.noise_miss": SHARE,
     "debris.time_s": DIVISOR, "debris.depth_mm": DIVISOR, "debris.exchange_depth_mm": DIVISOR,
     "debris.deionisation_us": DIVISOR, "debris.bridge_gap_um": DIVISOR,
@@ -49,9 +53,10 @@ def _check(name, tables, prefix=""):
         elif isinstance(value, bool) or not isinstance(value, int | float):
             raise UsageError(f"machine {name}: {prefix}{key} is no number.")
         elif prefix == "settings.":
-            if not (key.isdecimal() and isinstance(value, int) and value >= 0):
+            if not (NUMBER.fullmatch(key) and NUMBER.fullmatch(str(value))):
                 raise UsageError(f"machine {name}: {prefix}{key} = {value} is no setting; one "
-                                 "reads number = value, both whole and not negative.")
+                                 "reads number = value, both whole, not negative, and of at most "
+                                 "10 digits.")
         else:
             lowest, highest = BOUNDS.get(prefix + key, ANY)
             if not lowest <= value <= highest:  # nor is what is not a number

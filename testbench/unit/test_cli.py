@@ -381,6 +381,8 @@ def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
     ("[settings]\nbaud = 9600", "settings.baud = 9600 is no setting"),
     ("[settings]\n8 = 1.5", "settings.8 = 1.5 is no setting"),
     ("[settings]\n8 = -1", "settings.8 = -1 is no setting"),
+    (f"[settings]\n8 = {10**10}", f"settings.8 = {10**10} is no setting"),
+    ("[settings]\n'\u0668' = 1", "settings.\u0668 = 1 is no setting"),
 ])
 def test_an_impossible_machine_is_refused(workdir, line, message):
     path = workdir / "impossible.toml"
