@@ -6,6 +6,10 @@ in JP S60-10852 B, with the same seeds in both arms. Fixed: every class of the f
 of the highest resistance. Switched: each has its own. Nothing else differs: in both arms the cell
 is read, and the open reference follows the voltage that the fluid leaves. At the highest resistance
 the arms are the same run.
+
+All of it with two pulses: that of the tape's condition, as a user would choose it for so small an
+electrode, and the one of 250 us for which the table was found. The servo's period is 20 ms: that is
+about 490 of the one and 67 of the other.
 """
 
 import copy
@@ -16,6 +20,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 
 import matplotlib
@@ -34,7 +39,7 @@ from host.run import Run, count_retractions
 from host.tape import load
 from host.words import counted
 
-__all__ = ["ARMS", "FIGURES", "OHM_CM", "Trial", "fluid", "measure", "plot", "sentences",
+__all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "fluid", "measure", "plot", "sentences",
            "statistics", "table"]
 
 MACHINE, TAPE = "small", ROOT / "tapes" / "sink_servo.nc"
@@ -45,6 +50,8 @@ ARMS = {
     "fixed": ("G10 L1 X3 Y6 Z14", "G10 L2 X3 Y6 Z14", "G10 L3 X03 Y6 Z14"),
     "switched": ("G10 L1 X5 Y5 Z18", "G10 L2 X8 Y3 Z22", "G10 L3 X13 Y2 Z28"),
 }
+# Pulses, and what is entered by hand for them: condition 100 of the tape.
+PULSES = {"15 us": (), "250 us": ("G10 C100 P250 Q50 R50",)}
 LONGEST_S = 60.0    # of the machine's time; a run that takes longer counts as stopped
 FRONT = 0           # of a trace's states of the motion: machining
 SETTLE_S = 0.5      # from the first discharge on the servo closes the gap; not counted
@@ -58,12 +65,14 @@ FIGURES = {
     "time_s": ("time, s", 1),
 }
 COLOURS = {"fixed": figures.FAINT, "switched": figures.PATH}
+LINES = {"15 us": "-", "250 us": "--"}
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One run: resistivity of the fluid, arm, seed."""
+    """One run: pulse, resistivity of the fluid, arm, seed."""
 
+    pulse: str
     ohm_cm: float
     arm: str
     seed: int
@@ -81,7 +90,8 @@ def run(trial: Trial) -> dict:
     machine = machine_with(trial.ohm_cm)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
                                   progress=lambda _: None)
-    job = Run(machine, load(TAPE), machine_on, mdi=list(ARMS[trial.arm]), until_s=LONGEST_S)
+    job = Run(machine, load(TAPE), machine_on, until_s=LONGEST_S,
+              mdi=[*PULSES[trial.pulse], *ARMS[trial.arm]])
     try:
         job.execute()
         steps = machine_on.servo_steps()
@@ -124,19 +134,23 @@ def measure(trace: dict, machine: Machine) -> dict:
             "time_s": time_s}
 
 
+def _order(one):
+    return list(PULSES).index(one["pulse"]), -one["ohm_cm"], one["arm"], one["seed"]
+
+
 def statistics(runs: Iterable[dict]) -> list[dict]:
-    """One row for every resistivity and arm.
+    """One row for every pulse, resistivity and arm.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds, the
     spread being the sample's standard deviation, or None of a single run.
     """
     groups = {}
-    for one in sorted(runs, key=lambda one: (-one["ohm_cm"], one["arm"], one["seed"])):
-        groups.setdefault((one["ohm_cm"], one["arm"]), []).append(one)
+    for one in sorted(runs, key=_order):
+        groups.setdefault((one["pulse"], one["ohm_cm"], one["arm"]), []).append(one)
     rows = []
-    for (ohm_cm, arm), group in groups.items():
+    for (pulse, ohm_cm, arm), group in groups.items():
         outcomes = [one["outcome"] for one in group]
-        row = {"ohm_cm": ohm_cm, "arm": arm,
+        row = {"pulse": pulse, "ohm_cm": ohm_cm, "arm": arm,
                "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
         for name in FIGURES:
             values = np.array([one[name] for one in group], dtype=float)
@@ -156,11 +170,12 @@ def _value(figure, digits):
 
 
 def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
-    """Figures down, resistivities and arms across; mean and spread over the seeds."""
+    """Figures down, pulses, resistivities and arms across; mean and spread over the seeds."""
     made = Table(box=style)
     made.add_column("ohm cm", no_wrap=True)
     for row in rows:
         made.add_column(_ohm_cm(row), justify="right", no_wrap=True)
+    made.add_row("pulse", *(row["pulse"] for row in rows))
     made.add_row("presets", *(row["arm"] for row in rows))
     made.add_row("ended", *(", ".join(f"{number} {name}"
                                       for name, number in row["outcomes"].items())
@@ -171,11 +186,12 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
 
 
 def sentences(runs: list[dict]) -> list[str]:
-    """What switching the presets changed, a sentence for every resistivity, worse or better."""
+    """What switching changed, a sentence for every pulse and resistivity, worse or better."""
     said = []
-    for ohm_cm in sorted({one["ohm_cm"] for one in runs}, reverse=True):
-        pairs = [({one["arm"]: one for one in runs
-                   if (one["ohm_cm"], one["seed"]) == (ohm_cm, seed)})
+    kinds = dict.fromkeys((one["pulse"], one["ohm_cm"]) for one in sorted(runs, key=_order))
+    for pulse, ohm_cm in kinds:
+        pairs = [{one["arm"]: one for one in runs
+                  if (one["pulse"], one["ohm_cm"], one["seed"]) == (pulse, ohm_cm, seed)}
                  for seed in sorted({one["seed"] for one in runs})]
 
         def ratio(name, pairs=pairs):
@@ -186,24 +202,27 @@ def sentences(runs: list[dict]) -> list[str]:
                        for pair in pairs)
         retractions = [sum(pair[arm]["retractions"] for pair in pairs) for arm in ARMS]
         said.append(
-            f"{_ohm_cm(pairs[0]['fixed'])} ohm cm, switched against fixed: the gap's deviation is "
-            f"{ratio('gap_deviation_um'):.2f} times as great (less with {steadier} of "
-            f"{counted(len(pairs), 'seed')}), the removal {ratio('removal_mm3_min'):.2f} times, "
-            f"retractions {retractions[1]} against {retractions[0]}.")
+            f"Pulse of {pulse}, {_ohm_cm(pairs[0]['fixed'])} ohm cm, switched against fixed: "
+            f"the gap's deviation is {ratio('gap_deviation_um'):.2f} times as great "
+            f"(less with {steadier} of {counted(len(pairs), 'seed')}), "
+            f"the removal {ratio('removal_mm3_min'):.2f} times, retractions "
+            f"{retractions[1]} against {retractions[0]}.")
     return said
 
 
 def _page(rows, said, seeds):
     """The table and what it says, as Markdown."""
-    page = Console(width=400, record=True, file=io.StringIO())
-    page.print(table(rows, box.MARKDOWN))
-    lines = [line.strip() for line in page.export_text().splitlines()]
+    tables = []
+    for pulse in PULSES:
+        page = Console(width=400, record=True, file=io.StringIO())
+        page.print(table([row for row in rows if row["pulse"] == pulse], box.MARKDOWN))
+        tables += ["", *filter(None, map(str.strip, page.export_text().splitlines()))]
     return "\n".join([
         "# Presets that stay, and presets switched by the fluid's resistance", "",
         f"Tape {TAPE.stem}, machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard "
         "deviation over the seeds. Gap and", "classes at the front under servo, from "
-        f"{SETTLE_S} s after the first discharge to the last.", "",
-        *filter(None, lines), "", *(f"* {one}" for one in said), ""])
+        f"{SETTLE_S} s after the first discharge to the last.",
+        *tables, "", *(f"* {one}" for one in said), ""])
 
 
 def plot(rows: list[dict], path: Path) -> None:
@@ -211,35 +230,37 @@ def plot(rows: list[dict], path: Path) -> None:
     panels = (("gap_um", "gap, µm"), ("gap_deviation_um", "deviation of the gap, µm"),
               ("removal_mm3_min", "removal, mm³/min, unscaled"), ("retractions", "retractions"))
     with matplotlib.rc_context(figures.STYLE):
-        figure = Figure(figsize=(9.6, 8.4), layout="constrained")
-        axes = figure.subplots(3, 2).ravel()
+        figure = Figure(figsize=(9.6, 11.2), layout="constrained")
+        axes = figure.subplots(4, 2).ravel()
         for ax, (name, title) in zip(axes, panels, strict=False):
-            for arm, colour in COLOURS.items():
-                points = [(row["ohm_cm"], *row[name]) for row in rows if row["arm"] == arm]
+            for (pulse, line), (arm, colour) in product(LINES.items(), COLOURS.items()):
+                points = [(row["ohm_cm"], *row[name]) for row in rows
+                          if (row["pulse"], row["arm"]) == (pulse, arm)]
                 x, mean, spread = zip(*points, strict=True)
                 ax.errorbar(x, mean, [one or 0 for one in spread], color=colour, marker="o",
-                            markersize=4, capsize=3, label=f"presets {arm}")
+                            markersize=4, capsize=3, linestyle=line,
+                            label=f"presets {arm}, pulse of {pulse}")
             ax.set(title=title, xscale="log", ylim=(0, None))
-        axes[0].legend()
-        for ax, arm in zip(axes[4:], ARMS, strict=True):
-            mine = [row for row in reversed(rows) if row["arm"] == arm]
+        axes[1].legend()
+        for ax, (pulse, arm) in zip(axes[4:], product(PULSES, ARMS), strict=True):
+            mine = [row for row in reversed(rows) if (row["pulse"], row["arm"]) == (pulse, arm)]
             base = np.zeros(len(mine))
             for kind, (title, colour) in figures.CLASSES.items():
                 share = np.array([row[kind][0] for row in mine])
                 ax.bar(range(len(mine)), share, bottom=base, color=colour, label=title)
                 base += share
-            ax.set(title=f"classes of pulses, %, presets {arm}", ylim=(0, 100))
+            ax.set(title=f"classes, %, presets {arm}, pulse of {pulse}", ylim=(0, 100))
             ax.set_xticks(range(len(mine)), [_ohm_cm(row) for row in mine])
         axes[4].legend(loc="lower left", frameon=True)
-        for ax in axes[2:]:
+        for ax in axes[6:]:
             ax.set_xlabel("resistivity of the fluid, ohm cm")
         figure.savefig(path, dpi=120)
 
 
 def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
     """All trials, a core for each; ``progress`` is told of each that is over."""
-    trials = [Trial(ohm_cm, arm, seed)
-              for seed in range(1, seeds + 1) for ohm_cm in OHM_CM for arm in ARMS]
+    trials = [Trial(pulse, ohm_cm, arm, seed) for seed, pulse, ohm_cm, arm
+              in product(range(1, seeds + 1), PULSES, OHM_CM, ARMS)]
     done = []
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
         for future in as_completed([pool.submit(run, trial) for trial in trials]):
@@ -249,7 +270,7 @@ def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
                 pool.shutdown(cancel_futures=True)
                 raise
             progress(done[-1])
-    return sorted(done, key=lambda one: (-one["ohm_cm"], one["arm"], one["seed"]))
+    return sorted(done, key=_order)
 
 
 def fluid(*, seeds: int, folder: Path, console: Console) -> None:
@@ -263,21 +284,21 @@ def fluid(*, seeds: int, folder: Path, console: Console) -> None:
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()
     with Progress(console=console) as bar:
-        task = bar.add_task("runs", total=seeds * len(OHM_CM) * len(ARMS))
+        task = bar.add_task("runs", total=seeds * len(PULSES) * len(OHM_CM) * len(ARMS))
 
         def tell(one):
             bar.advance(task)
-            bar.console.print(f"{_ohm_cm(one)} ohm cm, presets {one['arm']}, seed "
-                              f"{one['seed']}: {one['outcome']} after {one['time_s']:.1f} s, gap "
-                              f"{one['gap_um']:.1f} ± {one['gap_deviation_um']:.1f} um",
+            bar.console.print(f"{one['pulse']}, {_ohm_cm(one)} ohm cm, presets {one['arm']}, "
+                              f"seed {one['seed']}: {one['outcome']} after {one['time_s']:.1f} s, "
+                              f"gap {one['gap_um']:.1f} ± {one['gap_deviation_um']:.1f} um",
                               soft_wrap=True)
         runs = _runs(seeds, tell)
     rows, said = statistics(runs), sentences(runs)
     (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
     (folder / "table.md").write_text(_page(rows, said, seeds), encoding="utf-8")
     plot(rows, folder / "plot.png")
-    for arm in ARMS:
-        console.print(table([row for row in rows if row["arm"] == arm]))
+    for pulse, arm in product(PULSES, ARMS):
+        console.print(table([row for row in rows if (row["pulse"], row["arm"]) == (pulse, arm)]))
     for one in said:
         console.print(one, soft_wrap=True)
     console.print(f"{folder}: runs.json, table.md, plot.png", soft_wrap=True)

@@ -13,7 +13,17 @@ from rich.console import Console
 
 from host import experiment, machine
 from host.errors import UserError
-from host.experiment import ARMS, FIGURES, OHM_CM, measure, plot, sentences, statistics, table
+from host.experiment import (
+    ARMS,
+    FIGURES,
+    OHM_CM,
+    PULSES,
+    measure,
+    plot,
+    sentences,
+    statistics,
+    table,
+)
 from host.simulation import Simulation
 from rtl.motion.retraction import State
 
@@ -64,13 +74,15 @@ def test_a_trace_without_discharges_is_refused(begin):
         measure(made_up(begin=begin), SMALL)
 
 
-def run(ohm_cm, arm, seed, **figures):
+def run(ohm_cm, arm, seed, pulse="15 us", **figures):
     return (dict.fromkeys(FIGURES, 10.0)
-            | {"ohm_cm": ohm_cm, "arm": arm, "seed": seed, "outcome": "end", "alarm": None}
+            | {"pulse": pulse, "ohm_cm": ohm_cm, "arm": arm, "seed": seed,
+               "outcome": "end", "alarm": None}
             | figures)
 
 
-RUNS = [run(ohm_cm, arm, seed) for seed in (1, 2) for ohm_cm in OHM_CM for arm in ARMS]
+RUNS = [run(ohm_cm, arm, seed, pulse)
+        for seed in (1, 2) for pulse in PULSES for ohm_cm in OHM_CM for arm in ARMS]
 
 
 def test_statistics_are_mean_and_spread_of_the_seeds():
@@ -95,11 +107,13 @@ def test_table_has_every_figure_and_every_kind_of_run():
         console.print(made)
     rows = [[cell.strip() for cell in line.split("|")[1:-1]]
             for line in text.get().splitlines() if "|" in line]
-    assert rows[0] == ["ohm cm", "1e6", "1e6", "1.25e5", "1.25e5", "4e4", "4e4", "1e3", "1e3"]
-    assert rows[2] == ["presets", *["fixed", "switched"] * 4]
-    assert rows[3] == ["ended", *["2 end"] * 8]
-    assert [row[0] for row in rows[4:]] == [title for title, _ in FIGURES.values()]
-    assert {cell for row in rows[4:] for cell in row[1:]} == {
+    fluids = ["1e6", "1e6", "1.25e5", "1.25e5", "4e4", "4e4", "1e3", "1e3"]
+    assert rows[0] == ["ohm cm", *fluids * 2]
+    assert rows[2] == ["pulse", *["15 us"] * 8, *["250 us"] * 8]
+    assert rows[3] == ["presets", *["fixed", "switched"] * 8]
+    assert rows[4] == ["ended", *["2 end"] * 16]
+    assert [row[0] for row in rows[5:]] == [title for title, _ in FIGURES.values()]
+    assert {cell for row in rows[5:] for cell in row[1:]} == {
         f"{10:.{digits}f} ± {0:.{digits}f}" for _, digits in FIGURES.values()}
 
 
@@ -110,8 +124,8 @@ def test_better_and_worse_are_told_alike(deviation, words):
     said, = sentences([
         run(4e4, "fixed", 1, retractions=1),
         run(4e4, "switched", 1, gap_deviation_um=deviation, removal_mm3_min=15.0, retractions=7)])
-    assert said == (f"4e4 ohm cm, switched against fixed: the gap's deviation is {words}, the "
-                    "removal 1.50 times, retractions 7 against 1.")
+    assert said == ("Pulse of 15 us, 4e4 ohm cm, switched against fixed: the gap's deviation is "
+                    f"{words}, the removal 1.50 times, retractions 7 against 1.")
 
 
 def test_plot_is_drawn(workdir):
@@ -135,12 +149,12 @@ def test_files_of_an_experiment(workdir, monkeypatch):
         experiment.fluid(seeds=2, folder=workdir / "out", console=Console(file=file, width=80))
     assert json.loads((workdir / "out" / "runs.json").read_text()) == RUNS
     page = (workdir / "out" / "table.md").read_text()
-    assert page.count("ohm cm, switched against fixed") == 4
-    assert "\n| gap, um" in page
+    assert page.count("ohm cm, switched against fixed") == 8
+    assert page.count("\n| gap, um") == len(PULSES)
     assert "Tape sink_servo, machine small, 2 seeds:" in page
     assert not [line for line in page.splitlines() if line != line.strip()]
     said = (workdir / "said.txt").read_text()
-    assert "1e3 ohm cm, presets fixed, seed 2: end" in said
+    assert "250 us, 1e3 ohm cm, presets fixed, seed 2: end" in said
     assert not [line for line in said.splitlines() if "removal, mm3/min" in line and "…" in line]
 
 
