@@ -192,8 +192,8 @@ def experiment_fluid(
 ):
     """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
 
-    Both at four resistivities and with two pulses, with the same seeds: stability of the gap, shares
-    of the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
+    Both at four resistivities, with two pulses and the same seeds: stability of the gap, shares of
+    the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
     """
     from host.experiment import fluid
     fluid(seeds=seeds, folder=folder, console=out)
