@@ -108,7 +108,7 @@ static bool plan_feed(context *c, uint32_t highest_speed) {
     if (!speed(c, w, 'F', &c->p->after.feed))
         return false;
     if (c->p->after.feed == 0)
-        return fault_at(c->f, FAULT_FEED, w->column, "the feed F must be above zero");
+        return fault_at(c->f, FAULT_FEED, w->column, "the feed F must be 0.001 mm/min or more");
     if (c->p->after.feed > highest_speed)
         return fault_at(c->f, FAULT_FEED, w->column, "the feed F is above the machine's %u mm/min",
                         highest_speed / 1000);

@@ -35,15 +35,25 @@ class Reaction:
 
 
 def reactions(record: Record) -> list[Reaction]:
-    """Reactions to every short of a record for which the machine retracted."""
+    """Reactions to every short of a record for which the machine retracted.
+
+    Raises
+    ------
+    AssertionError
+        If it did not retract, and was not going back nor halted, nor is the record at its end.
+    """
     found = []
     stops = record.rises("completed")
     for completed, until in pairwise([*stops, record.last + 1]):
         sample = completed - 1
         turned = next(iter(record.rises("path_status_reverse", completed, until)), None)
         go = turned and next(iter(record.rises("go", turned, until)), None)
-        if go is None or record.at("path_status_reverse", completed):
-            continue  # the short halted it, or it went back already
+        if record.at("path_status_reverse", completed):
+            continue  # it went back already
+        if go is None:
+            halted = record.at("path_status_state", until - 1) == State.HALTED
+            assert halted or until > record.last, f"no retraction for the short in clock {completed}"
+            continue
         forward = record.rises("pp", sample, turned)
         fast = record.at("ramp_above", sample) > 0
         slowing = [clock for clock, value in record.changes("ramp_above", sample, turned)
