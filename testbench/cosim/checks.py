@@ -52,7 +52,7 @@ def reactions(record: Record) -> list[Reaction]:
             continue  # it went back already
         if go is None:
             halted = record.at("path_status_state", until - 1) == State.HALTED
-            assert halted or until > record.last, f"no retraction for the short in clock {completed}"
+            assert halted or until > record.last, f"no retraction for the short at {completed}"
             continue
         forward = record.rises("pp", sample, turned)
         fast = record.at("ramp_above", sample) > 0
