@@ -19,6 +19,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
@@ -266,6 +267,8 @@ def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
         for future in as_completed([pool.submit(run, trial) for trial in trials]):
             try:
                 done.append(future.result())
+            except BrokenProcessPool as error:
+                raise UserError("a run of the experiment was killed from outside.") from error
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise

@@ -239,6 +239,8 @@ class Machine(wiring.Component):
         m.submodules.short = short = ShortDetector()
         m.submodules.references = references = References()
         m.submodules.counters = counters = PresetCounters()
+        gates = Signal(2)  # as the pads have them, which have a register too
+        m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
         discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
         m.d.comb += [
             limiter.level.eq(self.power_level),
@@ -263,8 +265,8 @@ class Machine(wiring.Component):
             self.gap_supply.eq(Cat(self.power_supply_voltage, self.power_supply_negative)),
             self.gap_reference.eq(references.stream),
 
-            discriminator.on.eq(pulses.on),
-            discriminator.sense.eq(pulses.sense),
+            discriminator.on.eq(gates[0]),
+            discriminator.sense.eq(gates[1]),
             discriminator.arc.eq(self.gap_arc),
             discriminator.short.eq(self.gap_short),
             discriminator.current.eq(self.gap_current),

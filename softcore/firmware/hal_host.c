@@ -171,7 +171,10 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     fin_passes = 1;
     busy_passes = 0;
     queue_head = queue_tail = 0;
-    pets = sleeps = 0;
+    pets = sleeps = discharges = 0;
+    power = (gk_power){0};
+    gap = (gk_gap){0};
+    fluid_state = HAL_FLUID_KNOWN;
     expected_pet = 0xa5;
     watch_boot();
 }

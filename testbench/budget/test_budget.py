@@ -21,7 +21,7 @@ BUDGETS = {
     "counters":      Cells(lut4=72,   ccu2c=64,  ff=62,   ram=0,  bram=0,  dsp=0),
     "discriminator": Cells(lut4=101,  ccu2c=108, ff=170,  ram=0,  bram=0,  dsp=0),
     "distributor":   Cells(lut4=332,  ccu2c=335, ff=104,  ram=0,  bram=0,  dsp=0),
-    "events":        Cells(lut4=9,    ccu2c=7,   ff=10,   ram=62, bram=0,  dsp=0),
+    "events":        Cells(lut4=9,    ccu2c=9,   ff=10,   ram=62, bram=0,  dsp=0),
     "feed":          Cells(lut4=91,   ccu2c=90,  ff=69,   ram=0,  bram=0,  dsp=0),
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
     "interlock":     Cells(lut4=113,  ccu2c=30,  ff=86,   ram=0,  bram=0,  dsp=0),
