@@ -40,8 +40,9 @@ def block(rng: random.Random) -> str:
         lambda: [rng.choice(("G94", "G95 P1", "G95P01"))],
         lambda: ["G10", f"C{rng.choice((130, 900, rng.randint(901, 925)))}",
                  f"P{rng.randint(0, 300)}", f"Q{rng.randint(1, 90)}", *rng.sample(
-                     ("I6", "R70", f"E{rng.randint(10, 320)}", f"H{rng.randint(15, 105)}", "K-1",
-                      "K1", "L.002", f"X{rng.randint(0, 299)}", "Y5", "Z18"), rng.randint(0, 4))],
+                     ("I6", "R70", f"E{rng.choice((20, 40, 60, 80, 120, 300, 310, 85))}",
+                      f"H{rng.randint(15, 105)}", "K-1", "K1", "L.002",
+                      f"X{rng.randint(0, 299)}", "Y5", "Z18"), rng.randint(0, 4))],
         lambda: ["G10", f"L{rng.randint(0, 4)}", "X3", "Y6", "Z14", f"H{rng.randint(50, 100)}"],
         lambda: ["G04", rng.choice((f"P{rng.randint(0, 50)}", "X0.05"))],
         lambda: [f"C{rng.choice((100, 110, 120, 130, 140, 150, 500, 900))}",

@@ -75,9 +75,9 @@ class Retraction(wiring.Component):
 
     * The start point BS is the position at which the machine left off machining: ``front``, the
       furthest coordinate commanded, unless the servo has drawn back. The limit is measured from
-      ``first``, the BS of the first short of a series; a series ends when machining is ``gain``
+      ``first``, the front at the first short of a series; a series ends when machining is ``gain``
       pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit`` and
-      ``floor``. A jump goes back to ``BS - jump_distance``, or ``floor``.
+      ``floor``. A jump goes back to ``front - jump_distance``, or ``floor``.
     * A retraction for a short ends when the short is gone, on the pulse; if it is not gone at the
       limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
       operator ends at its distance, and goes on as one for a short if the gap is short there.
@@ -259,7 +259,7 @@ class Retraction(wiring.Component):
                             m.d.sync += self.series.eq(self.series + 1)
                         with m.Else():
                             m.d.sync += [returning.eq(1), self.series.eq(0),
-                                         self.first.eq(Mux(outgoing, self.position, self.start))]
+                                         self.first.eq(self.front)]
 
             with m.Case(State.RETRACTING):
                 with m.If(ending):
@@ -391,8 +391,7 @@ class Retraction(wiring.Component):
                          force["jump_distance"],
                          # Without data the floor alone bounds the servo.
                          Mux(force["valid"], force["limit"], (1 << 31) - 1))),
-            target.eq(Mux(returning & (cause == Cause.SHORT), self.first,
-                          Mux(self.state == State.FRONT, self.front, self.start)) - reach),
+            target.eq(Mux(returning & (cause == Cause.SHORT), self.first, self.front) - reach),
             floor_wins.eq(later(self.floor, target)),
             lowest.eq(Mux(later(self.floor, target), self.floor, target)),
             loaded.eq(Mux(later(self.behind, lowest), self.behind, lowest)),

@@ -7,9 +7,9 @@
 #include "settings.h"
 #include "units.h"
 
-#define SUPPLY_STEP_V 20        /* of the power supply's open voltage */
 #define REFERENCE_FULL_V 100    /* at the gap, of a reference that is all ones */
 #define REFERENCE_STEPS 1024
+#define PERIOD_LIMIT ((1u << 24) - 1)   /* clocks */
 
 /* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
    1.25 x 10**5 (as its blurred column is read) and 4 x 10**4 to 10**3. The shares of the open voltage
@@ -50,7 +50,7 @@ static void apply(void) {
         return;
     hal_pulse(units_clocks_of_us(row.on_us), units_clocks_of_us(row.off_us),
               units_clocks_of_us(row.rest_us), row.ip);
-    hal_supply(row.open_v / SUPPLY_STEP_V, row.negative);
+    hal_supply(row.open_v / GAP_SUPPLY_STEP_V, row.negative);
     /* The fluid leaves less than the source gives; what burns, burns at its own voltage. */
     uint32_t left_v = (uint32_t)row.open_v * row.open_percent * c->share_percent / 10000;
     hal_references(volts(left_v), volts(row.arc_v), volts(row.short_v));
@@ -79,7 +79,8 @@ void gap_servo(bool on) {
 void gap_settings(void) {
     hal_servo(servo, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
               settings_get(SET_SERVO_WEIGHT));
-    hal_servo_period(units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US)));
+    uint32_t period = units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US));
+    hal_servo_period(period < PERIOD_LIMIT ? period : PERIOD_LIMIT);
     way_limit = (uint32_t)units_pulses_of_um(settings_get(SET_NO_DISCHARGE_UM));
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
@@ -141,8 +142,18 @@ void gap_fluid(const hal_event *event, uint64_t cycle) {
                  (uint32_t)c->dame, (uint32_t)c->open, (uint32_t)c->ok);
 }
 
-/* A servo that never sees a discharge would drive the electrode through anything. */
+/* The settings may have come to rely on a detector that has told of its trouble before. And a servo
+   that never sees a discharge would drive the electrode through anything. */
 void gap_watch(void) {
+    if (machine_machining() && settings_get(SET_FLUID_MODE) == 1) {
+        const char *what = trouble(hal_fluid_state());
+        if (what) {
+            fault f = {.line = events_line()};
+            fault_at(&f, FAULT_FLUID, 0, "%s", what);
+            machine_alarm(&f);
+            return;
+        }
+    }
     if (!servo || !way_limit)
         return;
     uint32_t counts[4];

@@ -9,6 +9,8 @@
 #include "technology.h"
 
 #define GAP_CLASSES 4           /* of the fluid: 0 has the highest resistance */
+#define GAP_SHARE_PERCENT 50    /* of the open voltage: so much at least must a fluid leave */
+#define GAP_SUPPLY_STEP_V 20    /* of the power supply's open voltage */
 
 /* Of a class: presets of the counters, and what share of the open voltage the fluid leaves. */
 typedef struct {

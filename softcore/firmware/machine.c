@@ -178,7 +178,7 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
         "still short where the way back ends (ceiling, soft limit or start of the path)",
         "too many shorts in series without new depth",
         "short without retraction data (G36)",
-        "the servo would widen the gap beyond the retractable limit",
+        "the servo would go back beyond the retractable limit or the ceiling or the soft limit",
     };
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     fault f = {.line = events_line()};

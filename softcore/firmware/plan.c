@@ -263,8 +263,11 @@ static bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, un
     if (c->p->moves) {
         after->served = after->servo && after->mode == MODE_FEED;
         c->p->changes_servo = after->served != c->before->served;
-        if (after->served && !after->machining)
+        if (after->served && !c->before->machining && !c->p->machining_on)
             return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
+        retraction_layer set = retraction_combined(&after->memory);
+        if (after->served && !retraction_complete(&set))
+            return fault_at(c->f, FAULT_RETRACTION, 0, "G95 needs retraction data (G36) before it");
     }
     c->p->speed = after->mode == MODE_RAPID ? highest_speed : after->feed;
     if (c->p->moves && !c->p->speed)
@@ -373,9 +376,13 @@ static bool plan_row(context *c) {
         return fault_at(c->f, FAULT_TABLE, step->column, "the servo step L is out of range");
     if (!on || !off)
         return fault_at(c->f, FAULT_MISSING, 0, "a new condition needs its times P and Q");
-    if (open * percent <= row.arc_v * 100u)
+    if (open % GAP_SUPPLY_STEP_V)
+        return fault_at(c->f, FAULT_TABLE, BLOCK_WORD(c->b, 'E')->column,
+                        "the open voltage E must be a multiple of %u V", (uint32_t)GAP_SUPPLY_STEP_V);
+    /* Whatever the fluid leaves of it. */
+    if (open * percent * GAP_SHARE_PERCENT <= row.arc_v * 10000u)
         return fault_at(c->f, FAULT_TABLE, name->column,
-                        "the open level (%u %% of %u V) must be above the arc level of %u V",
+                        "the open level (%u %% of %u V) must be above twice the arc level of %u V",
                         percent, open, (uint32_t)row.arc_v);
     row.ip = (uint8_t)ip;
     row.on_us = (uint16_t)on;
@@ -403,7 +410,7 @@ static bool plan_class(context *c) {
         return false;
     gap_class row = gap_class_row(number);
     uint32_t share = row.share_percent, counts[3] = {row.dame, row.open, row.ok};
-    if (!presets(c, counts) || !whole(c, 'H', 1, 100, "the share of the open voltage", &share))
+    if (!presets(c, counts) || !whole(c, 'H', GAP_SHARE_PERCENT, 100, "the share of the open voltage", &share))
         return false;
     c->p->class_number = number;
     c->p->class_row = (gap_class){(uint8_t)counts[0], (uint8_t)counts[1], (uint8_t)counts[2],

@@ -182,9 +182,10 @@ class Dialect:
         if "C" in words:
             meaning.condition = self.condition = int(words.pop("C"))
             _require(self.condition in CONDITIONS | set(self.table), "condition")
+        discharging = self.machining or 3 in m_codes  # M05 acts after the motion
         self._auxiliary(words, m_codes, meaning)
         if once is None:
-            self._move(words, meaning)
+            self._move(words, meaning, discharging)
         _require(not words, f"left: {words}")
         return meaning
 
@@ -231,7 +232,7 @@ class Dialect:
             _whole(words, letter, 0, 255)
         if "C" not in words:
             _whole(words, "L", 0, 3)
-            _whole(words, "H", 1, 100)
+            _whole(words, "H", 50, 100)
             return
         number = int(words.pop("C"))
         usual = (1, 1, 80, 75) if number in CONDITIONS else (0, 0, 80, 75)
@@ -245,7 +246,8 @@ class Dialect:
         if "L" in words:
             _require(0 < self._distance(words.pop("L")) <= 65535, "step")
         _require(row[0] and row[1], "times")
-        _require(row[2] * row[3] > 20 * 100, "levels")
+        _require(row[2] % 20 == 0, "step of the supply")
+        _require(row[2] * row[3] * 50 > 20 * 100 * 100, "levels")
         self.table[number] = row
         _require(len(self.table) <= ENTERED, "too many")
 
@@ -296,7 +298,7 @@ class Dialect:
         _require(3 not in m_codes or self.condition, "M03 without condition")
         self.machining = 3 in m_codes or (self.machining and 5 not in m_codes)
 
-    def _move(self, words, meaning):
+    def _move(self, words, meaning, discharging):
         delta = [0, 0, 0]
         for axis, letter in enumerate("XYZ"):
             if letter not in words:
@@ -312,6 +314,7 @@ class Dialect:
         if any(delta):
             served = self.servo and self.mode == 1
             meaning.servo, self.served = served - self.served, served
-            _require(not served or self.machining, "servo without machining")
+            _require(not served or discharging, "servo without machining")
+            _require(not served or set(ITEMS) - {"Z"} <= set(self.items), "servo without data")
         meaning.speed = HIGHEST if self.mode == 0 else self.feed
         _require(not any(delta) or meaning.speed, "no feed")

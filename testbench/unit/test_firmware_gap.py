@@ -73,7 +73,8 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
 @pytest.mark.parametrize(("block", "code", "column"), [
     ("G10", 18, 0), ("G10 C901 P5", 18, 0), ("G10 C130 I64", 39, 10), ("G10 C130 I1.5", 39, 10),
     ("G10 C130 P0", 39, 10), ("G10 C130 K2", 39, 10), ("G10 C130 L0", 39, 10),
-    ("G10 C130 E40 H50", 39, 5), ("G10 C130 X-1", 39, 10), ("G10 C130 X256", 39, 10),
+    ("G10 C130 E40 H50", 39, 5), ("G10 C130 E99", 39, 10), ("G10 C130 X-1", 39, 10),
+    ("G10 C130 X256", 39, 10), ("G10 L1 H49", 39, 8),
     ("G10 L4", 39, 5), ("G10 L1 H101", 39, 8), ("G10 C130 F5", 17, 10), ("G10 C130 M03", 17, 10),
 ])
 def test_rows_that_make_no_sense_are_refused(machine, block, code, column):
@@ -163,4 +164,29 @@ def test_halt_of_the_servo_has_its_sentence(machine):
     machine.tape(punched([DATA, "G01 Z-1 F6", "M02"]), passes=60)
     machine.event("halt", 5)
     assert events(machine.run(200), "alarm")[0][1:] == [
-        "48", "Block 3: the servo would widen the gap beyond the retractable limit."]
+        "48", "Block 3: the servo would go back beyond the retractable limit or the ceiling or the "
+              "soft limit."]
+
+
+def test_end_of_machining_in_the_block_of_the_motion_acts_after_it(machine):
+    lines = run(machine, DATA, "C130", "G95 P1", "M03", "G01 Z-.1 F60 M05", "M02")
+    assert not events(lines, "alarm")
+    assert machine.axes[2] == -1000
+
+
+def test_servo_needs_retraction_data(machine):
+    lines = run(machine, "C130", "G95 P1", "M03", "G01 Z-1 F60", "M02")
+    assert events(lines, "alarm")[0][1:] == [
+        "32", "Block 5: G95 needs retraction data (G36) before it."]
+
+
+def test_measuring_with_a_detector_that_was_known_to_be_broken_is_an_alarm(machine):
+    machine.line("$36=2")
+    for text in (DATA, "C130", "M03"):
+        assert machine.line(text)[-1] == "ok"
+    machine.library.gk_fluid(SILENT)
+    machine.event("fluid", 0, SILENT, 0)
+    assert not events(machine.run(200), "alarm")
+    assert "discharge" in machine.flags
+    assert events(machine.line("$36=1"), "alarm")[0][1] == "49"
+    assert "discharge" not in machine.flags

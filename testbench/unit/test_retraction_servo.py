@@ -129,6 +129,26 @@ def test_short_freezes_it_and_comes_back_to_where_it_was(simulate):
     simulate(dut, run, deadline=1e-2)
 
 
+def test_limit_counts_from_the_furthest_point_though_the_servo_has_drawn_back(simulate):
+    """Or the way back would be longer than what is remembered of the path."""
+    dut, bench = serve()
+
+    async def run(ctx):
+        await bench.begin(ctx, change(limit=60), servo=1, step=STEP)
+        for order in ("down",) * 12 + ("up",) * 6:
+            await strobe(ctx, dut, bench, order)
+            await bench.idle(ctx, SETTLED)
+        assert bench.position == 6 * STEP
+        bench.short = True
+        await bench.until(ctx, State.AT_LIMIT)
+        assert bench.position == 12 * STEP - 60
+        bench.short = False
+        await bench.until(ctx, State.FRONT)
+        assert bench.position == 6 * STEP
+
+    simulate(dut, run, deadline=1e-2)
+
+
 def test_hold_and_the_end_of_the_mode(simulate):
     dut, bench = serve()
 
