@@ -38,8 +38,12 @@ class Resources:
 
 
 def netlist() -> str:
-    """The controller as on a board but for the pads, as RTLIL with its hierarchy."""
-    top, outside = simulated(BOARD.clock_hz)
+    """The controller as on a board but for the pads, as RTLIL with its hierarchy.
+
+    Its memory is the smallest board's, so that every block fits ``DEVICE``.
+    """
+    size = min(board.memory_size for board in BOARDS.values())
+    top, outside = simulated(BOARD.clock_hz, memory_size=size)
     return rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False,
                          platform=SimpleNamespace(device="LFE5U"))
 

@@ -26,7 +26,7 @@ BUDGETS = {
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
     "interlock":     Cells(lut4=113,  ccu2c=30,  ff=86,   ram=0,  bram=0,  dsp=0),
     "limiter":       Cells(lut4=36,   ccu2c=18,  ff=0,    ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=133,  ccu2c=0,   ff=40,   ram=0,  bram=64, dsp=0),
+    "memory":        Cells(lut4=279,  ccu2c=0,   ff=44,   ram=0,  bram=40, dsp=0),
     "path":          Cells(lut4=248,  ccu2c=103, ff=111,  ram=39, bram=0,  dsp=0),
     "pulses":        Cells(lut4=137,  ccu2c=24,  ff=30,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=184,  ccu2c=194, ff=141,  ram=0,  bram=0,  dsp=0),
