@@ -311,14 +311,14 @@ class Machine(wiring.Component):
             self.servo_status_held.eq(retraction.held),
 
             retraction.servo.eq(self.servo_control_on),
-            retraction.up.eq(counters.up),
-            retraction.down.eq(counters.down),
             retraction.step.eq(self.servo_step),
             retraction.shorted.eq(short.shorted),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
         ]
 
+        # In registers: the bounds of the motion are reckoned with them.
+        m.d.sync += [retraction.up.eq(counters.up), retraction.down.eq(counters.down)]
         m.d.comb += [level.eq(getattr(self, f"gap_reference_{name}")) for level, name in zip(
             references.level, ("open", "arc", "short"), strict=True)]
         with m.If(counters.up):
