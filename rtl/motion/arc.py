@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pulse distributor on arcs: path pulses become axis pulses along a piece of an arc, both ways."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["FINE", "ArcDistributor", "ArcState"]
+
+FINE = 64  # parts of a pulse in which a piece lies about its centre
+
+
+class ArcState(wiring.Signature):
+    """What a piece is entered with: at its start, or at its end if the machine comes back.
+
+    ``pace`` is the major axis's share of a path pulse, times the divisor. ``error`` says how far
+    outside the curve the place is: with the coordinates x and y about the centre, and the radius R,
+    in 1/64 pulse, (x**2 + y**2 - R**2) / 64. ``along`` and ``across`` are its slopes: 2 x and 2 y,
+    positive if a step in the direction of travel increases them.
+    """
+
+    def __init__(self):
+        word = signed(32)
+        super().__init__({"pace": Out(30), "error": Out(word), "along": Out(word),
+                          "across": Out(word)})
+
+
+class ArcDistributor(wiring.Component):
+    """Pulse distributor over a piece of an arc in a plane: exact, and reversible to the pulse.
+
+    Along a piece both axes of the plane go one way each, and the major axis is the one that goes
+    further at every point: firmware cuts an arc into pieces at its octants and as finely as the
+    speed asks (``softcore/firmware/arc.h``). A path pulse makes no step or one on either axis, both
+    ``LATENCY`` clocks later.
+
+    * The major axis goes by a digital differential analyser whose rate changes evenly: after k
+      path pulses it has made ``floor((2 * P + divisor) / (2 * divisor))`` steps, with P the sum of
+      the paces ``start.pace + i * change`` for i below k. With the cosine of the slope as pace the
+      speed along the arc is even. At either end of a piece P must be a multiple of the divisor.
+    * The minor axis depends on the major one alone: with each of its steps, of two neighbouring
+      places the outer one is taken if and only if the curve passes outside their midpoint
+      (``error`` there is below 0; ``outward`` says that minor steps lead away from the centre). So
+      the place is never further than half a pulse from the curve. A radius that runs evenly is
+      contained in ``along``, as a change of R**2 with every major step.
+
+    Both numbers depend on k alone: a pulse back takes back the steps of the pulse forward, and the
+    reversed train is the mirror of the forward one. At a border between pieces firmware's words are
+    taken over by ``enter``; they must be what this block arrives at from the other end.
+
+    Path pulses come at most every 4 clocks; ``enter`` at least 2 clocks before a pulse and, if the
+    pulse before it counts, at least 4 after.
+
+    Ref: J. E. Bresenham, A linear algorithm for incremental digital display of circular arcs,
+    Communications of the ACM 20 (2), 1977 (the midpoint of the neighbours).
+    Proof: ``testbench/formal/test_arc.py``.
+
+    Parameters
+    ----------
+    axes : int
+        Number of axes, at least 2.
+    width : int
+        Bits of the divisor.
+    reach : int
+        Bits of the words of the state, with sign.
+
+    Members
+    -------
+    pulse, reverse : In(1)
+        A path pulse on an arc, and that it goes back.
+    divisor : In(width)
+        Of the pace, above 0.
+    change : In(signed(32))
+        Of the pace by a path pulse.
+    outward : In(1)
+        Minor steps lead away from the centre.
+    major, minor : In(2)
+        Numbers of the axes.
+    negative : In(axes)
+        The axes go down, forwards.
+    enter : In(1), state : In(ArcState)
+        Take the state over.
+    pi, pi_reverse : Out(axes)
+        Axis pulses Pi, one clock each, and their direction: down. They are low for other axes.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 2 axes.
+    """
+
+    LATENCY = 5
+
+    def __init__(self, *, axes=3, width=30, reach=32):
+        if axes < 2:
+            raise ValueError(f"an arc needs at least 2 axes, not {axes!r}")
+        self.axes = axes
+        self.width = width
+        self.reach = reach
+        super().__init__({
+            "pulse": In(1),
+            "reverse": In(1),
+            "divisor": In(width),
+            "change": In(signed(32)),
+            "outward": In(1),
+            "major": In(2),
+            "minor": In(2),
+            "negative": In(axes),
+            "enter": In(1),
+            "state": In(ArcState()),
+            "pi": Out(axes),
+            "pi_reverse": Out(axes),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        back = Signal()
+        stage = Signal(4)  # clocks since the pulse, one-hot
+        m.d.sync += stage.eq(Cat(self.pulse, stage))
+        with m.If(self.pulse):
+            m.d.sync += back.eq(self.reverse)
+
+        # Beside each register is one with its value a step earlier: both ways it is an addition.
+        pace, pace_before = Signal(self.width + 2), Signal(self.width + 2)
+        m.d.sync += pace_before.eq(pace - self.change)
+        rest = Signal(signed(self.width + 3))
+        with m.If(self.pulse):
+            m.d.sync += rest.eq(Mux(self.reverse, rest - (pace_before << 1), rest + (pace << 1)))
+            m.d.sync += pace.eq(Mux(self.reverse, pace_before, pace + self.change))
+        major = Signal()
+        due = Signal()
+        m.d.comb += due.eq(Mux(back, rest < -self.divisor, rest >= self.divisor))
+        with m.If(stage[0]):
+            m.d.sync += major.eq(due)
+            with m.If(due):
+                whole = self.divisor << 1
+                m.d.sync += rest.eq(Mux(back, rest + whole, rest - whole))
+
+        # ``along`` and ``across`` stand half a step ahead: what the next step forward adds.
+        reach = self.reach + 2
+        error = Signal(signed(reach))
+        along, along_before = Signal(signed(reach)), Signal(signed(reach))
+        across, across_before = Signal(signed(reach)), Signal(signed(reach))
+        m.d.sync += [along_before.eq(along - 2 * FINE), across_before.eq(across - 2 * FINE)]
+        with m.If(stage[1] & major):
+            m.d.sync += error.eq(Mux(back, error - along_before, error + along))
+            m.d.sync += along.eq(Mux(back, along_before, along + 2 * FINE))
+
+        # The midpoint lies half of the minor step off, less a quarter of its curvature.
+        slope, middle = Signal(signed(reach)), Signal(signed(reach))
+        minor = Signal()
+        m.d.comb += [
+            slope.eq(Mux(back, across_before, across)),
+            middle.eq(Mux(back, error - (slope >> 1), error + (slope >> 1)) - FINE // 4),
+        ]
+        with m.If(stage[2]):
+            m.d.sync += minor.eq(major & ((middle < 0) ^ ~self.outward ^ back))
+        with m.If(stage[3] & minor):
+            m.d.sync += error.eq(Mux(back, error - slope, error + slope))
+            m.d.sync += across.eq(Mux(back, across_before, across + 2 * FINE))
+
+        for axis in range(self.axes):
+            m.d.sync += self.pi[axis].eq(stage[3] & (((self.major == axis) & major)
+                                                     | ((self.minor == axis) & minor)))
+            m.d.sync += self.pi_reverse[axis].eq(back ^ self.negative[axis])
+
+        with m.If(self.enter):
+            m.d.sync += [
+                rest.eq(0), pace.eq(self.state.pace), error.eq(self.state.error),
+                along.eq(self.state.along + FINE), across.eq(self.state.across + FINE),
+            ]
+
+        return m
