@@ -14,6 +14,7 @@ from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
 from rtl.lib.event_queue import EventQueue
 from rtl.members import AXES, pins, registers
+from rtl.motion.arc import ArcDistributor
 from rtl.motion.axis import Axis
 from rtl.motion.distributor import LineDistributor
 from rtl.motion.feed import PathPulseGenerator
@@ -61,7 +62,7 @@ class Machine(wiring.Component):
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
 
-    def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 16,
+    def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 64,
                  jump_axis: int = 2, level_max: int = 20, on_max_s: float = 2e-3,
                  off_min_s: float = 5e-6, dac_kind: str = "sigma_delta"):
         self.clock_hz = clock_hz
@@ -107,6 +108,7 @@ class Machine(wiring.Component):
         m.submodules.ramp = ramp = Ramp()
         m.submodules.path = path = SegmentWindow(axes=self.axes, slots=self.slots)
         m.submodules.distributor = distributor = LineDistributor(axes=self.axes)
+        m.submodules.arc = arc = ArcDistributor(axes=self.axes)
         m.submodules.retraction = retraction = Retraction()
         load = Signal()
         m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
@@ -129,20 +131,33 @@ class Machine(wiring.Component):
             ramp.room.eq(feed.room),
             ramp.drop.eq(self.safe),
 
-            path.slot_length.eq(self.path_slot_length),
-            path.slot_rate.eq(self.path_slot_rate),
-            path.slot_write.eq(self.path_slot_write),
-            path.slot_write_strobe.eq(self.path_slot_write_strobe),
+            path.select.eq(self.path_slot_select),
+            path.select_strobe.eq(self.path_slot_select_strobe),
+            path.data.eq(self.path_slot_data),
+            path.data_strobe.eq(self.path_slot_data_strobe),
             path.pulse.eq(ramp.pp & ~self.safe),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.path_ahead),
             path.load.eq(load),
             path.load_slot.eq(self.path_origin),
+            path.fast_ahead_new.eq(self.path_fast_ahead),
+            path.fast_behind_new.eq(self.path_fast_behind),
+            path.fast_slot.eq(self.path_fast_slot),
+            path.fast_strobe.eq(self.path_fast_slot_strobe),
 
             distributor.pulse.eq(path.distribute),
             distributor.reverse.eq(path.distribute_reverse),
             distributor.length.eq(path.length),
             distributor.restart.eq(load),
+
+            arc.pulse.eq(path.distribute & path.arc),
+            arc.reverse.eq(path.distribute_reverse),
+            arc.negative.eq(Cat(travel.negative for travel in path.travel)),
+            arc.enter.eq(path.enter),
+            *(getattr(arc, name).eq(getattr(path, name))
+              for name in ("outward", "major", "minor", "divisor", "change")),
+            *(getattr(arc.state, name).eq(getattr(path.state, name))
+              for name in ("pace", "error", "along", "across")),
 
             self.path_command.eq(feed.command),
             self.path_position.eq(path.position),
@@ -171,8 +186,9 @@ class Machine(wiring.Component):
             retraction.ahead.eq(self.path_ahead),
             retraction.behind.eq(self.path_behind),
             retraction.floor.eq(self.path_floor),
-            retraction.fast_ahead.eq(self.path_fast_ahead),
-            retraction.fast_behind.eq(self.path_fast_behind),
+            retraction.fast_ahead.eq(path.fast_ahead),
+            retraction.fast_behind.eq(path.fast_behind),
+            retraction.ready.eq(path.ready),
             retraction.command.eq(feed.command),
             retraction.position.eq(path.position),
             retraction.front.eq(path.front),
@@ -192,13 +208,13 @@ class Machine(wiring.Component):
             axis = Axis(dac=self.dac_kind, rest_clocks=self.clocks(REST_S))
             m.submodules[f"axis_{letter}"] = axis
             m.d.comb += [
-                path.slot_travel[index].magnitude.eq(
-                    getattr(self, f"path_slot_{letter}_magnitude")),
-                path.slot_travel[index].negative.eq(getattr(self, f"path_slot_{letter}_negative")),
                 distributor.travel[index].magnitude.eq(path.travel[index].magnitude),
                 distributor.travel[index].negative.eq(path.travel[index].negative),
-                axis.pi.eq(distributor.pi[index]),
-                axis.pi_reverse.eq(distributor.pi_reverse[index]),
+                distributor.other[index].eq(path.arc & ((path.major == index)
+                                                        | (path.minor == index))),
+                axis.pi.eq(distributor.pi[index] | arc.pi[index]),
+                axis.pi_reverse.eq(Mux(arc.pi[index], arc.pi_reverse[index],
+                                       distributor.pi_reverse[index])),
                 axis.enc_a.eq(self.enc_a[index]),
                 axis.enc_b.eq(self.enc_b[index]),
                 axis.safe.eq(self.safe),

@@ -36,10 +36,11 @@ def registers():
     """Members that lead to registers: ``softcore/regmap.py`` has their meaning and units."""
     coordinate = signed(32)
     members = {
-        "path_slot_length": In(30), "path_slot_rate": In(30),
-        "path_slot_write": In(8), "path_slot_write_strobe": In(1),
+        "path_slot_select": In(8), "path_slot_select_strobe": In(1),
+        "path_slot_data": In(32), "path_slot_data_strobe": In(1),
         "path_ahead": In(coordinate), "path_behind": In(coordinate), "path_floor": In(coordinate),
         "path_fast_ahead": In(coordinate), "path_fast_behind": In(coordinate),
+        "path_fast_slot": In(8), "path_fast_slot_strobe": In(1),
         "path_origin": In(8), "path_origin_strobe": In(1),
         "path_command": Out(coordinate), "path_position": Out(coordinate),
         "path_front": Out(coordinate), "path_slot": Out(8),
@@ -105,7 +106,6 @@ def registers():
     }
     for letter in AXES:
         members |= {
-            f"path_slot_{letter}_magnitude": In(31), f"path_slot_{letter}_negative": In(1),
             f"event_{letter}": Out(coordinate),
             f"axis_{letter}_command": Out(coordinate), f"axis_{letter}_position": Out(coordinate),
             f"axis_{letter}_error": Out(coordinate), f"axis_{letter}_overshoot": Out(32),

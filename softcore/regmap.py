@@ -104,18 +104,12 @@ LINK = Block(name="link", base=0x100, doc="Bytes to and from the host.", registe
         Field(name="framing", bits=1, access="rw1c", doc="A byte came without its stop bit."))),
 ))
 
-_DELTA = (Field(name="magnitude", bits=31, unit="pulse", doc="Steps of the axis over the segment."),
-          Field(name="negative", bits=1, doc="The steps go down."))
-
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "
              "is on it. Coordinates are path pulses and wrap at 32 bits.", registers=_registers(
-    ("slot_length", "Length of the segment to write. At least 1.",
-     _value(30, "Path pulses.", unit="pulse")),
-    ("slot_rate", "Feed on the segment to write.", _value(30, "Commanded rate.", unit=RATE)),
-    *((f"slot_{axis}", f"Travel of {axis.upper()} over the segment to write; at most its length.",
-       _DELTA) for axis in AXES),
-    ("slot_write", "Write the segment into a slot of the window. Slots follow the path, modulo "
-     "their number.", _value(8, "The slot.", access="w"), "write"),
+    ("slot_select", "Choose a slot to write, from its first word on. Slots follow the "
+     "path, modulo their number.", _value(8, "The slot."), "write"),
+    ("slot_data", "Its next word: 6 of a line, 16 of an arc; see ``rtl.motion.path``.",
+     _value(32, "The word."), "write"),
     ("ahead", "End of what is loaded and may be machined: no forward pulse passes it.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
     ("behind", "Start of what is loaded: no backward pulse passes it.",
@@ -126,6 +120,8 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
     ("fast_behind", "Next corner behind, for the way back.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
+    ("fast_slot", "Take both corners over, if the machine is still in the segment in this slot.",
+     _value(8, "The slot."), "write"),
     ("origin", "Put the (resting) machine at coordinate 0, at the start of a slot's segment.",
      _value(8, "The slot.", access="w"), "write"),
     ("command", "Path coordinate of the last pulse Ps.",

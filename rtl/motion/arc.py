@@ -47,8 +47,8 @@ class ArcDistributor(wiring.Component):
     reversed train is the mirror of the forward one. At a border between pieces firmware's words are
     taken over by ``enter``; they must be what this block arrives at from the other end.
 
-    Path pulses come at most every 4 clocks; ``enter`` at least 2 clocks before a pulse and, if the
-    pulse before it counts, at least 4 after.
+    Path pulses come at most every 4 clocks; the words of the piece are read in the clock of the
+    pulse and the one after it. ``enter`` comes at least 2 clocks before a pulse, and 4 after one.
 
     Ref: J. E. Bresenham, A linear algorithm for incremental digital display of circular arcs,
     Communications of the ACM 20 (2), 1977 (the midpoint of the neighbours).
@@ -114,11 +114,15 @@ class ArcDistributor(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        back = Signal()
+        # Of the pulse under way: the next segment's words may come meanwhile.
+        back, outward = Signal(), Signal()
+        first, second = Signal(2), Signal(2)
+        negative = Signal(self.axes)
         stage = Signal(4)  # clocks since the pulse, one-hot
         m.d.sync += stage.eq(Cat(self.pulse, stage))
         with m.If(self.pulse):
-            m.d.sync += back.eq(self.reverse)
+            m.d.sync += [back.eq(self.reverse), outward.eq(self.outward), first.eq(self.major),
+                         second.eq(self.minor), negative.eq(self.negative)]
 
         # Beside each register is one with its value a step earlier: both ways it is an addition.
         pace, pace_before = Signal(self.width + 2), Signal(self.width + 2)
@@ -154,15 +158,15 @@ class ArcDistributor(wiring.Component):
             middle.eq(Mux(back, error - (slope >> 1), error + (slope >> 1)) - FINE // 4),
         ]
         with m.If(stage[2]):
-            m.d.sync += minor.eq(major & ((middle < 0) ^ ~self.outward ^ back))
+            m.d.sync += minor.eq(major & ((middle < 0) ^ ~outward ^ back))
         with m.If(stage[3] & minor):
             m.d.sync += error.eq(Mux(back, error - slope, error + slope))
             m.d.sync += across.eq(Mux(back, across_before, across + 2 * FINE))
 
         for axis in range(self.axes):
-            m.d.sync += self.pi[axis].eq(stage[3] & (((self.major == axis) & major)
-                                                     | ((self.minor == axis) & minor)))
-            m.d.sync += self.pi_reverse[axis].eq(back ^ self.negative[axis])
+            m.d.sync += self.pi[axis].eq(stage[3] & (((first == axis) & major)
+                                                     | ((second == axis) & minor)))
+            m.d.sync += self.pi_reverse[axis].eq(back ^ negative[axis])
 
         with m.If(self.enter):
             m.d.sync += [

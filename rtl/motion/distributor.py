@@ -54,6 +54,9 @@ class LineDistributor(wiring.Component):
         Path pulses of the segment, at least 1.
     travel : In(Travel) x axes
         Steps of each axis, at most ``length``.
+    other : In(1) x axes
+        The axis is not this block's on this segment, but that of an arc: it stays. Read with
+        ``pulse``.
     restart : In(1)
         Clear the remainders: the machine stands at a border.
     pi : Out(axes)
@@ -81,6 +84,7 @@ class LineDistributor(wiring.Component):
             "reverse": In(1),
             "length": In(width),
             "travel": In(Travel()).array(axes),
+            "other": In(1).array(axes),
             "restart": In(1),
             "pi": Out(axes),
             "pi_reverse": Out(axes),
@@ -100,7 +104,7 @@ class LineDistributor(wiring.Component):
             steps = Signal(name=f"steps_{axis}")
             m.d.comb += steps.eq(Mux(back, rest < -self.length, rest >= self.length))
             m.d.sync += self.pi[axis].eq(0)
-            with m.If(self.pulse):
+            with m.If(self.pulse & ~self.other[axis]):
                 twice = travel.magnitude << 1
                 m.d.sync += rest.eq(Mux(self.reverse, rest - twice, rest + twice))
             with m.If(second & steps):

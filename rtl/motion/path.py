@@ -5,9 +5,12 @@ from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.motion.arc import ArcState
 from rtl.motion.distributor import Travel
 
-__all__ = ["SegmentWindow"]
+__all__ = ["WORDS", "SegmentWindow"]
+
+WORDS = 16  # of a segment
 
 
 class SegmentWindow(wiring.Component):
@@ -17,119 +20,150 @@ class SegmentWindow(wiring.Component):
     Firmware writes segments on either side before they are reached; what it has loaded bounds the
     path pulses upstream, so that this block may trust the slot it steps into.
 
+    The words of a slot are written one after the other, from word 0 on. A line has the first six:
+
+    ====== ==========================================================================
+    0, 1   length, 1 to 2**30 - 1 pulses; rate, 2**-32 pulse/clock
+    2 to 4 travel of each axis: magnitude in pulses, bit 31 downwards
+    5      shape: bit 0 arc, bits 1 and 2 major axis, bits 3 and 4 minor axis, bit 5 outward
+    6, 7   change of pace, signed; divisor
+    8 - 11 state at the start: pace, error, along, across (``rtl.motion.arc``)
+    12-15  state at the end
+    ====== ==========================================================================
+
     A pulse moves ``position`` by one. At the end of a segment the next one is entered as soon as
     ``ahead`` shows that there is one; going back, the previous one is entered with the first pulse
-    into it. ``distribute`` repeats the pulse one clock later, with the ``length`` and ``travel`` of
-    the segment that the pulse lies in.
+    into it. It then takes 5 clocks to fetch a line and 9 to fetch an arc; ``ready`` is low
+    meanwhile. ``distribute`` repeats the pulse one clock later, or when the segment is there, with
+    the words of the segment that the pulse lies in; ``enter`` hands the state of an arc over.
 
     ``front`` is the furthest position reached since ``load``. ``entered`` is high for one clock
     when a segment is entered at the front for the first time: never again after a retraction.
 
+    ``fast_ahead`` and ``fast_behind`` are where the machine must be slow next, each way. Firmware's
+    are taken over if they were made for the segment in which the machine is; a segment entered
+    backwards (forwards) makes its border the next such place ahead (behind), until firmware has
+    looked at what there is between them.
+
     Parameters
     ----------
     axes : int
-        Number of axes.
+        Number of axes, 1 to 3.
     slots : int
         Segments in the window, a power of two.
 
     Members
     -------
-    slot_length, slot_rate, slot_travel : In
-        The segment to write: length 1 to 2**30 - 1 pulses, rate 2**-32 pulse/clock, travel.
-    slot_write : In(range(slots)), slot_write_strobe : In(1)
-        Write it there.
+    select : In(range(slots)), select_strobe : In(1)
+        The slot to write.
+    data : In(32), data_strobe : In(1)
+        Its next word.
     pulse, reverse : In(1)
-        Ramped path pulse Pp and its direction; at most one every 4 clocks.
+        Ramped path pulse Pp and its direction; at most one every 4 clocks, and none in the clock
+        after one without ``ready``.
     ahead : In(signed(32))
         End of what may be machined.
     load : In(1), load_slot : In(range(slots))
         Stand at coordinate 0, at the start of the segment in a slot; only at rest.
+    fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
+    fast_strobe : In(1)
+        Where the machine must be slow next, as seen from the segment in a slot.
     position, front : Out(signed(32))
         Path coordinates. They wrap.
     slot : Out(range(slots))
         Slot of the segment in which the machine is.
     rate : Out(30)
         Its feed, 2**-32 pulse/clock.
+    ready : Out(1)
+        The segment is there.
     distribute, distribute_reverse : Out(1)
-        The pulse, for the distributor.
+        The pulse, for the distributors.
     length : Out(30), travel : Out(Travel) x axes
         The segment of that pulse.
+    arc, outward : Out(1), major, minor : Out(2), divisor : Out(30), change : Out(signed(32))
+        It is an arc, and which.
+    enter : Out(1), state : Out(ArcState)
+        State in which the machine has entered it.
     entered : Out(1)
         The front has entered the segment in ``slot``: the first one as soon as there is a path,
         the others in the clock in which ``slot`` changes.
+    fast_ahead, fast_behind : Out(signed(32))
+        Path coordinates.
 
     Raises
     ------
     ValueError
-        If the number of slots is no power of two.
+        If the number of slots is no power of two, or there are not 1 to 3 axes.
     """
 
-    def __init__(self, *, axes=3, slots=16):
+    def __init__(self, *, axes=3, slots=64):
         if slots < 2 or slots & (slots - 1):
             raise ValueError(f"slots of the window must be a power of two, not {slots!r}")
+        if not 1 <= axes <= 3:
+            raise ValueError(f"a segment has 1 to 3 axes, not {axes!r}")
         self.axes = axes
         self.slots = slots
         super().__init__({
-            "slot_length": In(30),
-            "slot_rate": In(30),
-            "slot_travel": In(Travel()).array(axes),
-            "slot_write": In(range(slots)),
-            "slot_write_strobe": In(1),
+            "select": In(range(slots)),
+            "select_strobe": In(1),
+            "data": In(32),
+            "data_strobe": In(1),
             "pulse": In(1),
             "reverse": In(1),
             "ahead": In(signed(32)),
             "load": In(1),
             "load_slot": In(range(slots)),
+            "fast_ahead_new": In(signed(32)),
+            "fast_behind_new": In(signed(32)),
+            "fast_slot": In(range(slots)),
+            "fast_strobe": In(1),
             "position": Out(signed(32)),
             "front": Out(signed(32)),
             "slot": Out(range(slots)),
             "rate": Out(30),
+            "ready": Out(1, init=1),
             "distribute": Out(1),
             "distribute_reverse": Out(1),
             "length": Out(30),
             "travel": Out(Travel()).array(axes),
+            "arc": Out(1),
+            "outward": Out(1),
+            "major": Out(2),
+            "minor": Out(2),
+            "divisor": Out(30),
+            "change": Out(signed(32)),
+            "enter": Out(1),
+            "state": Out(ArcState()),
             "entered": Out(1),
+            "fast_ahead": Out(signed(32)),
+            "fast_behind": Out(signed(32)),
         })
 
     def elaborate(self, platform):
         m = Module()
+        fetch, fetched = self._fetch(m, self._words(m))
 
-        width = 60 + 32 * self.axes
-        m.submodules.ring = ring = memory.Memory(shape=width, depth=self.slots, init=[])
-        write = ring.write_port()
-        read = ring.read_port(domain="comb")
-        m.d.comb += [
-            write.addr.eq(self.slot_write),
-            write.en.eq(self.slot_write_strobe),
-            write.data.eq(Cat(self.slot_length, self.slot_rate, *(
-                Cat(travel.magnitude, travel.negative) for travel in self.slot_travel))),
-            read.addr.eq(self.slot),
-            Cat(self.length, self.rate, *(
-                Cat(travel.magnitude, travel.negative) for travel in self.travel)
-                ).eq(read.data),
-        ]
-
-        offset = Signal(30)   # path pulses into the segment
-        fresh = Signal()      # stepped back into a segment: the offset is its length, less one
-        at_end = Signal()
-        more = Signal()       # the path goes on beyond the position
+        offset = Signal(30)    # path pulses into the segment
+        returned = Signal()    # stepped back into a segment: the offset is its length, less one
+        at_start, at_end = Signal(), Signal()
+        more = Signal()        # the path goes on beyond the position
         at_front = Signal()
         front_slot = Signal(range(self.slots))
-        waiting = Signal()    # pulses come at most every 4 clocks: time to look, after each
-        begun = Signal()      # the first segment has been entered
+        begun = Signal()       # the first segment has been entered
 
         m.d.sync += [
-            self.distribute.eq(self.pulse),
-            self.distribute_reverse.eq(self.reverse),
+            self.distribute.eq(self.pulse & ~(self.reverse & at_start)),
             self.entered.eq(0),
-            fresh.eq(0),
-            waiting.eq(self.pulse | fresh | self.load),
+            at_start.eq(offset == 0),
             at_end.eq(offset == self.length),
             more.eq((self.ahead - self.position)[:32].as_signed() > 0),
             at_front.eq(self.front == self.position),
         ]
-        settled = Signal()
-        m.d.comb += settled.eq(~self.pulse & ~fresh & ~waiting & ~self.distribute)
+        with m.If(self.pulse):
+            m.d.sync += self.distribute_reverse.eq(self.reverse)
+        with m.If(self.fast_strobe & (self.fast_slot == self.slot)):
+            m.d.sync += [self.fast_ahead.eq(self.fast_ahead_new),
+                         self.fast_behind.eq(self.fast_behind_new)]
 
         with m.If(self.pulse):
             with m.If(~self.reverse):
@@ -140,16 +174,19 @@ class SegmentWindow(wiring.Component):
             with m.Else():
                 m.d.sync += self.position.eq(self.position - 1)
                 m.d.sync += offset.eq(offset - 1)
-                with m.If(offset == 0):
-                    m.d.sync += self.slot.eq(self.slot - 1)
-                    m.d.sync += fresh.eq(1)
-        with m.Elif(fresh):
-            m.d.sync += offset.eq(self.length - 1)
-        with m.Elif(settled & more):
+                with m.If(at_start):
+                    m.d.comb += fetch.eq(1)
+                    m.d.sync += [self.slot.eq(self.slot - 1), returned.eq(1),
+                                 self.fast_ahead.eq(self.position)]
+        with m.Elif(fetched):
+            m.d.sync += [self.distribute.eq(returned), returned.eq(0)]
+            with m.If(returned):
+                m.d.sync += offset.eq(self.length - 1)
+        with m.Elif(self.ready & more):
             with m.If(at_end):
-                m.d.sync += self.slot.eq(self.slot + 1)
-                m.d.sync += offset.eq(0)
-                m.d.sync += waiting.eq(1)
+                m.d.comb += fetch.eq(1)
+                m.d.sync += [self.slot.eq(self.slot + 1), offset.eq(0),
+                             self.fast_behind.eq(self.position)]
                 with m.If(at_front & (self.slot == front_slot)):
                     m.d.sync += front_slot.eq(self.slot + 1)
                     m.d.sync += self.entered.eq(1)
@@ -158,9 +195,75 @@ class SegmentWindow(wiring.Component):
                 m.d.sync += begun.eq(1)
 
         with m.If(self.load):
+            m.d.comb += fetch.eq(1)
             m.d.sync += [
                 self.position.eq(0), self.front.eq(0), offset.eq(0), self.slot.eq(self.load_slot),
-                front_slot.eq(self.load_slot), begun.eq(0), fresh.eq(0), self.distribute.eq(0),
+                front_slot.eq(self.load_slot), begun.eq(0), returned.eq(0), self.distribute.eq(0),
+                self.fast_ahead.eq(0), self.fast_behind.eq(0),
             ]
 
         return m
+
+    def _words(self, m):
+        """The ring, written word by word, and read by pairs; returns its address and its data."""
+        word = Signal(range(WORDS))
+        pair = Signal(range(WORDS // 2))
+        with m.If(self.select_strobe):
+            m.d.sync += word.eq(0)
+        with m.Elif(self.data_strobe):
+            m.d.sync += word.eq(word + 1)
+        banks = []
+        for odd in (0, 1):
+            bank = memory.Memory(shape=32, depth=self.slots * WORDS // 2, init=[])
+            m.submodules[f"bank_{odd}"] = bank
+            write, read = bank.write_port(), bank.read_port()
+            m.d.comb += [
+                write.addr.eq(Cat(word[1:], self.select)), write.data.eq(self.data),
+                write.en.eq(self.data_strobe & (word[0] == odd)),
+                read.addr.eq(Cat(pair, self.slot)),
+            ]
+            banks.append(read.data)
+        return pair, banks
+
+    def _fetch(self, m, words):
+        """Fetch the segment in ``slot``; returns the order to, and that it is there."""
+        pair, (even, odd) = words
+        fetch = Signal()
+        backward = Signal()
+        step = Signal(range(9))
+        fetched = Signal()
+        line, arc = 4, 8  # steps in which all is there
+        m.d.comb += fetched.eq(~self.ready & Mux(self.arc, step == arc, step == line))
+        m.d.sync += self.enter.eq(0)
+        with m.If(fetch):
+            m.d.sync += [self.ready.eq(0), step.eq(0), backward.eq(self.pulse & self.reverse)]
+        with m.Elif(fetched):
+            m.d.sync += self.ready.eq(1)
+        with m.Elif(~self.ready):
+            m.d.sync += step.eq(step + 1)
+
+        travel = [Cat(axis.magnitude, axis.negative) for axis in self.travel]
+        travel += [Signal(32, name=f"no_axis_{index}") for index in range(len(travel), 3)]
+        shape = Cat(self.arc, self.major, self.minor, self.outward)
+        with m.Switch(step):
+            with m.Case(0):
+                m.d.comb += pair.eq(2)
+            with m.Case(1):
+                m.d.comb += pair.eq(0)
+                m.d.sync += [travel[2].eq(even), shape.eq(odd)]
+            with m.Case(2):
+                m.d.comb += pair.eq(1)
+                m.d.sync += [self.length.eq(even), self.rate.eq(odd)]
+            with m.Case(3):
+                m.d.comb += pair.eq(3)
+                m.d.sync += [travel[0].eq(even), travel[1].eq(odd)]
+            with m.Case(4):
+                m.d.comb += pair.eq(Mux(backward, 6, 4))
+                m.d.sync += [self.change.eq(even), self.divisor.eq(odd)]
+            with m.Case(5):
+                m.d.comb += pair.eq(Mux(backward, 7, 5))
+                m.d.sync += [self.state.pace.eq(even), self.state.error.eq(odd)]
+            with m.Case(6):
+                m.d.sync += [self.state.along.eq(even), self.state.across.eq(odd)]
+                m.d.sync += self.enter.eq(~self.ready)
+        return fetch, fetched

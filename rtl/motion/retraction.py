@@ -128,7 +128,7 @@ class Retraction(wiring.Component):
             "floor": In(coordinate), "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
             "command": In(coordinate), "position": In(coordinate), "front": In(coordinate),
             # the ramp
-            "pp": In(1), "rest": In(1), "steady": In(1), "distance": In(24),
+            "ready": In(1), "pp": In(1), "rest": In(1), "steady": In(1), "distance": In(24),
             # orders
             "go": Out(1), "reverse": Out(1), "target": Out(rate), "bound": Out(coordinate),
             "brake": Out(1), "sensing": Out(1), "quiet": Out(1),
@@ -176,9 +176,9 @@ class Retraction(wiring.Component):
         stamp = Signal(32)     # when the retraction was ordered
         before = Signal(30)    # rate then
         settle = Signal(24)
-        # The last pulse has reached the axes, and the comparisons of its position.
-        rested = Signal(3)
-        m.d.sync += rested.eq(Cat(self.rest, rested))
+        # The last pulse has reached the axes, on an arc too, and the comparisons of its position.
+        rested = Signal(7)
+        m.d.sync += rested.eq(Cat(self.rest & self.ready, rested))
         at_rest = Signal()
         m.d.comb += at_rest.eq(self.rest & rested.all())
 

@@ -6,6 +6,7 @@ from amaranth.hdl import Assert
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.motion.arc import ArcDistributor
 from rtl.motion.distributor import LineDistributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
@@ -38,7 +39,7 @@ class Motion(wiring.Component):
 
     Members
     -------
-    load : In(1), load_slot : In(4)
+    load : In(1), load_slot : In(6)
         As ``path_origin`` of the machine: obeyed at rest only.
     start_rate, acceleration : In(30)
         Of the ramp.
@@ -53,12 +54,13 @@ class Motion(wiring.Component):
         self.ramp = Ramp()
         self.path = SegmentWindow(axes=axes)
         self.distributor = LineDistributor(axes=axes)
+        self.arc = ArcDistributor(axes=max(2, axes))
         self.retraction = Retraction()
         members = {name: In(self.retraction.signature.members[name].shape) for name in SETTINGS}
         members |= {name: self.path.signature.members[name] for name in (
-            "slot_length", "slot_rate", "slot_travel", "slot_write", "slot_write_strobe")}
+            "select", "select_strobe", "data", "data_strobe")}
         super().__init__(members | {
-            "load": In(1), "load_slot": In(4), "start_rate": In(30), "acceleration": In(30),
+            "load": In(1), "load_slot": In(6), "start_rate": In(30), "acceleration": In(30),
             "axis": Out(signed(32)).array(axes),
         })
 
@@ -70,6 +72,7 @@ class Motion(wiring.Component):
         m.submodules.ramp = ramp
         m.submodules.path = path
         m.submodules.distributor = distributor
+        m.submodules.arc = arc = self.arc
         m.submodules.retraction = retraction
 
         load = Signal()
@@ -92,10 +95,8 @@ class Motion(wiring.Component):
             ramp.room.eq(feed.room),
             ramp.drop.eq(self.safe),
 
-            path.slot_length.eq(self.slot_length),
-            path.slot_rate.eq(self.slot_rate),
-            path.slot_write.eq(self.slot_write),
-            path.slot_write_strobe.eq(self.slot_write_strobe),
+            *(getattr(path, name).eq(getattr(self, name)) for name in (
+                "select", "select_strobe", "data", "data_strobe")),
             path.pulse.eq(ramp.pp & ~self.safe),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.ahead),
@@ -107,6 +108,16 @@ class Motion(wiring.Component):
             distributor.length.eq(path.length),
             distributor.restart.eq(load),
 
+            arc.pulse.eq(path.distribute & path.arc),
+            arc.reverse.eq(path.distribute_reverse),
+            arc.negative.eq(Cat(travel.negative for travel in path.travel)),
+            arc.enter.eq(path.enter),
+            *(getattr(arc, name).eq(getattr(path, name))
+              for name in ("outward", "major", "minor", "divisor", "change")),
+            *(getattr(arc.state, name).eq(getattr(path.state, name))
+              for name in ("pace", "error", "along", "across")),
+
+            retraction.ready.eq(path.ready),
             retraction.load.eq(load),
             retraction.feed.eq(path.rate),
             retraction.command.eq(feed.command),
@@ -120,14 +131,15 @@ class Motion(wiring.Component):
         for index in range(self.axes):
             for member in ("magnitude", "negative"):
                 m.d.comb += [
-                    getattr(path.slot_travel[index], member).eq(
-                        getattr(self.slot_travel[index], member)),
                     getattr(distributor.travel[index], member).eq(
                         getattr(path.travel[index], member)),
                 ]
-            with m.If(distributor.pi[index]):
-                m.d.sync += self.axis[index].eq(
-                    Mux(distributor.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
+            m.d.comb += distributor.other[index].eq(
+                path.arc & ((path.major == index) | (path.minor == index)))
+            for source in (distributor, arc):
+                with m.If(source.pi[index]):
+                    m.d.sync += self.axis[index].eq(Mux(
+                        source.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
 
         self._check(m)
         return m

@@ -13,7 +13,7 @@ from testbench.models.retraction import JUMP, OPERATOR, SHORT, Cue, Data, Gap
 __all__ = ["DATA", "FOREVER", "LINE", "ONE", "SLOTS", "START_RATE", "Bench", "Ordered", "brief",
            "change", "ordered", "wrapped"]
 
-SLOTS = 16
+SLOTS = 64
 FOREVER = 10**9
 ONE = 1 << 32                # 1 pulse/clock
 START_RATE = (1 << 30) - 1   # nearly a pulse every 4 clocks: everything is at or below it
@@ -38,7 +38,7 @@ def wrapped(value):
 
 
 class Bench:
-    """A machine on a path of up to 16 segments, with a scripted gap; everything it reports.
+    """A machine on a path of up to 64 segments, with a scripted gap; everything it reports.
 
     ``segments`` are ``(length, rate, travel of each axis)``; the first ``before`` of them lie
     before coordinate 0. ``offset`` moves all coordinates, to make them wrap.
@@ -96,14 +96,14 @@ class Bench:
         self.set(ctx, start_rate=self.ramp[0], acceleration=self.ramp[1], gain=10, in_position=1,
                  settle=20)
         for slot, (length, rate, travel) in enumerate(self.segments):
-            self.set(ctx, slot_length=length, slot_rate=rate, slot_write=slot % SLOTS)
-            for port, steps_ in zip(dut.slot_travel, travel, strict=True):
-                ctx.set(port.magnitude, abs(steps_))
-                ctx.set(port.negative, steps_ < 0)
-            ctx.set(dut.slot_write_strobe, 1)
+            self.set(ctx, select=slot % SLOTS, select_strobe=1)
             await ctx.tick()
-            ctx.set(dut.slot_write_strobe, 0)
-            await ctx.tick()
+            self.set(ctx, select_strobe=0, data_strobe=1)
+            words = [abs(steps_) | (steps_ < 0) << 31 for steps_ in travel]
+            for word in (length, rate, *words, *[0] * (4 - len(words))):
+                self.set(ctx, data=word)
+                await ctx.tick()
+            self.set(ctx, data_strobe=0)
         self.set(ctx, load_slot=self.before, load=1)
         await ctx.tick()
         self.set(ctx, load=0)

@@ -15,7 +15,7 @@ class Window:
 
     lengths: list[int]
     start: int = 0
-    slots: int = 16
+    slots: int = 64
     position: int = 0
     front: int = 0
     moved: bool = False

@@ -1,18 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
 """Unit tests of ``rtl.motion.path``, against the exact model."""
 
+from dataclasses import dataclass
+
 import pytest
 
 from rtl.motion.path import SegmentWindow
 from testbench.models.path import Window
 from testbench.refusal import refuses
 
-SETTLE = 4  # clocks after a pulse until the next may come, and until everything is told
+SETTLE = 4   # clocks after a pulse until the next may come, and until everything is told
+LONGEST = 14  # ... and if a segment has to be fetched
+SLOTS = 64
+STATE = ("pace", "error", "along", "across")
 
 
-def wrapped(value):
-    """As a signed 32-bit number."""
-    return (value + (1 << 31)) % (1 << 32) - (1 << 31)
+def wrapped(value, bits=32):
+    """As a signed number."""
+    return (value + (1 << bits - 1)) % (1 << bits) - (1 << bits - 1)
+
+
+@dataclass
+class Arc:
+    """What a segment has beyond a line."""
+
+    major: int
+    minor: int
+    outward: int
+    change: int
+    divisor: int
+    start: list
+    end: list
+
+
+@dataclass
+class Segment:
+    """A segment to be written."""
+
+    length: int
+    rate: int
+    travel: list
+    arc: Arc | None = None
+
+    def words(self):
+        """Its words in a slot."""
+        travel = [abs(value) | (value < 0) << 31 for value in self.travel]
+        words = [self.length, self.rate, *travel, *[0] * (3 - len(travel))]
+        if self.arc is None:
+            return [*words, 0]
+        arc = self.arc
+        return [*words, 1 | arc.major << 1 | arc.minor << 3 | arc.outward << 5, arc.change,
+                arc.divisor, *arc.start, *arc.end]
 
 
 class Bench:
@@ -20,12 +58,14 @@ class Bench:
 
     def __init__(self, segments, start=0, *, axes=2, offset=0):
         self.dut = SegmentWindow(axes=axes)
-        self.segments = segments    # (length, rate, travel)
-        self.model = Window([length for length, _, _ in segments], start)
+        self.segments = segments
+        self.model = Window([segment.length for segment in segments], start)
         self.offset = offset
         self.first, self.last = max(0, start - 5), min(len(segments), start + 10)
         self.entered = []
-        self.busy = False
+        self.state, self.expected = [], []  # with which segments were entered, since
+        self.here = None     # segment entered last
+        self.busy = False    # firmware writes the last slot again and again
 
     def ahead(self):
         return self.model.borders[self.last]
@@ -36,28 +76,44 @@ class Bench:
     async def tick(self, ctx):
         """One clock. What is entered is told in the same clock as the slot, at the border."""
         dut = self.dut
+        if self.busy:
+            ctx.set(dut.data, self.again[0])
+            self.again.append(self.again.pop(0))
         await ctx.tick()
         if ctx.get(dut.entered):
             self.entered.append((ctx.get(dut.slot), wrapped(ctx.get(dut.position) - self.offset)))
+        if ctx.get(dut.enter):
+            self.state.append([ctx.get(getattr(dut.state, name)) for name in STATE])
 
     async def write(self, ctx, number):
         dut = self.dut
-        length, rate, travel = self.segments[number]
-        ctx.set(dut.slot_length, length)
-        ctx.set(dut.slot_rate, rate)
-        for port, value in zip(dut.slot_travel, travel, strict=True):
-            ctx.set(port.magnitude, abs(value))
-            ctx.set(port.negative, value < 0)
-        ctx.set(dut.slot_write, number % 16)
-        ctx.set(dut.slot_write_strobe, 1)
+        ctx.set(dut.select, number % SLOTS)
+        ctx.set(dut.select_strobe, 1)
         await self.tick(ctx)
-        ctx.set(dut.slot_write_strobe, 0)
+        ctx.set(dut.select_strobe, 0)
+        words = [word % (1 << 32) for word in self.segments[number].words()]
+        for word in words:
+            ctx.set(dut.data, word)
+            ctx.set(dut.data_strobe, 1)
+            await self.tick(ctx)
+        ctx.set(dut.data_strobe, 0)
+        self.again = words + [0] * (16 - len(words))
+
+    async def occupy(self, ctx, busy):
+        """Begin, or end, to write the last slot all the time."""
+        self.busy = False
+        ctx.set(self.dut.data_strobe, 0)
+        ctx.set(self.dut.select_strobe, 1)
+        await self.tick(ctx)
+        ctx.set(self.dut.select_strobe, 0)
+        self.busy = busy
+        ctx.set(self.dut.data_strobe, busy)
 
     async def begin(self, ctx):
         dut = self.dut
         for number in range(self.first, self.last):
             await self.write(ctx, number)
-        ctx.set(dut.load_slot, self.model.start % 16)
+        ctx.set(dut.load_slot, self.model.start % SLOTS)
         ctx.set(dut.load, 1)
         await self.tick(ctx)
         ctx.set(dut.load, 0)
@@ -92,51 +148,94 @@ class Bench:
         assert ctx.get(dut.position) == wrapped(model.position + self.offset)
         assert ctx.get(dut.front) == wrapped(model.front + self.offset)
         assert ctx.get(dut.slot) == model.slot(more=self.more)
-        rate = self.segments[model.segment(more=self.more)][1]
-        assert ctx.get(dut.rate) == rate
+        segment = self.segments[model.segment(more=self.more)]
+        assert ctx.get(dut.rate) == segment.rate
+        assert ctx.get(dut.arc) == (segment.arc is not None)
+        if segment.arc:
+            for name in ("major", "minor", "outward", "change", "divisor"):
+                assert ctx.get(getattr(dut, name)) == getattr(segment.arc, name)
 
     async def settle(self, ctx):
-        for _ in range(SETTLE):
+        """Time for a segment to be entered, because of a load or because there is more."""
+        here = self.model.segment(more=self.more)
+        if here != self.here:
+            self.entering(here, at_end=False)
+        for _ in range(LONGEST):
             await self.tick(ctx)
+        assert ctx.get(self.dut.ready)
+        self.left(ctx)
         self.told()
         self.compare(ctx)
 
     def told(self):
         segment = self.model.look(more=self.more)
-        expected = [] if segment is None else [(segment % 16, self.model.position)]
+        expected = [] if segment is None else [(segment % SLOTS, self.model.position)]
         assert self.entered == expected
         self.entered.clear()
 
     async def pulse(self, ctx, step, spacing=SETTLE):
-        """A path pulse, and its segment one clock later; every 4 clocks, or less often."""
+        """A path pulse, and its segment one clock later, or as soon as it is there."""
         dut = self.dut
+        before = self.model.segment(more=self.more)
         ctx.set(dut.pulse, 1)
         ctx.set(dut.reverse, step < 0)
-        if self.busy:  # the slot written last, again and again, while pulses come
-            ctx.set(dut.slot_write_strobe, 1)
         await self.tick(ctx)
         ctx.set(dut.pulse, 0)
-        segment, _ = self.model.pulse(step)
-        length, _, travel = self.segments[segment]
+        number, _ = self.model.pulse(step)
+        segment = self.segments[number]
+        clocks = 1
+        if step < 0 and number != before:  # fetched from the ring, with the state at its end
+            self.entering(number, at_end=True)
+            while not ctx.get(dut.distribute):
+                assert not ctx.get(dut.ready)
+                await self.tick(ctx)
+                clocks += 1
+                assert clocks < LONGEST
+            self.left(ctx)
         assert ctx.get(dut.distribute)
-        for clock in range(2):  # the distributor reads them in two clocks
-            assert ctx.get(dut.distribute_reverse) == (step < 0) or clock
-            assert ctx.get(dut.length) == length
-            for port, value in zip(dut.travel, travel, strict=True):
+        for clock in range(2):  # the distributors read them in two clocks
+            assert ctx.get(dut.distribute_reverse) == (step < 0)
+            assert ctx.get(dut.length) == segment.length
+            for port, value in zip(dut.travel, segment.travel, strict=True):
                 assert ctx.get(port.magnitude) == abs(value)
-                assert ctx.get(port.negative) == (value < 0) or not value
+                assert ctx.get(port.negative) == (value < 0)
+            assert clock or ctx.get(dut.arc) == (segment.arc is not None)
             await self.tick(ctx)
             assert not ctx.get(dut.distribute)
-        for _ in range(spacing - 3):
+        after = self.model.segment(more=self.more)
+        if after != number:
+            self.entering(after, at_end=False)
+        for _ in range(max(0, spacing - 2 - clocks)):
             await self.tick(ctx)
-        ctx.set(dut.slot_write_strobe, 0)
+        while not ctx.get(dut.ready):
+            await self.tick(ctx)
+            clocks += 1
+            assert clocks < LONGEST
+        self.left(ctx)
         self.told()
         self.compare(ctx)
 
+    def entering(self, number, *, at_end):
+        self.here = number
+        arc = self.segments[number].arc
+        self.expected = [arc.end if at_end else arc.start] if arc else []
+
+    def left(self, ctx):
+        """The states handed over are those expected."""
+        assert self.state == self.expected
+        self.state, self.expected = [], []
+
 
 def random_segments(rng, count, longest=50):
-    return [(rng.choice((1, 1, 2, rng.randint(1, longest))), rng.getrandbits(30),
-             [rng.choice((1, -1)) * rng.randint(0, longest) for _ in range(2)])
+    def arc():
+        state = [[rng.getrandbits(30), *(rng.getrandbits(32) - (1 << 31) for _ in range(3))]
+                 for _ in range(2)]
+        return Arc(rng.randrange(3), rng.randrange(3), rng.randrange(2),
+                   rng.getrandbits(32) - (1 << 31), rng.getrandbits(30), *state)
+
+    return [Segment(rng.choice((1, 1, 2, rng.randint(1, longest))), rng.getrandbits(30),
+                    [rng.choice((1, -1)) * rng.randint(1, longest) for _ in range(2)],
+                    arc() if rng.random() < 0.4 else None)
             for _ in range(count)]
 
 
@@ -152,9 +251,10 @@ def test_follows_the_model_both_ways(simulate, rng, longest, offset):
             target = rng.choice((bench.ahead(), bench.behind(), position + rng.randint(-9, 12)))
             target = max(bench.behind(), min(bench.ahead(), target, position + 150))
             step = 1 if target > position else -1
-            bench.busy = rng.random() < 0.5
+            await bench.occupy(ctx, rng.random() < 0.5)
             for _ in range(abs(target - position)):
                 await bench.pulse(ctx, step, rng.choice((4, 4, 4, 5, 9)))
+            await bench.occupy(ctx, False)
             await bench.slide(ctx, back=step < 0)
 
     simulate(bench.dut, run, deadline=1)
@@ -180,7 +280,7 @@ def test_every_segment_is_entered_once_also_of_length_1(simulate, rng):
 
 
 def test_waits_at_a_border_until_there_is_more(simulate):
-    bench = Bench([(3, 7, [3, 0]), (5, 8, [0, 5]), (2, 9, [1, 1])])
+    bench = Bench([Segment(3, 7, [3, 0]), Segment(5, 8, [0, 5]), Segment(2, 9, [1, 1])])
 
     async def run(ctx):
         bench.last = 1
@@ -210,6 +310,7 @@ def test_load_stands_at_the_start_of_any_slot(simulate, rng):
             await bench.pulse(ctx, 1)
         for start in (15, 3, 3):
             bench.model = Window(bench.model.lengths, start)
+            bench.here = None
             bench.first, bench.last = 0, 16
             ctx.set(bench.dut.ahead, 0)
             ctx.set(bench.dut.load_slot, start)
@@ -225,6 +326,48 @@ def test_load_stands_at_the_start_of_any_slot(simulate, rng):
                 await bench.pulse(ctx, 1)
 
     simulate(bench.dut, run)
+
+
+def test_a_border_crossed_is_the_next_place_to_be_slow_until_firmware_has_looked(simulate):
+    bench = Bench([Segment(4, 7, [3, 0]) for _ in range(4)])
+    dut = bench.dut
+
+    async def looked(ctx, slot, ahead, behind):
+        ctx.set(dut.fast_slot, slot)
+        ctx.set(dut.fast_ahead_new, ahead)
+        ctx.set(dut.fast_behind_new, behind)
+        ctx.set(dut.fast_strobe, 1)
+        await bench.tick(ctx)
+        ctx.set(dut.fast_strobe, 0)
+        return fast(ctx)
+
+    def fast(ctx):
+        return ctx.get(dut.fast_ahead), ctx.get(dut.fast_behind)
+
+    async def go(ctx, pulses):
+        for _ in range(abs(pulses)):
+            await bench.pulse(ctx, 1 if pulses > 0 else -1)
+        return fast(ctx)
+
+    async def run(ctx):
+        await bench.begin(ctx)
+        assert fast(ctx) == (0, 0)
+        assert await looked(ctx, 1, 16, -3) == (0, 0)    # as seen from another segment
+        assert await looked(ctx, 0, 16, -3) == (16, -3)
+        assert await go(ctx, 3) == (16, -3)
+        assert await go(ctx, 1) == (16, 4)               # it stands in segment 1
+        assert await looked(ctx, 0, 12, -9) == (16, 4)   # made for the one before
+        assert await looked(ctx, 1, 12, -9) == (12, -9)
+        assert await go(ctx, 2) == (12, -9)
+        assert await go(ctx, -2) == (12, -9)
+        assert await go(ctx, -1) == (4, -9)
+        assert await go(ctx, 1) == (4, 4)
+
+    simulate(dut, run)
+
+
+def test_refuses_a_fourth_axis():
+    refuses(SegmentWindow, "1 to 3 axes, not 4", axes=4)
 
 
 @pytest.mark.parametrize("slots", [0, 1, 12])
