@@ -22,16 +22,21 @@ class Ramp(wiring.Component):
     stored, the ramp asks for pulses with ``pull``: what is in motion cannot stop without them. It
     asks as soon as the last one has left, so that the next is there when its time comes.
 
+    While ``ready`` is low no pulse sets out, and what is due waits. It leaves 1 clock after the
+    first of ``ready``, the next one no sooner after it than at any other time. The ramp does not
+    wait: ``rate`` changes as it would.
+
     ``distance`` is what slowing down from ``rate`` to ``start_rate`` takes, in whole pulses,
     rounded down, plus at most one step of the ramp. It is the sum of the steps taken upwards, so
     that the way down is as long as the way up, to the pulse.
 
-    What is decided in a clock, from what is stored and asked for in it, acts from the next one on;
-    ``rate`` changes at the end of every fourth clock, counted from reset: so slowing down begins 2
-    to 5 clocks after the first of ``brake``. If nothing is stored any more and none can come
-    (``room``), ``rate`` falls back to ``start_rate`` at once.
+    ``rate`` changes at the end of every fourth clock, from what ``brake``, ``target`` and what was
+    stored were in the clock before: so slowing down begins 2 to 5 clocks after the first of
+    ``brake``. ``target`` is looked at in that clock only, for the 4 clocks that follow. If nothing
+    is stored any more and none can come (``room``), ``rate`` falls back to ``start_rate`` at once.
+    The fourth clocks are counted from reset, and again from each such fall, which is one.
 
-    ``start_rate`` and ``acceleration`` may change only at rest.
+    ``start_rate`` and ``acceleration`` may change only at rest; they are in force 8 clocks later.
 
     Members
     -------
@@ -47,6 +52,8 @@ class Ramp(wiring.Component):
         A path pulse comes in.
     room : In(1)
         Pulses asked for can come.
+    ready : In(1)
+        The path can take a pulse in the next clock.
     drop : In(1)
         Forget what is stored and be at rest: outputs are safe and nothing moves.
     pp : Out(1)
@@ -56,12 +63,12 @@ class Ramp(wiring.Component):
     stored : Out(24)
         Pulses in, less pulses out.
     rate : Out(32)
-        Speed of the ramp, 2**-32 pulse/clock, rounded down.
+        Speed of the ramp, 2**-32 pulse/clock, rounded down; below 2**30.
     distance : Out(24)
         Braking distance, pulses.
     steady : Out(1)
         Pulses leave as they come, or at ``target``: it is within a step, or below ``start_rate``.
-        One clock old.
+        One clock old, and as ``target`` was when it was last looked at.
     rest : Out(1)
         Nothing stored, nothing coming in or going out, and at ``start_rate``.
     """
@@ -75,6 +82,7 @@ class Ramp(wiring.Component):
     brake: In(1)
     ps: In(1)
     room: In(1)
+    ready: In(1)
     drop: In(1)
     pp: Out(1)
     pull: Out(1)
@@ -87,62 +95,102 @@ class Ramp(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # In quarters of the unit of rates, in which a step is ``acceleration``.
-        above = Signal(34)  # rate less start_rate: 0 at rest, whatever start_rate is set to
-        quarters = Signal(34)
-        lead = Signal(signed(36))
-        m.d.comb += [
-            quarters.eq(above + (self.start_rate << 2)),
-            self.rate.eq(quarters >> 2),
-            lead.eq((self.target << 2) - quarters),
-        ]
-        ramping = Signal()
-        m.d.comb += ramping.eq(above != 0)
+        # The rate changes in the first of 4 clocks only, so that what depends on it has time to go
+        # through registers: ``upper`` and ``lowest`` follow it in the second clock, and in the
+        # fourth one the target is compared with it.
+        clocks = Signal(range(16 // self.STEPS))
+        m.d.sync += clocks.eq(clocks + 1)
 
-        slowing = Signal()
-        rising = Signal()
-        m.d.sync += [
-            slowing.eq(ramping & (self.brake | (lead < 0))),
-            rising.eq(~self.brake & (lead >= self.acceleration) & (self.stored != 0)),
-            self.steady.eq((lead < self.acceleration) & ~(ramping & (self.brake | (lead < 0)))),
+        # In quarters of the unit of rates, in which a step is ``acceleration``.
+        quarters = Signal(32)
+        upper = Signal(33)    # a step further up
+        ramping = Signal()    # above the start/stop speed
+        lowest = Signal()     # ... by one step, if so
+        climbed = Signal(32)  # rate less start_rate
+        above = Signal(32)    # ... but 0 at rest, when start_rate may change: for the recordings
+        m.d.comb += [
+            self.rate.eq(quarters >> 2),
+            climbed.eq(quarters - (self.start_rate << 2)),
+            above.eq(Mux(ramping, climbed, 0)),
         ]
+        m.d.sync += [
+            upper.eq(quarters + self.acceleration),
+            lowest.eq(climbed == self.acceleration),
+        ]
+
+        below = Signal()          # the target lies below the rate
+        apart = Signal(init=1)    # ... at least a step above, or it is not known where
+        aim = Signal(30)          # the target when it was looked at
+        with m.If(clocks == 3):
+            m.d.sync += [
+                below.eq((self.target << 2) < quarters),
+                apart.eq((self.target << 2) >= upper),
+                aim.eq(self.target),
+            ]
+
+        some = Signal()           # stored != 0
+        braked = Signal()         # brake, a clock ago
+        waiting = Signal()        # some, a clock ago
+        slowing = Signal()
+        m.d.sync += [
+            braked.eq(self.brake),
+            waiting.eq(some),
+            self.steady.eq(~apart & ~(ramping & (self.brake | below))),
+        ]
+        m.d.comb += slowing.eq(ramping & (braked | below))
 
         # A step of the ramp covers quarters / 2**32 pulses: a quarter of the unit, but 4 clocks.
         shift = 32 - self.FRACTION
         braking = Signal(24 + self.FRACTION)
         m.d.comb += self.distance.eq(braking >> self.FRACTION)
-        up = Signal(34)
-        m.d.comb += up.eq(quarters + self.acceleration)
-        clocks = Signal(range(16 // self.STEPS))
-        m.d.sync += clocks.eq(clocks + 1)
+        span = Signal.like(braking)
+        after = Signal.like(braking)
+        m.d.comb += span.eq(Mux(slowing, quarters, upper) >> shift)
+        # One adder for both ways: what is subtracted is inverted, and a carry added to it.
+        inverted = span ^ slowing.replicate(len(span))
+        m.d.comb += after.eq((Cat(slowing, braking) + Cat(slowing, inverted)) >> 1)
+        with m.If(~ramping):
+            m.d.sync += quarters.eq(self.start_rate << 2)
         with m.If(clocks == 0):
-            with m.If(slowing & ramping):
-                m.d.sync += above.eq(above - self.acceleration)
-                m.d.sync += braking.eq(braking - (quarters >> shift))
-            with m.Elif(rising):
-                m.d.sync += above.eq(above + self.acceleration)
-                m.d.sync += braking.eq(braking + (up >> shift))
+            with m.If(slowing):
+                m.d.sync += [
+                    quarters.eq(quarters - self.acceleration),
+                    braking.eq(after),
+                    ramping.eq(~lowest),
+                    apart.eq(1),
+                ]
+            with m.Elif(apart & ~braked & waiting):
+                m.d.sync += [
+                    quarters.eq(upper),
+                    braking.eq(after),
+                    ramping.eq(1),
+                ]
 
         # Room for one pulse builds up at the speed of the ramp and waits, full, for the pulse.
         room = Signal(33)
         full = room[32]
         leave = Signal()
-        m.d.comb += leave.eq(full & (self.stored != 0))
-        speed = Signal(32)
-        m.d.comb += speed.eq(Mux(~slowing & (lead >= 0) & (lead < self.acceleration),
-                                 self.target, self.rate))
+        m.d.comb += leave.eq(full & some & self.ready)
+        speed = Signal(30)
+        m.d.comb += speed.eq(Mux(apart | below | slowing, self.rate, aim))
         with m.If(leave | ~full):
             m.d.sync += room.eq(room[:32] + speed)
         m.d.sync += self.pp.eq(leave)
-        m.d.sync += self.stored.eq(self.stored + self.ps - leave)
-        m.d.comb += self.pull.eq(slowing & ramping & (self.stored == 0) & ~self.ps)
-        m.d.comb += self.rest.eq(~ramping & (self.stored == 0) & ~self.ps & ~self.pp)
+        with m.If(self.ps != leave):
+            m.d.sync += self.stored.eq(self.stored + Mux(leave, -1, 1))
+        m.d.sync += some.eq(self.ps | self.stored[1:].any() | (self.stored[0] & ~leave))
+        m.d.comb += self.pull.eq(slowing & ~some & ~self.ps)
+        m.d.comb += self.rest.eq(~ramping & ~some & ~self.ps & ~self.pp)
 
         # At the bound nothing moves any more, so there is no speed left to bring down.
-        with m.If(slowing & (self.stored == 0) & ~self.ps & ~self.room):
-            m.d.sync += [above.eq(0), braking.eq(0)]
+        fall = Signal()
+        m.d.comb += fall.eq(self.drop | (slowing & ~some & ~self.ps & ~self.room))
+        with m.If(fall):
+            m.d.sync += [
+                clocks.eq(1), quarters.eq(self.start_rate << 2), braking.eq(0), ramping.eq(0),
+                apart.eq(1),
+            ]
         with m.If(self.drop):
-            m.d.sync += [above.eq(0), braking.eq(0), self.stored.eq(0), self.pp.eq(0),
-                         slowing.eq(0), rising.eq(0)]
+            m.d.sync += [self.stored.eq(0), some.eq(0), self.pp.eq(0)]
 
         return m

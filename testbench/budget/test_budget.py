@@ -29,7 +29,7 @@ BUDGETS = {
     "memory":        Cells(lut4=279,  ccu2c=0,   ff=44,   ram=0,  bram=40, dsp=0),
     "path":          Cells(lut4=248,  ccu2c=103, ff=111,  ram=39, bram=0,  dsp=0),
     "pulses":        Cells(lut4=137,  ccu2c=24,  ff=30,   ram=0,  bram=0,  dsp=0),
-    "ramp":          Cells(lut4=184,  ccu2c=194, ff=141,  ram=0,  bram=0,  dsp=0),
+    "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
     "registers":     Cells(lut4=2519, ccu2c=0,   ff=1494, ram=0,  bram=0,  dsp=0),
     "retraction":    Cells(lut4=1385, ccu2c=561, ff=1149, ram=0,  bram=0,  dsp=0),

@@ -22,20 +22,28 @@ def braking(start_rate: int, acceleration: int, level: int) -> int:
 class Ramp:
     """The registers of the ramp as they are after so many calls of ``tick``.
 
-    What is decided in a clock, from what was stored and asked for then, acts in the next one; the
-    speed changes at the end of each fourth clock.
+    The speed changes at the end of each fourth clock, by what was stored and asked for in the clock
+    before; the target is looked at in that clock only. A fall to the start/stop speed counts as
+    a fourth clock.
     """
 
     start_rate: int
     acceleration: int
-    clock: int = 0
+    clock: int = 0       # of a step, which ends clock 0
+    base: int = 0        # start_rate as it was in the last clock at rest
     level: int = 0       # steps of the ramp above the start/stop speed
     credit: int = 0      # towards the next pulse, which leaves at PULSE
     stored: int = 0
     pp: int = 0
-    slower: bool = False
-    faster: bool = False
     steady: bool = False
+    # a clock ago
+    braked: bool = False
+    waiting: bool = False
+    # when the target was last looked at
+    aim: int = 0
+    below: bool = False
+    apart: bool = False
+    known: bool = False  # no step down since, no fall
 
     @property
     def rate(self) -> int:
@@ -44,47 +52,61 @@ class Ramp:
     @property
     def quarters(self) -> int:
         """The speed in quarters, in which a step is exact."""
-        return 4 * self.start_rate + self.level * self.acceleration
+        return 4 * self.base + self.level * self.acceleration
 
     @property
     def distance(self) -> int:
-        return braking(self.start_rate, self.acceleration, self.level) >> FRACTION
+        return braking(self.base, self.acceleration, self.level) >> FRACTION
 
     @property
     def moving(self) -> bool:
         return self.level > 0
 
+    @property
+    def slower(self) -> bool:
+        return self.moving and (self.braked or self.below)
+
+    @property
+    def near(self) -> bool:
+        return self.known and not self.below and not self.apart
+
     def pull(self, ps: int) -> bool:
         """A pulse is asked for in the clock to come, which has ``ps``."""
-        return self.slower and self.moving and not self.stored and not ps
+        return self.slower and not self.stored and not ps
 
     def rest(self, ps: int) -> bool:
         return not (self.moving or self.stored or ps or self.pp)
 
-    def tick(self, ps=0, *, target=0, brake=False, room=True, drop=False):
+    def tick(self, ps=0, *, target=0, brake=False, room=True, ready=True, drop=False):
         """Go on by one clock with its inputs."""
-        lead = 4 * target - self.quarters
-        near = 0 <= lead < self.acceleration
-        slower = self.moving and (brake or lead < 0)
-        faster = not brake and lead >= self.acceleration and self.stored > 0
-        steady = lead < self.acceleration and not slower
-
-        leave = self.credit >= PULSE and self.stored > 0
-        stuck = self.slower and not self.stored and not ps and not room
+        slower = self.slower
+        steady = (self.known and not self.apart
+                  and not (self.moving and (brake or self.below)))
+        leave = self.credit >= PULSE and self.stored > 0 and ready
+        falls = drop or (slower and not self.stored and not ps and not room)
         if self.credit < PULSE or leave:
             self.credit = (self.credit % PULSE
-                           + (target if near and not self.slower else self.rate))
-        if self.clock % STEP_CLOCKS == 0:
-            if self.slower and self.moving:
+                           + (self.aim if self.near and not slower else self.rate))
+        lead = 4 * target - self.quarters
+        if not self.moving:
+            self.base = self.start_rate
+        if self.clock == 0:
+            if slower:
                 self.level -= 1
-            elif self.faster and not self.slower:
+                self.known = False
+            elif self.apart and self.waiting and not self.braked:
                 self.level += 1
-        self.clock += 1
+        elif self.clock == STEP_CLOCKS - 1:
+            self.aim = target
+            self.below = lead < 0
+            self.apart = lead >= self.acceleration
+            self.known = True
+        self.clock = (self.clock + 1) % STEP_CLOCKS
+        self.braked, self.waiting, self.steady = brake, self.stored > 0, steady
         self.stored += ps - leave
         self.pp = int(leave)
-        self.slower, self.faster, self.steady = slower, faster, steady
-        if stuck or drop:
-            self.level = 0
+        if falls:
+            self.base, self.level, self.clock = self.start_rate, 0, 1
+            self.known = False
         if drop:
             self.stored = self.pp = 0
-            self.slower = self.faster = False

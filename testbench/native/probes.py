@@ -65,7 +65,7 @@ PROBES = (
     Probe("completed", 1, scope=MACHINE),             # the sample that completed a short
     Probe("go", 1, scope=MACHINE),                    # path pulses may come
     # Rate of the ramp less the start/stop speed, 2**-34 pulse/clock.
-    Probe("ramp_above", 34, scope=f"{MACHINE}.ramp", signal="above"),
+    Probe("ramp_above", 32, scope=f"{MACHINE}.ramp", signal="above"),
     # Clocks until the processor's clock runs again: written, it stops the processor.
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     *(Probe(pin, bits, scope=TOP) for pin, bits in (

@@ -27,16 +27,16 @@ class Bench:
         self.model = model.Ramp(start_rate, acceleration)
         self.sent = self.received = 0
 
-    async def tick(self, ctx, *, ps=0, target=0, brake=False, room=True, drop=False):
+    async def tick(self, ctx, *, ps=0, target=0, brake=False, room=True, ready=True, drop=False):
         dut, ramp = self.dut, self.model
         for port, value in ((dut.start_rate, ramp.start_rate), (dut.ps, ps), (dut.room, room),
                             (dut.acceleration, ramp.acceleration), (dut.target, target),
-                            (dut.brake, brake), (dut.drop, drop)):
+                            (dut.brake, brake), (dut.ready, ready), (dut.drop, drop)):
             ctx.set(port, value)
         assert ctx.get(dut.pull) == ramp.pull(ps)
         assert ctx.get(dut.rest) == ramp.rest(ps)
         await ctx.tick()
-        ramp.tick(ps, target=target, brake=brake, room=room, drop=drop)
+        ramp.tick(ps, target=target, brake=brake, room=room, ready=ready, drop=drop)
         for name in ("pp", "stored", "rate", "distance", "steady"):
             assert ctx.get(getattr(dut, name)) == getattr(ramp, name), name
         self.sent += ps
@@ -63,6 +63,7 @@ def test_follows_the_model(simulate, rng, start_rate, acceleration):
             full = 3 if gather else 100
             brake = not gather and rng.random() < 0.5
             room = gather or rng.random() < 0.8
+            ready, busy = True, rng.choice((0, 0, 0.02, 0.3))
             for _ in range(rng.randint(1, 150)):
                 ps = spacing == 0 and rng.random() < density and bench.model.stored < full
                 if spacing == 0 and room and bench.model.pull(0):
@@ -70,8 +71,9 @@ def test_follows_the_model(simulate, rng, start_rate, acceleration):
                 spacing = 3 if ps else max(0, spacing - 1)
                 if rng.random() < 0.01:
                     brake = not brake
+                ready = rng.random() >= (busy if ready else 0.8)
                 await bench.tick(ctx, ps=int(ps), target=target, brake=brake, room=room,
-                                 drop=rng.random() < 0.001)
+                                 ready=ready, drop=rng.random() < 0.001)
 
     simulate(bench.dut, run)
 
@@ -100,11 +102,55 @@ def test_is_a_delay_of_two_clocks_up_to_the_start_stop_speed(simulate, rng, star
     assert received == [clock + 2 for clock in sent]
 
 
+@pytest.mark.parametrize("phase", range(4))
+def test_slowing_down_begins_2_to_5_clocks_after_the_brake(simulate, phase):
+    bench = Bench(SLOW, STEP)
+    begun = []
+
+    async def run(ctx):
+        for clock in range(800 + phase):
+            await bench.tick(ctx, ps=int(clock % 4 == 0), target=TOP)
+        rate = bench.model.rate
+        for clock in range(1, 6):
+            await bench.tick(ctx, target=TOP, brake=True)
+            if not begun and ctx.get(bench.dut.rate) < rate:
+                begun.append(clock)
+
+    simulate(bench.dut, run)
+    # The rate changes at the end of clocks 0, 4, ..., by what the brake was in the clock before.
+    assert begun == [5 - phase]
+
+
+def test_a_new_start_stop_speed_is_in_force_after_8_clocks(simulate, rng):
+    bench = Bench(SLOW, STEP)
+
+    async def run(ctx):
+        for _ in range(60):
+            slope = rng.choice((1, STEP, 3 * STEP, ONE // 4 - 1))
+            start_rate = rng.choice((SLOW, 2 * SLOW, TOP, SLOW + 7))
+            for port, value in ((bench.dut.start_rate, start_rate),
+                                (bench.dut.acceleration, slope)):
+                ctx.set(port, value)
+            bench.model.start_rate, bench.model.acceleration = start_rate, slope
+            for _ in range(8):
+                await ctx.tick()
+                bench.model.tick()
+            for clock in range(rng.randint(1, 60)):
+                await bench.tick(ctx, ps=int(clock % 4 == 0), target=TOP)
+            while not bench.model.rest(0):
+                await bench.tick(ctx, brake=True, room=False)
+            for _ in range(ONE // SLOW):
+                await bench.tick(ctx)
+
+    simulate(bench.dut, run)
+
+
 class Chain(wiring.Component):
     """Generator and ramp, with a target and a brake."""
 
     target: In(30)
     go: In(1)
+    ready: In(1, init=1)
     brake: In(1)
     reverse: In(1)
     bound: In(signed(32))
@@ -123,6 +169,7 @@ class Chain(wiring.Component):
             feed.bound.eq(self.bound), feed.pull.eq(ramp.pull),
             ramp.start_rate.eq(SLOW), ramp.acceleration.eq(STEP), ramp.target.eq(self.target),
             ramp.brake.eq(self.brake), ramp.ps.eq(feed.ps), ramp.room.eq(feed.room),
+            ramp.ready.eq(self.ready),
         ]
         return m
 
@@ -152,11 +199,15 @@ class Run:
                 break
         assert clocks or self.clock < end
 
-    def check_spacing(self, target):
-        """Neighbouring pulses are as far apart as the speed says, within a step and a clock."""
+    def check_spacing(self, target, waits=False):
+        """Neighbouring pulses are as far apart as the speed says, within a step and a clock.
+
+        With ``waits`` they may be further apart.
+        """
         for (before, fast), (after, slow) in pairwise(self.out):
             top, low = max(fast, slow) + STEP, max(1, min(fast, slow) - STEP)
-            assert ONE // min(top, target) - 1 <= after - before <= -(-ONE // low) + 1
+            assert after - before >= ONE // min(top, target) - 1
+            assert waits or after - before <= -(-ONE // low) + 1
 
 
 @pytest.mark.parametrize("target", [TOP, ONE // 6, SLOW + 3 * STEP, SLOW + STEP // 2])
@@ -216,6 +267,38 @@ def test_hold_and_reversal_in_mid_acceleration(simulate, rng):
     simulate(run.dut, bench)
     for (_, before), (_, after) in pairwise(run.out):
         assert (after - before) % (STEP // 4) == 0
+
+
+def test_waits_for_the_path_and_loses_nothing(simulate, rng):
+    run = Run()
+    late = []    # clocks from ``ready`` to a pulse that was due
+
+    async def bench(ctx):
+        feed, ramp = run.dut.feed, run.dut.ramp
+        await run.ticks(ctx, clocks=3, bound=FAR, target=TOP)
+        for turn in range(40):
+            brake = turn % 8 == 7
+            for _ in range(rng.randint(1, 20)):
+                target = rng.choice((TOP, TOP, ONE // 6, SLOW + STEP, SLOW // 2))
+                await run.ticks(ctx, clocks=rng.randint(1, 40), target=target, ready=1,
+                                go=not brake, brake=brake)
+                pulses, wait = len(run.out), rng.choice((1, 2, 3, 10, 100))
+                await run.ticks(ctx, clocks=wait, ready=0)
+                assert len(run.out) == pulses, "a pulse that the path cannot take"
+                assert run.sent == pulses + ctx.get(ramp.stored) + ctx.get(feed.ps)
+                if wait > ONE // SLOW and ctx.get(ramp.stored):
+                    begin = run.clock
+                    await run.ticks(ctx, pulses=1, ready=1)
+                    late.append(run.clock - begin)
+            if brake:
+                await run.ticks(ctx, ready=1)
+                assert ctx.get(ramp.rate) == SLOW
+                assert ctx.get(feed.command) == run.sent == len(run.out)
+
+    simulate(run.dut, bench)
+    assert set(late) == {1}
+    assert len(late) > 20
+    run.check_spacing(TOP, waits=True)
 
 
 def test_pulls_nothing_beyond_the_bound(simulate):
