@@ -129,7 +129,7 @@ class Machine(wiring.Component):
             ramp.brake.eq(retraction.brake),
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
-            ramp.ready.eq(1),
+            ramp.ready.eq(path.ready),
             ramp.drop.eq(self.safe),
 
             path.select.eq(self.path_slot_select),

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define HAL_AXES 3
-#define HAL_SLOTS 16        /* segments in the gateware's window */
+#define HAL_SLOTS 64        /* segments in the gateware's window */
 #define HAL_NO_AXIS 15      /* jump axis of a machine without one (wire) */
 
 /* What the gateware knows about itself. */
@@ -26,9 +26,18 @@ void hal_transmit(uint8_t byte);
 
 /* Path window; see the block `path` of the register reference. */
 typedef struct {
+    uint32_t pace;              /* of the major axis; see rtl.motion.arc */
+    int32_t error, along, across;
+} hal_arc_state;
+
+typedef struct {
     uint32_t length;            /* path pulses */
     uint32_t rate;              /* 2**-32 pulse/clock */
     int32_t delta[HAL_AXES];    /* pulses */
+    bool arc, outward;          /* a piece of an arc; its minor axis leads away from the centre */
+    uint8_t major, minor, shift;
+    int32_t change;             /* of the pace, each pulse */
+    hal_arc_state start, end;
 } hal_segment;
 
 typedef enum {
@@ -48,6 +57,7 @@ typedef struct {
 
 void hal_slot_write(unsigned slot, const hal_segment *segment);
 void hal_bound_write(hal_bound bound, int32_t coordinate);
+void hal_fast_slot(unsigned slot);  /* the fast bounds are those seen from this slot */
 void hal_origin(unsigned slot);
 int32_t hal_command(void);      /* path coordinate of the last pulse Ps */
 int32_t hal_position(void);     /* path coordinate of the last ramped pulse */

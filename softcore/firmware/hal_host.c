@@ -258,6 +258,7 @@ bool hal_transmit_ready(void) { return from_firmware.head - from_firmware.tail <
 void hal_transmit(uint8_t byte) { push(&from_firmware, byte); }
 
 void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
+void hal_fast_slot(unsigned number) { (void)number; }
 void hal_bound_write(hal_bound bound, int32_t coordinate) {
     if (bound <= BOUND_BEHIND)
         (void)gk_go(creep);

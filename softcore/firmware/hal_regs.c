@@ -48,17 +48,30 @@ int hal_receive(void) {
 bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
 void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
 
-static uint32_t sign_magnitude(int32_t delta) {
-    return delta < 0 ? PATH_SLOT_X_NEGATIVE_MASK | (0u - (uint32_t)delta) : (uint32_t)delta;
+static void write_arc_state(const hal_arc_state *state) {
+    PATH->slot_data = state->pace;
+    PATH->slot_data = (uint32_t)state->error;
+    PATH->slot_data = (uint32_t)state->along;
+    PATH->slot_data = (uint32_t)state->across;
 }
 
+/* The words of a slot: see rtl.motion.path. */
 void hal_slot_write(unsigned slot, const hal_segment *segment) {
-    PATH->slot_length = segment->length;
-    PATH->slot_rate = segment->rate;
-    PATH->slot_x = sign_magnitude(segment->delta[0]);
-    PATH->slot_y = sign_magnitude(segment->delta[1]);
-    PATH->slot_z = sign_magnitude(segment->delta[2]);
-    PATH->slot_write = slot;
+    PATH->slot_select = slot;
+    PATH->slot_data = segment->length;
+    PATH->slot_data = segment->rate;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t delta = segment->delta[axis];
+        PATH->slot_data = delta < 0 ? 1u << 31 | (0u - (uint32_t)delta) : (uint32_t)delta;
+    }
+    PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
+                      (uint32_t)segment->minor << 3 | (uint32_t)segment->outward << 5;
+    if (!segment->arc)
+        return;
+    PATH->slot_data = (uint32_t)segment->change;
+    PATH->slot_data = segment->length << segment->shift;
+    write_arc_state(&segment->start);
+    write_arc_state(&segment->end);
 }
 
 void hal_bound_write(hal_bound bound, int32_t coordinate) {
@@ -71,6 +84,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
     }
 }
 
+void hal_fast_slot(unsigned slot) { PATH->fast_slot = slot; }
 void hal_origin(unsigned slot) { PATH->origin = slot; }
 int32_t hal_command(void) { return PATH->command; }
 int32_t hal_position(void) { return PATH->position; }

@@ -9,7 +9,7 @@
 
 /* Slots kept loaded behind and ahead of the segment in which the machine is. Going back needs more
    behind. Together with that segment they fill the window. */
-#define NEAR_SIDE 5
+#define NEAR_SIDE 15
 #define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
 
 /* Segments looked at per step when the floor is worked out anew: 64 take about a thousand clocks. */
@@ -298,6 +298,7 @@ static void update_corners(uint32_t at) {
     for (number = at; number > low && !segment(number - 1)->corner;)
         number--;
     write_bound(BOUND_FAST_BEHIND, segment(number)->start);
+    hal_fast_slot(at % HAL_SLOTS);
 }
 
 bool path_step(void) {

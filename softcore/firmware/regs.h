@@ -57,17 +57,14 @@ _Static_assert(offsetof(link_regs, status) == 0x8, "");
 
 /* The path: its window of segments and where the machine is on it. Coordinates are path pulses and wrap at 32 bits. */
 typedef volatile struct {
-    uint32_t slot_length; /* Length of the segment to write. At least 1. [pulse] */
-    uint32_t slot_rate; /* Feed on the segment to write. [2**-32 pulse/clock] */
-    uint32_t slot_x; /* Travel of X over the segment to write; at most its length. */
-    uint32_t slot_y; /* Travel of Y over the segment to write; at most its length. */
-    uint32_t slot_z; /* Travel of Z over the segment to write; at most its length. */
-    uint32_t slot_write; /* Write the segment into a slot of the window. Slots follow the path, modulo their number. */
+    uint32_t slot_select; /* Choose a slot to write, from its first word on. Slots follow the path, modulo their number. */
+    uint32_t slot_data; /* Its next word: 6 of a line, 16 of an arc; see ``rtl.motion.path``. */
     int32_t ahead; /* End of what is loaded and may be machined: no forward pulse passes it. [pulse] */
     int32_t behind; /* Start of what is loaded: no backward pulse passes it. [pulse] */
     int32_t floor; /* Lowest point a retraction may reach (ceiling, soft limit or start of the path). [pulse] */
     int32_t fast_ahead; /* Next corner ahead: the ramp is back at the start/stop speed there. [pulse] */
     int32_t fast_behind; /* Next corner behind, for the way back. [pulse] */
+    uint32_t fast_slot; /* Take both corners over, if the machine is still in the segment in this slot. */
     uint32_t origin; /* Put the (resting) machine at coordinate 0, at the start of a slot's segment. */
     const int32_t command; /* Path coordinate of the last pulse Ps. [pulse] */
     const int32_t position; /* Path coordinate of the last ramped pulse Pp. [pulse] */
@@ -75,41 +72,24 @@ typedef volatile struct {
     const uint32_t slot; /* Slot of the segment in which the machine is. */
     const uint32_t status; /* State of the motion. */
 } path_regs;
-_Static_assert(offsetof(path_regs, slot_length) == 0x0, "");
-_Static_assert(offsetof(path_regs, slot_rate) == 0x4, "");
-_Static_assert(offsetof(path_regs, slot_x) == 0x8, "");
-_Static_assert(offsetof(path_regs, slot_y) == 0xc, "");
-_Static_assert(offsetof(path_regs, slot_z) == 0x10, "");
-_Static_assert(offsetof(path_regs, slot_write) == 0x14, "");
-_Static_assert(offsetof(path_regs, ahead) == 0x18, "");
-_Static_assert(offsetof(path_regs, behind) == 0x1c, "");
-_Static_assert(offsetof(path_regs, floor) == 0x20, "");
-_Static_assert(offsetof(path_regs, fast_ahead) == 0x24, "");
-_Static_assert(offsetof(path_regs, fast_behind) == 0x28, "");
-_Static_assert(offsetof(path_regs, origin) == 0x2c, "");
-_Static_assert(offsetof(path_regs, command) == 0x30, "");
-_Static_assert(offsetof(path_regs, position) == 0x34, "");
-_Static_assert(offsetof(path_regs, front) == 0x38, "");
-_Static_assert(offsetof(path_regs, slot) == 0x3c, "");
-_Static_assert(offsetof(path_regs, status) == 0x40, "");
-#define PATH_SLOT_LENGTH_VALUE_SHIFT 0
-#define PATH_SLOT_LENGTH_VALUE_MASK 0x3fffffffu
-#define PATH_SLOT_RATE_VALUE_SHIFT 0
-#define PATH_SLOT_RATE_VALUE_MASK 0x3fffffffu
-#define PATH_SLOT_X_MAGNITUDE_SHIFT 0
-#define PATH_SLOT_X_MAGNITUDE_MASK 0x7fffffffu
-#define PATH_SLOT_X_NEGATIVE_SHIFT 31
-#define PATH_SLOT_X_NEGATIVE_MASK 0x80000000u
-#define PATH_SLOT_Y_MAGNITUDE_SHIFT 0
-#define PATH_SLOT_Y_MAGNITUDE_MASK 0x7fffffffu
-#define PATH_SLOT_Y_NEGATIVE_SHIFT 31
-#define PATH_SLOT_Y_NEGATIVE_MASK 0x80000000u
-#define PATH_SLOT_Z_MAGNITUDE_SHIFT 0
-#define PATH_SLOT_Z_MAGNITUDE_MASK 0x7fffffffu
-#define PATH_SLOT_Z_NEGATIVE_SHIFT 31
-#define PATH_SLOT_Z_NEGATIVE_MASK 0x80000000u
-#define PATH_SLOT_WRITE_VALUE_SHIFT 0
-#define PATH_SLOT_WRITE_VALUE_MASK 0x000000ffu
+_Static_assert(offsetof(path_regs, slot_select) == 0x0, "");
+_Static_assert(offsetof(path_regs, slot_data) == 0x4, "");
+_Static_assert(offsetof(path_regs, ahead) == 0x8, "");
+_Static_assert(offsetof(path_regs, behind) == 0xc, "");
+_Static_assert(offsetof(path_regs, floor) == 0x10, "");
+_Static_assert(offsetof(path_regs, fast_ahead) == 0x14, "");
+_Static_assert(offsetof(path_regs, fast_behind) == 0x18, "");
+_Static_assert(offsetof(path_regs, fast_slot) == 0x1c, "");
+_Static_assert(offsetof(path_regs, origin) == 0x20, "");
+_Static_assert(offsetof(path_regs, command) == 0x24, "");
+_Static_assert(offsetof(path_regs, position) == 0x28, "");
+_Static_assert(offsetof(path_regs, front) == 0x2c, "");
+_Static_assert(offsetof(path_regs, slot) == 0x30, "");
+_Static_assert(offsetof(path_regs, status) == 0x34, "");
+#define PATH_SLOT_SELECT_VALUE_SHIFT 0
+#define PATH_SLOT_SELECT_VALUE_MASK 0x000000ffu
+#define PATH_FAST_SLOT_VALUE_SHIFT 0
+#define PATH_FAST_SLOT_VALUE_MASK 0x000000ffu
 #define PATH_ORIGIN_VALUE_SHIFT 0
 #define PATH_ORIGIN_VALUE_MASK 0x000000ffu
 #define PATH_SLOT_VALUE_SHIFT 0

@@ -93,7 +93,7 @@ class Motion(wiring.Component):
             ramp.brake.eq(retraction.brake),
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
-            ramp.ready.eq(1),
+            ramp.ready.eq(path.ready),
             ramp.drop.eq(self.safe),
 
             *(getattr(path, name).eq(getattr(self, name)) for name in (

@@ -4,7 +4,7 @@
 import pytest
 
 from testbench.checkers.motion import Motion
-from testbench.checkers.motion_bench import DATA, FOREVER, LINE, ONE, SLOTS, Bench, brief, change
+from testbench.checkers.motion_bench import DATA, FOREVER, LINE, ONE, Bench, brief, change
 from testbench.models import retraction as model
 from testbench.models.retraction import (
     ADVANCE,
@@ -28,6 +28,11 @@ from testbench.models.retraction import (
     Gap,
 )
 
+# Behind a border pulses wait for the segment to be fetched; so that none is under way when the next
+# cue comes, they are further apart than that takes.
+APART = change(rate=ONE // 15, high_rate=ONE // 14, low_rate=ONE // 19, jump_rate=ONE // 16,
+               jump_high_rate=ONE // 14)
+
 
 def agree(seen, expected):
     """Events as the model has them; plateaus of retractions at their speed."""
@@ -40,12 +45,12 @@ def agree(seen, expected):
             assert event[4] > 0
 
 
-def random_path(rng, axes, count=SLOTS, longest=30):
+def random_path(rng, axes, count=16, longest=30):
     """Random segments, with random travel."""
     segments = []
     for _ in range(count):
         length = rng.choice((1, 2, rng.randint(1, longest), rng.randint(1, longest)))
-        rate = ONE // rng.randint(6, 14)
+        rate = ONE // rng.randint(14, 22)
         travel = [rng.choice((0, length, -length, rng.randint(-length, length)))
                   for _ in range(axes)]
         segments.append((length, rate, travel))
@@ -95,10 +100,10 @@ def test_follows_the_model(simulate, rng, offset):
         gap.cues = random_cues(rng, bench.end)
         floor = rng.choice((-FOREVER, -FOREVER, bench.end // 3))
         floor = max(floor, bench.borders[0])
-        expected = expect(bench, DATA, gap.copy(), floor=floor)
+        expected = expect(bench, APART, gap.copy(), floor=floor)
 
         async def run(ctx, bench=bench, floor=floor, expected=expected):
-            await bench.begin(ctx, DATA, floor=floor, jump_period=1)
+            await bench.begin(ctx, APART, floor=floor, jump_period=1)
             await bench.run(ctx)
             agree(bench.events, expected.events)
             assert bench.position == expected.position
