@@ -23,8 +23,9 @@ class Ramp(wiring.Component):
     asks as soon as the last one has left, so that the next is there when its time comes.
 
     While ``ready`` is low no pulse sets out, and what is due waits. It leaves 1 clock after the
-    first of ``ready``, the next one no sooner after it than at any other time. The ramp does not
-    wait: ``rate`` changes as it would.
+    first of ``ready``, the next one no sooner after it than at any other time: so the delay lasts
+    until pulses come further apart than they may leave. The ramp does not wait: ``rate`` changes
+    as it would.
 
     ``distance`` is what slowing down from ``rate`` to ``start_rate`` takes, in whole pulses,
     rounded down, plus at most one step of the ramp. It is the sum of the steps taken upwards, so
