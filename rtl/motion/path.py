@@ -64,7 +64,8 @@ class SegmentWindow(wiring.Component):
     ahead : In(signed(32))
         End of what may be machined.
     load : In(1), load_slot : In(range(slots))
-        Stand at coordinate 0, at the start of the segment in a slot; only at rest.
+        Stand at coordinate 0, at the start of the segment in a slot, which is to be written before
+        ``ahead`` lies beyond it; only at rest.
     fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
     fast_strobe : In(1)
         Where the machine must be slow next, as seen from the segment in a slot.
@@ -183,19 +184,19 @@ class SegmentWindow(wiring.Component):
             with m.If(returned):
                 m.d.sync += offset.eq(self.length - 1)
         with m.Elif(self.ready & more):
-            with m.If(at_end):
+            with m.If(~begun & at_front & (self.slot == front_slot)):
+                # Only now it is certain that the first slot has been written.
+                m.d.comb += fetch.eq(1)
+                m.d.sync += [self.entered.eq(1), begun.eq(1)]
+            with m.Elif(at_end):
                 m.d.comb += fetch.eq(1)
                 m.d.sync += [self.slot.eq(self.slot + 1), offset.eq(0),
                              self.fast_behind.eq(self.position)]
                 with m.If(at_front & (self.slot == front_slot)):
                     m.d.sync += front_slot.eq(self.slot + 1)
                     m.d.sync += self.entered.eq(1)
-            with m.Elif(~begun):
-                m.d.sync += self.entered.eq(1)
-                m.d.sync += begun.eq(1)
 
         with m.If(self.load):
-            m.d.comb += fetch.eq(1)
             m.d.sync += [
                 self.position.eq(0), self.front.eq(0), offset.eq(0), self.slot.eq(self.load_slot),
                 front_slot.eq(self.load_slot), begun.eq(0), returned.eq(0), self.distribute.eq(0),
