@@ -128,48 +128,61 @@ class Discriminator(wiring.Component):
         ]
         m.d.sync += before.eq(gates)
 
-        age = Signal(16)      # clocks of the pulse up to the last, saturated
-        elapsed = Signal(16)  # clocks of the pulse before this one
+        age = Signal(16)      # clocks of the pulse before this one, but in its first
+        with m.If(same):
+            m.d.sync += age.eq(age + 1)
+        with m.Else():
+            m.d.sync += age.eq(1)
+
+        def since(limit, name):
+            """High in a pulse from when ``limit`` clocks of it are over. Equal is enough."""
+            reached = Signal(name=f"{name}_before")
+            now = Signal(name=name)
+            m.d.comb += now.eq(Mux(same, reached | (age == limit), limit == 0))
+            m.d.sync += reached.eq(now)
+            return now
+
         past = Signal()       # the comparators count
-        m.d.comb += [
-            elapsed.eq(Mux(same, age, 0)),
-            past.eq((gates != 0) & (elapsed >= self.blanking)),
-        ]
-        m.d.sync += age.eq(Mux(elapsed.all(), elapsed, elapsed + 1))
+        m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked"))
 
         # From the ignition on.
         lit = Signal()        # up to the last clock
         burning = Signal()    # of the main pulse
-        wait = Signal(8)      # clocks until the voltage has settled; held at ``settle`` before
+        burnt = Signal(8)     # clocks burning before this one
+        was_settled = Signal()
         settled = Signal()
         early = Signal()
         heard = Signal()
         m.d.comb += [
             burning.eq(past & self.on
                        & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
-            settled.eq(Mux(self.on, burning & (wait == 0), past)),
+            settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
             self.shorted_now.eq(settled & self.short),
         ]
-        m.d.sync += lit.eq(burning)
-        with m.If(~burning):
-            m.d.sync += wait.eq(self.settle)
-        with m.Elif(wait != 0):
-            m.d.sync += wait.eq(wait - 1)
+        m.d.sync += [lit.eq(burning), was_settled.eq(settled & self.on)]
+        with m.If(burning):
+            m.d.sync += burnt.eq(burnt + 1)
+        with m.Else():
+            m.d.sync += burnt.eq(0)
+        late = since(self.delay_least, "late")
         with m.If(~(lit & same)):
-            m.d.sync += [early.eq(elapsed < self.delay_least), heard.eq(burning & self.noise)]
+            m.d.sync += [early.eq(~late), heard.eq(burning & self.noise)]
         with m.Elif(self.noise):
             m.d.sync += heard.eq(1)
 
         low = Signal()
-        left = Signal(8)      # clocks low until it is abnormal, less one; held at that before
+        number = Signal(8, init=1)  # of this clock among those low running
+        was_abnormal = Signal()
         m.d.comb += [
             low.eq(settled & self.on & (self.arc | self.short)),
-            self.abnormal.eq(low & (left == 0)),
+            self.abnormal.eq(low & (was_abnormal | (number == self.confirm)
+                                    | (self.confirm == 0))),
         ]
-        with m.If(~low):
-            m.d.sync += left.eq(Mux(self.confirm == 0, 0, self.confirm - 1))
-        with m.Elif(left != 0):
-            m.d.sync += left.eq(left - 1)
+        m.d.sync += was_abnormal.eq(self.abnormal)
+        with m.If(low):
+            m.d.sync += number.eq(number + 1)
+        with m.Else():
+            m.d.sync += number.eq(1)
 
         # What the last clock said.
         valid = Signal()

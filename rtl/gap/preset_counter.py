@@ -155,11 +155,15 @@ class PresetCounters(wiring.Component):
         moved = Signal()   # UP or DOWN, as of this clock
         last = Signal()    # pulse of the window
         begun = self.counts["window"]
-        m.d.comb += last.eq(total & self.sample & (begun + 1 >= self.window))
+        with_this = Signal(COUNT)
+        m.d.comb += [
+            with_this.eq(begun + 1),
+            last.eq(total & self.sample & (with_this >= self.window)),
+        ]
         with m.If(clear | last | moved | ~total):
             m.d.sync += begun.eq(0)
         with m.Elif(self.sample):
-            m.d.sync += begun.eq(begun + 1)
+            m.d.sync += begun.eq(with_this)
 
         # Counter 7.
         oks, with_ok = self.counts["ok"], Signal(COUNT)

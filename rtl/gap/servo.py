@@ -51,17 +51,18 @@ class Servo(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # One adder: a step back is the complement of one ahead, and a carry.
-        step = Signal(coordinate)
+        # One adder: a step back is the complement of one ahead, and a carry from below; no step
+        # brings the machine's own coordinate.
+        back = Signal()
+        step = Signal(17)
         reached = Signal(coordinate)
         m.d.comb += [
-            step.eq(self.step ^ self.up.replicate(32)),
-            reached.eq(self.command + step + self.up),
-            self.refused.eq(self.on & self.up & ((reached - self.lowest)[:32].as_signed() < 0)),
+            back.eq(self.on & self.up),
+            step.eq(Mux(back, ~Cat(self.step, 0), Mux(self.on, self.step, 0))),
+            reached.eq((Cat(1, self.command).as_signed() + Cat(back, step).as_signed())[1:]),
+            self.refused.eq(back & ((reached - self.lowest)[:32].as_signed() < 0)),
         ]
-        with m.If(~self.on):
-            m.d.sync += [self.goal.eq(self.command), self.back.eq(0)]
-        with m.Elif(self.up | self.down):
-            m.d.sync += [self.goal.eq(reached), self.back.eq(self.up)]
+        with m.If(~self.on | self.up | self.down):
+            m.d.sync += [self.goal.eq(reached), self.back.eq(back)]
 
         return m

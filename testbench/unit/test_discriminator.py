@@ -165,6 +165,24 @@ def test_longest_blanking(simulate):
     simulate(dut, bench)
 
 
+def test_ignition_after_the_longest_age_is_late(simulate):
+    dut = Discriminator()
+
+    async def bench(ctx):
+        ctx.set(dut.delay_least, 100)
+        ctx.set(dut.use_delay, 1)
+        ctx.set(dut.on, 1)
+        ctx.set(dut.high, 1)
+        await ctx.tick().repeat((1 << 16) + 20)
+        ctx.set(dut.high, 0)
+        await ctx.tick()
+        ctx.set(dut.on, 0)
+        assert ctx.get(dut.sample)
+        assert ctx.get(dut.kind) == PulseClass.OK
+
+    simulate(dut, bench)
+
+
 def test_counters_wrap(simulate):
     dut = Discriminator()
 
