@@ -50,6 +50,7 @@ typedef enum {
     FAULT_HALT_SERVO = 48,  /* the servo would widen the gap beyond the retractable limit */
     FAULT_FLUID = 49,       /* the fluid's resistance is not known */
     FAULT_NO_DISCHARGE = 50, /* under servo a long way without a discharge */
+    FAULT_NO_PROGRESS = 51, /* under servo a long time without new depth */
 } fault_code;
 
 typedef struct {

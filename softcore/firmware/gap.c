@@ -4,6 +4,7 @@
 #include "events.h"
 #include "machine.h"
 #include "output.h"
+#include "path.h"
 #include "settings.h"
 #include "units.h"
 
@@ -26,6 +27,10 @@ static bool servo;
 static uint32_t way_limit;      /* pulses under servo without a discharge that are too many, 0 none */
 static uint32_t seen;           /* discharges when the last one was noticed, */
 static int32_t seen_at;         /* and the front then */
+static uint64_t time_limit;     /* clocks under servo without progress that are too many, 0 none */
+static uint64_t stood;          /* such clocks so far, */
+static int32_t stood_at;        /* the front meanwhile, */
+static uint32_t looked;         /* and the clock up to which they are counted */
 
 void gap_init(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
@@ -72,7 +77,9 @@ void gap_class_enter(unsigned number, const gap_class *c) {
 
 void gap_servo(bool on) {
     servo = on;
-    seen_at = hal_front();
+    seen_at = stood_at = hal_front();
+    stood = 0;
+    looked = hal_cycle_low();
     gap_settings();
 }
 
@@ -82,6 +89,7 @@ void gap_settings(void) {
     uint32_t period = units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US));
     hal_servo_period(period < PERIOD_LIMIT ? period : PERIOD_LIMIT);
     way_limit = (uint32_t)units_pulses_of_um(settings_get(SET_NO_DISCHARGE_UM));
+    time_limit = (uint64_t)settings_get(SET_NO_PROGRESS_S) * hal_clock_hz();
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
         .convert = mode != 0,
@@ -142,8 +150,44 @@ void gap_fluid(const hal_event *event, uint64_t cycle) {
                  (uint32_t)c->dame, (uint32_t)c->open, (uint32_t)c->ok);
 }
 
-/* The settings may have come to rely on a detector that has told of its trouble before. And a servo
-   that never sees a discharge would drive the electrode through anything. */
+/* A servo that never sees a discharge would drive the electrode through anything. */
+static void watch_way(int32_t front) {
+    uint32_t counts[4];
+    hal_gap_counts(counts);
+    uint32_t discharges = counts[1] + counts[2] + counts[3];
+    if (discharges != seen || !machine_machining()) {
+        seen = discharges;
+        seen_at = front;
+    } else if (way_limit && (uint32_t)front - (uint32_t)seen_at > way_limit) {
+        fault f = {.line = events_line()};
+        fault_at(&f, FAULT_NO_DISCHARGE, 0, "no discharge on the last %u um of the way",
+                 settings_get(SET_NO_DISCHARGE_UM));
+        machine_alarm(&f);
+    }
+}
+
+/* And one that is never asked for DOWN would stand for ever. Time counts while there is a way to go
+   and nothing but the servo decides whether it is gone: not on hold, nor in a retraction or a jump. */
+static void watch_time(int32_t front) {
+    uint32_t now = hal_cycle_low(), passed = now - looked;
+    looked = now;
+    if (front != stood_at || !machine_machining()) {
+        stood_at = front;
+        stood = 0;
+        return;
+    }
+    if (machine_held() || hal_motion_read().state != MOTION_FRONT || path_at_front())
+        return;
+    stood += passed;
+    if (time_limit && stood > time_limit) {
+        fault f = {.line = events_line()};
+        fault_at(&f, FAULT_NO_PROGRESS, 0, "no progress in %u s of machining at the front",
+                 settings_get(SET_NO_PROGRESS_S));
+        machine_alarm(&f);
+    }
+}
+
+/* The settings may have come to rely on a detector that has told of its trouble before. */
 void gap_watch(void) {
     if (machine_machining() && settings_get(SET_FLUID_MODE) == 1) {
         const char *what = trouble(hal_fluid_state());
@@ -154,19 +198,9 @@ void gap_watch(void) {
             return;
         }
     }
-    if (!servo || !way_limit)
+    if (!servo)
         return;
-    uint32_t counts[4];
-    hal_gap_counts(counts);
-    uint32_t discharges = counts[1] + counts[2] + counts[3];
     int32_t front = hal_front();
-    if (discharges != seen || !machine_machining()) {
-        seen = discharges;
-        seen_at = front;
-    } else if ((uint32_t)front - (uint32_t)seen_at > way_limit) {
-        fault f = {.line = events_line()};
-        fault_at(&f, FAULT_NO_DISCHARGE, 0, "no discharge on the last %u um of the way",
-                 settings_get(SET_NO_DISCHARGE_UM));
-        machine_alarm(&f);
-    }
+    watch_way(front);
+    watch_time(front);
 }

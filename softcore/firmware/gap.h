@@ -29,4 +29,4 @@ void gap_class_enter(unsigned number, const gap_class *row);
    be, or without one while the first average is still to come. */
 bool gap_ready(fault *f);
 void gap_fluid(const hal_event *event, uint64_t cycle); /* the gateware tells of the fluid */
-void gap_watch(void);                           /* in every pass: discharges must come */
+void gap_watch(void);                           /* in every round: discharges and depth must come */

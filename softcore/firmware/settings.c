@@ -52,6 +52,7 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_FLUID_HYSTERESIS] = {20, 0, 255, "fluid: hysteresis, codes"},
     [SET_FLUID_LOWEST] = {40, 0, 4095, "fluid: lowest code of a sound cell"},
     [SET_FLUID_HIGHEST] = {4030, 0, 4095, "fluid: highest code of a sound cell"},
+    [SET_NO_PROGRESS_S] = {600, 0, 86400, "servo: time at the front without progress, s (0 no bound)"},
 };
 
 static uint32_t values[SETTINGS];

@@ -57,6 +57,7 @@ SCENARIOS = (
     Scenario(servo.both_ways),
     Scenario(servo.widens_beyond),
     Scenario(servo.stuck_open),
+    Scenario(servo.never_down),
     Scenario(servo.stuck_short),
     Scenario(servo.thresholds),
     *(Scenario(servo.cell, {"trouble": trouble}) for trouble in servo.TROUBLES),

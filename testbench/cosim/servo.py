@@ -7,8 +7,8 @@ from testbench.cosim.checks import pulses
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
 
-__all__ = ["TROUBLES", "both_ways", "cell", "stuck_open", "stuck_short", "thresholds",
-           "widens_beyond"]
+__all__ = ["TROUBLES", "both_ways", "cell", "never_down", "stuck_open", "stuck_short",
+           "thresholds", "widens_beyond"]
 
 PERIOD = "$31=2000"     # us between servo steps: 50 pulses of condition 100
 STEP = 50               # path pulses, of every built-in condition
@@ -101,6 +101,19 @@ def stuck_open(session: Session) -> dict:
     assert pulses(0.15) < way <= pulses(0.15) + STEP, way
     _locked(job)
     return {"cycle": session.cycle, "way": way, "events": job.events}
+
+
+def never_down(session: Session) -> dict:
+    """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
+    job = _start(session, "G10 L0 Y0", "$44=1", data=Data())
+    alarm = job.alarm()
+    assert alarm["code"] == 51
+    assert "no progress in 1 s of machining at the front" in alarm["text"]
+    assert job.probe("path_front") == job.probe("path_command") == 0
+    began, = job.told("block", text=f"G01 Z-{DEPTH_MM} F600")
+    assert 1 <= alarm["t"] - began["t"] < 1.01
+    _locked(job)
+    return {"cycle": session.cycle, "events": job.events}
 
 
 def stuck_short(session: Session) -> dict:

@@ -9,6 +9,7 @@ from testbench.programs import punched
 DATA = "G36 R300 L.5 H600 E60 Q.1"
 PATENT = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
 SHARES = [100, 99, 98, 75]   # of the open voltage, percent
+SECOND = 2000   # passes: 2 MHz, 1000 clocks each
 BROKEN_LOW, BROKEN_HIGH, DISORDERED, SILENT, KNOWN = 1, 2, 4, 8, 16
 
 
@@ -126,6 +127,81 @@ def test_a_long_way_without_a_discharge_is_an_alarm(machine):
         "50", "Block 6: no discharge on the last 500 um of the way."]
     assert 5000 < -machine.axes[2] - at < 5000 + 2 * 30 * 4
     assert "discharge" not in machine.flags
+
+
+@pytest.fixture
+def stuck(machine):
+    """Under servo in the middle of a way, where it stands; a second may go by without progress."""
+    machine.line("$44=1")
+    machine.library.gk_speed(30)
+    machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M05", "M02"]), passes=150)
+    machine.library.gk_speed(0)
+    assert "discharge" in machine.flags
+    assert 0 < -machine.axes[2] < 20_000
+    return machine
+
+
+def no_progress(machine, seconds):
+    """Whether so long brings the alarm."""
+    found = events(machine.run(round(seconds * SECOND)), "alarm")
+    assert [alarm[1:] for alarm in found] in ([], [
+        ["51", "Block 6: no progress in 1 s of machining at the front."]])
+    return bool(found)
+
+
+def test_a_long_time_without_progress_is_an_alarm(stuck):
+    at = stuck.axes[2]
+    assert not no_progress(stuck, 0.99)
+    assert no_progress(stuck, 0.02)
+    assert "discharge" not in stuck.flags
+    assert stuck.axes[2] == at
+    assert stuck.line("G00 Z1")[-1] == "error:37"
+
+
+def test_back_and_forth_is_no_progress_but_a_pulse_further_is(stuck):
+    for _ in range(9):
+        stuck.library.gk_go(-50)
+        assert not no_progress(stuck, 0.05)
+        stuck.library.gk_go(50)
+        assert not no_progress(stuck, 0.05)
+    stuck.library.gk_go(1)
+    assert not no_progress(stuck, 0.99)
+    assert no_progress(stuck, 0.02)
+
+
+def test_without_a_bound_the_servo_may_stand_for_ever(machine):
+    assert machine.line("$44=0") == ["ok"]
+    machine.library.gk_speed(30)
+    machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=150)
+    machine.library.gk_speed(0)
+    assert not no_progress(machine, 5)
+
+
+def test_hold_and_retraction_are_no_time_at_the_front(stuck):
+    assert not no_progress(stuck, 0.9)
+    stuck.send(b"!")
+    assert not no_progress(stuck, 2)
+    stuck.send(b"~")
+    for name in ("retracting", "at limit", "high", "low", "stopping"):
+        stuck.state(name)
+        assert not no_progress(stuck, 2)
+    stuck.state("front")
+    assert not no_progress(stuck, 0.05)
+    assert no_progress(stuck, 0.1), "what was counted before counts"
+
+
+@pytest.mark.parametrize("blocks", [
+    ("M03", "G01 Z-.1 F60", "G04 X3"), ("M03", "G01 Z-.1 F60", "M00"),
+    ("M03", "G01 Z-.1 F60 M05", "G04 X3"), ("G04 X3", "M03"), ("M03", "G04 X3"),
+    ("M03", "G94", "G01 Z-20 F60"), ("M03", "G01 Z-.1 F60", "G00 Z-20"),
+], ids=["dwell", "pause", "after M05", "before M03", "before the way", "G94", "G00"])
+def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
+    machine.line("$44=1")
+    machine.library.gk_speed(30)
+    machine.tape(punched([DATA, "C130", "G95 P1", *blocks, "M02"]), passes=300)
+    machine.library.gk_speed(0)
+    assert not no_progress(machine, 2.5)
+    assert not events(machine.lines, "alarm", "end")
 
 
 @pytest.mark.parametrize(("flag", "words"), [
