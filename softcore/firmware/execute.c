@@ -71,6 +71,7 @@ static void commit(void) {
 void execute_start(void) {
     machine_run(false);
     gap_servo(false);
+    gap_start();
     path_begin();
     plan_start(&state);
     execute_resynchronise();
@@ -164,7 +165,7 @@ static part act(void) {
     case ACT_SET_POSITION: output_frame(state.offset); return PART_MOVE;
     case ACT_TABLE:
         if (work->class_number < GAP_CLASSES)
-            gap_class_enter(work->class_number, &work->class_row);
+            gap_class_enter(work->class_number, &work->class_row, by_hand);
         return PART_MOVE;
     default: return PART_MOVE;
     }

@@ -20,6 +20,7 @@ static const gap_class PATENT[GAP_CLASSES] = {
 };
 
 static gap_class classes[GAP_CLASSES];
+static gap_class kept[GAP_CLASSES];     /* the same without what the tape has entered */
 static technology_row row;      /* the condition in force */
 static bool conditioned;        /* there is one */
 static unsigned fluid;          /* class in force */
@@ -34,7 +35,7 @@ static uint32_t looked;         /* and the clock up to which they are counted */
 
 void gap_init(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
-        classes[i] = PATENT[i];
+        classes[i] = kept[i] = PATENT[i];
     conditioned = servo = false;
     fluid = 0;
     technology_reset();
@@ -68,10 +69,19 @@ void gap_condition(const technology_row *condition) {
     apply();
 }
 
+/* The gateware gets the classes with the program's first condition, without which nothing is machined. */
+void gap_start(void) {
+    technology_start();
+    for (unsigned i = 0; i < GAP_CLASSES; i++)
+        classes[i] = kept[i];
+}
+
 gap_class gap_class_row(unsigned number) { return classes[number]; }
 
-void gap_class_enter(unsigned number, const gap_class *c) {
+void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
     classes[number] = *c;
+    if (by_hand)
+        kept[number] = *c;
     apply();
 }
 

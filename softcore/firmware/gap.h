@@ -23,7 +23,8 @@ void gap_condition(const technology_row *row);  /* put a condition in force */
 void gap_servo(bool on);                        /* machine by UP and DOWN, or at constant feed */
 
 gap_class gap_class_row(unsigned number);
-void gap_class_enter(unsigned number, const gap_class *row);
+void gap_class_enter(unsigned number, const gap_class *row, bool by_hand);
+void gap_start(void);                           /* a program starts: forget what tapes have entered */
 
 /* Whether the class that the fluid is to have by measurement is known; false with a fault if it cannot
    be, or without one while the first average is still to come. */

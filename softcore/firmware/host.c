@@ -24,14 +24,17 @@ static modal fresh(void) {
     return state;
 }
 
-void gk_check_forget(void) { entered = fresh(); }
-
 static void nothing(void) {}
 
 static void prepare(void) {
     units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
     settings_init(nothing);
+}
+
+void gk_check_forget(void) {
+    prepare();
     gap_init();
+    entered = fresh();
 }
 
 static bool parse(block *words, const char *text, uint32_t length, fault *f) {
@@ -103,6 +106,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
     uint32_t blocks = 0;
     fault f = {0};
     prepare();
+    gap_start();
     plan_start(&state);
     reader_begin(&r, tv);
     for (uint32_t i = 0; i < length && f.code == FAULT_NONE; i++) {

@@ -354,7 +354,7 @@ static bool presets(context *c, uint32_t values[3]) {
 }
 
 /* G10 C: a condition. What is left out stays as the row of that number has it. */
-static bool plan_row(context *c) {
+static bool plan_row(context *c, bool mdi) {
     if (!alone(c, PRESET_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
                       BLOCK_BIT('Q') | BLOCK_BIT('R') | BLOCK_BIT('E') | BLOCK_BIT('H') |
                       BLOCK_BIT('K') | BLOCK_BIT('L')))
@@ -395,7 +395,7 @@ static bool plan_row(context *c) {
     row.dame = (uint8_t)counts[0];
     row.open = (uint8_t)counts[1];
     row.ok = (uint8_t)counts[2];
-    if (!technology_enter(&row))
+    if (!technology_enter(&row, mdi))
         return fault_at(c->f, FAULT_TABLE, name->column, "no more than %u conditions can be entered",
                         (uint32_t)TECHNOLOGY_ENTERED);
     return true;
@@ -418,11 +418,11 @@ static bool plan_class(context *c) {
     return true;
 }
 
-static bool plan_table(context *c) {
+static bool plan_table(context *c, bool mdi) {
     bool row = block_has(c->b, 'C');
     if (!row && !block_has(c->b, 'L'))
         return fault_at(c->f, FAULT_MISSING, 0, "G10 needs a condition C or a class of the fluid L");
-    return row ? plan_row(c) : plan_class(c);
+    return row ? plan_row(c, mdi) : plan_class(c);
 }
 
 /* G94, or G95 P1; the other laws of G95 are not there yet. */
@@ -448,7 +448,7 @@ static bool plan_feed_mode(context *c) {
 static bool plan_once(context *c, bool mdi, uint32_t highest_speed) {
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
-    case 100: c->p->act = ACT_TABLE; return plan_table(c);
+    case 100: c->p->act = ACT_TABLE; return plan_table(c, mdi);
     case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed);
     case 370: c->p->act = ACT_DEFAULTS; return plan_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return plan_jump(c, highest_speed);

@@ -21,33 +21,59 @@ static const technology_row BUILT_IN[] = {
 };
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
+/* A tape's row hides one of the same number that was entered by hand, for as long as it is kept. */
 static technology_row entered[TECHNOLOGY_ENTERED];
-static unsigned count;
+static enum { FREE, BY_HAND, BY_TAPE } origin[TECHNOLOGY_ENTERED];
+
+/* Place of an entered row; TECHNOLOGY_ENTERED if there is none. */
+static unsigned place(uint32_t number, unsigned from) {
+    unsigned at = 0;
+    while (at < TECHNOLOGY_ENTERED && (origin[at] != from || entered[at].number != number))
+        at++;
+    return at;
+}
 
 const technology_row *technology_find(uint32_t number) {
-    for (unsigned i = 0; i < count; i++)
-        if (entered[i].number == number)
-            return &entered[i];
+    for (unsigned from = BY_TAPE; from != FREE; from--) {
+        unsigned at = place(number, from);
+        if (at < TECHNOLOGY_ENTERED)
+            return &entered[at];
+    }
     for (unsigned i = 0; i < BUILT_IN_ROWS; i++)
         if (BUILT_IN[i].number == number)
             return &BUILT_IN[i];
     return 0;
 }
 
-void technology_reset(void) { count = 0; }
+static void forget(unsigned from) {
+    for (unsigned at = 0; at < TECHNOLOGY_ENTERED; at++)
+        if (origin[at] == from)
+            origin[at] = FREE;
+}
+
+void technology_start(void) { forget(BY_TAPE); }
+
+void technology_reset(void) {
+    forget(BY_TAPE);
+    forget(BY_HAND);
+}
 
 technology_row technology_draft(uint32_t number) {
     const technology_row *row = technology_find(number);
     return row ? *row : (technology_row){.number = number, USUAL};
 }
 
-bool technology_enter(const technology_row *row) {
-    unsigned at = 0;
-    while (at < count && entered[at].number != row->number)
-        at++;
+bool technology_enter(const technology_row *row, bool by_hand) {
+    unsigned hidden = by_hand ? place(row->number, BY_TAPE) : TECHNOLOGY_ENTERED;
+    if (hidden < TECHNOLOGY_ENTERED)
+        origin[hidden] = FREE;
+    unsigned at = place(row->number, by_hand ? BY_HAND : BY_TAPE);
+    for (unsigned i = 0; at == TECHNOLOGY_ENTERED && i < TECHNOLOGY_ENTERED; i++)
+        if (origin[i] == FREE)
+            at = i;
     if (at == TECHNOLOGY_ENTERED)
         return false;
     entered[at] = *row;
-    count += at == count;
+    origin[at] = by_hand ? BY_HAND : BY_TAPE;
     return true;
 }

@@ -19,15 +19,18 @@ typedef struct {
     uint16_t step;              /* of the servo, pulses */
 } technology_row;
 
-/* The row of a number, or a null pointer; an entered one goes before a built-in. */
+/* The row of a number, or a null pointer: the tape's, else the one entered by hand, else a built-in. */
 const technology_row *technology_find(uint32_t number);
 
-/* Forget what was entered. */
+/* Forget what tapes have entered: a new program starts. */
+void technology_start(void);
+
+/* Forget all that was entered. */
 void technology_reset(void);
 
 /* A row to start from for a number: that of the number if there is one, else a blank with the usual
    voltages, in which current and times are 0. */
 technology_row technology_draft(uint32_t number);
 
-/* Enter a row; false if there is no room. */
-bool technology_enter(const technology_row *row);
+/* Enter a row; false if there is no room. By hand also instead of the tape's. */
+bool technology_enter(const technology_row *row, bool by_hand);

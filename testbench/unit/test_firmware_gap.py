@@ -3,7 +3,7 @@
 
 import pytest
 
-from testbench.firmware import Machine, events
+from testbench.firmware import Checker, Fault, Machine, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -91,6 +91,78 @@ def test_no_more_rows_than_there_is_room_for(machine):
         assert machine.line(f"G10 C{900 + number} P1 Q1") == ["ok"]
     assert machine.line("G10 C916 P1 Q1")[-1] == "error:39"
     assert machine.line("G10 C915 P2") == ["ok"]
+
+
+NEW = "P40 Q30"     # without these no row is complete
+
+
+def level(machine, *blocks):
+    """Current in force after a tape, or its alarm."""
+    found = events(run(machine, *blocks, "M02"), "alarm")
+    return f"alarm {found[0][1]}" if found else machine.power["level"]
+
+
+def test_rows_travel_with_the_tape_that_enters_them(machine):
+    assert level(machine, f"G10 C900 I3 {NEW}", "G10 C130 I9", "C900") == 3
+    assert machine.line("C130")[-1] == "ok", "kept up to the next program's start"
+    assert machine.power["level"] == 9
+    assert level(machine, "C130") == 6, "as built in"
+    assert level(machine, "C900") == "alarm 33"
+
+
+def test_rows_entered_by_hand_stay(machine):
+    assert machine.line(f"G10 C900 I3 {NEW}") == ["ok"]
+    for _ in range(2):
+        assert level(machine, "G10 C900 I5 P50", "C900") == 5
+        assert machine.power["on"] == 100
+        assert level(machine, "C900") == 3
+        assert machine.power["on"] == 80
+    # A change by hand of what the tape has left is entered by hand as a whole.
+    level(machine, "G10 C900 I5 P50")
+    assert machine.line("G10 C900 Q60") == ["ok"]
+    for _ in range(2):
+        assert level(machine, "C900") == 5
+        assert (machine.power["on"], machine.power["off"]) == (100, 120)
+
+
+def test_each_tape_has_the_room_that_lines_by_hand_leave(machine):
+    for number in range(10):
+        assert machine.line(f"G10 C{900 + number} {NEW}") == ["ok"]
+    for first in (910, 920):
+        rows = [f"G10 C{first + number} I{number} {NEW}" for number in range(6)]
+        assert level(machine, *rows, f"C{first + 5}") == 5
+    assert level(machine, *rows, f"G10 C800 {NEW}") == "alarm 39"
+    assert machine.line("$X") == ["ok"]
+    # A tape's row takes room of its own; by hand instead of it, it does not.
+    assert level(machine, *rows[1:], "G10 C909 I7", "C909") == 7
+    assert machine.line(f"G10 C800 {NEW}")[-1] == "error:39"
+    assert machine.line("G10 C909 I8") == ["ok"]
+    assert machine.line(f"G10 C800 {NEW}") == ["ok"]
+    assert level(machine, "C909") == 8
+
+
+def test_classes_travel_with_the_tape_too(machine):
+    assert machine.line("G10 L1 X9") == ["ok"]
+    run(machine, "G10 L0 X7", "G10 L1 X8", "C130", "M02")
+    assert machine.gap["presets"] == (7, 6, 14)
+    run(machine, "C130", "M02")
+    assert machine.gap["presets"] == PATENT[0]
+    machine.line("$36=1")
+    machine.event("fluid", 1, 1 << 4, 3000)
+    machine.run(200)
+    assert machine.gap["presets"] == (9, 5, 18), "entered by hand"
+
+
+def test_check_knows_the_rows_entered_by_hand_but_no_other_tapes():
+    checker = Checker()
+    with_row, without = (punched([*row, "C900", "M02"]) for row in ([f"G10 C900 {NEW}"], []))
+    assert not isinstance(checker.check(with_row), Fault)
+    assert checker.check(without).code == 33
+    assert checker.enter(f"G10 C900 {NEW}") == ""
+    for _ in range(2):
+        assert not isinstance(checker.check(without), Fault)
+    checker.forget()
+    assert checker.check(without).code == 33
 
 
 def test_servo_is_on_for_feed_motion_alone(machine):
