@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Feed laws: the feed at the front by the mean gap voltage, or by Es/Ex."""
+
+from amaranth import *
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["FeedLaw", "Law"]
+
+FACTOR = 16   # bits: deviation of the voltage, or ratio
+SCALE = 12    # bits of the product below the rate
+RATE = 30
+
+
+class Law(enum.Enum, shape=2):
+    """What the feed goes by."""
+
+    CONSTANT = 0  # G94, and G95 P1: F
+    ZERO = 1      # G95 P2: K (V - Vs), also backwards
+    OFFSET = 2    # G95 P3: F + K (V - Vs)
+    REMOVAL = 3   # G95 P4: F Es/Ex
+
+
+class FeedLaw(wiring.Component):
+    """Feed pulse calculator 13 of the fourth patent, under any of its laws.
+
+    * ``CONSTANT``: ``feed`` is ``rate``, in the same clock.
+    * ``ZERO``: steps, forward while the voltage is above ``reference`` and backward below it, at
+      ``gain * |mean - reference| / 2**12`` of them a clock in 2**-32. For ``rtl.gap.servo``: each
+      is ``up`` or ``down`` for one clock, and makes a path pulse; the path goes no faster than
+      ``feed``, which is ``rate``, and steps above it are lost.
+    * ``OFFSET``: ``feed`` is ``rate`` and so much more or less, at least 0: forward alone.
+    * ``REMOVAL``: ``feed`` is ``rate * ratio / 2**12``.
+
+    Products are rounded down. Under the last two laws ``feed`` is at most ``highest``, and ``rate``
+    itself for the first 42 clocks. Without ``known`` the voltage counts as the reference, so
+    ``ZERO`` stands and ``OFFSET`` goes at ``rate``.
+
+    All is reckoned anew in rounds of 21 clocks, with the inputs that its clocks find: a change of
+    input takes 42 clocks at most to be all there is, and on the way a result may be of old and new
+    ones, as are those of another law. The phase of the steps goes on over changes. ``held`` stops
+    them and clears it.
+
+    With a window of ``rtl.gap.removal`` over time, ``ZERO`` and ``OFFSET`` are the laws of JP
+    3231567 B for rough and finish cuts, as the fourth patent tells them; with one over a distance
+    ``OFFSET`` is around ``reference = no_load - Es`` the same as ``REMOVAL``, if ``gain`` is
+    ``rate / Es``.
+
+    Members
+    -------
+    law : In(Law)
+    rate : In(30)
+        F, the segment's: 2**-32 pulse/clock.
+    highest : In(30)
+        Highest feed, 2**-32 pulse/clock.
+    gain : In(30)
+        K: 2**-32 pulse/clock for a sixteenth of full scale, that is for 2**12 of a level.
+    mean, reference : In(16)
+        V and Vs: levels, 2**-16 of the converter's full scale.
+    known : In(1)
+        ``mean`` is one.
+    ratio : In(16)
+        Es/Ex, 1/4096.
+    held : In(1)
+        No steps: not at the front, or on hold, or short.
+    feed : Out(30)
+        2**-32 pulse/clock.
+    up, down : Out(1)
+        A step backward, forward: high for one clock.
+    """
+
+    ROUND = FACTOR + 5  # clocks
+
+    law: In(Law)
+    rate: In(RATE)
+    highest: In(RATE)
+    gain: In(RATE)
+    mean: In(FACTOR)
+    reference: In(FACTOR)
+    known: In(1)
+    ratio: In(FACTOR)
+    held: In(1)
+    feed: Out(RATE)
+    up: Out(1)
+    down: Out(1)
+
+    def elaborate(self, platform):
+        m = Module()
+
+        removal = Signal()
+        m.d.comb += removal.eq(self.law == Law.REMOVAL)
+        step = Signal(range(self.ROUND))
+        m.d.sync += step.eq(Mux(step == self.ROUND - 1, 0, step + 1))
+
+        deviation = Signal(signed(FACTOR + 1))
+        below = Signal()              # of the round's product: it is negative
+        multiplicand = Signal(RATE)
+        product = Signal(RATE + FACTOR)  # the factor in its lower bits moves out as it grows
+        partial = Signal(RATE + 1)
+        m.d.comb += partial.eq(product[FACTOR:] + Mux(product[0], multiplicand, 0))
+        size = Signal(RATE)           # of the product, no more than a rate can be
+        total = Signal(signed(RATE + 2))
+        result = Signal(RATE)
+        speed = Signal(RATE)          # of steps
+        back = Signal()
+        rounds = Signal(2)
+        with m.Switch(step):
+            with m.Case(0):
+                m.d.sync += deviation.eq(Mux(self.known, self.mean - self.reference, 0))
+            with m.Case(1):
+                m.d.sync += [
+                    below.eq((deviation < 0) & ~removal),
+                    multiplicand.eq(Mux(removal, self.rate, self.gain)),
+                    product.eq(Mux(removal, self.ratio, abs(deviation)[:FACTOR])),
+                ]
+            with m.Case(self.ROUND - 3):
+                m.d.sync += size.eq(Mux(product[SCALE + RATE:].any(), (1 << RATE) - 1,
+                                        product[SCALE:]))
+            with m.Case(self.ROUND - 2):
+                m.d.sync += [
+                    # Less is the complement more, and a carry.
+                    total.eq(Mux(removal, 0, self.rate) + (size ^ below.replicate(RATE + 2))
+                             .as_signed() + below),
+                    speed.eq(size),
+                    back.eq(below),
+                ]
+            with m.Case(self.ROUND - 1):
+                m.d.sync += result.eq(Mux(total < 0, 0, Mux(
+                    total > Cat(self.highest, C(0, 2)).as_signed(), self.highest, total)))
+                with m.If(rounds != 2):
+                    m.d.sync += rounds.eq(rounds + 1)
+            with m.Default():
+                m.d.sync += product.eq(Cat(product[1:FACTOR], partial))
+
+        by_law = Signal()
+        m.d.comb += [
+            by_law.eq((self.law == Law.OFFSET) | removal),
+            self.feed.eq(Mux(by_law & (rounds == 2), result, self.rate)),
+        ]
+        with m.If(self.law == Law.CONSTANT):
+            m.d.sync += rounds.eq(0)
+
+        phase = Signal(32)
+        due = Signal()
+        m.d.sync += [self.up.eq(due & back & ~self.held), self.down.eq(due & ~back & ~self.held)]
+        with m.If(self.held | (self.law != Law.ZERO) | (rounds != 2)):
+            m.d.sync += [phase.eq(0), due.eq(0)]
+        with m.Else():
+            m.d.sync += Cat(phase, due).eq(phase + speed)
+
+        return m
