@@ -7,9 +7,11 @@ from amaranth.lib.wiring import In
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
 from rtl.gap.discriminator import Discriminator
+from rtl.gap.feed_law import FeedLaw, Law
 from rtl.gap.fluid import FluidDetector
 from rtl.gap.preset_counter import PresetCounters
 from rtl.gap.reference import References
+from rtl.gap.removal import RemovalDetector
 from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
 from rtl.lib.event_queue import EventQueue
@@ -20,7 +22,7 @@ from rtl.motion.distributor import LineDistributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
-from rtl.motion.retraction import Event, Retraction
+from rtl.motion.retraction import Event, Retraction, State
 from rtl.power.limiter import Limiter
 from rtl.power.pulse_generator import PulseGenerator
 from rtl.safety.interlock import Interlock
@@ -82,9 +84,12 @@ class Machine(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        retraction, entered, faults = self._motion(m)
-        self._discharge(m, retraction)
-        fluid = self._fluid(m)
+        m.submodules.removal = removal = RemovalDetector()
+        m.submodules.law = law = FeedLaw()
+        retraction, entered, faults = self._motion(m, law, removal)
+        self._discharge(m, retraction, law)
+        fluid = self._fluid(m, removal)
+        self._law(m, law, removal, retraction)
         interlock = self._safety(m, faults)
         self._events(m, retraction, entered, fluid, interlock)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
@@ -102,7 +107,7 @@ class Machine(wiring.Component):
         ]
         return m
 
-    def _motion(self, m):
+    def _motion(self, m, law, removal):
         """Zc → Ps → Pp → Pi → Er → speed command, for the path and every axis."""
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
@@ -183,7 +188,9 @@ class Machine(wiring.Component):
             retraction.in_position.eq(self.path_status_in_position),
             retraction.cycle.eq(self.cycle),
             retraction.load.eq(load),
-            retraction.feed.eq(path.rate),
+            law.rate.eq(path.rate),
+            retraction.feed.eq(law.feed),
+            removal.pulse.eq(path.pulse & ~path.reverse & (retraction.state == State.FRONT)),
             retraction.ahead.eq(self.path_ahead),
             retraction.behind.eq(self.path_behind),
             retraction.floor.eq(self.path_floor),
@@ -246,7 +253,7 @@ class Machine(wiring.Component):
         m.d.comb += self.path_status_in_position.eq(Cat(in_position).all())
         return retraction, path.entered, faults
 
-    def _discharge(self, m, retraction):
+    def _discharge(self, m, retraction, law):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
         m.submodules.limiter = limiter = Limiter(
             level_max=self.level_max, on_max=self.clocks(self.on_max_s),
@@ -259,6 +266,7 @@ class Machine(wiring.Component):
         gates = Signal(2)  # as the pads have them, which have a register too
         m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
         discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
+        stepped = law.law == Law.ZERO
         m.d.comb += [
             limiter.level.eq(self.power_level),
             limiter.on_time.eq(self.power_on_time),
@@ -322,20 +330,23 @@ class Machine(wiring.Component):
             counters.weight.eq(self.servo_counting_weight),
             counters.period.eq(self.servo_period),
             # Without discharge pulses there is nothing to go by.
-            counters.freeze.eq(retraction.held | short.shorted | ~discharging),
+            counters.freeze.eq(retraction.held | short.shorted | ~discharging
+                               | ~self.servo_control_on),
+            law.held.eq(retraction.held | short.shorted | ~discharging),
             self.servo_status_dame.eq(counters.dame_full),
             self.servo_status_open.eq(counters.open_full),
             self.servo_status_held.eq(retraction.held),
 
-            retraction.servo.eq(self.servo_control_on),
-            retraction.step.eq(self.servo_step),
+            retraction.servo.eq(self.servo_control_on | stepped),
+            retraction.step.eq(Mux(stepped, 1, self.servo_step)),
             retraction.shorted.eq(short.shorted),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
         ]
 
         # In registers: the bounds of the motion are reckoned with them.
-        m.d.sync += [retraction.up.eq(counters.up), retraction.down.eq(counters.down)]
+        m.d.sync += [retraction.up.eq(Mux(stepped, law.up, counters.up)),
+                     retraction.down.eq(Mux(stepped, law.down, counters.down))]
         m.d.comb += [level.eq(getattr(self, f"gap_reference_{name}")) for level, name in zip(
             references.level, ("open", "arc", "short"), strict=True)]
         with m.If(counters.up):
@@ -343,7 +354,7 @@ class Machine(wiring.Component):
         with m.If(counters.down):
             m.d.sync += self.servo_downs.eq(self.servo_downs + 1)
 
-    def _fluid(self, m):
+    def _fluid(self, m, removal):
         """Converter and fluid detector; returns whether there is news of the fluid."""
         sampler = Sampler(clock_hz=self.clock_hz)
         m.submodules.sampler = EnableInserter(self.fluid_control_convert)(sampler)
@@ -354,6 +365,8 @@ class Machine(wiring.Component):
             self.adc_command.eq(sampler.adc_command),
             sampler.adc_data.eq(self.adc_data),
             self.fluid_voltage.eq(sampler.voltage),
+            removal.sample.eq(sampler.voltage),
+            removal.sample_valid.eq(sampler.voltage_valid & self.fluid_control_convert),
             fluid.sample.eq(sampler.fluid),
             fluid.sample_valid.eq(sampler.fluid_valid & self.fluid_control_convert),
             fluid.threshold_0.eq(self.fluid_threshold_0),
@@ -378,6 +391,33 @@ class Machine(wiring.Component):
         before = Signal(len(state))
         m.d.sync += before.eq(state)
         return state != before
+
+    def _law(self, m, law, removal, retraction):
+        """Feed at the front by the mean gap voltage."""
+        m.d.comb += [
+            removal.on.eq(self.law_control_measure & self.power_control_machining),
+            # A short and the way back and forth tell nothing of the stock ahead.
+            removal.discard.eq((retraction.state != State.FRONT) | self.gap_status_shorted
+                               | self.safe),
+            removal.hold.eq(self.retraction_control_hold | ~self.retraction_control_run
+                            | retraction.crowded),
+            removal.reference.eq(self.law_reference_drop),
+            removal.ratio_min.eq(self.law_bounds_lowest),
+            removal.ratio_max.eq(self.law_bounds_highest),
+            law.law.eq(self.law_control_law),
+            law.reference.eq(self.law_reference_voltage),
+            self.law_voltage_mean.eq(removal.mean),
+            self.law_voltage_drop.eq(removal.drop),
+            self.law_feed.eq(law.feed),
+        ]
+        for name in ("mean", "known", "ratio"):
+            m.d.comb += getattr(law, name).eq(getattr(removal, name))
+        for name in ("unit", "window", "no_load", "least"):
+            m.d.comb += getattr(removal, name).eq(getattr(self, f"law_{name}"))
+        for name in ("gain", "highest"):
+            m.d.comb += getattr(law, name).eq(getattr(self, f"law_{name}"))
+        for name in ("ratio", "windows", "known"):
+            m.d.comb += getattr(self, f"law_status_{name}").eq(getattr(removal, name))
 
     def _safety(self, m, faults):
         """Interlock and watchdog: the one place that decides whether outputs are safe."""

@@ -94,6 +94,13 @@ def registers():
         "fluid_status_broken_high": Out(1), "fluid_status_disordered": Out(1),
         "fluid_status_fault": Out(1),
 
+        "law_control_law": In(2), "law_control_measure": In(1), "law_unit": In(16),
+        "law_window": In(32), "law_no_load": In(16), "law_reference_voltage": In(16),
+        "law_reference_drop": In(16), "law_least": In(16), "law_bounds_lowest": In(16),
+        "law_bounds_highest": In(16), "law_gain": In(30), "law_highest": In(30),
+        "law_voltage_mean": Out(16), "law_voltage_drop": Out(16), "law_status_ratio": Out(16),
+        "law_status_windows": Out(8), "law_status_known": Out(1), "law_feed": Out(30),
+
         "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
         "safety_status_first": Out(4), "safety_status_simultaneous": Out(CAUSES),
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),

@@ -16,6 +16,7 @@ from typing import Literal
 Access = Literal["r", "rw", "w", "rw1c"]
 
 RATE = "2**-32 pulse/clock"
+LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -315,6 +316,39 @@ FLUID = Block(name="fluid", base=0xE00, doc="Converter and fluid detector; see "
         Field(name="fault", bits=1, access="r", doc="The converter does not answer."))),
 ))
 
+LAW = Block(name="law", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl.gap.removal`` and "
+            "``rtl.gap.feed_law``. The converter has to run.", registers=_registers(
+    ("control", "The law, and the measurement that it needs.", (
+        Field(name="law", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
+              "G95 P1); 1 zero feed at the reference (G95 P2); 2 feed F at the reference (G95 P3); "
+              "3 constant removal (G95 P4)."),
+        Field(name="measure", bits=1, doc="The voltage is measured while machining is wanted."))),
+    ("unit", "Unit distance of a mean; 0 for one over time alone.",
+     _value(16, "Path pulses.", unit="pulse")),
+    ("window", "Longest time of a mean; 0 for no bound.", _value(32, "Clocks.", unit="clock")),
+    ("no_load", "Mean voltage without discharges, off-time included.",
+     _value(16, "Level.", unit=LEVEL)),
+    ("reference", "Of the condition.", (
+        Field(name="voltage", bits=16, doc="Vs of the laws 1 and 2.", unit=LEVEL),
+        Field(name="drop", bits=16, doc="Es of law 3.", unit=LEVEL))),
+    ("least", "Lowest drop Ex that is reckoned with.", _value(16, "Level.", unit=LEVEL, init=1)),
+    ("bounds", "Of Es/Ex.", (
+        Field(name="lowest", bits=16, init=1 << 12, doc="Lowest ratio.", unit="1/4096"),
+        Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio; it goes before the "
+              "lowest.", unit="1/4096"))),
+    ("gain", "K of the laws 1 and 2.",
+     _value(30, "Change of rate for 1/16 full scale.", unit=f"{RATE} per 1/16 full scale")),
+    ("highest", "Highest feed of the laws 2 and 3.", _value(30, "Rate.", unit=RATE)),
+    ("voltage", "What was measured last.", (
+        Field(name="mean", bits=16, access="r", doc="Mean voltage.", unit=LEVEL),
+        Field(name="drop", bits=16, access="r", doc="Ex.", unit=LEVEL))),
+    ("status", "What came of it.", (
+        Field(name="ratio", bits=16, access="r", doc="Es/Ex within its bounds.", unit="1/4096"),
+        Field(name="windows", bits=8, access="r", doc="Means taken, wraps."),
+        Field(name="known", bits=1, access="r", doc="There is a mean."))),
+    ("feed", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
+))
+
 CAUSES = (
     ("power_on", "Nobody has cleared the interlock since reset."),
     ("estop", "Emergency stop."),
@@ -401,4 +435,4 @@ def _axis(index, letter):
 
 
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)), SERVO, FLUID)
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), SERVO, FLUID, LAW)

@@ -556,6 +556,69 @@ _Static_assert(offsetof(fluid_regs, status) == 0x20, "");
 #define FLUID_STATUS_FAULT_MASK 0x00000100u
 #define FLUID ((fluid_regs *)0x80000e00u)
 
+/* Feed by the mean gap voltage; see ``rtl.gap.removal`` and ``rtl.gap.feed_law``. The converter has to run. */
+typedef volatile struct {
+    uint32_t control; /* The law, and the measurement that it needs. */
+    uint32_t unit; /* Unit distance of a mean; 0 for one over time alone. [pulse] */
+    uint32_t window; /* Longest time of a mean; 0 for no bound. [clock] */
+    uint32_t no_load; /* Mean voltage without discharges, off-time included. [2**-16 full scale] */
+    uint32_t reference; /* Of the condition. */
+    uint32_t least; /* Lowest drop Ex that is reckoned with. [2**-16 full scale] */
+    uint32_t bounds; /* Of Es/Ex. */
+    uint32_t gain; /* K of the laws 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
+    uint32_t highest; /* Highest feed of the laws 2 and 3. [2**-32 pulse/clock] */
+    const uint32_t voltage; /* What was measured last. */
+    const uint32_t status; /* What came of it. */
+    const uint32_t feed; /* Feed at the front in force. [2**-32 pulse/clock] */
+} law_regs;
+_Static_assert(offsetof(law_regs, control) == 0x0, "");
+_Static_assert(offsetof(law_regs, unit) == 0x4, "");
+_Static_assert(offsetof(law_regs, window) == 0x8, "");
+_Static_assert(offsetof(law_regs, no_load) == 0xc, "");
+_Static_assert(offsetof(law_regs, reference) == 0x10, "");
+_Static_assert(offsetof(law_regs, least) == 0x14, "");
+_Static_assert(offsetof(law_regs, bounds) == 0x18, "");
+_Static_assert(offsetof(law_regs, gain) == 0x1c, "");
+_Static_assert(offsetof(law_regs, highest) == 0x20, "");
+_Static_assert(offsetof(law_regs, voltage) == 0x24, "");
+_Static_assert(offsetof(law_regs, status) == 0x28, "");
+_Static_assert(offsetof(law_regs, feed) == 0x2c, "");
+#define LAW_CONTROL_LAW_SHIFT 0
+#define LAW_CONTROL_LAW_MASK 0x00000003u
+#define LAW_CONTROL_MEASURE_SHIFT 2
+#define LAW_CONTROL_MEASURE_MASK 0x00000004u
+#define LAW_UNIT_VALUE_SHIFT 0
+#define LAW_UNIT_VALUE_MASK 0x0000ffffu
+#define LAW_NO_LOAD_VALUE_SHIFT 0
+#define LAW_NO_LOAD_VALUE_MASK 0x0000ffffu
+#define LAW_REFERENCE_VOLTAGE_SHIFT 0
+#define LAW_REFERENCE_VOLTAGE_MASK 0x0000ffffu
+#define LAW_REFERENCE_DROP_SHIFT 16
+#define LAW_REFERENCE_DROP_MASK 0xffff0000u
+#define LAW_LEAST_VALUE_SHIFT 0
+#define LAW_LEAST_VALUE_MASK 0x0000ffffu
+#define LAW_BOUNDS_LOWEST_SHIFT 0
+#define LAW_BOUNDS_LOWEST_MASK 0x0000ffffu
+#define LAW_BOUNDS_HIGHEST_SHIFT 16
+#define LAW_BOUNDS_HIGHEST_MASK 0xffff0000u
+#define LAW_GAIN_VALUE_SHIFT 0
+#define LAW_GAIN_VALUE_MASK 0x3fffffffu
+#define LAW_HIGHEST_VALUE_SHIFT 0
+#define LAW_HIGHEST_VALUE_MASK 0x3fffffffu
+#define LAW_VOLTAGE_MEAN_SHIFT 0
+#define LAW_VOLTAGE_MEAN_MASK 0x0000ffffu
+#define LAW_VOLTAGE_DROP_SHIFT 16
+#define LAW_VOLTAGE_DROP_MASK 0xffff0000u
+#define LAW_STATUS_RATIO_SHIFT 0
+#define LAW_STATUS_RATIO_MASK 0x0000ffffu
+#define LAW_STATUS_WINDOWS_SHIFT 16
+#define LAW_STATUS_WINDOWS_MASK 0x00ff0000u
+#define LAW_STATUS_KNOWN_SHIFT 24
+#define LAW_STATUS_KNOWN_MASK 0x01000000u
+#define LAW_FEED_VALUE_SHIFT 0
+#define LAW_FEED_VALUE_MASK 0x3fffffffu
+#define LAW ((law_regs *)0x80000f00u)
+
 /* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */
 #define CAUSE_POWER_ON 0
 #define CAUSE_ESTOP 1
