@@ -37,7 +37,9 @@ def block(rng: random.Random) -> str:
         lambda: ["G36", f"R{rng.randint(1, 90)}"],
         lambda: ["G38", f"P{rng.randint(0, 900)}", f"L{number(rng, signed=False)}1", "R90", "H8."],
         lambda: ["G92", *move],
-        lambda: [rng.choice(("G94", "G95 P1", "G95P01"))],
+        lambda: [rng.choice(("G94", "G94", "G95 P1", "G95P01", f"G95 P{rng.randint(1, 4)}"))],
+        lambda: ["G10", f"C{rng.choice((130, 900))}", "P50", "Q50", f"V{rng.randint(0, 4)}.5",
+                 f"U.{rng.randint(0, 9999)}"],
         lambda: ["G10", f"C{rng.choice((130, 900, rng.randint(901, 925)))}",
                  f"P{rng.randint(0, 300)}", f"Q{rng.randint(1, 90)}", *rng.sample(
                      ("I6", "R70", f"E{rng.choice((20, 40, 60, 80, 120, 300, 310, 85))}",

@@ -12,7 +12,7 @@
 #define NAMES (BLOCK_BIT('N') | BLOCK_BIT('O') | BLOCK_BIT('C') | BLOCK_BIT('S') | BLOCK_BIT('T'))
 #define KNOWN (SIGNED | NAMES | BLOCK_BIT('G') | BLOCK_BIT('M') | BLOCK_BIT('F') | \
                BLOCK_BIT('P') | BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
-               BLOCK_BIT('E') | BLOCK_BIT('Q'))
+               BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V'))
 
 void block_begin(block *b, const char *text, uint32_t length) {
     b->present = 0;

@@ -70,7 +70,7 @@ static void commit(void) {
 
 void execute_start(void) {
     machine_run(false);
-    gap_servo(false);
+    gap_servo(0);
     gap_start();
     path_begin();
     plan_start(&state);
@@ -221,7 +221,7 @@ static part stop(void) {
 
 static void end(void) {
     machine_discharge(false);
-    gap_servo(false);
+    gap_servo(0);
     machine_run(false);
     state.jump.period = 0;
     hal_jump_period(0);

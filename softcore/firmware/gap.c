@@ -2,6 +2,7 @@
 #include "gap.h"
 
 #include "events.h"
+#include "law.h"
 #include "machine.h"
 #include "output.h"
 #include "path.h"
@@ -24,7 +25,8 @@ static gap_class kept[GAP_CLASSES];     /* the same without what the tape has en
 static technology_row row;      /* the condition in force */
 static bool conditioned;        /* there is one */
 static unsigned fluid;          /* class in force */
-static bool servo;
+static bool servo;              /* what drives the electrode is not the feed F */
+static bool counted;            /* ... but counted classes */
 static uint32_t way_limit;      /* pulses under servo without a discharge that are too many, 0 none */
 static uint32_t seen;           /* discharges when the last one was noticed, */
 static int32_t seen_at;         /* and the front then */
@@ -36,9 +38,10 @@ static uint32_t looked;         /* and the clock up to which they are counted */
 void gap_init(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
         classes[i] = kept[i] = PATENT[i];
-    conditioned = servo = false;
+    conditioned = servo = counted = false;
     fluid = 0;
     technology_reset();
+    law_init();
     gap_settings();
 }
 
@@ -61,6 +64,7 @@ static void apply(void) {
     uint32_t left_v = (uint32_t)row.open_v * row.open_percent * c->share_percent / 10000;
     hal_references(volts(left_v), volts(row.arc_v), volts(row.short_v));
     hal_servo_step(row.step);
+    law_condition(&row, c->share_percent);
 }
 
 void gap_condition(const technology_row *condition) {
@@ -85,8 +89,10 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
     apply();
 }
 
-void gap_servo(bool on) {
-    servo = on;
+void gap_servo(unsigned law) {
+    counted = law == LAW_CLASSES;
+    servo = counted || law == LAW_ZERO;
+    law_select(law);
     seen_at = stood_at = hal_front();
     stood = 0;
     looked = hal_cycle_low();
@@ -94,7 +100,7 @@ void gap_servo(bool on) {
 }
 
 void gap_settings(void) {
-    hal_servo(servo, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
+    hal_servo(counted, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
               settings_get(SET_SERVO_WEIGHT));
     uint32_t period = units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US));
     hal_servo_period(period < PERIOD_LIMIT ? period : PERIOD_LIMIT);
@@ -102,7 +108,7 @@ void gap_settings(void) {
     time_limit = (uint64_t)settings_get(SET_NO_PROGRESS_S) * hal_clock_hz();
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
-        .convert = mode != 0,
+        .convert = mode != 0 || law_measures(),
         .manual = mode != 1,
         .manual_class = settings_get(SET_FLUID_CLASS),
         .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
@@ -112,6 +118,7 @@ void gap_settings(void) {
         .highest = settings_get(SET_FLUID_HIGHEST),
     };
     hal_fluid_write(&detector);
+    law_settings();
 }
 
 /* What is wrong with the detector, or a null pointer. */
@@ -127,6 +134,13 @@ static const char *trouble(uint32_t flags) {
     return 0;
 }
 
+/* ... and with what is in use of it: the class as measured, or the converter alone. */
+static const char *trouble_now(uint32_t state) {
+    if (settings_get(SET_FLUID_MODE) == 1)
+        return trouble(state);
+    return law_measures() ? trouble(state & HAL_FLUID_SILENT) : 0;
+}
+
 bool gap_ready(fault *f) {
     uint32_t state = hal_fluid_state();
     /* An event that told of another class may have been dropped with an alarm. */
@@ -134,12 +148,10 @@ bool gap_ready(fault *f) {
         fluid = HAL_FLUID_CLASS(state);
         apply();
     }
-    if (settings_get(SET_FLUID_MODE) != 1)
-        return true;
-    const char *what = trouble(state);
+    const char *what = trouble_now(state);
     if (what)
         return fault_at(f, FAULT_FLUID, 0, "%s", what);
-    return state & HAL_FLUID_KNOWN;
+    return settings_get(SET_FLUID_MODE) != 1 || state & HAL_FLUID_KNOWN;
 }
 
 void gap_fluid(const hal_event *event, uint64_t cycle) {
@@ -150,6 +162,8 @@ void gap_fluid(const hal_event *event, uint64_t cycle) {
         machine_alarm(&f);
         return;
     }
+    if (!settings_get(SET_FLUID_MODE))
+        return; /* the converter runs for the voltage alone: the cell may not even be there */
     bool changed = event->detail != fluid;
     fluid = event->detail % GAP_CLASSES;
     if (changed)
@@ -199,8 +213,8 @@ static void watch_time(int32_t front) {
 
 /* The settings may have come to rely on a detector that has told of its trouble before. */
 void gap_watch(void) {
-    if (machine_machining() && settings_get(SET_FLUID_MODE) == 1) {
-        const char *what = trouble(hal_fluid_state());
+    if (machine_machining()) {
+        const char *what = trouble_now(hal_fluid_state());
         if (what) {
             fault f = {.line = events_line()};
             fault_at(&f, FAULT_FLUID, 0, "%s", what);
@@ -208,6 +222,11 @@ void gap_watch(void) {
             return;
         }
     }
+    if (!law_measures() && !servo)
+        return;
+    uint32_t counts[4];
+    hal_gap_counts(counts);
+    law_watch(machine_machining(), counts);
     if (!servo)
         return;
     int32_t front = hal_front();

@@ -20,7 +20,7 @@ typedef struct {
 void gap_init(void);
 void gap_settings(void);                        /* settings of servo and fluid have changed */
 void gap_condition(const technology_row *row);  /* put a condition in force */
-void gap_servo(bool on);                        /* machine by UP and DOWN, or at constant feed */
+void gap_servo(unsigned law);                   /* law of the feed, as G95 P has it; 0 for G94 */
 
 gap_class gap_class_row(unsigned number);
 void gap_class_enter(unsigned number, const gap_class *row, bool by_hand);

@@ -125,6 +125,26 @@ void hal_servo_period(uint32_t clocks);
 void hal_servo_step(uint32_t pulses);
 void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 
+/* Feed by the mean voltage. Levels are 2**-16 of the converter's full scale. */
+typedef struct {
+    uint32_t law;                           /* 0 constant, else the number after G95 P less one */
+    uint32_t measure;
+    uint32_t unit, window;                  /* path pulses, clocks */
+    uint32_t no_load, voltage, drop, least; /* levels: of no load, Vs, Es, lowest Ex */
+    uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
+    uint32_t gain;                          /* 2**-32 pulse/clock per 1/16 of full scale */
+    uint32_t fastest;                       /* 2**-32 pulse/clock */
+} hal_law;
+
+typedef struct {
+    uint32_t mean;                          /* level */
+    uint8_t windows;                        /* means taken, wraps */
+    bool known;
+} hal_law_state;
+
+void hal_law_write(const hal_law *words);
+hal_law_state hal_law_read(void);
+
 /* Fluid. Codes of the cell. */
 #define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID, in `first`; `second` is the level */
 #define HAL_FLUID_HIGH 2u

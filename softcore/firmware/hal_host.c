@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /* A machine for the firmware to talk to on a computer: it stands where it is told, or follows the path
    at once. It knows nothing of time, servo or gap; the real gateware is simulated elsewhere. */
+#include <string.h>
+
 #include "events.h"
 #include "hal.h"
 #include "host.h"
@@ -45,6 +47,8 @@ static gk_power power;
 static uint32_t discharges;
 static gk_gap gap;
 static uint32_t fluid_state = HAL_FLUID_KNOWN;
+static hal_law law;
+static hal_law_state law_state;
 
 static void push(fifo *f, uint8_t byte) {
     if (f->head - f->tail < BYTES)
@@ -62,6 +66,13 @@ static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)t
 void gk_power_read(gk_power *words) { *words = power; }
 void gk_gap_read(gk_gap *words) { *words = gap; }
 void gk_fluid(uint32_t flags) { fluid_state = flags; }
+void gk_law_read(uint32_t words[12]) {
+    _Static_assert(sizeof law == 12 * sizeof *words, "host.h has the wrong number of words");
+    memcpy(words, &law, sizeof law);
+}
+void gk_mean(uint32_t level) {
+    law_state = (hal_law_state){.mean = level, .windows = (uint8_t)(law_state.windows + 1), .known = true};
+}
 void gk_discharges(uint32_t count) { discharges += count; }
 
 int32_t gk_axis(uint32_t axis) {
@@ -175,6 +186,8 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     power = (gk_power){0};
     gap = (gk_gap){0};
     fluid_state = HAL_FLUID_KNOWN;
+    law = (hal_law){0};
+    law_state = (hal_law_state){0};
     expected_pet = 0xa5;
     watch_boot();
 }
@@ -352,6 +365,8 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
     gap.presets[1] = open;
     gap.presets[2] = ok;
 }
+void hal_law_write(const hal_law *words) { law = *words; }
+hal_law_state hal_law_read(void) { return law_state; }
 void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
 uint32_t hal_fluid_state(void) { return fluid_state; }
 void hal_sense(uint32_t on, uint32_t off) {

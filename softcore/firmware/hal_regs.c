@@ -202,6 +202,25 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
                      PUT(ok, SERVO_PRESETS_OK);
 }
 
+void hal_law_write(const hal_law *words) {
+    LAW->unit = words->unit;
+    LAW->window = words->window;
+    LAW->no_load = words->no_load;
+    LAW->reference = PUT(words->voltage, LAW_REFERENCE_VOLTAGE) | PUT(words->drop, LAW_REFERENCE_DROP);
+    LAW->least = words->least;
+    LAW->bounds = PUT(words->lowest, LAW_BOUNDS_LOWEST) | PUT(words->highest, LAW_BOUNDS_HIGHEST);
+    LAW->gain = words->gain;
+    LAW->highest = words->fastest;
+    LAW->control = PUT(words->law, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
+}
+
+hal_law_state hal_law_read(void) {
+    uint32_t status = LAW->status;
+    return (hal_law_state){.mean = GET(LAW->voltage, LAW_VOLTAGE_MEAN),
+                           .windows = (uint8_t)GET(status, LAW_STATUS_WINDOWS),
+                           .known = status & LAW_STATUS_KNOWN_MASK};
+}
+
 void hal_fluid_write(const hal_fluid *detector) {
     FLUID->threshold_0 = detector->threshold[0];
     FLUID->threshold_1 = detector->threshold[1];

@@ -94,7 +94,7 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
     r->jump_distance = p->after.jump.distance;
     r->jump_speed = p->after.jump.speed;
     r->jump_high = p->after.jump.high;
-    r->servo = p->changes_servo ? p->after.served ? 1 : -1 : 0;
+    r->servo = p->changes_servo ? p->after.served ? p->after.served : -1 : 0;
 }
 
 int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,

@@ -22,7 +22,7 @@ typedef struct {
     uint32_t jump_period;       /* clocks */
     int32_t jump_distance;
     uint32_t jump_speed, jump_high;
-    int32_t servo;              /* the motion begins (1) or ends (-1) being under servo */
+    int32_t servo;              /* the motion begins to be under a law of G95, its number, or ends (-1) */
     int32_t skipped;
 } gk_record;
 
@@ -76,6 +76,8 @@ void gk_power_read(gk_power *words);
 void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* so many more have been seen */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
+void gk_law_read(uint32_t words[12]);   /* a hal_law */
+void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 

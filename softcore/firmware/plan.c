@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plan.h"
 
+#include "law.h"
 #include "units.h"
 
 /* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
@@ -52,7 +53,7 @@ void plan_start(modal *state) {
     state->memory.tape.given = 0;
     state->jump.period = 0;
     state->condition = 0;
-    state->machining = state->servo = state->served = false;
+    state->servo = state->served = state->machining = false;
 }
 
 /* Use a letter of the block, if it is there. */
@@ -261,7 +262,7 @@ static bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, un
         after->position[axis] = target;
     }
     if (c->p->moves) {
-        after->served = after->servo && after->mode == MODE_FEED;
+        after->served = after->mode == MODE_FEED ? after->servo : LAW_CONSTANT;
         c->p->changes_servo = after->served != c->before->served;
         if (after->served && !c->before->machining && !c->p->machining_on)
             return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
@@ -345,8 +346,6 @@ static bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, co
     return true;
 }
 
-#define PRESET_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
-
 static bool presets(context *c, uint32_t values[3]) {
     return whole(c, 'X', 0, 255, "the preset of arcs and shorts", &values[0]) &&
            whole(c, 'Y', 0, 255, "the preset of open pulses", &values[1]) &&
@@ -355,9 +354,9 @@ static bool presets(context *c, uint32_t values[3]) {
 
 /* G10 C: a condition. What is left out stays as the row of that number has it. */
 static bool plan_row(context *c, bool mdi) {
-    if (!alone(c, PRESET_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
+    if (!alone(c, AXIS_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
                       BLOCK_BIT('Q') | BLOCK_BIT('R') | BLOCK_BIT('E') | BLOCK_BIT('H') |
-                      BLOCK_BIT('K') | BLOCK_BIT('L')))
+                      BLOCK_BIT('K') | BLOCK_BIT('L') | BLOCK_BIT('U') | BLOCK_BIT('V')))
         return false;
     const word *name = take(c, 'C'), *sign = take(c, 'K'), *step = take(c, 'L');
     technology_row row = technology_draft(block_name(c->b, 'C'));
@@ -395,6 +394,8 @@ static bool plan_row(context *c, bool mdi) {
     row.dame = (uint8_t)counts[0];
     row.open = (uint8_t)counts[1];
     row.ok = (uint8_t)counts[2];
+    if (!law_references(take(c, 'V'), take(c, 'U'), &row, c->f))
+        return false;
     if (!technology_enter(&row, mdi))
         return fault_at(c->f, FAULT_TABLE, name->column, "no more than %u conditions can be entered",
                         (uint32_t)TECHNOLOGY_ENTERED);
@@ -403,7 +404,7 @@ static bool plan_row(context *c, bool mdi) {
 
 /* G10 L: a class of the fluid. */
 static bool plan_class(context *c) {
-    if (!alone(c, PRESET_LETTERS | BLOCK_BIT('L') | BLOCK_BIT('H')))
+    if (!alone(c, AXIS_LETTERS | BLOCK_BIT('L') | BLOCK_BIT('H')))
         return false;
     uint32_t number = 0;
     if (!whole(c, 'L', 0, GAP_CLASSES - 1, "the fluid's class", &number))
@@ -425,24 +426,24 @@ static bool plan_table(context *c, bool mdi) {
     return row ? plan_row(c, mdi) : plan_class(c);
 }
 
-/* G94, or G95 P1; the other laws of G95 are not there yet. */
+/* G94, or G95 with its law. */
 static bool plan_feed_mode(context *c) {
     if (c->g[G_FEED] < 0)
         return true;
-    c->p->after.servo = c->g[G_FEED] == 950;
-    if (c->g[G_ONCE] >= 0 && c->p->after.servo)
+    bool servo = c->g[G_FEED] == 950;
+    c->p->after.servo = LAW_CONSTANT;
+    if (c->g[G_ONCE] >= 0 && servo)
         return fault_at(c->f, FAULT_CONFLICT, c->column[G_FEED], "G95 and G%u exclude each other",
                         (uint32_t)c->g[G_ONCE] / 10);
-    if (!c->p->after.servo)
-        return true;
-    const word *law = take(c, 'P');
-    if (!law)
-        return fault_at(c->f, FAULT_MISSING, c->column[G_FEED], "G95 needs its law, P1");
-    if (law->number.decimals || law->number.digits != 1)
-        return fault_at(c->f, law->number.decimals || law->number.digits - 1 > 3 ? FAULT_NUMBER
-                                                                               : FAULT_REFUSED,
-                        law->column, "of the laws of G95 only P1 is in this version");
-    return true;
+    return !servo || law_word(take(c, 'P'), c->column[G_FEED], &c->p->after.servo, c->f);
+}
+
+/* What the law needs of the condition, as soon as both are said. */
+static bool plan_law(context *c) {
+    bool told = c->g[G_FEED] >= 0;
+    uint32_t column = told ? c->column[G_FEED] : BLOCK_WORD(c->b, 'C')->column;
+    return (!told && !c->p->changes_condition) ||
+           law_check(c->p->after.servo, c->p->after.condition, column, c->f);
 }
 
 static bool plan_once(context *c, bool mdi, uint32_t highest_speed) {
@@ -488,7 +489,7 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
     if (!plan_once(&c, mdi, highest_speed) || !plan_feed_mode(&c) ||
         !plan_feed(&c, highest_speed) ||
-        (p->act != ACT_TABLE && !plan_condition(&c)) || !plan_auxiliary(&c) ||
+        (p->act != ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;

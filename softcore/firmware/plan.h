@@ -23,8 +23,8 @@ typedef struct {
     retraction_jump jump;
     const technology_row *condition;
     bool machining;                 /* M03 is in force */
-    bool servo;                     /* G95 P1 */
-    bool served;                    /* the last motion was under servo */
+    uint8_t servo;                  /* law of G95, 0 for G94 */
+    uint8_t served;                 /* ... that the last motion was under */
 } modal;
 
 typedef enum {
@@ -42,7 +42,7 @@ typedef struct {
     uint64_t dwell;                 /* clocks */
     bool acts_before, acts_after;   /* something waits for the front, before or after the motion */
     bool changes_condition;
-    bool changes_servo;             /* on or off, as `after.served` says */
+    bool changes_servo;             /* to `after.served` */
     unsigned class_number;          /* of ACT_TABLE, */
     gap_class class_row;            /* and its row; GAP_CLASSES for none */
     bool machining_on, machining_off;

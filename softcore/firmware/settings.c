@@ -53,6 +53,15 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_FLUID_LOWEST] = {40, 0, 4095, "fluid: lowest code of a sound cell"},
     [SET_FLUID_HIGHEST] = {4030, 0, 4095, "fluid: highest code of a sound cell"},
     [SET_NO_PROGRESS_S] = {600, 0, 86400, "servo: time at the front without progress, s (0 no bound)"},
+    [SET_LAW_WINDOW_US] = {20000, 100, 10000000, "feed P2, P3: time of a mean voltage, us"},
+    [SET_LAW_GAIN_ZERO] = {500, 1, 1000000, "feed P2: gain, um/min per V"},
+    [SET_LAW_GAIN_FEED] = {100, 1, 1000000, "feed P3: gain, um/min per V"},
+    [SET_LAW_UNIT_UM] = {10, 1, 6000, "feed P4: unit distance, um"},
+    [SET_LAW_LONGEST_MS] = {1000, 1, 60000, "feed P4: longest time of a unit distance, ms"},
+    [SET_LAW_LEAST_MV] = {200, 1, 90000, "feed P4: lowest Ex, mV"},
+    [SET_LAW_RATIO_LOWEST] = {250, 1, 15999, "feed P4: lowest Es/Ex, 1/1000"},
+    [SET_LAW_RATIO_HIGHEST] = {4000, 1, 15999, "feed P4: highest Es/Ex, 1/1000"},
+    [SET_LAW_NO_LOAD] = {0, 0, 1, "feed P4: no-load voltage 0 computed, 1 measured in the gap"},
 };
 
 static uint32_t values[SETTINGS];

@@ -17,6 +17,8 @@ typedef struct {
     uint8_t arc_v, short_v;     /* levels that tell an arc and a short */
     uint8_t dame, open, ok;     /* presets of the counters; all 0: those of the fluid's class */
     uint16_t step;              /* of the servo, pulses */
+    uint32_t reference_mv;      /* Vs: mean voltage of G95 P2 and P3; 0 for none */
+    uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4; 0 for none */
 } technology_row;
 
 /* The row of a number, or a null pointer: the tape's, else the one entered by hand, else a built-in. */

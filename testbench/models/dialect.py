@@ -13,11 +13,13 @@ from decimal import ROUND_HALF_UP, Decimal
 
 LIMIT = 1 << 28         # pulses: furthest position in any frame
 HIGHEST = 1_800_000     # um/min: what the machine is set to
-CONDITIONS = {100, 110, 120, 130, 140, 150, 500, 510}
+TIMES = {100: (15, 25), 110: (30, 30), 120: (60, 40), 130: (100, 50), 140: (150, 75),
+         150: (200, 100), 500: (5, 40), 510: (3, 30)}   # of the conditions, us
+CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
 CODES = 6               # G words, and M words, of a block
 ITEMS = "RLHEQZ"
-SIGNED, NAMES, OTHERS = set("XYZIJK"), set("NOCST"), set("GMFPRLHEQ")
+SIGNED, NAMES, OTHERS = set("XYZIJK"), set("NOCST"), set("GMFPRLHEQUV")
 GROUPS = {0: "motion", 1: "motion", 4: "once", 10: "once", 20: "units", 21: "units",
           36: "once", 37: "once", 38: "once", 90: "distance", 91: "distance", 92: "once",
           94: "feed", 95: "feed"}
@@ -120,8 +122,9 @@ class Dialect:
         self.tape = {}
         self.jump = {"P": 0, "L": 0, "R": 0, "H": 0}
         self.condition = 0
-        self.table = {}         # rows entered: times, open voltage and open level
-        self.machining = self.servo = self.served = False
+        self.table = {}         # rows entered: times, voltages, open level and references in mV
+        self.references = 0, 0  # Vs and Es of the condition in force
+        self.machining, self.servo, self.served = False, 0, 0
 
     @property
     def items(self):
@@ -174,14 +177,19 @@ class Dialect:
              38: self._jump, 92: self._set_position}[once](words, meaning)
             _require(once not in ALONE or not words, "not alone")
         if "feed" in groups:
-            self.servo = groups["feed"] == 95
-            _require(not self.servo or once is None, "servo and a function")
-            _require(not self.servo or _whole(words, "P", 1, 1), "law")
+            self.servo = 0
+            if groups["feed"] == 95:
+                _require(once is None, "servo and a function")
+                self.servo = _whole(words, "P", 1, 4)
+                _require(self.servo, "law")
         if "F" in words:
             self.feed = self._speed(words.pop("F"))
         if "C" in words:
             meaning.condition = self.condition = int(words.pop("C"))
             _require(self.condition in CONDITIONS | set(self.table), "condition")
+            self.references = self.table.get(self.condition, (0, 0))[-2:]
+        if self.condition and (meaning.condition or "feed" in groups):
+            _require(self.servo < 2 or self.references[self.servo == 4], "reference of the law")
         discharging = self.machining or 3 in m_codes  # M05 acts after the motion
         self._auxiliary(words, m_codes, meaning)
         if once is None:
@@ -235,8 +243,8 @@ class Dialect:
             _whole(words, "H", 50, 100)
             return
         number = int(words.pop("C"))
-        usual = (1, 1, 80, 75) if number in CONDITIONS else (0, 0, 80, 75)
-        on, off, open_v, percent = self.table.get(number, usual)
+        usual = (*TIMES.get(number, (0, 0)), 80, 75, 0, 0)
+        on, off, open_v, percent, *references = self.table.get(number, usual)
         _whole(words, "I", 0, 63)
         _whole(words, "R", 0, 20_000)
         row = (_whole(words, "P", 1, 2000, on), _whole(words, "Q", 1, 20_000, off),
@@ -248,6 +256,11 @@ class Dialect:
         _require(row[0] and row[1], "times")
         _require(row[2] % 20 == 0, "step of the supply")
         _require(row[2] * row[3] * 50 > 20 * 100 * 100, "levels")
+        references = [_round(words.pop(letter) * 1000) if letter in words else kept
+                      for letter, kept in zip("VU", references, strict=True)]
+        no_load = row[2] * 1000 * row[0] // (row[0] + row[1])
+        _require(all(not mv or mv < no_load for mv in references), "reference")
+        row += tuple(references)
         self.table[number] = row
         _require(len(self.table) <= ENTERED, "too many")
 
@@ -312,8 +325,9 @@ class Dialect:
             self.position[axis] = target
         meaning.delta = tuple(delta)
         if any(delta):
-            served = self.servo and self.mode == 1
-            meaning.servo, self.served = served - self.served, served
+            served = self.servo if self.mode == 1 else 0
+            meaning.servo = 0 if served == self.served else served or -1
+            self.served = served
             _require(not served or discharging, "servo without machining")
             _require(not served or set(ITEMS) - {"Z"} <= set(self.items), "servo without data")
         meaning.speed = HIGHEST if self.mode == 0 else self.feed

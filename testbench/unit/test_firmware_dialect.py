@@ -93,8 +93,10 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G02 X1 Y1 R5 F5",                19, 1),    # refused by name
     ("G38.2 Z-1 F5",                   19, 1),
     ("G54",                            19, 1),
-    ("G95 P2",                         19, 5),
+    ("G95 P0",                         11, 5),
     ("G95 P5",                         11, 5),
+    ("G95 P2 C100",                    33, 1),    # without a reference
+    ("C100 G95 P4 M03",                33, 6),
     ("G95",                            18, 1),
     ("G95 P1 G04",                     14, 1),
     ("G77",                            15, 1),    # unknown
