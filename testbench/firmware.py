@@ -201,6 +201,15 @@ class Machine:
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
                 **dict(zip(names, words[6:], strict=True))}
 
+    @property
+    def law(self) -> dict[str, int]:
+        """What the feed law was told: see ``hal_law``."""
+        words = (ctypes.c_uint32 * 12)()
+        self.library.gk_law_read(words)
+        names = ("law", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
+                 "lowest", "highest", "gain", "fastest")
+        return dict(zip(names, words, strict=True))
+
 
 def events(lines: list[str], *names: str) -> list[list[str]]:
     """Arguments of the event lines of some names (all, if none is given), each with its name."""

@@ -92,6 +92,13 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
 void gap_servo(unsigned law) {
     counted = law == LAW_CLASSES;
     servo = counted || law == LAW_ZERO;
+    /* G95 was judged by the references as they stand in the table. */
+    const technology_row *now = technology_find(row.number);
+    if (conditioned && now) {
+        row.reference_mv = now->reference_mv;
+        row.drop_mv = now->drop_mv;
+        apply();
+    }
     law_select(law);
     seen_at = stood_at = hal_front();
     stood = 0;

@@ -44,7 +44,7 @@ static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
 static int32_t errors[HAL_AXES];
 static gk_power power;
-static uint32_t discharges;
+static uint32_t discharges, opens;
 static gk_gap gap;
 static uint32_t fluid_state = HAL_FLUID_KNOWN;
 static hal_law law;
@@ -74,6 +74,7 @@ void gk_mean(uint32_t level) {
     law_state = (hal_law_state){.mean = level, .windows = (uint8_t)(law_state.windows + 1), .known = true};
 }
 void gk_discharges(uint32_t count) { discharges += count; }
+void gk_opens(uint32_t count) { opens += count; }
 
 int32_t gk_axis(uint32_t axis) {
     return base[axis] + (slots[slot].length ? travel(&slots[slot], offset, axis) : 0);
@@ -182,7 +183,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     fin_passes = 1;
     busy_passes = 0;
     queue_head = queue_tail = 0;
-    pets = sleeps = discharges = 0;
+    pets = sleeps = discharges = opens = 0;
     power = (gk_power){0};
     gap = (gk_gap){0};
     fluid_state = HAL_FLUID_KNOWN;
@@ -335,7 +336,8 @@ void hal_interrupts(bool enabled) {
 
 void hal_short_write(const hal_short_detector *detector) { (void)detector; }
 void hal_gap_counts(uint32_t counts[4]) { 
-    counts[0] = counts[2] = counts[3] = 0;
+    counts[0] = opens;
+    counts[2] = counts[3] = 0;
     counts[1] = discharges;
 }
 void hal_discriminate(const hal_discriminator *rules) { (void)rules; }

@@ -74,7 +74,8 @@ typedef struct {
 
 void gk_power_read(gk_power *words);
 void gk_gap_read(gk_gap *words);
-void gk_discharges(uint32_t count); /* so many more have been seen */
+void gk_discharges(uint32_t count); /* so many more have been seen, */
+void gk_opens(uint32_t count);      /* and pulses without one */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 void gk_law_read(uint32_t words[12]);   /* a hal_law */
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of G95, as firmware brings them to the gateware."""
+
+import pytest
+
+from testbench.firmware import Machine, events
+from testbench.programs import punched
+
+CLOCK_HZ = 2_000_000
+DATA = "G36 R300 L.5 H600 E60 Q.1"
+ROW = "G10 C900 I1 P20 Q60 E80 V12.5 U3.25"     # 20 V without discharges
+SILENT = 8
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    return ready
+
+
+def level(volts):
+    """2**-16 of the converter's full scale, 100 V."""
+    return int(volts * 65536 / 100)
+
+
+def rate(um_per_min):
+    """2**-32 pulse/clock."""
+    return round(um_per_min * 10 / 60 / CLOCK_HZ * 2**32)
+
+
+def under(machine, law, *, passes=4000, more=()):
+    """Begin a long way under a law; the machine is slow."""
+    machine.library.gk_speed(1)
+    machine.tape(punched([DATA, ROW, *more, "C900", f"G95 P{law}", "M03", "G01 Z-1 F60", "M02"]),
+                 passes=passes)
+
+
+def first_alarm(lines):
+    """Code and sentence."""
+    _, code, *parts = events(lines, "alarm")[0]
+    return [code, ",".join(parts)]
+
+
+@pytest.mark.parametrize("law", [1, 2, 3, 4])
+def test_a_law_brings_references_and_settings(machine, law):
+    under(machine, law)
+    assert machine.gap["servo"] == (law == 1)
+    assert machine.gap["convert"] == (law != 1)
+    found = machine.law
+    assert (found["law"], found["measure"]) == ((0, 0), (1, 1), (2, 1), (3, 1))[law - 1]
+    assert found["voltage"] == level(12.5)
+    assert found["drop"] == level(3.25)
+    assert found["no_load"] == level(20), "off-time included"
+    assert found["least"] == level(0.2)
+    assert (found["lowest"], found["highest"]) == (1024, 16384)
+    assert found["fastest"] == pytest.approx(rate(1_800_000), abs=1)
+    if law in (2, 3):
+        assert (found["unit"], found["window"]) == (0, CLOCK_HZ // 50)
+        assert found["gain"] == pytest.approx(rate({2: 500, 3: 100}[law] * 6.25), abs=1)
+    if law == 4:
+        assert (found["unit"], found["window"]) == (100, CLOCK_HZ)
+
+
+def test_the_law_is_on_for_feed_motion_alone(machine):
+    machine.library.gk_speed(50)
+    rows = punched([DATA, ROW, "C900", "G95 P4", "M03", "G01 Z-.1 F60", "G00 Z.1", "G95 P2",
+                    "G01 Z-.2", "G95 P3", "Z-.3", "G94 Z-.4", "M05", "M02"])
+    seen = []
+    machine.tape(rows, passes=0)
+    for _ in range(9000):
+        machine.run(1)
+        state = machine.law["law"], machine.axes[2]
+        if not seen or seen[-1][0] != state[0]:
+            seen.append(state)
+    assert seen == [(0, 0), (3, 0), (0, -1000), (1, 1000), (2, -2000), (0, -3000)]
+    assert machine.gap["convert"] == 0
+
+
+@pytest.mark.parametrize(("blocks", "code", "words"), [
+    (["C130", "G95 P2"], 33, "character 1: G95 P2 needs a reference voltage Vs, V of G10, which "
+                             "the condition C130 does not have."),
+    (["G95 P4", "C130"], 33, "character 1: G95 P4 needs a reference drop Es, U of G10, which the "
+                             "condition C130 does not have."),
+    (["G10 C130 U5", "C130 G95 P3"], 33, "character 6: G95 P3 needs a reference voltage Vs"),
+    ([DATA, ROW, "C900 G95 P4 M03", "G01 Z-1 F60", "C130", "Z-2"], 33,
+     "Block 6, character 1: G95 P4 needs"),
+    ([DATA, ROW, "C900 G95 P4", "G01 Z-1 F60"], 31, "Block 5: under servo (G95) there is no way"),
+    ([ROW, "C900 G95 P4 M03", "G01 Z-1 F60"], 32, "Block 4: G95 needs retraction data"),
+    ([ROW, "G10 C900 P1"], 39, "Block 3: the reference V must be below the mean without "
+                               "discharges, 1311 mV"),
+    (["G10 C900 P20 Q60 U20"], 39, "the reference U must be below the mean without discharges, "
+                                   "20000 mV"),
+    ([ROW, "G10 C900 V0", "C900 G95 P2"], 33, "needs a reference voltage"),
+])
+def test_a_law_without_what_it_needs_is_refused(machine, blocks, code, words):
+    told, said = first_alarm(machine.tape(punched([*blocks, "M02"]), passes=4000))
+    assert told == str(code)
+    assert words in said
+
+
+def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
+    machine.line("$50=4001")
+    assert machine.line(ROW) == ["ok"]
+    lines = machine.tape(punched(["C900 G95 P3", "G95 P4", "M02"]), passes=4000)
+    assert first_alarm(lines) == [
+        "36", "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
+
+
+def test_settings_reach_the_law(machine):
+    for line in ("$47=25", "$48=50", "$49=1000", "$50=1000", "$51=2000"):
+        assert machine.line(line) == ["ok"]
+    under(machine, 4)
+    found = machine.law
+    assert [found[name] for name in ("unit", "window", "least", "lowest", "highest")] == [
+        250, CLOCK_HZ // 20, level(1), 4096, 8192]
+    assert found["law"] == 3
+
+
+def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
+    machine.line("$36=1")
+    under(machine, 4)
+    machine.event("fluid", 3, 3 << 4, 200)
+    machine.run(200)
+    assert machine.law["no_load"] == level(20 * 0.75)
+
+
+def mean(machine, volts, *, opens=0, discharges=0):
+    """One more mean, and so many more pulses in its window."""
+    machine.library.gk_opens(opens)
+    machine.library.gk_discharges(discharges)
+    machine.library.gk_mean(level(volts))
+    machine.run(20)
+
+
+def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
+    machine.line("$52=1")
+    under(machine, 4)
+    machine.library.gk_discharges(1)
+    machine.run(20)
+    for volts in (5, 18, 18.5):
+        assert machine.law["no_load"] == level(20)
+        mean(machine, volts, opens=40)
+    assert machine.law["no_load"] == level(18), "the second window: it had no discharge at all"
+    mean(machine, 3, discharges=1)
+    for volts in (4, 17, 17):
+        assert machine.law["no_load"] == level(18), "a discharge begins it anew"
+        mean(machine, volts, opens=10)
+    assert machine.law["no_load"] == level(18), "too few pulses"
+    mean(machine, 17, opens=60)
+    assert machine.law["no_load"] == level(17)
+
+
+def test_the_no_load_voltage_is_computed_otherwise(machine):
+    under(machine, 4)
+    for _ in range(6):
+        mean(machine, 15, opens=100)
+    assert machine.law["no_load"] == level(20)
+
+
+@pytest.mark.parametrize("law", [1, 2, 3, 4])
+def test_a_silent_converter_stops_the_machine_if_it_is_in_use(machine, law):
+    under(machine, law)
+    assert "discharge" in machine.flags
+    machine.library.gk_fluid(SILENT)
+    lines = machine.run(200)
+    if law == 1:
+        assert not events(lines, "alarm")
+    else:
+        assert first_alarm(lines) == ["49", "Block 7: the converter does not answer."]
+    assert ("discharge" in machine.flags) == (law == 1)
+
+
+def test_a_cell_that_is_not_there_does_not_matter(machine):
+    under(machine, 4)
+    machine.event("fluid", 0, 2, 4095)
+    assert not events(machine.run(200)), "nor is it told"
