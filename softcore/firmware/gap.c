@@ -94,7 +94,8 @@ void gap_servo(unsigned law) {
     servo = counted || law == LAW_ZERO;
     /* G95 was judged by the references as they stand in the table. */
     const technology_row *now = technology_find(row.number);
-    if (conditioned && now) {
+    if (conditioned && now &&
+        (row.reference_mv != now->reference_mv || row.drop_mv != now->drop_mv)) {
         row.reference_mv = now->reference_mv;
         row.drop_mv = now->drop_mv;
         apply();

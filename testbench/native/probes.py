@@ -52,6 +52,10 @@ PROBES = (
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
     Probe("servo_ups", 32), Probe("servo_downs", 32),
     *(Probe(f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
+    *(Probe(f"law_{name}", 16) for name in ("no_load", "voltage_mean", "voltage_drop",
+                                            "status_ratio")),
+    Probe("law_status_windows", 8),
+    Probe("law_feed", 30),                            # at the front, 2**-32 pulse/clock
     Probe("power_control_machining", 1),
     Probe("power_level", 6),
     Probe("retraction_control_run", 1),

@@ -151,6 +151,16 @@ def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
     assert machine.law["no_load"] == level(17)
 
 
+def test_references_of_a_row_act_from_the_next_g95(machine):
+    rows = punched([DATA, ROW, "C900", "G10 C900 V9 U2", "M03", "G95 P2", "G01 Z-.1 F60",
+                    "G10 C900 V8", "G01 Z-1", "M02"])
+    machine.library.gk_speed(1)
+    machine.tape(rows, passes=6000)
+    assert machine.law["voltage"] == level(9)
+    assert machine.law["drop"] == level(2)
+    assert machine.law["no_load"] == level(20)
+
+
 def test_the_no_load_voltage_is_computed_otherwise(machine):
     under(machine, 4)
     for _ in range(6):
