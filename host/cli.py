@@ -21,7 +21,8 @@ from host.words import counted
 
 app = typer.Typer(
     help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
-         "simulated die-sinker whose controller is the real gateware and the real firmware.",
+         "simulated die-sinker or wire machine whose controller is the real gateware and the real "
+         "firmware.",
     epilog="Exit status: 0 done, 1 failure, 2 usage, 3 the machine ended in alarm, 4 the tape was "
            "rejected before any motion.",
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -71,7 +72,8 @@ def run(
     tape: TapeFile,
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE",
-        help="A built-in machine (sinker, small), or a TOML file of machine and plant parameters.",
+        help="A built-in machine (sinker, small, wire), or a TOML file of machine and plant "
+             "parameters.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N",
@@ -82,7 +84,8 @@ def run(
     )] = False,
     folder: Annotated[str | None, typer.Option(
         "--out", callback=_folder, metavar="DIR", show_default="build/runs/<tape name>",
-        help="Folder for events.jsonl, summary.json, trace.npz and report.html.",
+        help="Folder for events.jsonl, summary.json, trace.npz and report.html; of a wire machine "
+             "also workpiece.npz, what is left of its workpiece.",
     )] = None,
     mdi: Annotated[list[str] | None, typer.Option(
         metavar='"G36 …"', show_default=False,

@@ -4,6 +4,7 @@
 import re
 import tomllib
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from host.errors import UsageError
@@ -15,6 +16,11 @@ BUILT_IN = ROOT / "testbench" / "plant"
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
 
 NUMBER = re.compile("[0-9]{1,10}")  # of a setting; the controller has 32 bits
+
+# Words of a file; each kind of machine has the numbers of its example. A file that does not say its
+# kind is a sinker's.
+WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
+STEPS = 16  # of the stock's width, at most
 
 # Lowest and highest of a number, both allowed: what the controller is built for, and what the
 # formulas of the plant bear (they divide by most of these).
@@ -40,6 +46,17 @@ BOUNDS = {
     "debris.time_s": DIVISOR, "debris.depth_mm": DIVISOR, "debris.exchange_depth_mm": DIVISOR,
     "debris.deionisation_us": DIVISOR, "debris.bridge_gap_um": DIVISOR,
     "debris.stretch_depth_mm": DIVISOR,
+    "wire.diameter_mm": (0.02, 1), "wire.crater_us": (0.1, 1000), "wire.deflection_um_a": (0, 100),
+    "wire.deflection_ms": (0.01, 10_000), "wire.break_ms": (0.1, 10_000),
+    "workpiece.thickness_mm": (0.1, 1000), "workpiece.cell_um": (0.5, 10),
+    "workpiece.start_x_mm": (-1000, 1000), "workpiece.start_y_mm": (-1000, 1000),
+    "stock.edge_mm": (-1000, 1000), "stock.hole_mm": (0, 1000), "stock.size_x_mm": (0, 1000),
+    "stock.size_y_mm": (0, 1000),
+    "gap.delay_square_us": DIVISOR, "gap.delay_linear_us": (-1000, 1000),
+    "gap.delay_constant_us": DIVISOR, "gap.delay_least_um": (0, 100), "gap.reach_um": (10, 200),
+    "gap.engagement_um": (0, 50), "debris.flow_gap_um": DIVISOR, "debris.flow_spread": (0, 3),
+    "debris.flow_time_s": DIVISOR, "debris.random_short_per_us": SHARE,
+    "debris.random_short_um": DIVISOR, "debris.clog_least": (0.01, 1), "debris.clog_most": SHARE,
     "side.fin_answers": SHARE, "side.limit_low_mm": (-10_000, -0.1),
     "side.limit_high_mm": (0.1, 10_000),
 }
@@ -50,6 +67,12 @@ def _check(name, tables, prefix=""):
     for key, value in tables.items():
         if isinstance(value, dict):
             _check(name, value, f"{prefix}{key}.")
+        elif prefix + key in WORDS:
+            if value not in WORDS[prefix + key]:
+                raise UsageError(f"machine {name}: {prefix}{key} must be one of "
+                                 f"{', '.join(WORDS[prefix + key])}, not {value!r}.")
+        elif prefix + key == "stock.steps":
+            _check_steps(name, value)
         elif isinstance(value, bool) or not isinstance(value, int | float):
             raise UsageError(f"machine {name}: {prefix}{key} is no number.")
         elif prefix == "settings.":
@@ -64,23 +87,39 @@ def _check(name, tables, prefix=""):
                 raise UsageError(f"machine {name}: {prefix}{key} must be {wanted}, not {value}.")
 
 
+def _check_steps(name, steps):
+    """Refuse what is no list of steps of the stock: places that grow, with widths."""
+    def number(value):
+        return isinstance(value, int | float) and not isinstance(value, bool)
+
+    sound = isinstance(steps, list) and 1 <= len(steps) <= STEPS and all(
+        isinstance(step, list) and len(step) == 2 and all(map(number, step))
+        and abs(step[0]) <= 10_000 and 0 <= step[1] <= 10_000 for step in steps)
+    if not sound or any(after[0] <= before[0] for before, after in pairwise(steps)):
+        raise UsageError(f"machine {name}: stock.steps must be 1 to {STEPS} pairs of a place in mm "
+                         "and a width of 0 to 10000 um, the places growing.")
+
+
 def _keys(tables, prefix=""):
     """Names of all numbers but the settings, which are the controller's."""
     for key, value in tables.items():
         if isinstance(value, dict):
             yield from _keys(value, f"{prefix}{key}.")
+        elif prefix + key == "kind":
+            continue
         elif prefix != "settings.":
             yield prefix + key
 
 
 def _complete(name, tables):
     """Refuse a file that lacks a number, or has one of a name that no machine has."""
-    known = list(_keys(_tables(BUILT_IN / "sinker.toml")))
+    kind = tables.get("kind", "sinker")
+    known = list(_keys(_tables(BUILT_IN / f"{kind}.toml")))
     given = set(_keys(tables))
     missing = next((key for key in known if key not in given), None)
     if missing:
         raise UsageError(f"machine {name}: {missing} is missing; a machine's file gives every "
-                         "number, as that of the sinker does.")
+                         f"number, as that of the machine {kind} does.")
     strange = sorted(given - set(known))
     if strange:
         raise UsageError(f"machine {name}: {strange[0]} is no number of a machine.")
@@ -122,9 +161,25 @@ class Machine:
         return self.number("removal_scale")
 
     @property
+    def kind(self) -> str:
+        """What moves: the electrode of a sinker, or a wire."""
+        return self.tables.get("kind", "sinker")
+
+    @property
+    def start_mm(self) -> dict[str, float]:
+        """Where electrode or wire stands when the program starts, from the workpiece's zero.
+
+        A sinker's is at the electrode's place on the top of the workpiece; a wire has no height.
+        """
+        if self.kind == "wire":
+            return {"x": self.number("workpiece", "start_x_mm"),
+                    "y": self.number("workpiece", "start_y_mm"), "z": 0.0}
+        return {"x": 0.0, "y": 0.0, "z": self.number("initial_gap_um") / 1000}
+
+    @property
     def initial_gap_mm(self) -> float:
         """Height of the electrode over the top of the workpiece when the program starts."""
-        return self.number("initial_gap_um") / 1000
+        return self.start_mm["z"]
 
     @property
     def settings(self) -> dict[str, int]:

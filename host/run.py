@@ -75,7 +75,8 @@ class Run:
         self._heard_s = 0.0
         self._asked = False
         self._began = False
-        self.offset = dict.fromkeys(events.AXES, 0.0) | {"z": -self.machine.initial_gap_mm}
+        # Program zero is the workpiece's.
+        self.offset = {axis: 0.0 - place for axis, place in self.machine.start_mm.items()}
 
     def execute(self) -> str:
         """Run the tape to its end; return the outcome.
@@ -103,7 +104,8 @@ class Run:
         self.link.command("$X")
         for number, value in self.machine.settings.items():
             self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
-        self.link.command(f"G92 X0 Y0 Z{self.machine.initial_gap_mm:.4f}")
+        x, y, z = (f"{place:.4f}" if place else "0" for place in self.machine.start_mm.values())
+        self.link.command(f"G92 X{x} Y{y} Z{z}")
         for line in self.mdi:
             self._enter(line.upper(), f'the line "{line}" entered by hand')
         if self.mdi:  # one of them may have declared another zero

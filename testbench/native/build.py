@@ -23,7 +23,10 @@ __all__ = ["HERE", "PLANT", "STATION", "includes", "library", "plant_library", "
 
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
-STATION = [PLANT / "plant.cpp", PLANT / "gap.cpp", HERE / "station.cpp"]
+STATION = [*(PLANT / name for name in ("plant.cpp", "gap.cpp", "wire.cpp", "workpiece.cpp")),
+           HERE / "station.cpp"]
+# Options of the controller by the kind of its machine, and the machine to rehearse with.
+KINDS = {"sinker": {}, "wire": {"jump_axis": 15}}
 
 STANDARD = ["-std=gnu++17"]
 # Calls inside the model need no detour for another library's sake: a tenth faster.
@@ -48,15 +51,15 @@ def includes(model: Path, *, timing: bool = False) -> list[str]:
             *(f"-I{path}" for path in (model, include, include / "vltstd", PLANT, HERE))]
 
 
-def verilog(clock_hz: int, progress: Progress) -> list[Path]:
-    """Files of the emitted Verilog."""
+def verilog(clock_hz: int, progress: Progress, kind: str = "sinker") -> list[Path]:
+    """Files of the emitted Verilog, of the controller for a kind of machine."""
     def build(folder):
         progress("writing the controller as Verilog")
         tools.use_packaged()
-        for index, text in enumerate(top.simulation_verilog(clock_hz)):
+        for index, text in enumerate(top.simulation_verilog(clock_hz, **KINDS[kind])):
             (folder / f"controller_{index}.v").write_text(text)
 
-    key = compiling.digest(top.digest(), clock_hz, version("amaranth"))
+    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *KINDS[kind].items())
     return sorted(compiling.kept(BUILD / f"verilog-{key}", build).glob("*.v"))
 
 
@@ -100,8 +103,10 @@ def _link_bench(model, parts, place, target, options=()):
     compiling.link([*parts, *own], ["-shared", *options], target)
 
 
-def library(clock_hz: int, progress: Progress = lambda _: None) -> Path:
+def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sinker") -> Path:
     """Path of the library for a controller at ``clock_hz``; builds it if there is none.
+
+    ``kind`` is that of its machine, of ``KINDS``.
 
     Raises
     ------
@@ -109,7 +114,7 @@ def library(clock_hz: int, progress: Progress = lambda _: None) -> Path:
         If a tool fails.
     """
     BUILD.mkdir(parents=True, exist_ok=True)
-    model = _model(verilog(clock_hz, progress), progress)
+    model = _model(verilog(clock_hz, progress, kind), progress)
 
     def build(folder):
         progress("compiling the bench")

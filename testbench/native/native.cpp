@@ -18,7 +18,7 @@ void Vtop___024root___eval_settle(Vtop___024root* root);
 
 namespace {
 
-constexpr size_t COLUMNS = 17;  // of the trace: see testbench/native/simulation.py
+constexpr size_t COLUMNS = 18;  // of the trace: see testbench/native/simulation.py
 
 struct Change {
     uint64_t clock;
@@ -207,6 +207,7 @@ private:
         row[at++] = clocks > 0 ? (sum - volts_) / clocks : 0;
         row[at++] = machine.gap().gap_um();
         row[at++] = machine.gap().debris();
+        row[at++] = machine.gap().removed_mm3();
         volts_ = sum;
         sampled_ = station_.clock;
         trace.insert(trace.end(), row, row + COLUMNS);

@@ -36,4 +36,10 @@ void station_auxiliary(Station* s, uint64_t index, uint64_t* out) {
     out[2] = one.code;
 }
 
+// What is left of a wire machine's workpiece; see Workpiece.
+void station_extent(Station* s, int64_t* out) { s->machine.workpiece().extent(out); }
+void station_left(Station* s, int64_t x, int64_t y, int64_t columns, int64_t rows, uint16_t* out) {
+    s->machine.workpiece().copy(x, y, columns, rows, out);
+}
+
 }  // extern "C"

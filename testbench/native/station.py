@@ -8,9 +8,15 @@ run, and in nothing else.
 import ctypes
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 __all__ = ["AXES", "Session", "parameters"]
 
 AXES = "xyz"
+
+# Words of a machine's file, by the numbers that the plant has for them.
+WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
+GRAINS = 65535  # of a whole cell of the workpiece
 
 _POINTER, _UNSIGNED, _DOUBLE = ctypes.c_void_p, ctypes.c_uint64, ctypes.c_double
 _FUNCTIONS = {
@@ -23,6 +29,8 @@ _FUNCTIONS = {
     "station_waiting": (_UNSIGNED, [_POINTER]),
     "station_receive": (None, [_POINTER, ctypes.c_char_p]),
     "station_framing_errors": (_UNSIGNED, [_POINTER]),
+    "station_extent": (None, [_POINTER, ctypes.POINTER(ctypes.c_int64)]),
+    "station_left": (None, [_POINTER, *[ctypes.c_int64] * 4, _POINTER]),
     "station_auxiliaries": (_UNSIGNED, [_POINTER]),
     "station_auxiliary": (None, [_POINTER, _UNSIGNED, ctypes.POINTER(_UNSIGNED)]),
 }
@@ -38,20 +46,28 @@ def declare(library: ctypes.CDLL, functions: dict) -> None:
 def parameters(machine: dict) -> Iterator[tuple[str, float]]:
     """Numbers of a machine file, named ``key`` or ``table.key``, but for its ``[settings]``.
 
-    Those are the controller's.
+    Those are the controller's. Of ``stock.steps``, pairs of a place and a width, come their number
+    and ``stock.at_mm_0``, ``stock.width_um_0`` and so on.
 
     Raises
     ------
     ValueError
-        If a value is not a number.
+        If a value is not a number, or a word or list that is not known.
     """
     for key, value in machine.items():
         if key == "settings":
             continue
-        for name, number in ([(f"{key}.{inner}", one) for inner, one in value.items()]
-                             if isinstance(value, dict) else [(key, value)]):
+        for name, one in ([(f"{key}.{inner}", one) for inner, one in value.items()]
+                          if isinstance(value, dict) else [(key, value)]):
+            if name == "stock.steps":
+                yield name, float(len(one))
+                for index, (at_mm, width_um) in enumerate(one):
+                    yield f"stock.at_mm_{index}", float(at_mm)
+                    yield f"stock.width_um_{index}", float(width_um)
+                continue
+            number = WORDS[name].index(one) if one in WORDS.get(name, ()) else one
             if isinstance(number, bool) or not isinstance(number, int | float):
-                raise ValueError(f"the machine's {name} must be a number, not {number!r}")
+                raise ValueError(f"the machine's {name} must be a number, not {one!r}")
             yield name, float(number)
 
 
@@ -161,6 +177,21 @@ class Session:
         """Edges that the pulse coders have given, by axis, in pulses."""
         return {axis: self._station_library.station_count(self._station, index)
                 for index, axis in enumerate(AXES)}
+
+    def workpiece(self) -> dict:
+        """What is left of a wire machine's workpiece, seen from above, where the wire came by.
+
+        ``x`` and ``y`` are the middles of the cells in mm, in the workpiece's coordinates, ``left``
+        their share that is still there, by ``[y, x]``.
+        """
+        extent = (ctypes.c_int64 * 4)()
+        self._station_library.station_extent(self._station, extent)
+        x, y, columns, rows = extent
+        left = np.empty((rows, columns), dtype=np.uint16)
+        self._station_library.station_left(self._station, x, y, columns, rows, left.ctypes.data)
+        cell_mm = self.get("workpiece.cell_um") / 1000
+        return {"x": (x + np.arange(columns) + 0.5) * cell_mm,
+                "y": (y + np.arange(rows) + 0.5) * cell_mm, "left": left / np.float32(GRAINS)}
 
     def auxiliaries(self) -> list[tuple[int, str, int]]:
         """Auxiliary functions the machine side has seen: clock, letter, code."""

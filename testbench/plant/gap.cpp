@@ -36,6 +36,15 @@ void Gap::put_electrode(double height_um) {
     set_hazard();
 }
 
+void Gap::put_wire(Wire* wire) {
+    wire_ = wire;
+    if (!wire_)
+        return;
+    p_.area_mm2 = wire_->area_mm2();
+    gap_ = wire_->gap_um();
+    set_hazard();
+}
+
 // ---- pulses
 
 double Gap::current() const {
@@ -85,7 +94,9 @@ void Gap::open() {
 bool Gap::touching() {
     if (force.short_ >= 0)
         return force.short_ > 0;
-    return bridged_ || gap_ < p_.contact_um || single_;
+    if (wire_ && wire_->broken())
+        return false;
+    return bridged_ || gap_ < p_.contact_um || single_ || random_short_us_ > 0;
 }
 
 void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
@@ -113,7 +124,7 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
     const double pause = static_cast<double>(now_ - ended_) * clock_us_;
     if (gate == Gate::main &&
         sparks_.uniform() < p_.arc_share * debris_ * std::exp(-pause / deionisation_us_) &&
-        source_v_ > p_.arc_v)
+        source_v_ > p_.arc_v && !(wire_ && wire_->broken()))
         ignite(true);
 }
 
@@ -152,19 +163,32 @@ void Gap::ignite(bool arc) {
     enter(arc ? State::arcing : State::burning, wanted);
 }
 
+// What a discharge of that time removes, mm3.
+double Gap::crater(double microseconds) {
+    if (wire_)
+        return wire_->crater_um3(amps_, microseconds, sparks_) * 1e-9;
+    const double seconds = microseconds * 1e-6;
+    const double volume = p_.removal_mm3_min_a / 60 * amps_ * seconds;
+    return volume * std::max(0.0, 1 + p_.removal_spread * sparks_.normal());
+}
+
 // End of a discharge: what it has removed is debris now.
 void Gap::extinguish() {
     if (state_ != State::burning && state_ != State::arcing)
         return;
-    const double seconds = static_cast<double>(now_ - began_) * clock_us_ * 1e-6;
-    double volume = p_.removal_mm3_min_a / 60 * amps_ * seconds;
-    volume *= std::max(0.0, 1 + p_.removal_spread * sparks_.normal());
+    const double microseconds = static_cast<double>(now_ - began_) * clock_us_;
+    double volume = crater(microseconds);
     if (state_ == State::arcing)
         volume *= p_.arc_removal;
     if (negative_)
         volume *= p_.negative_removal;
     volume *= p_.removal_scale;
     removed_ += volume;
+    if (wire_) {
+        wire_->erode(volume * 1e9, amps_ * microseconds);
+        ended_ = now_;
+        return;
+    }
     const double thickness = volume / p_.area_mm2 * 1000;  // um
     depth_ += thickness;
     debris_ += thickness / std::max(gap_, 10.0);
@@ -174,6 +198,11 @@ void Gap::extinguish() {
 // ---- the gap
 
 void Gap::set_hazard() {
+    if (wire_) {
+        const double engaged = std::isnan(force.gap_um) ? wire_->engagement() : 1;
+        hazard_ = wire_->hazard_per_us(gap_) * engaged * (1 + p_.ignition_debris * debris_) * ease_;
+        return;
+    }
     const double folds = std::max(-8.0, (gap_ - p_.ignition_gap_um) / p_.ignition_slope_um);
     hazard_ = std::exp(-folds) * (1 + p_.ignition_debris * debris_) / p_.ignition_delay_us *
               ease_;
@@ -210,6 +239,22 @@ double Gap::stretch() {
 }
 
 void Gap::tick(double height_um, double dt) {
+    if (wire_)
+        change_wire(dt);
+    else
+        change(height_um, dt);
+    if (gate_ == Gate::none)
+        return;
+    if (state_ == State::shorted) {
+        if (!touching())
+            open();
+    } else if (touching()) {
+        extinguish();
+        enter(State::shorted, p_.short_v + p_.short_ohm * amps_);
+    }
+}
+
+void Gap::change(double height_um, double dt) {
     const double lift = height_um - height_;
     height_ = height_um;
     gap_ = std::isnan(force.gap_um) ? height_um + depth_ : force.gap_um;
@@ -249,15 +294,40 @@ void Gap::tick(double height_um, double dt) {
             bridge_stretch_ = stretch();
         }
     }
-    if (gate_ == Gate::none)
-        return;
-    if (state_ == State::shorted) {
-        if (!touching())
-            open();
-    } else if (touching()) {
-        extinguish();
-        enter(State::shorted, p_.short_v + p_.short_ohm * amps_);
+}
+
+void Gap::change_wire(double dt) {
+    gap_ = std::isnan(force.gap_um) ? wire_->gap_um() : force.gap_um;
+    const double fouled = wire_->flushed(gap_, dt);
+    debris_ = std::isnan(force.debris) ? fouled : force.debris;
+    if (!std::isnan(force.debris))
+        wire_->put_debris(debris_, gap_);
+    if (p_.drift_s > 0)
+        set_fluid();
+    else
+        set_hazard();
+
+    // Contact, and a gap that is clogged, stay shorted until the wire has drawn back beyond the
+    // stretch. What comes by in the flow shorts for a while.
+    const WireParameters& w = wire_->parameters();
+    if (bridged_) {
+        bridge_gap_ = std::min(bridge_gap_, gap_);
+        bridged_ = gap_ <= bridge_gap_ + bridge_stretch_;
+    } else if (gap_ < p_.contact_um ||
+               debris_ > std::min(w.clog_least + w.clog_per_um * gap_, w.clog_most)) {
+        bridged_ = true;
+        ++bridge_count_;
+        bridge_gap_ = gap_;
+        bridge_stretch_ = p_.stretch_um * bridges_.gamma(STRETCH_SHAPE);
     }
+    const double us = dt * 1e6;
+    const bool sparking = static_cast<double>(now_ - ended_) * clock_us_ < SPARKING_US;
+    const double chance =
+        sparking ? w.random_short_per_us * us * (1 - gap_ / w.random_short_um) : 0;
+    if (random_short_us_ > 0)
+        random_short_us_ -= us;
+    else if (chance > 0 && bridges_.uniform() < chance)
+        random_short_us_ = w.random_short_us;
 }
 
 }  // namespace plant

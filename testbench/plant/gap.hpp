@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "random.hpp"
+#include "wire.hpp"
 
 namespace plant {
 
@@ -12,7 +13,8 @@ namespace plant {
 // counted pulses (JP S60-10852 B) begins here.
 constexpr double INSULATING_OHM_CM = 1e6;
 
-// Units are in the names; the sources of the numbers are in sinker.toml.
+// Units are in the names; the sources of the numbers are in sinker.toml, and in wire.toml of those
+// that a wire machine has.
 struct GapParameters {
     double area_mm2 = 100;
     double initial_gap_um = 100;
@@ -90,6 +92,9 @@ public:
     void configure(const GapParameters& p, double clock_hz);
     void put_electrode(double height_um);
 
+    // The gap is that of a wire, which from now on says how wide it is; none: a sinker's.
+    void put_wire(Wire* wire);
+
     // References of the comparators: open, arc, short.
     void put_levels(double high_v, double arc_v, double short_v);
 
@@ -145,8 +150,12 @@ private:
     void open();
     bool touching();
     double stretch();
+    double crater(double microseconds);
+    void change(double height_um, double dt);
+    void change_wire(double dt);
 
     GapParameters p_;
+    Wire* wire_ = nullptr;
     Random sparks_, bridges_, noise_;
     double clock_us_ = 0.5;
     uint64_t now_ = 0, since_ = 0, ended_ = 0, began_ = 0;
@@ -165,6 +174,7 @@ private:
     double height_ = 0, gap_ = 0, depth_ = 0, debris_ = 0, hazard_ = 0;
     double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;
     bool bridged_ = false;
+    double random_short_us_ = 0;  // that are left of it
     uint64_t spark_count_ = 0, arc_count_ = 0, bridge_count_ = 0;
 };
 

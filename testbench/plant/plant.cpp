@@ -5,8 +5,9 @@
 
 namespace plant {
 
-Plant::Plant(uint64_t seed) : gap_(seed) {
+Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
     auto& p = parameters_;
+    p["kind"] = &kind_;
     p["clock_hz"] = &clock_hz_;
     p["pulses_per_mm"] = &pulses_per_mm_;
     p["tick_us"] = &tick_us_;
@@ -86,6 +87,44 @@ Plant::Plant(uint64_t seed) : gap_(seed) {
     p["debris.stretch_depth_mm"] = &process_.stretch_depth_mm;
     p["debris.stretch_debris"] = &process_.stretch_debris;
 
+    p["wire.diameter_mm"] = &cutting_.diameter_mm;
+    p["wire.crater_us"] = &cutting_.crater_us;
+    p["wire.deflection_um_a"] = &cutting_.deflection_um_a;
+    p["wire.deflection_ms"] = &cutting_.deflection_ms;
+    p["wire.break_a"] = &cutting_.break_a;
+    p["wire.break_ms"] = &cutting_.break_ms;
+    p["workpiece.thickness_mm"] = &cutting_.thickness_mm;
+    p["workpiece.cell_um"] = &cutting_.cell_um;
+    p["workpiece.start_x_mm"] = &cutting_.start_x_mm;
+    p["workpiece.start_y_mm"] = &cutting_.start_y_mm;
+    p["stock.kind"] = &stock_.kind;
+    p["stock.edge_mm"] = &stock_.edge_mm;
+    p["stock.hole_mm"] = &stock_.hole_mm;
+    p["stock.size_x_mm"] = &stock_.size_x_mm;
+    p["stock.size_y_mm"] = &stock_.size_y_mm;
+    p["stock.steps"] = &stock_.steps;
+    for (size_t i = 0; i < Stock::STEPS; ++i) {
+        p["stock.at_mm_" + std::to_string(i)] = &stock_.at_mm[i];
+        p["stock.width_um_" + std::to_string(i)] = &stock_.width_um[i];
+    }
+    p["gap.delay_square_us"] = &cutting_.delay_square_us;
+    p["gap.delay_linear_us"] = &cutting_.delay_linear_us;
+    p["gap.delay_constant_us"] = &cutting_.delay_constant_us;
+    p["gap.delay_least_um"] = &cutting_.delay_least_um;
+    p["gap.reach_um"] = &cutting_.reach_um;
+    p["gap.engagement_um"] = &cutting_.engagement_um;
+    p["debris.flow_mm3_s"] = &cutting_.flow_mm3_s;
+    p["debris.flow_gap_um"] = &cutting_.flow_gap_um;
+    p["debris.flow_debris"] = &cutting_.flow_debris;
+    p["debris.flow_spread"] = &cutting_.flow_spread;
+    p["debris.flow_time_s"] = &cutting_.flow_time_s;
+    p["debris.clog_least"] = &cutting_.clog_least;
+    p["debris.clog_per_um"] = &cutting_.clog_per_um;
+    p["debris.clog_most"] = &cutting_.clog_most;
+    p["debris.random_short_per_us"] = &cutting_.random_short_per_us;
+    p["debris.random_short_um"] = &cutting_.random_short_um;
+    p["debris.random_short_us"] = &cutting_.random_short_us;
+
     p["force.short"] = &gap_.force.short_;
     p["force.gap_um"] = &gap_.force.gap_um;
     p["force.debris"] = &gap_.force.debris;
@@ -133,6 +172,13 @@ bool Plant::get(const std::string& name, double& value) {
         {"read.sparks", static_cast<double>(gap_.sparks())},
         {"read.arcs", static_cast<double>(gap_.arcs())},
         {"read.bridges", static_cast<double>(gap_.bridges())},
+        {"read.engagement", wire_.engagement()},
+        {"read.wire_a", wire_.mean_a()},
+        {"read.wire_broken", wire_.broken()},
+        {"read.wire_x_um", wire_.x_um()},
+        {"read.wire_y_um", wire_.y_um()},
+        {"read.taken_mm3", wire_.workpiece().taken_um3() * 1e-9},
+        {"read.missing_mm3", name == "read.missing_mm3" ? wire_.workpiece().missing_um3() * 1e-9 : 0},
         {"read.state", static_cast<double>(gap_.state())},
         {"read.electrode_um", electrode_um()},
         {"read.x_speed_mm_s", axes_[0].speed()},
@@ -161,6 +207,11 @@ void Plant::configure() {
     for (auto& axis : axes_)
         axis.configure(motor_, pulses_per_mm_, clock_hz_, clocks_per_tick_);
     gap_.configure(process_, clock_hz_);
+    cutting_.removal_scale = process_.removal_scale;
+    wire_.configure(cutting_);
+    if (now_ == 0)
+        wire_.reset(stock_);
+    gap_.put_wire(kind_ == 0 ? nullptr : &wire_);
     reference_one_v_ = reference_full_v_ / clocks_per_tick_;
     reference_step_ = 1 - std::exp(-tick_us_ / reference_rc_us_);
     if (reference_fixed_ != 0)
@@ -187,6 +238,9 @@ void Plant::tick(const FromController& from) {
         axes_[axis].tick(from.drive_enable >> axis & 1);
         moving_ |= static_cast<unsigned>(!axes_[axis].resting()) << axis;
     }
+    if (kind_ != 0)
+        wire_.tick(axes_[0].position() / pulses_per_mm_ * 1000,
+                   axes_[1].position() / pulses_per_mm_ * 1000, dt);
     gap_.tick(electrode_um(), dt);
     levels();
     limits();

@@ -10,6 +10,7 @@
 #include "converter.hpp"
 #include "gap.hpp"
 #include "motor.hpp"
+#include "wire.hpp"
 
 namespace plant {
 
@@ -91,6 +92,7 @@ public:
     int32_t count(int axis) const { return axes_[axis].count(); }
     double speed(int axis) const { return axes_[axis].speed(); }  // mm/s
     const Gap& gap() const { return gap_; }
+    Workpiece& workpiece() { return wire_.workpiece(); }
     uint64_t now() const { return now_; }
     const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
 
@@ -125,8 +127,11 @@ private:
     double clock_hz_ = 2e6, pulses_per_mm_ = 10000, tick_us_ = 8;
     double fin_delay_us_ = 2000, fin_answers_ = 1;
     double limit_low_mm_ = -300, limit_high_mm_ = 300;
+    double kind_ = 0;  // 0 sinker, 1 wire
     MotorParameters motor_;
     GapParameters process_;
+    WireParameters cutting_;
+    Stock stock_;
     CellParameters cell_;
     double high_level_v_ = 60, arc_level_v_ = 20, short_level_v_ = 12;
     double reference_full_v_ = 100, reference_rc_us_ = 200, reference_fixed_ = 1;
@@ -137,6 +142,7 @@ private:
 
     Motor axes_[AXES];
     Gap gap_;
+    Wire wire_;
     Converter converter_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick

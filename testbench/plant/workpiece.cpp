@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workpiece.hpp"
+
+#include <limits>
+
+namespace plant {
+
+namespace {
+
+constexpr double FAR_UM = 1e9;
+constexpr double PI = 3.14159265358979323846;
+
+uint64_t key(int32_t x, int32_t y) {
+    return static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 | static_cast<uint32_t>(y);
+}
+
+}  // namespace
+
+// ---- the stock
+
+double Stock::left_um(double along_mm) const {
+    double width = steps > 0 ? width_um[0] : 0;
+    for (size_t i = 1; i < static_cast<size_t>(steps) && i < STEPS; ++i)
+        if (along_mm >= at_mm[i])
+            width = width_um[i];
+    return width;
+}
+
+double Stock::distance_um(double x_um, double y_um, double start_x_um, double start_y_um) const {
+    switch (static_cast<Kind>(static_cast<int>(kind))) {
+    case wall:  // along X, its finished surface at Y 0, the workpiece behind it
+        return -y_um - left_um(x_um / 1000);
+    case circle: {  // about the origin, from +X on, counter-clockwise
+        const double radius = size_x_mm * 500;
+        double angle = std::atan2(y_um, x_um);
+        if (angle < 0)
+            angle += 2 * PI;
+        return std::hypot(x_um, y_um) - radius - left_um(angle * radius / 1000);
+    }
+    case rectangle: {  // about the origin, from the corner of least X and Y on, counter-clockwise
+        const double half_x = size_x_mm * 500, half_y = size_y_mm * 500;
+        const double over_x = std::abs(x_um) - half_x, over_y = std::abs(y_um) - half_y;
+        const double inside = std::min(std::max(over_x, over_y), 0.0);
+        const double distance = inside + std::hypot(std::max(over_x, 0.0), std::max(over_y, 0.0));
+        const double x = std::clamp(x_um, -half_x, half_x), y = std::clamp(y_um, -half_y, half_y);
+        double along = 0;
+        if (over_y > over_x)
+            along = y < 0 ? x + half_x : 2 * half_x + 2 * half_y + (half_x - x);
+        else
+            along = x > 0 ? 2 * half_x + (y + half_y) : 4 * half_x + 2 * half_y + (half_y - y);
+        return distance - left_um(along / 1000);
+    }
+    default: {
+        const double plate = edge_mm * 1000 - x_um;
+        const double from_start = std::hypot(x_um - start_x_um, y_um - start_y_um);
+        return std::max(plate, hole_mm > 0 ? hole_mm * 500 - from_start : -FAR_UM);
+    }
+    }
+}
+
+// ---- the cells
+
+void Workpiece::reset(const Stock& stock, double cell_um, double thickness_mm, double start_x_um,
+                      double start_y_um) {
+    stock_ = stock;
+    cell_ = cell_um;
+    grain_ = cell_um * cell_um * thickness_mm * 1000 / GRAINS;
+    start_x_ = start_x_um;
+    start_y_ = start_y_um;
+    owed_ = 0;
+    taken_ = 0;
+    tiles_.clear();
+}
+
+// Cells on the surface are there by the share that it leaves of them.
+uint16_t Workpiece::fresh(int32_t x, int32_t y) const {
+    const double distance = stock_.distance_um(centre(x), centre(y), start_x_, start_y_);
+    const double share = std::clamp(0.5 - distance / cell_, 0.0, 1.0);
+    return static_cast<uint16_t>(std::lround(share * GRAINS));
+}
+
+Workpiece::Tile& Workpiece::tile(int32_t x, int32_t y) {
+    auto& place = tiles_[key(x, y)];
+    if (!place) {
+        place = std::make_unique<Tile>();
+        for (int32_t row = 0; row < SIDE; ++row)
+            for (int32_t column = 0; column < SIDE; ++column) {
+                const uint16_t grains = fresh(x * SIDE + column, y * SIDE + row);
+                place->left[static_cast<size_t>(row * SIDE + column)] = grains;
+                place->whole += grains;
+            }
+    }
+    return *place;
+}
+
+double Workpiece::take(int32_t x, int32_t y, double x_um, double y_um, double volume_um3) {
+    owed_ += volume_um3 / grain_;
+    auto wanted = static_cast<uint64_t>(owed_);
+    owed_ -= static_cast<double>(wanted);
+    const uint64_t before = taken_;
+    // Half a disc of the crater's area, and more where it does not hold enough.
+    const double place_x = centre(x), place_y = centre(y);
+    const double area = static_cast<double>(wanted) / GRAINS * cell_ * cell_;
+    double radius = std::sqrt(2 * area / PI) + 2 * cell_;
+    for (int tries = 0; wanted > 0 && tries < 4; ++tries, radius *= 2) {
+        near_.clear();
+        each(place_x, place_y, 0, radius, [&](int32_t cx, int32_t cy, unsigned left) {
+            Tile& here = tile(tile_of(cx), tile_of(cy));
+            near_.push_back({distance(x_um, y_um, cx, cy, left),
+                             &here.left[static_cast<size_t>(cell_in(cy) * SIDE + cell_in(cx))]});
+        });
+        std::sort(near_.begin(), near_.end(),
+                  [](const Near& a, const Near& b) { return a.distance < b.distance; });
+        for (const Near& one : near_) {
+            const auto grains = static_cast<uint16_t>(std::min<uint64_t>(wanted, *one.left));
+            *one.left = static_cast<uint16_t>(*one.left - grains);
+            wanted -= grains;
+            taken_ += grains;
+            if (wanted == 0)
+                break;
+        }
+    }
+    return static_cast<double>(taken_ - before) * grain_;
+}
+
+double Workpiece::missing_um3() const {
+    uint64_t whole = 0, left = 0;
+    for (const auto& [_, one] : tiles_) {
+        whole += one->whole;
+        for (const uint16_t grains : one->left)
+            left += grains;
+    }
+    return static_cast<double>(whole - left) * grain_;
+}
+
+void Workpiece::extent(int64_t out[4]) const {
+    int64_t low[2] = {0, 0}, high[2] = {0, 0};
+    bool first = true;
+    for (const auto& [name, _] : tiles_) {
+        const int64_t place[2] = {static_cast<int32_t>(name >> 32), static_cast<int32_t>(name)};
+        for (int i = 0; i < 2; ++i) {
+            low[i] = first ? place[i] : std::min(low[i], place[i]);
+            high[i] = first ? place[i] + 1 : std::max(high[i], place[i] + 1);
+        }
+        first = false;
+    }
+    for (int i = 0; i < 2; ++i) {
+        out[i] = low[i] * SIDE;
+        out[2 + i] = (high[i] - low[i]) * SIDE;
+    }
+}
+
+void Workpiece::copy(int64_t x, int64_t y, int64_t columns, int64_t rows, uint16_t* out) {
+    for (int64_t row = y; row < y + rows; ++row)
+        for (int64_t column = x; column < x + columns; ++column) {
+            const auto cx = static_cast<int32_t>(column), cy = static_cast<int32_t>(row);
+            const auto found = tiles_.find(key(tile_of(cx), tile_of(cy)));
+            *out++ = found == tiles_.end()
+                         ? fresh(cx, cy)
+                         : found->second->left[static_cast<size_t>(cell_in(cy) * SIDE +
+                                                                   cell_in(cx))];
+        }
+}
+
+}  // namespace plant

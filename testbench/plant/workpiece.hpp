@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// The workpiece of the wire machine, seen from above: which share of every cell is still there.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+namespace plant {
+
+// What stands there before the cut, in the workpiece's own coordinates.
+struct Stock {
+    enum Kind { solid, wall, circle, rectangle };
+    static constexpr size_t STEPS = 16;
+
+    double kind = solid;
+    double edge_mm = 0.13;   // solid: a plate from this X on
+    double hole_mm = 0;      // solid: diameter of a hole around the wire's start; 0: none
+    double size_x_mm = 0;    // circle: diameter; rectangle: its sides
+    double size_y_mm = 0;
+    double steps = 0;        // how many of these there are
+    double at_mm[STEPS] = {};    // along the contour, from here on
+    double width_um[STEPS] = {}; // the first cut has left so much
+
+    // Width left at a place along the contour; before the first step it is that step's.
+    double left_um(double along_mm) const;
+    // Distance to the surface in um, negative inside. The start is that of the wire.
+    double distance_um(double x_um, double y_um, double start_x_um, double start_y_um) const;
+};
+
+// A plan view in square cells, made where the wire comes by. The sheet is as thick as the workpiece
+// and the same at every height: one crater, far smaller than the sheet is thick, lowers its cell by
+// a share. Volumes are counted in whole grains, so that what is gone from the cells and what was
+// taken are equal to the last one.
+class Workpiece {
+public:
+    static constexpr unsigned GRAINS = 65535;  // of a whole cell
+    static constexpr int SIDE = 64;            // cells of a tile's side
+
+    struct Tile {
+        uint64_t whole = 0;  // grains when it was made
+        std::array<uint16_t, SIDE * SIDE> left{};
+    };
+
+    // Anew, as the stock has it.
+    void reset(const Stock& stock, double cell_um, double thickness_mm, double start_x_um,
+               double start_y_um);
+
+    double cell_um() const { return cell_; }
+    double grain_um3() const { return grain_; }
+
+    // Calls `found(x, y, left)` with the indices of every cell that still has material, and whose
+    // centre is between two distances of a point.
+    template <class Found>
+    void each(double x_um, double y_um, double inner_um, double outer_um, const Found& found);
+
+    double centre(int32_t index) const { return (index + 0.5) * cell_; }
+    // Distance from a point to a cell's surface: as the cell goes, it recedes by a cell.
+    double distance(double x_um, double y_um, int32_t x, int32_t y, unsigned left) const;
+
+    // Takes a volume near a cell, where it is nearest to the point first; returns what there was.
+    double take(int32_t x, int32_t y, double x_um, double y_um, double volume_um3);
+
+    double taken_um3() const { return static_cast<double>(taken_) * grain_; }
+    // The same, from the cells.
+    double missing_um3() const;
+
+    // Cells of all that was looked at: least X and Y, and how many.
+    void extent(int64_t out[4]) const;
+    // Grains left of the cells of a rectangle, row by row; of those never looked at, the stock's.
+    void copy(int64_t x, int64_t y, int64_t columns, int64_t rows, uint16_t* out);
+
+private:
+    static int32_t tile_of(int32_t index) { return index >> 6; }
+    static int32_t cell_in(int32_t index) { return index & (SIDE - 1); }
+    Tile& tile(int32_t x, int32_t y);  // by the tile's indices
+    uint16_t fresh(int32_t x, int32_t y) const;
+
+    struct Near {
+        double distance;
+        uint16_t* left;
+    };
+
+    Stock stock_;
+    double cell_ = 2, grain_ = 1, start_x_ = 0, start_y_ = 0, owed_ = 0;
+    uint64_t taken_ = 0;
+    std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;
+    std::vector<Near> near_;
+};
+
+template <class Found>
+void Workpiece::each(double x_um, double y_um, double inner_um, double outer_um,
+                     const Found& found) {
+    const auto index = [this](double um) { return static_cast<int32_t>(std::floor(um / cell_)); };
+    const int32_t low = index(y_um - outer_um), high = index(y_um + outer_um);
+    const int32_t left = index(x_um - outer_um), right = index(x_um + outer_um);
+    for (int32_t ty = tile_of(low); ty <= tile_of(high); ++ty)
+        for (int32_t tx = tile_of(left); tx <= tile_of(right); ++tx) {
+            const Tile& here = tile(tx, ty);
+            const int32_t first = tx * SIDE, last = first + SIDE - 1;
+            for (int32_t y = std::max(low, ty * SIDE); y <= std::min(high, ty * SIDE + SIDE - 1);
+                 ++y) {
+                const double dy = centre(y) - y_um;
+                const double outer = outer_um * outer_um - dy * dy;
+                if (outer < 0)
+                    continue;
+                const double reach = std::sqrt(outer);
+                const double inner = inner_um * inner_um - dy * dy;
+                const double spared = inner > 0 ? std::sqrt(inner) : 0;
+                const uint16_t* row = &here.left[static_cast<size_t>(cell_in(y)) * SIDE];
+                const auto span = [&](double from_um, double to_um) {
+                    const int32_t to = std::min(last, index(to_um));
+                    for (int32_t x = std::max(first, index(from_um)); x <= to; ++x)
+                        if (const uint16_t grains = row[cell_in(x)])
+                            found(x, y, grains);
+                };
+                if (spared > cell_) {
+                    span(x_um - reach, x_um - spared);
+                    span(x_um + spared, x_um + reach);
+                } else {
+                    span(x_um - reach, x_um + reach);
+                }
+            }
+        }
+}
+
+inline double Workpiece::distance(double x_um, double y_um, int32_t x, int32_t y,
+                                  unsigned left) const {
+    const double dx = centre(x) - x_um, dy = centre(y) - y_um;
+    return std::sqrt(dx * dx + dy * dy) + (0.5 - static_cast<double>(left) / GRAINS) * cell_;
+}
+
+}  // namespace plant
