@@ -11,11 +11,14 @@ from itertools import pairwise
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
 from host.retractions import Retraction
+from host.workpiece import coarser
 
 COLUMNS = 1400
+PLAN_CELLS = 700  # on a side of the plan of a workpiece
 INK, FAINT, GRID = "#1f2933", "#7b8794", "#e4e7eb"
 PATH, FEED, ERROR, GAP, WIDTH = "#1d5d9b", "#3b7a57", "#8a5a83", "#b7791f", "#5b7083"
 CAUSES = {"short": "#c0392b", "jump": "#2a9d8f", "operator": "#6c5ce7"}
@@ -70,17 +73,27 @@ def _smoothed(values, samples=10):
     return np.convolve(values, np.ones(samples) / samples, mode="same")[:len(values)]
 
 
-def overview(trace, events, retractions) -> str:
-    """Position, feed, following error, gap and pulse classes against time."""
-    return svg(_overview, 11.6, 10.2, trace, events, retractions)
+def overview(trace, events, retractions, letters="z") -> str:
+    """Position, feed, following error, gap and pulse classes against time.
+
+    ``letters`` are the axes to draw: Z of a sinker, X and Y of a wire machine.
+    """
+    return svg(_overview, 11.6, 10.2, trace, events, retractions, letters)
 
 
-def _overview(figure, trace, events, retractions):
+def _overview(figure, trace, events, retractions, letters):
     axes = figure.subplots(6, 1, sharex=True, height_ratios=[3.2, 1.2, 1.0, 1.0, 1.0, 1.5])
-    _position(axes[0], trace, events, retractions)
+    if letters == "z":
+        _position(axes[0], trace, events, retractions)
+    else:
+        _positions(axes[0], trace, retractions, letters)
     _feed(axes[1], trace)
-    axes[2].plot(*envelope(trace["t"], trace["error_z"]), color=ERROR)
-    axes[2].set_ylabel("Er of Z\n(pulses)")
+    for letter, colour in zip(letters, (ERROR, GAP), strict=False):
+        axes[2].plot(*envelope(trace["t"], trace[f"error_{letter}"]), color=colour,
+                     label=letter.upper())
+    axes[2].set_ylabel(f"Er of {' and '.join(letters.upper())}\n(pulses)")
+    if len(letters) > 1:
+        axes[2].legend(loc="upper right", ncols=2)
     axes[3].plot(*averages(trace["t"], trace["gap_v"]), color=GAP)
     axes[3].set_ylabel("mean gap\nvoltage (V)")
     axes[3].set_ylim(bottom=0)
@@ -121,6 +134,63 @@ def _position(ax, trace, events, retractions):
         ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
     low, high = min(z.min(), 0), max(z.max(), 0.001)
     ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
+
+
+def _positions(ax, trace, retractions, letters):
+    for letter, colour in zip(letters, (PATH, FEED), strict=True):
+        ax.plot(*envelope(trace["t"], trace[letter]), color=colour, label=letter.upper())
+        for cause, mark in CAUSES.items():
+            ends = [one.end["t"] for one in retractions if one.cause == cause and one.end]
+            ax.plot(ends, np.interp(ends, trace["t"], trace[letter]), "^", color=mark,
+                    markersize=4.5, zorder=4)
+    ax.set_ylabel("position (mm)")
+    ax.legend(loc="upper right", ncols=len(letters))
+
+
+def above(trace, retractions, plan, parameters) -> str:
+    """Path of X and Y, seen from above; with a wire's ``plan`` what is left of the workpiece."""
+    radius = parameters["wire"]["diameter_mm"] / 2 if plan else 0.0
+    margin = max(1.5 * radius, 0.05)
+    wide, high = (float(np.ptp(trace[axis])) + 2 * margin for axis in "xy")
+    height = min(max(10.6 * high / wide, 0.8), 7.0) + 0.8
+    return svg(_above, 11.6, height, trace, retractions, plan, radius, margin)
+
+
+def _above(figure, trace, retractions, plan, radius, margin):
+    ax = figure.subplots()
+    if plan:
+        coarse = coarser(plan, PLAN_CELLS)
+        ax.contourf(coarse["x"], coarse["y"], coarse["left"], [0.5, 1.5], colors=[GRID])
+        ax.contour(coarse["x"], coarse["y"], coarse["left"], [0.5], colors=[FAINT],
+                   linewidths=0.8)
+        ax.add_patch(Circle((trace["x"][-1], trace["y"][-1]), radius, fill=False, color=INK))
+    x, y = _bends(trace)
+    ax.plot(x, y, color=PATH, linewidth=1.0, zorder=3)
+    for cause, colour in CAUSES.items():
+        begins = [one.start["t"] for one in retractions if one.cause == cause]
+        if begins:
+            ax.plot(*(np.interp(begins, trace["t"], trace[axis]) for axis in "xy"), ".",
+                    color=colour, zorder=4, label=f"retraction ({cause})")
+    if retractions:
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(CAUSES))
+    ax.set_aspect("equal")
+    for axis, bound in (("x", ax.set_xlim), ("y", ax.set_ylim)):
+        bound(trace[axis].min() - margin, trace[axis].max() + margin)
+    ax.set_xlabel("X (mm)")
+    ax.set_ylabel("Y (mm)")
+
+
+def _bends(trace):
+    """Points of the path without those that are nearly where the last one was."""
+    points = np.column_stack([trace["x"], trace["y"]])
+    least = max(float(np.ptp(points, axis=0).max()) / COLUMNS, 1e-4)
+    keep, last = [0], points[0]
+    for index, point in enumerate(points):
+        if np.abs(point - last).max() >= least:
+            keep.append(index)
+            last = point
+    keep.append(len(points) - 1)
+    return points[keep].T
 
 
 def _height(trace, times):
@@ -177,8 +247,9 @@ def _close_up(figure, trace, one, pulses_per_mm):
     margin = 0.12 * (end - begin)
     near = (trace["t"] >= begin - margin) & (trace["t"] <= end + margin)
     t = (trace["t"][near] - begin) * 1000
-    ax.plot(t, trace["z"][near] - _height(trace, begin), color=FAINT, linewidth=1.0, zorder=3,
-            label="electrode, by its encoder")
+    if np.ptp(trace["z"]) > 0.001:
+        ax.plot(t, trace["z"][near] - _height(trace, begin), color=FAINT, linewidth=1.0, zorder=3,
+                label="electrode, by its encoder")
     # The start point lies between two samples, so it is reckoned from a place that does not.
     front = np.interp(end, trace["t"], trace["path"])
     if not one.resume:

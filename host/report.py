@@ -3,6 +3,7 @@
 
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from host import figures
@@ -18,6 +19,7 @@ OUTCOMES = {
 }
 REASONS = {"cleared": "cleared", "limit": "at the limit", "path_start": "at the path's start"}
 PHASES = {"high": "forward at H", "low": "forward at E"}
+MOVED_MM = 0.001    # more than the trembling of an axis at rest
 PRESSED_MM = 0.005  # there is contact at some micrometres; what is further in was pushed there
 # Blocks and conditions are told by the listing; the table of events is for what happened.
 QUIET = {"block"}
@@ -51,7 +53,8 @@ def _details(event: dict) -> str:
     """What an event says beyond when and where."""
     common = {"cycle", "t", "event", "line", "pos"}
     said = {name.replace("_", " "): value if isinstance(value, str) else _number(value, 4)
-            for name, value in event.items() if name not in common and value is not None}
+            for name, value in _flat({name: value for name, value in event.items()
+                                      if name not in common and value is not None})}
     return ", ".join(f"{name} {value}" for name, value in said.items())
 
 
@@ -75,12 +78,13 @@ def _story(one: Retraction, last: bool) -> str:
     return ", ".join(steps) + "."
 
 
-def _tiles(summary, retractions):
+def _tiles(summary, retractions, wire):
     shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
     pulses = summary["discharges"]
     total = sum(pulses.values())
     counts = summary["retractions"]
     return [
+        ("removed", f"{_number(summary['removed_mm3'])} mm³", "speeded up as it was") if wire else
         ("deepest", f"{_number(summary['max_depth_mm'])} mm", "below Z 0 at the program's start"),
         ("time on the machine", f"{_number(summary['time_s'], 2)} s",
          f"{_number(summary['cycles'])} clocks at {_number(summary['clock_hz'] / 1e6)} MHz"),
@@ -96,12 +100,15 @@ def _tiles(summary, retractions):
     ]
 
 
-def render(*, title, listing, machine, parameters, summary, events, trace) -> str:
+def render(*, title, listing, machine, parameters, summary, events, trace, plan=None) -> str:
     """HTML of a run.
 
     ``listing`` is the tape's text with its line numbers, ``parameters`` the machine's nested
-    tables, the rest what the run has written into its folder.
+    tables, ``plan`` what a wire machine has left of its workpiece, the rest what the run has
+    written into its folder. There is a view from above if X or Y has moved.
     """
+    lateral = any(np.ptp(trace[axis]) > MOVED_MM for axis in "xy" if len(trace[axis]))
+    axes = "xy" if plan else "z"
     retractions = collect(events)
     telling = most_telling([one for one in retractions if one.end])
     drawn = len(trace["t"]) > 1
@@ -115,11 +122,15 @@ def render(*, title, listing, machine, parameters, summary, events, trace) -> st
     outcome, colour = OUTCOMES[summary["outcome"]]
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
-        tiles=_tiles(summary, retractions), listing=listing, collision=collision(summary),
-        overview=figures.overview(trace, events, retractions) if drawn else "",
+        tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
+        collision=collision(summary), axes=axes, wire=bool(plan),
+        overview=figures.overview(trace, events, retractions, axes) if drawn else "",
+        above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",
         telling=telling, close_up=close_up,
         story=_story(telling, telling is retractions[-1]) if close_up else "",
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],
-        details=_details, parameters=sorted(_flat(parameters)),
+        details=_details,
+        parameters=sorted((name, str(value) if isinstance(value, list) else value)
+                          for name, value in _flat(parameters)),
     )

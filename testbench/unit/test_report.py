@@ -8,6 +8,7 @@ import pytest
 
 from host import figures, report
 from host.retractions import collect
+from host.workpiece import coarser, wall_surface
 
 EVENTS = [
     {"event": "program_start"},
@@ -20,6 +21,7 @@ EVENTS = [
     {"event": "readvance", "phase": "low", "from": 0.1, "to": 0.0, "speed": 60.0},
     {"event": "resume"},
     {"event": "retraction_start", "cause": "operator", "speed": 6.0},
+    {"event": "fluid_class", "class": 1, "presets": {"dame": 5, "open": 6, "ok": 18}},
     {"event": "alarm", "code": 15, "text": "Block 9: <B> is unknown."},
 ]
 EVENTS = [{"cycle": 1000 * n, "t": n / 10, "line": 7, "pos": {"x": 0.0, "y": 0.0, "z": -0.1 * n}}
@@ -28,7 +30,8 @@ SUMMARY = {
     "outcome": "end", "alarm": None, "time_s": 1.0, "cycles": 2_000_000, "wall_s": 0.5,
     "cycles_per_s": 4_000_000, "discharges": {"open": 1, "ok": 2, "dame": 3, "short": 4},
     "retractions": {"count": 2, "short": 1, "jump": 0, "operator": 1}, "pos": {"z": -1.0},
-    "max_depth_mm": 1.0, "pressed_mm": 0.0, "seed": 3, "clock_hz": 2_000_000, "removal_scale": 250,
+    "max_depth_mm": 1.0, "pressed_mm": 0.0, "removed_mm3": 4.5, "seed": 3,
+    "clock_hz": 2_000_000, "removal_scale": 250,
     "versions": {"gapkeeper": "0.1.0"},
 }
 
@@ -36,7 +39,8 @@ SUMMARY = {
 def trace(samples):
     t = np.arange(samples) / 1000
     columns = {name: np.zeros(samples) for name in (
-        "x", "y", "z", "error_z", "path", "feed", "gap_v", "gap_um", "open", "ok", "dame", "short")}
+        "x", "y", "z", "error_x", "error_y", "error_z", "path", "feed", "gap_v", "gap_um", "open",
+        "ok", "dame", "short")}
     return {"t": t} | columns | {"z": -t, "ok": np.full(samples, 10.0)}
 
 
@@ -52,10 +56,48 @@ def test_page_needs_nothing_else():
     assert html.count("<svg") == 2
 
 
+def wire_page():
+    """Page of a wire that has gone along a quarter of a circle."""
+    turn = np.linspace(0, np.pi / 2, 1000)
+    place = np.arange(-0.2, 1.2, 0.002) + 0.001
+    plan = {"x": place, "y": place,
+            "left": (np.hypot(*np.meshgrid(place, place)) > 1.1).astype(np.float32)}
+    events = [event | {"pos": {"x": 0.25, "y": -0.125, "z": 0.0}} for event in EVENTS]
+    columns = trace(1000) | {"x": np.cos(turn), "y": np.sin(turn), "z": np.zeros(1000)}
+    return report.render(title="tape", listing=[], machine="wire", plan=plan, events=events,
+                         parameters={"pulses_per_mm": 10_000, "wire": {"diameter_mm": 0.2},
+                                     "stock": {"steps": [[0.0, 30.0]]}},
+                         summary=SUMMARY, trace=columns)
+
+
+def test_a_wire_is_seen_from_above():
+    html = wire_page()
+    assert not re.findall(r'(?:src|href)="(?!#)[^"]*"|url\((?!#)|<script|@import', html)
+    assert html.count("<svg") == 3
+    assert wire_page() == html
+    for text in ("Seen from above", "X (mm)", "Y (mm)", "0.2500", "\u22120.1250", "4.5 mm³",
+                 "[[0.0, 30.0]]"):
+        assert text in html, text
+    assert "Seen from above" not in page()
+
+
+def test_a_plan_is_made_coarser_and_its_wall_found():
+    left = np.zeros((7, 5), dtype=np.float32)
+    left[3:] = 1
+    left[2] = [0, 0.25, 0.5, 0.75, 1]
+    plan = {"x": 0.1 + 0.2 * np.arange(5), "y": 1 + 0.2 * np.arange(7), "left": left}
+    assert wall_surface(plan) == pytest.approx([1.5, 1.45, 1.4, 1.35, 1.3])
+    coarse = coarser(plan, 4)
+    assert coarse["x"] == pytest.approx([0.2, 0.6])
+    assert coarse["y"] == pytest.approx([1.1, 1.5, 1.9])
+    assert coarse["left"] == pytest.approx(np.array([[0, 0], [0.5625, 0.8125], [1, 1]]))
+
+
 def test_page_says_what_a_person_asks_first():
     html = page()
     for text in ("</html>", "program end", "Machine <b>sinker</b>", "seed <b>3</b>", "5 clocks",
-                 "250 times", "gap.width_um", "G01 (A &lt; B)", "Retraction 1, close up"):
+                 "250 times", "gap.width_um", "class 1, presets.dame 5, presets.open 6",
+                 "G01 (A &lt; B)", "Retraction 1, close up"):
         assert text in html, text
 
 

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a wire machine has left of its workpiece, seen from above.
+
+A plan is a dictionary: ``x`` and ``y``, the middles of its cells in mm in the workpiece's
+coordinates, rising; ``left``, the share of each cell that is still there, by ``[y, x]``.
+"""
+
+import numpy as np
+
+__all__ = ["coarser", "wall_surface"]
+
+
+def wall_surface(plan: dict) -> np.ndarray:
+    """Y of a wall's surface in mm, for every X of the plan.
+
+    The wall is the machine file's ``wall``: along X, the workpiece beyond it, at greater Y. The
+    place is that which the material in a column would have without pores, so that differences of
+    it are volumes.
+    """
+    cell = plan["y"][1] - plan["y"][0]
+    return plan["y"][-1] + cell / 2 - plan["left"].sum(axis=0) * cell
+
+
+def coarser(plan: dict, cells: int) -> dict:
+    """Plan with at most so many cells on a side, each the mean of a square of them."""
+    step = -(-max(plan["left"].shape) // cells)
+    rows, columns = (size // step * step for size in plan["left"].shape)
+    left = plan["left"][:rows, :columns].reshape(rows // step, step, columns // step, step)
+    return {"x": plan["x"][:columns].reshape(-1, step).mean(axis=1),
+            "y": plan["y"][:rows].reshape(-1, step).mean(axis=1), "left": left.mean(axis=(1, 3))}
