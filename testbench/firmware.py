@@ -28,7 +28,8 @@ class Record(ctypes.Structure):
         ("given", ctypes.c_uint32), ("items", ctypes.c_int64 * 6), ("dwell", ctypes.c_uint64),
         ("jump_period", ctypes.c_uint32), ("jump_distance", ctypes.c_int32),
         ("jump_speed", ctypes.c_uint32), ("jump_high", ctypes.c_uint32),
-        ("servo", ctypes.c_int32), ("skipped", ctypes.c_int32),
+        ("servo", ctypes.c_int32), ("arc", ctypes.c_int32), ("plane", ctypes.c_int32),
+        ("centre", ctypes.c_int32 * 2), ("offset", ctypes.c_int32 * 3), ("skipped", ctypes.c_int32),
     ]
 
 

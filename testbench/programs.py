@@ -23,6 +23,24 @@ def number(rng: random.Random, *, signed=True, largest=99.0) -> str:
     return sign + text
 
 
+def arc(rng: random.Random) -> list[str]:
+    """Words of an arc that mostly closes."""
+    plane, first, second, third = rng.choice(((17, "XI", "YJ", "Z"), (18, "ZK", "XI", "Y"),
+                                              (19, "YJ", "ZK", "X")))
+    a, b = (round(rng.uniform(-9, 9), rng.choice((1, 3, 4, 6))) for _ in range(2))
+    turned = rng.choice(((a, b), (-b, a), (-a, -b), (b, -a)))
+    if rng.random() < 0.1:
+        turned = turned[0] + rng.choice((0.00005, 0.0015, 0.0025)), turned[1]
+    words = [f"G{plane}", "G91", rng.choice(("G2", "G03", "G02", "G3"))]
+    if rng.random() < 0.9:
+        words += [f"{first[0]}{turned[0] - a:.7f}", f"{second[0]}{turned[1] - b:.7f}"]
+    if rng.random() < 0.3:
+        words += [f"{third}{number(rng)}"]
+    if rng.random() < 0.3:
+        return [*words, f"R{rng.choice(('', '-'))}{rng.uniform(12, 30):.4f}"]
+    return [*words, f"{first[1]}{-a:.7f}", f"{second[1]}{-b:.7f}"]
+
+
 def block(rng: random.Random) -> str:
     """One block that is right in most states."""
     move = [f"{axis}{number(rng)}" for axis in rng.sample("XYZ", rng.randint(1, 3))]
@@ -30,6 +48,11 @@ def block(rng: random.Random) -> str:
         lambda: [rng.choice(("G00", "G1", "G01", "")), *move, f"F{number(rng, signed=False)}1"],
         lambda: [rng.choice(("G0", "G01", "")), *move],
         lambda: [rng.choice(("G90", "G91", "G20", "G21", "G94"))],
+        lambda: arc(rng),
+        lambda: arc(rng),
+        lambda: [rng.choice(("G17", "G18", "G19", "G54", "G55", "G56 G00 X1", "G59", "G40"))],
+        lambda: ["G10", f"P{rng.randint(1, 6)}", *move],
+        lambda: ["G10", f"D{rng.randint(1, 15)}", f"R{number(rng, signed=False, largest=1)}"],
         lambda: ["G36", f"R{rng.randint(1, 90)}", f"L{rng.randint(5, 9)}.5",
                  f"H{number(rng, signed=False)}1", f"E{rng.randint(1, 90)}.",
                  f"Q{number(rng, signed=False, largest=5)}",

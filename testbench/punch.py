@@ -102,6 +102,10 @@ def broken() -> dict[str, Broken]:
         "limit_below_changeover.ptp": Broken(_text("Q0.1", "Q0.6"), 4, 28, "Q"),
         "zero_speed.ptp": Broken(_text("R300", "R0"), 4, 9, "R"),
         "incomplete_data.ptp": Broken(_text(" E60", ""), 4, 0, "E"),
+        "arc_radii_differ.ptp": Broken(
+            _text("G01 Z0.09", "G02 X1 I0.6"), 7, 12, "0.6000 mm at its start, 0.4000 mm"),
+        "arc_without_centre.ptp": Broken(_text("G01 Z0.09", "G03 X1 Y1"), 7, 9, "centre"),
+        "arc_chord_too_long.ptp": Broken(_text("G01 Z0.09", "G02 X1 R0.45"), 7, 12, "diameter"),
         "fault_after_motion.ptp": Broken(
             _text("N80 M02", "N80 X1 B2\nN90 M02"), 9, 8, "B", moves=True),
     }

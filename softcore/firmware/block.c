@@ -8,10 +8,11 @@
 
 /* Letters of the dialect: distances and times may be signed or broken, names may not. */
 #define SIGNED (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z') | \
-                BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K'))
-#define NAMES (BLOCK_BIT('N') | BLOCK_BIT('O') | BLOCK_BIT('C') | BLOCK_BIT('S') | BLOCK_BIT('T'))
+                BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | BLOCK_BIT('R'))
+#define NAMES (BLOCK_BIT('N') | BLOCK_BIT('O') | BLOCK_BIT('C') | BLOCK_BIT('D') | \
+               BLOCK_BIT('S') | BLOCK_BIT('T'))
 #define KNOWN (SIGNED | NAMES | BLOCK_BIT('G') | BLOCK_BIT('M') | BLOCK_BIT('F') | \
-               BLOCK_BIT('P') | BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
+               BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
                BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V'))
 
 void block_begin(block *b, const char *text, uint32_t length) {

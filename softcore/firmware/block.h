@@ -46,7 +46,7 @@ void block_begin(block *b, const char *text, uint32_t length);
 /* Read on, about `budget` characters; `skip` is the switch for block skip. */
 block_result block_step(block *b, bool skip, uint32_t budget, fault *f);
 
-/* The number of a word that is a name (N O C S T): whole, and small. */
+/* The number of a word that is a name (N O C D S T): whole, and small. */
 static inline uint32_t block_name(const block *b, char letter) {
     return (uint32_t)b->words[letter - 'A'].number.digits;
 }

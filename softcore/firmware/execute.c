@@ -74,6 +74,7 @@ void execute_start(void) {
     gap_start();
     path_begin();
     plan_start(&state);
+    output_frame(state.offset);
     execute_resynchronise();
     commit();
     machine_run(true);
@@ -162,13 +163,19 @@ static part act(void) {
     case ACT_JUMP:
         commit();
         return PART_BOUNDS;
-    case ACT_SET_POSITION: output_frame(state.offset); return PART_MOVE;
     case ACT_TABLE:
         if (work->class_number < GAP_CLASSES)
             gap_class_enter(work->class_number, &work->class_row, by_hand);
         return PART_MOVE;
     default: return PART_MOVE;
     }
+}
+
+static bool append(const path_move *move, uint32_t speed, fault *f) {
+    if (move->arc)
+        return fault_at(f, FAULT_REFUSED, 0, "arcs cannot be carried out by this version");
+    path_append(move->delta, units_rate(speed));
+    return true;
 }
 
 static part move(fault *f) {
@@ -196,7 +203,8 @@ static part move(fault *f) {
     if (!told)
         events_notice(path_next(), line, text, length);
     told = true;
-    path_append(work->delta, units_rate(work->speed));
+    if (!append(&work->move, work->speed, f))
+        return PART_MOVE;
     state = work->after;
     machine_run(true);
     return PART_AFTER;
@@ -267,6 +275,8 @@ static part advance(fault *f) {
     case PART_ACT:
         if (work->changes_servo)
             gap_servo(work->after.served);
+        if (work->changes_frame)
+            output_frame(work->after.offset);
         return act();
     case PART_BOUNDS: return path_bounds_step() ? PART_TELL : at;
     case PART_TELL:

@@ -27,6 +27,8 @@ typedef enum {
     FAULT_PLACE = 17,       /* word without meaning in this block */
     FAULT_MISSING = 18,     /* word missing in this block */
     FAULT_REFUSED = 19,     /* known, but not in this version */
+    FAULT_ARC = 20,         /* no circle fits what is said of the arc */
+    FAULT_CORNER = 21,      /* the wire offset does not fit the path */
     /* Program. */
     FAULT_FEED = 30,        /* feed missing, zero or too high */
     FAULT_MODE = 31,        /* axis words without G00 or G01 */

@@ -15,6 +15,7 @@
 /* The default machine of the simulation: a tape is judged for it. */
 #define CHECK_CLOCK_HZ 2000000
 #define CHECK_PULSES_PER_MM 10000
+#define CHECK_JUMP_AXIS 2
 
 static modal entered; /* what lines by hand have left */
 
@@ -47,8 +48,12 @@ static bool parse(block *words, const char *text, uint32_t length, fault *f) {
 }
 
 static bool judge(const block *words, const modal *state, bool by_hand, plan *p, fault *f) {
-    return plan_block(words, state, by_hand, settings_highest_speed(), UNITS_POSITION_LIMIT, 2, p,
-                      f);
+    plan_result result = PLAN_FAULT;
+    if (plan_block(words, state, by_hand, settings_highest_speed(), UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, p, f))
+        do
+            result = plan_arc_step(p, UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, f);
+        while (result == PLAN_MORE);
+    return result == PLAN_DONE;
 }
 
 int gk_check_line(const char *line, char *message, uint32_t size) {
@@ -85,7 +90,7 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
         r->m[i] = more ? p->m[i] : -1;
     }
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        r->delta[axis] = p->delta[axis];
+        r->delta[axis] = p->move.delta[axis];
     r->given = set.given;
     for (unsigned item = 0; item < ITEMS; item++)
         r->items[item] = set.given & (1u << item) ? set.value[item] : 0;
@@ -95,6 +100,12 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
     r->jump_speed = p->after.jump.speed;
     r->jump_high = p->after.jump.high;
     r->servo = p->changes_servo ? p->after.served ? p->after.served : -1 : 0;
+    r->arc = p->move.arc ? p->move.ccw ? 1 : -1 : 0;
+    r->plane = p->move.plane;
+    r->centre[0] = p->move.centre[0];
+    r->centre[1] = p->move.centre[1];
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        r->offset[axis] = p->after.offset[axis];
 }
 
 int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,

@@ -23,6 +23,9 @@ typedef struct {
     int32_t jump_distance;
     uint32_t jump_speed, jump_high;
     int32_t servo;              /* the motion begins to be under a law of G95, its number, or ends (-1) */
+    int32_t arc;                /* 1 counter-clockwise, -1 clockwise, 0 for a line */
+    int32_t plane, centre[2];   /* move_plane; from the start, 1/64 pulse */
+    int32_t offset[3];          /* of the program frame, after the block */
     int32_t skipped;
 } gk_record;
 

@@ -2,6 +2,7 @@
 #include "link.h"
 
 #include "events.h"
+#include "execute.h"
 #include "frame.h"
 #include "hal.h"
 #include "machine.h"
@@ -17,6 +18,9 @@
 #define BURST 12            /* bytes taken per step; the gateware's queue holds 256 */
 #define TYPED 256           /* characters of lines that wait; a power of two */
 
+/* Rows of `$#`: work offsets, G92, wire offsets. */
+#define OFFSET_ROWS (PLAN_SYSTEMS + PLAN_WIRES)
+
 #define REALTIME_STATUS '?'
 #define REALTIME_HOLD '!'
 #define REALTIME_RESUME '~'
@@ -27,6 +31,7 @@ static char typed[TYPED];   /* lines as they come, each ended by '\n' */
 static uint32_t typed_head, typed_tail;
 static bool typed_lost;     /* the line being typed did not fit */
 static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
+static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
@@ -36,6 +41,7 @@ static void forget(void) {
     typed_lost = line_open = greets = false;
     status = STATUS_NONE;
     listing = SETTINGS;
+    offset_row = OFFSET_ROWS;
     frame_init();
 }
 
@@ -159,6 +165,10 @@ static void command(const char *line, uint32_t length) {
         listing = 0;
         return; /* answered at the end of the list */
     }
+    if (length == 2 && c == '#') {
+        offset_row = 0;
+        return;
+    }
     if (length == 2 && (c == 'X' || c == 'x'))
         machine_unlock(&f);
     else if (length == 2 && (c == 'I' || c == 'i'))
@@ -166,7 +176,7 @@ static void command(const char *line, uint32_t length) {
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
     else if (length == 1)
-        output_line("[HLP:$$ $n=value $X $I $P ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $X $I $P ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -213,6 +223,24 @@ static void tell_setting(void) {
         link_answer(0);
 }
 
+/* `$#`: offsets as grbl tells them, mm in the machine frame; the wire offsets that have been entered. */
+static void tell_offset(void) {
+    const modal *state = execute_state();
+    unsigned row = offset_row++;
+    if (row < PLAN_SYSTEMS) {
+        const int32_t *origin = state->systems[row];
+        output_line("[G%u:%p,%p,%p]", 54 + row, origin[0], origin[1], origin[2]);
+    } else if (row == PLAN_SYSTEMS) {
+        const int32_t *origin = state->systems[state->system];
+        output_line("[G92:%p,%p,%p]", state->offset[0] - origin[0], state->offset[1] - origin[1],
+                    state->offset[2] - origin[2]);
+    } else if (state->wires_given >> (row - PLAN_SYSTEMS) & 1) {
+        output_line("[D%u:%p]", row - PLAN_SYSTEMS, state->wires[row - PLAN_SYSTEMS]);
+    }
+    if (offset_row == OFFSET_ROWS)
+        link_answer(0);
+}
+
 bool link_step(void) {
     unsigned taken = 0;
     for (; taken < BURST; taken++) {
@@ -240,6 +268,8 @@ bool link_serve(void) {
         tell_status();
     } else if (listing < SETTINGS) {
         tell_setting();
+    } else if (offset_row < OFFSET_ROWS) {
+        tell_offset();
     } else {
         return !line_open && take_line();
     }

@@ -9,7 +9,7 @@
 
 #define MOVE_FINE 64    /* parts of a pulse in which the centre of an arc is given */
 
-/* Planes and their first and second axis: X Y, Z X, Y Z. From the first to the second axis is
+/* Planes (G17 G18 G19) and their first and second axis: X Y, Z X, Y Z. From the first to the second axis is
    counter-clockwise. */
 typedef enum { PLANE_XY, PLANE_ZX, PLANE_YZ } move_plane;
 

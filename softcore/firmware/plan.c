@@ -2,10 +2,8 @@
 #include "plan.h"
 
 #include "law.h"
+#include "plan_words.h"
 #include "units.h"
-
-/* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
-typedef enum { G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_GROUPS } g_group;
 
 typedef struct {
     uint16_t tenths;
@@ -13,9 +11,12 @@ typedef struct {
 } g_row;
 
 static const g_row G_ROWS[] = {
-    {0, G_MOTION}, {10, G_MOTION}, {40, G_ONCE}, {100, G_ONCE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
-    {370, G_ONCE}, {380, G_ONCE}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE},
-    {940, G_FEED}, {950, G_FEED},
+    {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
+    {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
+    {370, G_ONCE}, {380, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE},
+    {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
+    {590, G_SYSTEM}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE}, {940, G_FEED},
+    {950, G_FEED},
 };
 
 typedef struct {
@@ -26,29 +27,17 @@ typedef struct {
 /* Codes of the dialect that this version does not carry out: named, so that nobody looks for a
    typing error. */
 static const refused_row REFUSED[] = {
-    {20, 30, "arcs (G02, G03) are not in this version"},
-    {170, 190, "planes (G17 to G19) belong to arcs, which are not in this version"},
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
-    {400, 420, "cutter compensation is not in this version"},
-    {540, 599, "work offsets (G54 to G59) are not in this version; use G92"},
+    {410, 420, "the wire offset (G41, G42) is not in this version"},
 };
-
-typedef struct {
-    const block *b;
-    fault *f;
-    plan *p;
-    const modal *before;
-    int16_t g[G_GROUPS];        /* tenths by group, -1 for none */
-    uint32_t column[G_GROUPS];
-    uint32_t free;              /* letters that nothing has used yet */
-} context;
-
-static const char AXIS[HAL_AXES] = {'X', 'Y', 'Z'};
-#define AXIS_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
 
 void plan_start(modal *state) {
     state->inch = state->incremental = false;
     state->mode = MODE_NONE;
+    state->plane = PLANE_XY;
+    state->side = 0;
+    state->wire = PLAN_NO_WIRE;
+    select_system(state, 0);
     state->feed = 0;
     state->memory.tape.given = 0;
     state->jump.period = 0;
@@ -57,7 +46,7 @@ void plan_start(modal *state) {
 }
 
 /* Use a letter of the block, if it is there. */
-static const word *take(context *c, char letter) {
+const word *take(context *c, char letter) {
     if (!block_has(c->b, letter))
         return 0;
     c->free &= ~BLOCK_BIT(letter);
@@ -88,7 +77,7 @@ static bool find_groups(context *c) {
     return true;
 }
 
-static bool distance(context *c, const word *w, char letter, int32_t *pulses) {
+bool distance(context *c, const word *w, char letter, int32_t *pulses) {
     if (!units_distance(w->number, c->p->after.inch, pulses))
         return fault_at(c->f, FAULT_OVERFLOW, w->column, "the distance %c is out of range", letter);
     if (w->negative)
@@ -97,6 +86,8 @@ static bool distance(context *c, const word *w, char letter, int32_t *pulses) {
 }
 
 static bool speed(context *c, const word *w, char letter, uint32_t *um_per_min) {
+    if (w->negative)
+        return fault_at(c->f, FAULT_NUMBER, w->column, "the speed %c takes no sign", letter);
     if (!units_speed(w->number, c->p->after.inch, um_per_min))
         return fault_at(c->f, FAULT_OVERFLOW, w->column, "the speed %c is out of range", letter);
     return true;
@@ -117,7 +108,7 @@ static bool plan_feed(context *c, uint32_t highest_speed) {
 }
 
 /* G36 and G38 carry no motion and no other word. */
-static bool alone(context *c, uint32_t allowed) {
+bool alone(context *c, uint32_t allowed) {
     uint32_t column = 0;
     if (c->b->g_count > 1)
         column = c->b->g[c->b->g[0].tenths == (uint16_t)c->g[G_ONCE] ? 1 : 0].column;
@@ -226,56 +217,6 @@ static bool plan_dwell(context *c) {
     return true;
 }
 
-static bool plan_set_position(context *c) {
-    if (!(c->b->present & AXIS_LETTERS))
-        return fault_at(c->f, FAULT_MISSING, 0, "G92 needs X, Y or Z");
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        const word *w = take(c, AXIS[axis]);
-        int32_t pulses;
-        if (!w)
-            continue;
-        if (!distance(c, w, AXIS[axis], &pulses))
-            return false;
-        c->p->after.offset[axis] = c->p->after.position[axis] - pulses;
-    }
-    return true;
-}
-
-static bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned jump_axis) {
-    modal *after = &c->p->after;
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        const word *w = take(c, AXIS[axis]);
-        int32_t pulses;
-        if (!w)
-            continue;
-        if (after->mode == MODE_NONE)
-            return fault_at(c->f, FAULT_MODE, w->column, "%c without G00 or G01", AXIS[axis]);
-        if (!distance(c, w, AXIS[axis], &pulses))
-            return false;
-        /* Four times 2**28 at most: no overflow. */
-        int32_t target = pulses + (after->incremental ? after->position[axis] : after->offset[axis]);
-        if (target > UNITS_POSITION_LIMIT || target < -UNITS_POSITION_LIMIT ||
-            (axis == jump_axis && target > soft_limit && target > after->position[axis]))
-            return fault_at(c->f, FAULT_TRAVEL, w->column, "%c is beyond the travel", AXIS[axis]);
-        c->p->delta[axis] = target - after->position[axis];
-        c->p->moves = c->p->moves || c->p->delta[axis] != 0;
-        after->position[axis] = target;
-    }
-    if (c->p->moves) {
-        after->served = after->mode == MODE_FEED ? after->servo : LAW_CONSTANT;
-        c->p->changes_servo = after->served != c->before->served;
-        if (after->served && !c->before->machining && !c->p->machining_on)
-            return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
-        retraction_layer set = retraction_combined(&after->memory);
-        if (after->served && !retraction_complete(&set))
-            return fault_at(c->f, FAULT_RETRACTION, 0, "G95 needs retraction data (G36) before it");
-    }
-    c->p->speed = after->mode == MODE_RAPID ? highest_speed : after->feed;
-    if (c->p->moves && !c->p->speed)
-        return fault_at(c->f, FAULT_FEED, c->column[G_MOTION], "G01 without a feed F");
-    return true;
-}
-
 static bool plan_condition(context *c) {
     const word *w = take(c, 'C');
     if (!w)
@@ -333,7 +274,7 @@ static bool plan_auxiliary(context *c) {
 }
 
 /* A whole number of a word, up to a limit; `what` says what it is. */
-static bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const char *what,
+bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const char *what,
                   uint32_t *value) {
     const word *w = take(c, letter);
     if (!w)
@@ -420,10 +361,16 @@ static bool plan_class(context *c) {
 }
 
 static bool plan_table(context *c, bool mdi) {
-    bool row = block_has(c->b, 'C');
-    if (!row && !block_has(c->b, 'L'))
-        return fault_at(c->f, FAULT_MISSING, 0, "G10 needs a condition C or a class of the fluid L");
-    return row ? plan_row(c, mdi) : plan_class(c);
+    if (block_has(c->b, 'C'))
+        return plan_row(c, mdi);
+    if (block_has(c->b, 'L'))
+        return plan_class(c);
+    if (block_has(c->b, 'D'))
+        return enter_wire(c);
+    if (block_has(c->b, 'P'))
+        return enter_system(c);
+    return fault_at(c->f, FAULT_MISSING, 0,
+                    "G10 needs a condition C, a class of the fluid L, a wire offset D or a work offset P");
 }
 
 /* G94, or G95 with its law. */
@@ -483,18 +430,24 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
     if (c.g[G_DISTANCE] >= 0)
         p->after.incremental = c.g[G_DISTANCE] == 910;
     if (c.g[G_MOTION] >= 0)
-        p->after.mode = c.g[G_MOTION] == 0 ? MODE_RAPID : MODE_FEED;
+        p->after.mode = (motion_mode)(MODE_RAPID + c.g[G_MOTION] / 10);
+    if (c.g[G_SYSTEM] >= 0)
+        select_system(&p->after, (unsigned)c.g[G_SYSTEM] / 10 - 54);
     if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
-    if (!plan_once(&c, mdi, highest_speed) || !plan_feed_mode(&c) ||
+    if (!plan_plane(&c) || !plan_wire(&c, mdi) || !plan_once(&c, mdi, highest_speed) ||
+        !plan_feed_mode(&c) ||
         !plan_feed(&c, highest_speed) ||
         (p->act != ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;
-    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->changes_servo || p->machining_on || p->s >= 0 ||
-                     p->t >= 0 || p->m[0] >= 0;
+    p->move.plane = p->after.plane;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        p->changes_frame = p->changes_frame || p->after.offset[axis] != state->offset[axis];
+    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->changes_servo ||
+                     p->changes_frame || p->machining_on || p->s >= 0 || p->t >= 0 || p->m[0] >= 0;
     p->acts_after = p->machining_off || p->fluid_off || p->stop != STOP_NONE;
     return true;
 }

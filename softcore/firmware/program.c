@@ -14,7 +14,7 @@
 #define READ_BUDGET 12      /* bytes of tape per step: some 300 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
-typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
+typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
 
 static uint8_t tape[PROGRAM_TAPE];
 static uint32_t tape_head, tape_tail;
@@ -191,6 +191,15 @@ static void step_plan(void) {
         fail();
         return;
     }
+    at = STAGE_ARC;
+}
+
+static void step_arc(void) {
+    switch (plan_arc_step(&work, settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    case PLAN_MORE: return;
+    case PLAN_FAULT: fail(); return;
+    default: break;
+    }
     if (!by_hand && work.stop == STOP_END)
         reader_stop(&tape_reader);
     cost.blocks++;
@@ -237,13 +246,14 @@ bool program_step(void) {
     case STAGE_READ: step_read(); break;
     case STAGE_PARSE: step_parse(); break;
     case STAGE_PLAN: step_plan(); break;
+    case STAGE_ARC: step_arc(); break;
     case STAGE_ANNOUNCE: step_announce(); return true;
     case STAGE_EXECUTE: return step_execute();
     }
     if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
         return false;
     spent += hal_cycle_low() - began;
-    if (was == STAGE_PLAN) {
+    if (was == STAGE_ARC && at != STAGE_ARC) {
         cost.total += spent;
         cost.worst = spent > cost.worst ? spent : cost.worst;
         spent = 0;

@@ -62,6 +62,8 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_LAW_RATIO_LOWEST] = {250, 1, 15999, "feed P4: lowest Es/Ex, 1/1000"},
     [SET_LAW_RATIO_HIGHEST] = {4000, 1, 15999, "feed P4: highest Es/Ex, 1/1000"},
     [SET_LAW_NO_LOAD] = {0, 0, 1, "feed P4: no-load voltage 0 computed, 1 measured in the gap"},
+    [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000,
+                               "arc: largest difference of start and end radius, nm"},
 };
 
 static uint32_t values[SETTINGS];
@@ -145,7 +147,7 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_machine();
     else if (which <= SET_CRITERIA)
         apply_gap();
-    else
+    else if (which <= SET_FLUID_HIGHEST)
         gap_settings();
     return true;
 }

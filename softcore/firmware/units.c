@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "units.h"
 
+#include "move.h"
+
 typedef struct {
     uint32_t numerator, denominator;
 } ratio;
@@ -74,6 +76,21 @@ bool units_distance(units_number number, bool inch, int32_t *pulses) {
     return count <= UNITS_POSITION_LIMIT;
 }
 
+int32_t units_radius_limit(void) {
+    uint32_t limit = pulses_per_mm * 1000;
+    return limit < UNITS_RADIUS_LIMIT ? (int32_t)limit : UNITS_RADIUS_LIMIT;
+}
+
+bool units_fine(units_number number, bool inch, int32_t *fine) {
+    int32_t pulses;
+    if (!units_distance(number, inch, &pulses) || pulses > units_radius_limit())
+        return false;
+    /* Below 2**30 after the division, so below 2**58 before it. */
+    *fine = (int32_t)rounded(number.digits * MOVE_FINE,
+                             (inch ? pulse_of_inch : pulse_of_mm)[number.decimals]);
+    return true;
+}
+
 bool units_speed(units_number number, bool inch, uint32_t *um_per_min) {
     uint64_t speed = rounded(number.digits, (inch ? UM_OF_INCH : UM_OF_MM)[number.decimals]);
     *um_per_min = (uint32_t)speed;
@@ -138,6 +155,10 @@ uint32_t units_tenths_of_um(uint32_t pulses) {
 int32_t units_pulses_of_um(uint32_t um) {
     uint64_t pulses = (uint64_t)um * pulses_per_mm / 1000;
     return pulses > UNITS_POSITION_LIMIT ? UNITS_POSITION_LIMIT : (int32_t)pulses;
+}
+
+uint32_t units_fine_of_nm(uint32_t nm) {
+    return (uint32_t)((uint64_t)nm * pulses_per_mm * MOVE_FINE / 1000000);
 }
 
 uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration) {

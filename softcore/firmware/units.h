@@ -8,6 +8,7 @@
 #define UNITS_DIGITS 12             /* significant digits of a programmed number, */
 #define UNITS_DECIMALS 7            /* and how many may be decimals */
 #define UNITS_POSITION_LIMIT (1 << 28) /* pulses; a move between two such points fits a segment */
+#define UNITS_RADIUS_LIMIT 11000000 /* pulses; three times as many 1/64 pulses fit 32 bits */
 #define UNITS_RATE_LIMIT ((1u << 30) - 1) /* 2**-32 pulse/clock: one pulse in four clocks */
 
 void units_init(uint32_t clock_hz, uint32_t pulses_per_mm);
@@ -19,6 +20,10 @@ typedef struct {
 
 /* Distance in pulses, half a pulse away from zero; false if it does not fit. */
 bool units_distance(units_number number, bool inch, int32_t *pulses);
+
+/* The same in 1/64 pulse, for radii; false above units_radius_limit. */
+bool units_fine(units_number number, bool inch, int32_t *fine);
+int32_t units_radius_limit(void);   /* pulses: 1 m, or what fits */
 
 /* Speed in um/min, half upwards; false if it does not fit 31 bits. */
 bool units_speed(units_number number, bool inch, uint32_t *um_per_min);
@@ -34,6 +39,7 @@ uint32_t units_clocks_of_ns(uint32_t ns);       /* upwards */
 uint32_t units_clocks_of_us(uint32_t us);       /* upwards, saturating */
 uint32_t units_tenths_of_um(uint32_t pulses);
 int32_t units_pulses_of_um(uint32_t um);
+uint32_t units_fine_of_nm(uint32_t nm);   /* 1/64 pulse, rounded down */
 
 /* Path pulses from `rate` down to `start_rate` at `acceleration`, rounded up. */
 uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration);

@@ -2,7 +2,8 @@
 """Model of the program dialect: what a block means, in exact decimal arithmetic.
 
 Written from the rules of the dialect and not from the firmware. Distances are rounded to whole
-pulses half away from zero, speeds to whole um/min half upwards; an inch is 25.4 mm.
+pulses half away from zero, speeds to whole um/min half upwards; an inch is 25.4 mm. The centre of
+an arc is in 1/64 pulse.
 
 Ref: ISO 6983-1; README, "Programs".
 """
@@ -10,6 +11,7 @@ Ref: ISO 6983-1; README, "Programs".
 import re
 from dataclasses import dataclass, field
 from decimal import ROUND_HALF_UP, Decimal
+from math import atan2, hypot, isclose, pi, sqrt
 
 LIMIT = 1 << 28         # pulses: furthest position in any frame
 HIGHEST = 1_800_000     # um/min: what the machine is set to
@@ -19,11 +21,18 @@ CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
 CODES = 6               # G words, and M words, of a block
 ITEMS = "RLHEQZ"
-SIGNED, NAMES, OTHERS = set("XYZIJK"), set("NOCST"), set("GMFPRLHEQUV")
-GROUPS = {0: "motion", 1: "motion", 4: "once", 10: "once", 20: "units", 21: "units",
+SIGNED, NAMES, OTHERS = set("XYZIJKR"), set("NOCDST"), set("GMFPLHEQUV")
+FINE = 64               # parts of a pulse in which centres are given
+RADIUS_MM = 1000        # largest of an arc
+DIFFERENCE_MM = Decimal("0.002")    # of start and end radius, largest
+WIRES = 16              # wire offsets, D0 among them
+GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 4: "once",
+          17: "plane", 18: "plane", 19: "plane", 40: "wire", 41: "wire", 42: "wire",
+          **dict.fromkeys(range(54, 60), "system"), 10: "once", 20: "units", 21: "units",
           36: "once", 37: "once", 38: "once", 90: "distance", 91: "distance", 92: "once",
           94: "feed", 95: "feed"}
 ALONE = 10, 36, 37, 38
+PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}  # first, second and third axis
 _NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
 
 
@@ -46,6 +55,10 @@ class Meaning:
     fluid_off: bool = False
     dwell: int = 0
     servo: int = 0
+    arc: int = 0            # 1 counter-clockwise, -1 clockwise
+    centre: tuple[int, ...] = (0, 0)
+    plane: int = 17
+    offset: tuple[int, ...] = (0, 0, 0)
 
 
 def _require(condition, message):
@@ -117,7 +130,10 @@ class Dialect:
         self.mode = None
         self.feed = 0
         self.position = [0, 0, 0]
-        self.offset = [0, 0, 0]
+        self.shift = [0, 0, 0]          # G92
+        self.systems = [[0, 0, 0] for _ in range(6)]
+        self.system, self.plane = 0, 17
+        self.side, self.wire, self.wires = 40, None, {0: 0}
         self.mdi = dict(mdi or {})
         self.tape = {}
         self.jump = {"P": 0, "L": 0, "R": 0, "H": 0}
@@ -125,6 +141,11 @@ class Dialect:
         self.table = {}         # rows entered: times, voltages, open level and references in mV
         self.references = 0, 0  # Vs and Es of the condition in force
         self.machining, self.servo, self.served = False, 0, 0
+
+    @property
+    def offset(self):
+        """Of the program frame."""
+        return [a + b for a, b in zip(self.systems[self.system], self.shift, strict=True)]
 
     @property
     def items(self):
@@ -172,6 +193,8 @@ class Dialect:
         if "distance" in groups:
             self.incremental = groups["distance"] == 91
         self.mode = groups.get("motion", self.mode)
+        self.system = groups.get("system", 54 + self.system) - 54
+        self._side(groups, words, once)
         if once is not None:
             {4: self._dwell, 10: self._enter, 36: self._retraction, 37: self._defaults,
              38: self._jump, 92: self._set_position}[once](words, meaning)
@@ -195,6 +218,7 @@ class Dialect:
         if once is None:
             self._move(words, meaning, discharging)
         _require(not words, f"left: {words}")
+        meaning.plane, meaning.offset = self.plane, tuple(self.offset)
         return meaning
 
     def _distance(self, value):
@@ -204,6 +228,7 @@ class Dialect:
         return pulses
 
     def _speed(self, value):
+        _require(not value.is_signed(), "sign")
         speed = _round(value * (Decimal("25.4") if self.inch else 1) * 1000)
         _require(0 < speed <= HIGHEST, "speed")
         return speed
@@ -235,7 +260,13 @@ class Dialect:
 
     def _enter(self, words, meaning):
         meaning.act = "table"
-        _require({"C", "L"} & set(words), "what")
+        if not {"C", "L"} & set(words):
+            _require({"D", "P"} & set(words), "what")
+            if "D" in words:
+                self._enter_wire(words)
+            else:
+                self._enter_system(words)
+            return
         for letter in "XYZ":
             _whole(words, letter, 0, 255)
         if "C" not in words:
@@ -264,6 +295,33 @@ class Dialect:
         self.table[number] = row
         _require(len(self.table) <= ENTERED, "too many")
 
+    def _enter_wire(self, words):
+        number = int(words.pop("D"))
+        _require(0 < number < WIRES and "R" in words, "wire offset")
+        value = words.pop("R")
+        _require(not value.is_signed(), "sign")
+        self.wires[number] = self._distance(value)
+        _require(self.wires[number] <= RADIUS_MM * self.pulses_per_mm // 10, "wire offset")
+
+    def _enter_system(self, words):
+        system = self.systems[_whole(words, "P", 1, 6) - 1]
+        _require(set("XYZ") & set(words), "no axis")
+        for axis, letter in enumerate("XYZ"):
+            if letter in words:
+                system[axis] = self._distance(words.pop(letter))
+
+    def _side(self, groups, words, once):
+        before = self.side, self.wire
+        plane = groups.get("plane", self.plane)
+        _require(self.side == 40 or plane == self.plane, "plane under a wire offset")
+        self.plane = plane
+        self.side = groups.get("wire", self.side)
+        if groups.get("wire", 40) != 40:
+            if once != 10:
+                self.wire = int(words.pop("D", -1 if self.wire is None else self.wire))
+            _require(self.wire in self.wires, "no wire offset")
+            _require(before[0] == 40 or before == (self.side, self.wire), "G40 between")
+
     def _complete(self):
         items = self.items
         _require(set(ITEMS) - {"Z"} <= set(items), "missing item")
@@ -284,6 +342,7 @@ class Dialect:
         for letter in "RH":
             if letter in words:
                 value = words.pop(letter)
+                _require(not value.is_signed(), "sign")
                 self.jump[letter] = self._speed(value) if value else 0
         if self.jump["P"]:
             _require(all(self.jump.values()), "jump item")
@@ -294,7 +353,8 @@ class Dialect:
         _require(set("XYZ") & set(words), "no axis")
         for axis, letter in enumerate("XYZ"):
             if letter in words:
-                self.offset[axis] = self.position[axis] - self._distance(words.pop(letter))
+                self.shift[axis] = (self.position[axis] - self._distance(words.pop(letter))
+                                    - self.systems[self.system][axis])
 
     def _auxiliary(self, words, m_codes, meaning):
         codes = {letter: int(words.pop(letter, -1)) for letter in "ST"}
@@ -313,6 +373,7 @@ class Dialect:
 
     def _move(self, words, meaning, discharging):
         delta = [0, 0, 0]
+        start, given = list(self.position), set("XYZ") & set(words)
         for axis, letter in enumerate("XYZ"):
             if letter not in words:
                 continue
@@ -324,11 +385,69 @@ class Dialect:
             delta[axis] = target - self.position[axis]
             self.position[axis] = target
         meaning.delta = tuple(delta)
-        if any(delta):
-            served = self.servo if self.mode == 1 else 0
+        if self.mode in (2, 3):
+            self._arc(words, meaning, start, given)
+        moves = any(delta) or meaning.arc
+        if moves:
+            served = self.servo if self.mode != 0 else 0
             meaning.servo = 0 if served == self.served else served or -1
             self.served = served
             _require(not served or discharging, "servo without machining")
             _require(not served or set(ITEMS) - {"Z"} <= set(self.items), "servo without data")
         meaning.speed = HIGHEST if self.mode == 0 else self.feed
-        _require(not any(delta) or meaning.speed, "no feed")
+        _require(not moves or meaning.speed, "no feed")
+
+    def _fine(self, value):
+        scale = Decimal("25.4") if self.inch else 1
+        _require(_round(abs(value) * scale * self.pulses_per_mm) <= RADIUS_MM * self.pulses_per_mm,
+                 "radius above 1 m")
+        return _round(value * scale * self.pulses_per_mm * FINE)
+
+    def _arc(self, words, meaning, start, given):
+        first, second, third = PLANES[self.plane]
+        _require("IJK"[third] not in words, "other plane")
+        centres = [axis for axis in (first, second) if "IJK"[axis] in words]
+        _require("R" not in words or not centres, "centre and radius")
+        if "R" not in words and not centres:
+            _require(not given, "neither centre nor radius")
+            return
+        meaning.arc = 1 if self.mode == 3 else -1
+        chord = [meaning.delta[axis] * FINE for axis in (first, second)]
+        largest, tolerance = (x * self.pulses_per_mm * FINE for x in (RADIUS_MM, DIFFERENCE_MM))
+        if centres:
+            centre = [self._fine(words.pop("IJK"[axis], Decimal(0))) for axis in (first, second)]
+            radius = hypot(*centre)
+            _require(radius > FINE - 0.5, "no radius")
+            _require(radius <= largest + 0.5, "radius above 1 m")
+            difference = abs(hypot(*(c - m for c, m in zip(chord, centre, strict=True))) - radius)
+            length = radius * abs(_sweep(centre, chord, meaning.arc))
+            short = hypot(*chord) if length < pi * radius else 2 * radius
+            _require(difference <= tolerance and 16 * difference <= short, "radii")
+        else:
+            signed = self._fine(words.pop("R"))
+            radius = abs(signed)
+            _require(radius >= FINE, "no radius")
+            _require(any(chord), "no chord")
+            _require(hypot(*chord) <= 2 * radius + float(tolerance), "chord")
+            half = [c / 2 for c in chord]
+            away = sqrt(max(0, radius * radius - half[0] ** 2 - half[1] ** 2)) / hypot(*chord)
+            away *= meaning.arc * (1 if signed > 0 else -1)
+            centre = [round(half[0] - chord[1] * away), round(half[1] + chord[0] * away)]
+        meaning.centre = tuple(centre)
+        sweep = _sweep(centre, chord, meaning.arc)
+        begin = atan2(-centre[1], -centre[0])
+        for quarter in range(-8, 9):
+            turned = quarter * pi / 2 - begin
+            if 0 <= turned * meaning.arc <= abs(sweep):
+                axis = first if quarter % 2 == 0 else second
+                side = 1 if quarter % 4 in (0, 1) else -1
+                reach = (centre[quarter % 2] + side * hypot(*centre)) / FINE
+                _require(abs(start[axis] + reach) < LIMIT + 0.5, "arc beyond the travel")
+
+
+def _sweep(centre, chord, direction):
+    """Angle of an arc with a sign, from above zero to a whole turn."""
+    begin = atan2(-centre[1], -centre[0])
+    end = atan2(chord[1] - centre[1], chord[0] - centre[0])
+    sweep = (end - begin) * direction % (2 * pi)
+    return direction * (2 * pi if isclose(sweep, 0, abs_tol=1e-12) else sweep)

@@ -32,7 +32,8 @@ def told(record):
         "skipped": bool(record.skipped), "delta": tuple(record.delta), "speed": record.speed,
         "act": ACTS[record.act], "stop": STOPS[record.stop], "machining": record.machining,
         "condition": record.condition, "fluid_off": bool(record.fluid_off), "dwell": record.dwell,
-        "servo": record.servo,
+        "servo": record.servo, "arc": record.arc, "centre": tuple(record.centre),
+        "plane": 17 + record.plane, "offset": tuple(record.offset),
         "codes": {"S": record.s, "T": record.t, "M": [code for code in record.m if code >= 0]},
     }
 
@@ -56,10 +57,13 @@ def compare(checker, blocks):
             assert record.skipped
             continue
         said = told(record)
-        if not any(meaning.delta):
+        if not any(meaning.delta) and not meaning.arc:
             said["speed"] = meaning.speed
+        near = [abs(a - b) <= 2 for a, b in zip(said["centre"], meaning.centre, strict=True)]
+        assert all(near), (text, said, meaning)
+        said["centre"] = meaning.centre
         assert said == vars(meaning), text
-        assert record.moves == any(meaning.delta)
+        assert record.moves == (any(meaning.delta) or meaning.arc != 0)
         given = {letter: value for bit, (letter, value) in enumerate(
                      zip(ITEMS, record.items, strict=True)) if record.given >> bit & 1}
         assert given == items, text
@@ -90,9 +94,38 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G01 G00 X1 F5",                  14, 5),    # two of a group
     ("G01 G1 X1 F5",                   13, 5),    # the same twice
     ("G90 G91",                        14, 5),
-    ("G02 X1 Y1 R5 F5",                19, 1),    # refused by name
+    ("G02 X1 Y1 F5",                   18, 5),
+    ("N10 G03 Z1 F5",                  18, 9),
+    ("G02 X1 I1 R5 F5",                14, 11),
+    ("G02 X1 K1 F5",                   17, 8),
+    ("G18 G02 X1 J1 F5",               17, 12),
+    ("G19 G02 Y1 I1 F5",               17, 12),
+    ("G02 X1 I0 J0 F5",                20, 8),
+    ("G02 X1 R0 F5",                   20, 8),
+    ("G02 I1000.1 F5",                 20, 5),
+    ("G02 X1 R-1000.1 F5",             20, 8),
+    ("G02 X1 R40000 F5",               20, 8),
+    ("G02 R5 F5",                      20, 5),
+    ("G02 X0 Y0 R5 F5",                20, 11),
+    ("G02 X10 R4.998 F5",              20, 9),
+    ("G02 X20000 Y20000 R4.998 F5",    20, 19),
+    ("G02 X10 I5.002 F5",              20, 9),
+    ("G02 X20000 Y-9000 J-5. F5",      20, 19),
+    ("G02 X.005 Y.0005 I5 F5",         20, 18),   # a tenth of its length
+    ("G02 X1 Y1 R1",                   30, 1),    # no feed
+    ("G02 X26843 I.1 F5",              20, 12),
+    ("G10 P7 X1",                      39, 5),
+    ("G10 P1",                         18, 0),
+    ("G10 D0 R1",                      39, 5),
+    ("G10 D16 R1",                     39, 5),
+    ("G10 D1",                         18, 0),
+    ("G10 D1 R-1",                     39, 8),
+    ("G10 D1 R100.1",                  39, 8),
+    ("G10",                            18, 0),
+    ("G42 D3",                         19, 1),
+    ("D1",                             17, 1),
+    ("G36 R-5 L1 H5 E5 Q.5",           11, 5),
     ("G38.2 Z-1 F5",                   19, 1),
-    ("G54",                            19, 1),
     ("G95 P0",                         11, 5),
     ("G95 P5",                         11, 5),
     ("G95 P2 C100",                    33, 1),    # without a reference
@@ -156,7 +189,9 @@ def test_each_error_is_named_with_its_place(checker, block, code, column):
     "G01X.0000001F.001", "G01 X26843.5456 F1800", "G1 X-26843.5456 F1", "G00 X+0001.50",
     "g1 x1 f5", "N00012 :77 G01 Z-1. F2", "M08 M77 M03 C100", "G20 G91 G94", "X5 G04",
     "G36 R5 L1 H5 E5 Q0", "G36 R5 L1 H5 E5 Q1 Z-3", "G4 X36000", "", "   ", "()", "/ Z9 A5 (",
-    "G 01 X 1 F\t5",
+    "G 01 X 1 F\t5", "G02", "G03 M08", "G02 X2 I1 F5", "G2 X10 I5.0009 F5", "G2 X10 R4.9991 F5",
+    "G2 X1 Y1 R+1000 F5", "G3 I1000 F5", "G19 G3 Y1 Z1 X5 R-1. F5",
+    "G10 D15 R100", "G10 P6 X-5 Z26843", "G59 G00 X1",
 ])
 def test_what_is_right_is_taken(checker, block):
     result = checker.check(programs.punched([block.replace("\t", " "), "M30"]))
@@ -184,3 +219,79 @@ def test_numbers_on_the_rounding_edge(checker):
     result = checker.check(programs.punched([*blocks, "M02"]))
     deltas = [record.delta[0] for record in result]
     assert deltas == [0, 1, -1, 0, 0, 1, 0]
+
+
+@pytest.mark.parametrize(("block", "words"), [
+    ("G02 X10 I4.99 F5", "4.9900 mm at its start, 5.0100 mm at its end"),
+    ("G20 G02 X1 I.4 F5", "10.1600 mm at its start, 15.2400 mm at its end"),
+    ("G02 X20000 I5 F5", "5.0000 mm at its start, 19995.0000 mm at its end"),
+    ("G02 X6 Y8 R4.5 F5", "the chord of 10.0000 mm is longer than the arc's diameter of 9.0000 mm"),
+    ("G02 I1001 F5", "above 1000.0000 mm"),
+    ("G02 X1 Y1 F5", "needs its centre (I, J, K) or its radius R"),
+    ("G18 G02 X1 Z1 J1 F5", "J has no meaning in the plane G18"),
+])
+def test_what_is_wrong_with_an_arc_is_said_with_its_measures(checker, block, words):
+    assert words in checker.check(punched(block)).sentence
+
+
+def punched(*blocks):
+    return programs.punched([*blocks, "M02"])
+
+
+@pytest.mark.parametrize(("block", "centre", "ccw"), [
+    ("G02 X1 Y1 R1 F5", (10_000, 0), -1),
+    ("G03 X1 Y1 R1 F5", (0, 10_000), 1),
+    ("G02 X1 Y1 R-1 F5", (0, 10_000), -1),
+    ("G03 X1 Y1 R-1 F5", (10_000, 0), 1),
+    ("G18 G03 X1 Z1 R1 F5", (0, 10_000), 1),    # first axis Z
+    ("G19 G03 Y1 Z1 R1 F5", (0, 10_000), 1),
+    ("G02 X2 R1 F5", (10_000, 0), -1),          # half a circle
+    ("G02 X2 R.9995 F5", (10_000, 0), -1),      # within the tolerance
+    ("G20 G03 X2 R1 F5", (254_000, 0), 1),
+])
+def test_centre_of_an_arc_given_by_its_radius(checker, block, centre, ccw):
+    record = checker.check(punched(block))[0]
+    assert tuple(record.centre) == tuple(64 * c for c in centre)
+    assert record.arc == ccw
+
+
+@pytest.mark.parametrize(("block", "reach"), [
+    ("G03 X1 Y1 J1 F5", (0, 0)),                # a quarter to the right and up: no further
+    ("G02 X1 Y1 J1 F5", (-1, 2)),               # the other three quarters
+    ("G03 J1 F5", (-1, 2)),
+    ("G03 X-1 Y1 J1 F5", (-1, 2)),
+])
+def test_travel_holds_on_the_whole_arc(checker, block, reach):
+    """At the end of the travel an arc may go as far as its furthest point does."""
+    end = 26843.5456
+    for axis, far, sign in (("X", reach[0], -1), ("Y", reach[1], 1)):
+        if not far:
+            continue
+        for beyond in (0, 0.0001):
+            room = abs(far) - beyond
+            to = f"G00 {axis}{sign * (end - room):.4f}"
+            result = checker.check(punched(to, f"G91 {block}"))
+            assert isinstance(result, Fault) == (beyond > 0), (to, block)
+            if beyond:
+                assert (result.code, result.line) == (34, 3)
+                assert "beyond the travel" in result.sentence
+
+
+def test_start_and_end_radius_may_differ_by_the_setting(checker):
+    for difference, right in ((0.0009, True), (0.0011, False)):
+        result = checker.check(punched(f"G02 X10 I{5 + difference:.4f} F5"))
+        assert isinstance(result, Fault) != right
+
+
+def test_work_offsets_lie_under_g92(checker):
+    result = checker.check(punched(
+        "G10 P1 X10", "G10 P6 X20 Z1", "G00 X1", "G92 X0", "G59", "X1 Z0", "G54 X0", "G10 P1 X5"))
+    assert [tuple(r.offset) for r in result][:-1] == [
+        (100_000, 0, 0), (100_000, 0, 0), (100_000, 0, 0), (110_000, 0, 0), (210_000, 0, 10_000),
+        (210_000, 0, 10_000), (110_000, 0, 0), (60_000, 0, 0)]
+    assert [r.delta[0] for r in result if r.moves] == [110_000, 110_000, -110_000]
+
+
+def test_mode_of_an_arc_stays(checker):
+    result = checker.check(punched("G91 G03 X2 I1 F5", "X2 I1", "G90 G01 X1", "X2 Y5"))
+    assert [r.arc for r in result] == [1, 1, 0, 0, 0]

@@ -47,6 +47,36 @@ def test_events_carry_line_and_place_in_the_frame_in_force(machine):
         ["5", "50000", "0", "-10000"], ["6", "60000", "0", "-10000"]]
 
 
+def test_work_offsets_frame_the_events_in_their_turn(machine):
+    machine.line("G10 P2 X1 Z-.5")
+    lines = run(machine, "G00 X2", "G55 X2", "G10 P2 X.5", "M02")
+    blocks = [line for line in lines if line.startswith("[E:block")]
+    assert [line[:-1].split(",")[2:6] for line in blocks] == [
+        ["2", "0", "0", "0"], ["3", "20000", "0", "0"], ["4", "20000", "0", "5000"],
+        ["5", "25000", "0", "5000"]]
+    assert machine.axes == (30_000, 0, 0)
+
+
+def test_offsets_stay_until_power_off_and_are_told(machine):
+    machine.line("G10 P6 Y-2.5")
+    machine.line("G10 D3 R.125")
+    machine.line("G92 X-1")
+    run(machine, "G59", "M02")
+    told = ["[G54:0.0000,0.0000,0.0000]", "[G55:0.0000,0.0000,0.0000]",
+            "[G56:0.0000,0.0000,0.0000]", "[G57:0.0000,0.0000,0.0000]",
+            "[G58:0.0000,0.0000,0.0000]", "[G59:0.0000,-2.5000,0.0000]",
+            "[G92:1.0000,0.0000,0.0000]", "[D3:0.1250]", "ok"]
+    assert machine.line("$#") == told
+    machine.send(b"\x18")
+    machine.run(100)
+    machine.unlock()
+    assert machine.line("$#") == told
+    run(machine, "G00 X0 Y0", "M02")
+    assert machine.axes[:2] == (10_000, 0), "a program begins in G54"
+    run(machine, "G59 G00 X0 Y0", "M02")
+    assert machine.axes[:2] == (10_000, -25_000)
+
+
 def test_short_blocks_run_through(machine):
     """The machine stands; blocks are granted ahead of it without waiting for it."""
     machine.library.gk_speed(0)

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/* What the parts of plan_block share: the block at work and how its words are taken. For plan*.c. */
+#pragma once
+#include "plan.h"
+
+/* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
+typedef enum {
+    G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_PLANE, G_WIRE, G_SYSTEM, G_GROUPS
+} g_group;
+
+typedef struct {
+    const block *b;
+    fault *f;
+    plan *p;
+    const modal *before;
+    int16_t g[G_GROUPS];        /* tenths by group, -1 for none */
+    uint32_t column[G_GROUPS];
+    uint32_t free;              /* letters that nothing has used yet */
+} context;
+
+/* Use a letter of the block, if it is there. */
+const word *take(context *c, char letter);
+
+/* Of a word. */
+bool distance(context *c, const word *w, char letter, int32_t *pulses);
+
+/* A whole number of a word, up to a limit; `what` says what it is. */
+bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const char *what,
+           uint32_t *value);
+
+/* The block carries no motion and no word but these letters. */
+bool alone(context *c, uint32_t allowed);
+
+/* Of plan_path.c: where a block leads, in which frame, and on which side the wire goes. */
+void select_system(modal *state, unsigned system);
+bool plan_set_position(context *c);
+bool enter_wire(context *c);
+bool enter_system(context *c);
+bool plan_plane(context *c);
+bool plan_wire(context *c, bool mdi);
+bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned jump_axis);
