@@ -6,8 +6,6 @@
 #include "settings.h"
 #include "units.h"
 
-#define AXIS_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
-
 static const char AXIS[HAL_AXES] = {'X', 'Y', 'Z'}, CENTRE[HAL_AXES] = {'I', 'J', 'K'};
 
 /* The work offset in force becomes another; what G92 has set stays on top. */

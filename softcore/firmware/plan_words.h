@@ -3,6 +3,8 @@
 #pragma once
 #include "plan.h"
 
+#define AXIS_LETTERS (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z'))
+
 /* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
 typedef enum {
     G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_PLANE, G_WIRE, G_SYSTEM, G_GROUPS
