@@ -2,6 +2,7 @@
 /* Checking of tapes for a computer; see host.h. */
 #include "host.h"
 
+#include "arc.h"
 #include "gap.h"
 
 #include <string.h>
@@ -184,3 +185,45 @@ uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration) {
 int32_t gk_overflow(int32_t number) { return number + 1; }
 
 uint32_t gk_record_size(void) { return sizeof(gk_record); }
+
+static arc prepared;
+
+void gk_arc(const int32_t delta[3], int32_t ccw, int32_t plane, const int32_t centre[2],
+            uint32_t numbers[4], int32_t directions[2][3]) {
+    path_move move = {.arc = true, .ccw = ccw, .plane = (move_plane)plane};
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        move.delta[axis] = delta[axis];
+    move.centre[0] = centre[0];
+    move.centre[1] = centre[1];
+    arc_begin(&prepared, &move);
+    uint32_t calls = 1;
+    while (!arc_prepare(&prepared))
+        calls++;
+    numbers[0] = arc_pieces(&prepared);
+    numbers[1] = arc_length(&prepared);
+    numbers[2] = arc_radius(&prepared);
+    numbers[3] = calls;
+    for (unsigned end = 0; end < 2; end++)
+        arc_direction(&prepared, end, directions[end]);
+}
+
+static gk_segment words_of(const hal_segment *s) {
+    gk_segment words = {
+        .length = s->length, .rate = s->rate, .arc = s->arc, .outward = s->outward,
+        .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
+        .start_pace = s->start.pace, .start_error = s->start.error,
+        .start_along = s->start.along, .start_across = s->start.across,
+        .end_pace = s->end.pace, .end_error = s->end.error, .end_along = s->end.along,
+        .end_across = s->end.across,
+    };
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        words.delta[axis] = s->delta[axis];
+    return words;
+}
+
+uint32_t gk_arc_piece(uint32_t index, gk_segment *piece) {
+    hal_segment made;
+    uint32_t before = arc_piece(&prepared, index, &made);
+    *piece = words_of(&made);
+    return before;
+}

@@ -103,3 +103,23 @@ uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks);
 uint32_t gk_acceleration(uint32_t mm_per_s2);
 uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration);
 uint32_t gk_root(uint64_t square);
+
+/* Arcs. Prepare one, from its move: delta, 1 for counter-clockwise, plane (move_plane), centre. The
+   numbers that describe it: pieces, length, radius, calls of arc_prepare; tangents at its ends. */
+void gk_arc(const int32_t delta[3], int32_t ccw, int32_t plane, const int32_t centre[2],
+            uint32_t numbers[4], int32_t directions[2][3]);
+
+/* A segment as the gateware gets it: words 0 to 15 of its slot. */
+typedef struct {
+    uint32_t length, rate;
+    int32_t delta[3];
+    uint32_t arc, outward, major, minor, shift;
+    int32_t change;
+    uint32_t start_pace;
+    int32_t start_error, start_along, start_across;
+    uint32_t end_pace;
+    int32_t end_error, end_along, end_across;
+} gk_segment;
+
+/* A piece of the arc prepared last; returns the path pulses before it. */
+uint32_t gk_arc_piece(uint32_t index, gk_segment *piece);
