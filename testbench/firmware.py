@@ -6,6 +6,7 @@ from binascii import crc_hqx
 from dataclasses import dataclass
 
 from softcore.image import host_library
+from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table")
@@ -30,6 +31,32 @@ class Record(ctypes.Structure):
         ("jump_speed", ctypes.c_uint32), ("jump_high", ctypes.c_uint32),
         ("servo", ctypes.c_int32), ("arc", ctypes.c_int32), ("plane", ctypes.c_int32),
         ("centre", ctypes.c_int32 * 2), ("offset", ctypes.c_int32 * 3), ("skipped", ctypes.c_int32),
+    ]
+
+
+class Segment(ctypes.Structure):
+    """A segment as the gateware gets it: ``gk_segment`` of host.h."""
+
+    _fields_ = [
+        ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("delta", ctypes.c_int32 * 3),
+        ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("major", ctypes.c_uint32),
+        ("minor", ctypes.c_uint32), ("shift", ctypes.c_uint32), ("change", ctypes.c_int32),
+        ("start", ctypes.c_int32 * 4), ("end", ctypes.c_int32 * 4),
+    ]
+
+    def piece(self) -> Piece:
+        """The same, for the model."""
+        return Piece(self.length, tuple(self.delta), bool(self.arc), bool(self.outward),
+                     self.major, self.minor, self.shift, self.change, tuple(self.start),
+                     tuple(self.end))
+
+
+class Move(ctypes.Structure):
+    """A line or an arc: ``path_move`` of move.h."""
+
+    _fields_ = [
+        ("delta", ctypes.c_int32 * 3), ("arc", ctypes.c_bool), ("ccw", ctypes.c_bool),
+        ("plane", ctypes.c_int32), ("centre", ctypes.c_int32 * 2),
     ]
 
 
@@ -77,6 +104,27 @@ class Checker:
         if blocks < 0:
             return Fault(*place, self._sentence.value.decode())
         return self._records[:blocks]
+
+
+class Arc:
+    """An arc as the firmware cuts it. One at a time: the library holds the last one only.
+
+    ``directions`` are the tangents at its start and end, 2**-15; ``steps`` the calls that it took to
+    make it ready.
+    """
+
+    def __init__(self, move: Move, sanitize: str = "undefined"):
+        self._library = library(sanitize)
+        numbers, directions = (ctypes.c_uint32 * 4)(), (ctypes.c_int32 * 3 * 2)()
+        self._library.gk_arc(move.delta, move.ccw, move.plane, move.centre, numbers, directions)
+        self.pieces, self.length, self.radius, self.steps = numbers
+        self.directions = [tuple(direction) for direction in directions]
+
+    def piece(self, index: int) -> tuple[int, Piece]:
+        """Path pulses before a piece, and the piece."""
+        words = Segment()
+        start = self._library.gk_arc_piece(index, ctypes.byref(words))
+        return start, words.piece()
 
 
 class Machine:
@@ -165,6 +213,12 @@ class Machine:
     def bound(self, name: str) -> int:
         """Bound that the firmware has written, a path coordinate."""
         return self.library.gk_bound(BOUNDS.index(name))
+
+    def slot(self, number: int) -> Segment:
+        """What the firmware has written into a slot."""
+        words = Segment()
+        self.library.gk_slot(number, ctypes.byref(words))
+        return words
 
     @property
     def axes(self) -> tuple[int, ...]:

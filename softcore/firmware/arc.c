@@ -15,13 +15,15 @@
 
 /* Radii (pulses) from which 45 degrees are cut in two and in four: below, the speed of the major axis
    taken as running evenly over a piece puts no place off by more than about a quarter pulse. */
-#define HALVES 32
+#define HALVES 33
 #define QUARTERS 256
 #define PIECE_BITS 20               /* a piece has at most 2**20 path pulses */
 #define LEAST_BITS 4                /* nor is it cut shorter than 2**4 */
 
 /* A border nearer to the start or the end than so many path pulses is left out. */
 #define NEAR 2
+
+#define HOPELESS (1 << 20)         /* more than a place may lack */
 
 #define SECTORS 32                  /* of a turn: sines known */
 static const int64_t SINE[SECTORS / 4 + 1] = {
@@ -279,28 +281,6 @@ static int64_t foot_of(const arc *a, const ideal *p, const int32_t at[2]) {
     return (off_along(a, p, at, 0) * p->tangent[0] + off_along(a, p, at, 1) * p->tangent[1]) >> 30;
 }
 
-/* Would the minor axis have to make a second step for one of the major axis, on the way from a place
-   along the diagonal? `way`: 1 forward, -1 back. Behind the third step the curve is flat enough. Where
-   the radius changes, a piece follows it to a 1/100 pulse only: 1 if it is near that, 2 if it would. */
-static int steepness(const arc *a, const ideal *p, const int32_t from[2], const int32_t travel[2],
-                      unsigned major, int32_t way) {
-    unsigned minor = !major;
-    int32_t at[2] = {from[0], from[1]};
-    int worst = 0;
-    for (unsigned step = 0; step < 3; step++) {
-        for (unsigned axis = 0; axis < 2; axis++)
-            at[axis] += way * travel[axis];
-        int32_t place = fine_at(a, minor, at[minor]);
-        int64_t error = error_at(a, at, square_at(a, p, at, major)) + MOVE_FINE / 4;
-        int64_t half = magnitude(place), margin = a->slope ? half / 64 : 0;
-        bool outwards = (place < 0) == (way * travel[minor] < 0);
-        int64_t short_of = outwards ? error + half : -1 - (error - half);
-        int steep = short_of < 0 ? 2 : short_of < margin;
-        worst = steep > worst ? steep : worst;
-    }
-    return worst;
-}
-
 /* Make the place the nearer one along an axis by changing the square of the radius a little; returns
    by how much, in units of the error. */
 static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *square) {
@@ -313,10 +293,38 @@ static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *
     return magnitude(much);
 }
 
-/* Where the axes change their roles, before `eighth`, the place must be the nearer one along both. Of
-   five places the one is taken whose path length is nearest to a whole number. If there is none,
-   because the curve goes through the middle between places again and again, one is taken that lacks
-   little: less than a pulse over the radius. */
+/* On the way from a place along the diagonal, `way` 1 forward, -1 back, the minor axis must not have
+   to make two steps for one of the major axis. Change the square a little where it would; behind the
+   third step the curve is flat enough. Returns by how much, in units of the error. Where the radius
+   changes, a piece follows it to about 1/50 pulse there, which is kept off, too. */
+static int64_t flatten(const arc *a, const ideal *p, const int32_t from[2],
+                       const int32_t travel[2], unsigned major, int32_t way, int64_t *square) {
+    unsigned minor = !major;
+    int32_t at[2] = {from[0], from[1]};
+    int64_t base = square_at(a, p, from, major), changed = 0;
+    for (unsigned step = 0; step < 3; step++) {
+        for (unsigned axis = 0; axis < 2; axis++)
+            at[axis] += way * travel[axis];
+        int32_t place = fine_at(a, minor, at[minor]);
+        int64_t error = error_at(a, at, square_at(a, p, at, major) + (*square - base));
+        int64_t half = magnitude(place), margin = a->slope ? half / 24 : 0;
+        bool outwards = (place < 0) == (way * travel[minor] < 0);
+        error += MOVE_FINE / 4;
+        int64_t spare = (outwards ? error + half : half - error - 1) - margin;
+        if (spare < 0) {
+            /* More than it lacks: the change is taken back from here on, by whole units per step. */
+            spare += spare / 4 - 4;
+            *square += (outwards ? spare : -spare) * MOVE_FINE;
+            changed -= spare;
+        }
+    }
+    return changed;
+}
+
+/* Where the axes change their roles, before `eighth`, the place must be the nearer one along both, and
+   no step be left out. Of five places the one is taken whose path length is nearest to a whole number.
+   If there is none, because the curve goes through the middle between places again and again, one is
+   taken that lacks little: about a pulse over the radius. */
 static int64_t change_over(const arc *a, arc_border *b, const ideal *p, unsigned eighth) {
     static const int8_t tries[5] = {0, 1, -1, 2, -2};
     unsigned major = major_of(eighth);
@@ -330,10 +338,14 @@ static int64_t change_over(const arc *a, arc_border *b, const ideal *p, unsigned
         c.square[0] = square_at(a, p, c.at, 0);
         settle(a, c.at, 1, c.square[0]);
         c.square[1] = square_at(a, p, c.at, 1);
-        int steep = steepness(a, p, c.at, travel, !major, -1) + steepness(a, p, c.at, travel, major, 1);
+        int64_t lacks = yield(a, c.at, 0, &c.square[1]);
+        lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
+        lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
+        if (neighbour(a, c.at, 1, c.square[0]) || neighbour(a, c.at, 0, c.square[1]))
+            lacks += HOPELESS;
         int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
         int64_t off = magnitude(scaled(rounded(foot, PULSE_BITS), PULSE_BITS) - foot) +
-                      (yield(a, c.at, 0, &c.square[1]) + (steep > 1 ? 1000 : steep) * 8) * PULSE;
+                      lacks * PULSE;
         if (off < best) {
             best = off;
             length = foot;
@@ -621,23 +633,29 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
     share_third(a, from.length, piece);
     set_pace(a, piece, (uint32_t)steps, to->tangent[major] - from.tangent[major]);
 
-    /* The square of the radius runs by whole units per step; its end must be on the same side of the
-       middles around the last place as the true one. */
+    /* The square of the radius runs by whole units per step, so that it is met at one end only: where
+       the axes change their roles. At the other it must be on the same side of the middles around the
+       place as the true one. */
+    bool ends_exact = !(eighth & 1);
     int64_t grown = (to->square[major] - from.square[major]) / MOVE_FINE;
     int32_t half = (grown < 0 ? -steps : steps) / 2;
     int32_t grows = steps ? (int32_t)((grown + half) / steps) : 0;
+    int64_t first = from.square[major], last = first;
     for (unsigned tries = 0; grown && steps && tries < 4; tries++) {
-        int off = neighbour(a, to->at, minor, from.square[major] + (int64_t)grows * steps * MOVE_FINE);
+        int64_t run = (int64_t)grows * steps * MOVE_FINE;
+        first = ends_exact ? to->square[major] - run : from.square[major];
+        last = first + run;
+        int off = ends_exact ? -neighbour(a, from.at, minor, first)
+                             : neighbour(a, to->at, minor, last);
         if (!off)
             break;
         grows -= off;
     }
-    piece->start.error = (int32_t)error_at(a, from.at, from.square[major]);
+    piece->start.error = (int32_t)error_at(a, from.at, first);
+    piece->end.error = (int32_t)error_at(a, to->at, last);
     piece->start.along = 2 * along * x - grows;
     piece->start.across = 2 * across * y;
     piece->outward = piece->start.across > 0;
-    piece->end.error = (int32_t)error_at(
-        a, to->at, from.square[major] + (int64_t)grows * steps * MOVE_FINE);
     piece->end.along = piece->start.along + 2 * steps * MOVE_FINE;
     piece->end.across = 2 * across * fine_at(a, minor, to->at[minor]);
     return from.length;

@@ -18,8 +18,8 @@
 #include "move.h"
 
 /* Below this radius (pulses) an arc is a chain of single steps, at most so many. */
-#define ARC_LEAST_RADIUS 16
-#define ARC_CHAIN 192
+#define ARC_LEAST_RADIUS 32
+#define ARC_CHAIN 352
 
 /* 2**123 / (divisor << shift): divides by a length that many are compared with. */
 typedef struct {

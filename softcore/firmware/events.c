@@ -13,7 +13,7 @@
 /* So many of them and no more are taken: the rest wait in the gateware, which goes no further forward
    until they are. Their interrupts must not use up the time of the watchdog either. */
 #define BUSY 8
-#define NOTICES 32          /* a power of two, more than PATH_LEAD */
+#define NOTICES 64          /* a power of two, more than PATH_LEAD */
 #define NOTICE_TEXT 72      /* of a block's text, what an event shows */
 #define OVERSHOOT_US 20000  /* a servo has come to rest by then */
 /* A speed is told if it was held for so long: pulses are at least 4 clocks apart and counted in whole

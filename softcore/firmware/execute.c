@@ -171,13 +171,6 @@ static part act(void) {
     }
 }
 
-static bool append(const path_move *move, uint32_t speed, fault *f) {
-    if (move->arc)
-        return fault_at(f, FAULT_REFUSED, 0, "arcs cannot be carried out by this version");
-    path_append(move->delta, units_rate(speed));
-    return true;
-}
-
 static part move(fault *f) {
     if (!work->moves) {
         if (!told) {
@@ -203,8 +196,7 @@ static part move(fault *f) {
     if (!told)
         events_notice(path_next(), line, text, length);
     told = true;
-    if (!append(&work->move, work->speed, f))
-        return PART_MOVE;
+    path_append(&work->move, units_rate(work->speed));
     state = work->after;
     machine_run(true);
     return PART_AFTER;

@@ -6,6 +6,7 @@
 #include "events.h"
 #include "hal.h"
 #include "host.h"
+#include "move.h"
 #include "watch.h"
 
 #define PASS_CLOCKS 1000
@@ -61,6 +62,63 @@ static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
     return s->delta[axis] < 0 ? -steps : steps;
 }
 
+/* Within an arc the place is followed pulse by pulse, as the gateware does it. */
+static struct {
+    int64_t rest, pace, error, along, across;
+    int32_t major, minor;       /* steps made, of either sign */
+} walk;
+
+static bool follows(const hal_segment *s, unsigned axis) {
+    return s->arc && (axis == s->major || axis == s->minor);
+}
+
+static void stand(const hal_segment *s, bool end) {
+    const hal_arc_state *at = end ? &s->end : &s->start;
+    walk.rest = 0;
+    walk.pace = at->pace;
+    walk.error = at->error;
+    walk.along = at->along;
+    walk.across = at->across;
+    walk.major = end ? s->delta[s->major] : 0;
+    walk.minor = end ? s->delta[s->minor] : 0;
+}
+
+static void walk_forward(const hal_segment *s) {
+    int64_t whole = (int64_t)s->length << s->shift;
+    walk.rest += 2 * walk.pace;
+    walk.pace += s->change;
+    if (walk.rest < whole)
+        return;
+    walk.rest -= 2 * whole;
+    walk.major += s->delta[s->major] < 0 ? -1 : 1;
+    walk.error += walk.along + MOVE_FINE;
+    walk.along += 2 * MOVE_FINE;
+    int64_t middle = walk.error + walk.across / 2 + MOVE_FINE / 4;
+    if (s->outward ? middle < 0 : middle >= 0) {
+        walk.error += walk.across + MOVE_FINE;
+        walk.across += 2 * MOVE_FINE;
+        walk.minor += s->delta[s->minor] < 0 ? -1 : 1;
+    }
+}
+
+static void walk_back(const hal_segment *s) {
+    int64_t whole = (int64_t)s->length << s->shift;
+    walk.pace -= s->change;
+    walk.rest -= 2 * walk.pace;
+    if (walk.rest >= -whole)
+        return;
+    walk.rest += 2 * whole;
+    walk.major -= s->delta[s->major] < 0 ? -1 : 1;
+    walk.error -= walk.along - MOVE_FINE;
+    walk.along -= 2 * MOVE_FINE;
+    int64_t middle = walk.error - walk.across / 2 + MOVE_FINE / 4;
+    if (s->outward ? middle >= 0 : middle < 0) {
+        walk.error -= walk.across - MOVE_FINE;
+        walk.across -= 2 * MOVE_FINE;
+        walk.minor -= s->delta[s->minor] < 0 ? -1 : 1;
+    }
+}
+
 static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)to - (uint32_t)from); }
 
 void gk_power_read(gk_power *words) { *words = power; }
@@ -77,7 +135,12 @@ void gk_discharges(uint32_t count) { discharges += count; }
 void gk_opens(uint32_t count) { opens += count; }
 
 int32_t gk_axis(uint32_t axis) {
-    return base[axis] + (slots[slot].length ? travel(&slots[slot], offset, axis) : 0);
+    const hal_segment *s = &slots[slot];
+    if (!s->length)
+        return base[axis];
+    if (follows(s, axis))
+        return base[axis] + (axis == s->major ? walk.major : walk.minor);
+    return base[axis] + travel(s, offset, axis);
 }
 
 static void announce(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
@@ -115,12 +178,17 @@ static int32_t go_forward(int32_t pulses) {
             base[axis] += slots[slot].delta[axis];
         slot = (slot + 1) % HAL_SLOTS;
         offset = 0;
+        stand(&slots[slot], false);
         if (position == front)
             enter();
     }
     int32_t step = (int32_t)(slots[slot].length - offset);
     step = step < pulses ? step : pulses;
     step = step < ahead ? step : ahead;
+    if (!offset)
+        stand(&slots[slot], false);
+    for (int32_t i = 0; slots[slot].arc && i < step; i++)
+        walk_forward(&slots[slot]);
     offset += (uint32_t)step;
     position = (int32_t)((uint32_t)position + (uint32_t)step);
     if (distance(front, position) > 0)
@@ -137,11 +205,14 @@ static int32_t go_back(int32_t pulses) {
     if (offset == 0) {
         slot = (slot + HAL_SLOTS - 1) % HAL_SLOTS;
         offset = slots[slot].length;
+        stand(&slots[slot], true);
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             base[axis] -= slots[slot].delta[axis];
     }
     int32_t step = (int32_t)offset < pulses ? (int32_t)offset : pulses;
     step = step < behind ? step : behind;
+    for (int32_t i = 0; slots[slot].arc && i < step; i++)
+        walk_back(&slots[slot]);
     offset -= (uint32_t)step;
     position = (int32_t)((uint32_t)position - (uint32_t)step);
     return step;
@@ -224,6 +295,21 @@ void gk_live(uint32_t causes) { live = causes; }
 void gk_fin(uint32_t passes) { fin_passes = passes; }
 int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
 int32_t gk_position(void) { return position; }
+
+void gk_words(const hal_segment *s, gk_segment *words) {
+    *words = (gk_segment){
+        .length = s->length, .rate = s->rate, .arc = s->arc, .outward = s->outward,
+        .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
+        .start_pace = s->start.pace, .start_error = s->start.error,
+        .start_along = s->start.along, .start_across = s->start.across,
+        .end_pace = s->end.pace, .end_error = s->end.error, .end_along = s->end.along,
+        .end_across = s->end.across,
+    };
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        words->delta[axis] = s->delta[axis];
+}
+
+void gk_slot(uint32_t number, gk_segment *segment) { gk_words(&slots[number], segment); }
 uint32_t gk_pets(void) { return pets; }
 uint32_t gk_sleeps(void) { return sleeps; }
 

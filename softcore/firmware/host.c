@@ -207,23 +207,9 @@ void gk_arc(const int32_t delta[3], int32_t ccw, int32_t plane, const int32_t ce
         arc_direction(&prepared, end, directions[end]);
 }
 
-static gk_segment words_of(const hal_segment *s) {
-    gk_segment words = {
-        .length = s->length, .rate = s->rate, .arc = s->arc, .outward = s->outward,
-        .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
-        .start_pace = s->start.pace, .start_error = s->start.error,
-        .start_along = s->start.along, .start_across = s->start.across,
-        .end_pace = s->end.pace, .end_error = s->end.error, .end_along = s->end.along,
-        .end_across = s->end.across,
-    };
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        words.delta[axis] = s->delta[axis];
-    return words;
-}
-
 uint32_t gk_arc_piece(uint32_t index, gk_segment *piece) {
     hal_segment made;
     uint32_t before = arc_piece(&prepared, index, &made);
-    *piece = words_of(&made);
+    gk_words(&made, piece);
     return before;
 }

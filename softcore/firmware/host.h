@@ -3,6 +3,8 @@
 #pragma once
 #include <stdint.h>
 
+#include "hal.h"
+
 /* Checking a tape: the reader, the words and their meaning, without any motion. */
 
 /* What a block of a checked tape would do. Distances in pulses, speeds in um/min. */
@@ -42,6 +44,20 @@ int gk_check(const uint8_t *tape, uint32_t length, char *message, uint32_t size)
 int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,
                      uint32_t count, uint32_t place[3], char *message, uint32_t size);
 
+/* A segment as the gateware gets it: the words of its slot. */
+typedef struct {
+    uint32_t length, rate;
+    int32_t delta[3];
+    uint32_t arc, outward, major, minor, shift;
+    int32_t change;
+    uint32_t start_pace;
+    int32_t start_error, start_along, start_across;
+    uint32_t end_pace;
+    int32_t end_error, end_along, end_across;
+} gk_segment;
+
+void gk_words(const hal_segment *segment, gk_segment *words);
+
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
@@ -62,6 +78,7 @@ void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing 
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
 int32_t gk_bound(uint32_t bound);
 int32_t gk_position(void);
+void gk_slot(uint32_t slot, gk_segment *segment);   /* as it was written */
 int32_t gk_axis(uint32_t axis); /* commanded position */
 uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
@@ -108,18 +125,6 @@ uint32_t gk_root(uint64_t square);
    numbers that describe it: pieces, length, radius, calls of arc_prepare; tangents at its ends. */
 void gk_arc(const int32_t delta[3], int32_t ccw, int32_t plane, const int32_t centre[2],
             uint32_t numbers[4], int32_t directions[2][3]);
-
-/* A segment as the gateware gets it: words 0 to 15 of its slot. */
-typedef struct {
-    uint32_t length, rate;
-    int32_t delta[3];
-    uint32_t arc, outward, major, minor, shift;
-    int32_t change;
-    uint32_t start_pace;
-    int32_t start_error, start_along, start_across;
-    uint32_t end_pace;
-    int32_t end_error, end_along, end_across;
-} gk_segment;
 
 /* A piece of the arc prepared last; returns the path pulses before it. */
 uint32_t gk_arc_piece(uint32_t index, gk_segment *piece);

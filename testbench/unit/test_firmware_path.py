@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The path that the firmware remembers, and the window of it that the gateware holds."""
 
+import ctypes
 import math
 
 import pytest
 
-from testbench.firmware import Machine, events
+from testbench.firmware import Arc, Machine, Move, events
+from testbench.models.arc import Piece
 from testbench.programs import punched
 
 DATA = "G36 R300 L{limit} H600 E60 Q.1{more}"
-RING = 256      # segments remembered
-NEAR, FAR = 5, 10
+RING = 8192     # units remembered: a line each
+SLOTS = 64
+PLANES = ((0, 1), (2, 0), (1, 2))
+NEAR, FAR = 15, 48
 
 
 @pytest.fixture
@@ -100,15 +104,15 @@ def test_window_moves_under_a_moving_machine(machine, rng, creep):
 
 
 def test_window_covers_both_sides(machine):
-    load(machine, "G91 G01 F60", *(["X.01"] * 60), "M02")
-    for _ in range(30):
-        go(machine, 100)
+    load(machine, "G91 G01 F60", *(["X.01"] * 120), "M02")
+    for _ in range(50):
+        go(machine, 100, passes=40)
     at = machine.library.gk_position() // 100
     machine.run(200)
     ahead, behind = machine.bound("ahead") // 100, machine.bound("behind") // 100
     assert at - behind >= NEAR
     assert ahead - at >= FAR
-    assert ahead - behind == 16
+    assert ahead - behind == SLOTS
     machine.state("retracting")
     machine.run(200)
     ahead, behind = machine.bound("ahead") // 100, machine.bound("behind") // 100
@@ -219,13 +223,13 @@ def test_oldest_blocks_are_forgotten_only_beyond_the_limit(machine):
 def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine):
     blocks = ["X.01"] * (RING + 100)
     machine.library.gk_speed(1 << 30)
-    machine.tape(punched([DATA.format(limit=5, more=""), "G91 G01 F60", *blocks, "M02"]),
+    machine.tape(punched([DATA.format(limit=100, more=""), "G91 G01 F60", *blocks, "M02"]),
                  passes=20_000)
     alarm = events(machine.lines, "alarm")[0]
     assert alarm[1] == "35"
     assert "limit" in alarm[2]
-    # The virtual segment before the first point takes one place; all that remains is covered.
-    assert machine.axes[0] == (RING - 1) * 100
+    # One unit is kept free for an arc, the virtual block before the first point takes another.
+    assert machine.axes[0] == (RING - 2) * 100
 
 
 def test_new_path_begins_with_every_tape(machine):
@@ -237,3 +241,218 @@ def test_new_path_begins_with_every_tape(machine):
     machine.state("front")
     assert machine.library.gk_position() == 0
     assert machine.bound("ahead") == 1000
+
+
+# Everything below appends moves directly: lines and arcs, as plan.c makes them.
+
+def line(*delta):
+    """A straight move."""
+    return Move(delta, False, False, 0, (0, 0))
+
+
+def random_move(rng, size):
+    """A line, or an arc whose end lies on its circle to the nearest pulse."""
+    if rng.random() < 0.5:
+        return line(*(rng.randint(-size, size) for _ in range(3)))
+    plane = rng.randrange(3)
+    radius = rng.uniform(1, size)
+    angle, sweep = rng.uniform(0, math.tau), rng.uniform(0.1, math.tau)
+    delta = [0, 0, 0]
+    for axis, turned in zip(PLANES[plane], (math.cos, math.sin), strict=True):
+        delta[axis] = round(radius * (turned(angle + math.pi + sweep) - turned(angle + math.pi)))
+    if delta == [0, 0, 0] or radius * sweep < 2 * math.hypot(*delta) / 3 + 2:
+        return line(1, 0, 0)
+    delta[3 - sum(PLANES[plane])] = rng.choice([0, rng.randint(-size, size)])
+    return Move((*delta,), True, True, plane,
+                (round(64 * radius * math.cos(angle)), round(64 * radius * math.sin(angle))))
+
+
+class Program:
+    """Moves that are appended as room comes up, the machine following or driven by the test."""
+
+    def __init__(self, machine, moves, rate=1 << 20):
+        self.machine, self.library = machine, machine.library
+        self.moves, self.rate = moves, rate
+        self.appended = 0
+        self.library.gk_speed(0)
+        self.library.path_begin()
+
+    def feed(self):
+        """Append what there is room for."""
+        while self.appended < len(self.moves) and self.library.path_has_room() == 0:
+            self.library.path_append(ctypes.byref(self.moves[self.appended]), self.rate)
+            self.appended += 1
+        self.machine.run(20)
+
+    @property
+    def done(self):
+        """Everything has been appended and machined."""
+        return self.appended == len(self.moves) and bool(self.library.path_at_front())
+
+    def places(self):
+        """Axes at every path pulse, by the model: the segments walked one after the other."""
+        place, trail = (0, 0, 0), [(0, 0, 0)]
+        for move in self.moves:
+            for piece in pieces_of(move):
+                for steps in piece.walk():
+                    trail.append(tuple(a + b for a, b in zip(place, steps, strict=True)))
+                place = trail[-1]
+        return trail
+
+
+def pieces_of(move):
+    """Segments of a move, for the model."""
+    if move.arc:
+        arc = Arc(move)
+        return [arc.piece(index)[1] for index in range(arc.pieces)]
+    travel = tuple(move.delta)
+    length = math.isqrt(4 * sum(part * part for part in travel)) + 1 >> 1
+    return [Piece(length, travel, False, False, 0, 0, 0, 0, (0,) * 4, (0,) * 4)]
+
+
+def test_lines_and_arcs_are_walked_both_ways_to_the_pulse(machine, rng):
+    """The machine turns anywhere, whatever is loaded; it is always where the model has been."""
+    moves = [random_move(rng, rng.choice([3, 30, 300])) for _ in range(250)]
+    program = Program(machine, moves)
+    trail = program.places()
+    turns = 0
+    while not program.done:
+        program.feed()
+        back = rng.random() < 0.35
+        machine.state("retracting" if back else "front")
+        machine.run(rng.randint(1, 30))
+        machine.library.gk_go(rng.choice([-1, -17, -3000]) if back
+                              else rng.choice([1, 7, 100, 5000]))
+        machine.state("front")
+        turns += back
+        at = machine.library.gk_position()
+        # Before the first point lies the way up.
+        assert machine.axes == (trail[at] if at >= 0 else (0, 0, -at)), f"pulse {at}"
+    assert turns > 50
+    assert machine.library.gk_position() == len(trail) - 1
+    machine.state("retracting")
+    while machine.library.gk_position() > 0:
+        machine.library.gk_go(-rng.randint(1, 400))
+        machine.run(5)
+        at = machine.library.gk_position()
+        assert machine.axes == trail[at]
+
+
+def test_five_thousand_blocks_back_to_the_start(machine, rng):
+    """Of a program of 10 000: lines of 10 um and every tenth an arc."""
+    moves = []
+    for number in range(10_000):
+        x = rng.choice([-1, 1])
+        moves.append(Move((20, 20, 0), True, True, 0, (0, 20 * 64)) if number % 10 == 0
+                     else line(60 * x, 80, 0))
+    program = Program(machine, moves)
+    trail = [(0, 0, 0)]     # axes at every block's end
+    ends = [0]
+    for move in moves:
+        trail.append(tuple(a + b for a, b in zip(trail[-1], move.delta, strict=True)))
+        ends.append(ends[-1] + sum(piece.length for piece in pieces_of(move)))
+    while not program.done:
+        program.feed()
+        machine.library.gk_go(4000)
+    assert machine.axes == trail[-1]
+    machine.state("retracting")
+    blocks = len(moves)
+    while True:
+        before = machine.library.gk_position()
+        while blocks and ends[blocks] >= before:
+            blocks -= 1
+        machine.library.gk_go(max(ends[blocks] - before, -4000))
+        machine.run(120)
+        at = machine.library.gk_position()
+        if at == before:
+            break
+        if at == ends[blocks]:
+            assert machine.axes == trail[blocks], f"block {blocks}"
+    assert len(moves) - blocks > 5000
+    machine.state("front")
+
+
+def test_a_line_takes_16_bytes_and_an_arc_32(machine):
+    program = Program(machine, [line(100, 0, 0), quarter(50), line(5, 5, 5)])
+    numbers = [machine.library.path_append(ctypes.byref(move), 1 << 20) for move in program.moves]
+    numbers.append(machine.library.path_next())
+    bytes_of = [16 * (after - before) for before, after in zip(numbers, numbers[1:], strict=False)]
+    assert bytes_of == [16, 32, 16]
+
+
+def quarter(radius):
+    """A quarter, from X to Y."""
+    return Move((radius, radius, 0), True, True, 0, (0, 64 * radius))
+
+
+def test_blocks_are_numbered_by_their_first_segment(machine):
+    """A notice belongs to its block however many pieces it has."""
+    program = Program(machine, [line(100, 0, 0), quarter(3000), line(0, 100, 0)])
+    program.feed()
+    machine.run(200)
+    library = machine.library
+    first = library.path_reached()
+    machine.library.gk_go(50)
+    assert library.path_reached() == first + 1
+    for _ in range(5):
+        library.gk_go(700)
+        machine.run(50)
+        assert library.path_reached() == first + 2, "inside the arc, whose number is first + 1"
+    library.gk_go(100_000)
+    machine.run(50)
+    assert library.path_reached() == first + 4
+
+
+def test_tangent_junctions_do_not_bound_the_speed(machine):
+    """Line, quarter, line: only the last junction is a corner; inside the arc there is none."""
+    radius = 40_000
+    program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0),
+                                line(1000, 0, 0)])
+    program.feed()
+    machine.run(400)
+    total = 2000 + round(radius * math.pi / 2)
+    assert machine.bound("fast_ahead") == pytest.approx(total, abs=1)
+    assert machine.bound("ahead") == pytest.approx(total + 1000, abs=1)
+
+
+def test_small_arc_is_taken_as_corners_and_at_a_speed_that_its_radius_allows(machine):
+    """The acceleration is the speed squared over the radius: here 1 m/s2."""
+    radius = 2500   # 0.25 mm: 15.8 mm/s; the machine's highest speed is 30
+    program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0)],
+                      rate=(1 << 30) - 1)
+    program.feed()
+    machine.run(400)
+    assert machine.bound("fast_ahead") == 1000
+    slots = [machine.slot(slot) for slot in range(64)]
+    rates = {slot.rate for slot in slots if slot.arc}
+    assert len(rates) == 1
+    speed = rates.pop() / 2**32 * 2_000_000 / 10_000    # mm/s
+    assert speed == pytest.approx(math.sqrt(1000 * radius / 10_000), rel=0.02)
+
+
+@pytest.mark.parametrize(("plane", "delta", "centre", "ccw"), [
+    (1, (3000, 0, -3000), (0, 64 * 3000), False),
+    (1, (3000, 0, -3000), (-64 * 3000, 0), True),
+    (2, (0, 3000, -3000), (64 * 3000, 0), True),
+    (0, (0, 0, -5000), (64 * 1000, 0), True),       # helix
+])
+def test_ceiling_on_an_arc_is_met_to_the_pulse(machine, rng, plane, delta, centre, ccw):
+    """The floor is the least place from which on no pulse is above the ceiling."""
+    height = -rng.randint(50, 2900)
+    program = Program(machine, [Move(delta, True, ccw, plane, centre)])
+    trail = program.places()
+    machine.library.path_set_bounds(1 << 30, True, height)
+    while not machine.library.path_bounds_step():
+        pass
+    wanted = max(k for k, place in enumerate(trail) if place[2] > height) + 1
+    while not program.done:
+        program.feed()
+        machine.library.gk_go(500)
+    assert machine.bound("floor") == wanted, "every segment put its floor in force when entered"
+    machine.library.path_set_bounds(1 << 30, True, height)
+    while not machine.library.path_bounds_step():
+        pass
+    assert machine.bound("floor") == wanted, "the same, found from the end"
+    machine.state("retracting")
+    go(machine, -999_999, passes=40)
+    assert machine.axes == trail[wanted]

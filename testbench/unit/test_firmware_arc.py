@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arcs as the firmware cuts them for the gateware, against the gateware's recurrence and the curve."""
+
+import math
+
+import pytest
+
+from testbench.firmware import Arc, Move
+from testbench.models.arc import FINE, Curve
+
+AXES = ((0, 1), (2, 0), (1, 2))     # of the planes XY, ZX, YZ
+LARGEST = 10_500_000                # radius, pulses: 1.05 m
+TOLERANCE = 20                      # of the two radii, pulses
+
+# Half a pulse, and what the curve's evaluation adds: a circle's square of the radius is met to
+# 1/32 pulse over the radius, a spiral's to 1/100 pulse over a piece.
+HALF = 0.5
+
+
+def helix(plane, delta, third):
+    """Travel of all three axes."""
+    travel = [0, 0, 0]
+    first, second = AXES[plane]
+    travel[first], travel[second] = delta
+    travel[3 - first - second] = third
+    return travel
+
+
+class Job:
+    """An arc, and how the firmware cuts it."""
+
+    def __init__(self, delta, centre, *, ccw=True, plane=0, third=0):
+        self.axes = AXES[plane]
+        self.travel = helix(plane, delta, third)
+        self.curve = Curve(delta, centre, ccw=ccw)
+        self.arc = Arc(Move((*self.travel,), True, ccw, plane, tuple(centre)))
+        self.said = f"{delta} {centre} ccw={ccw} plane={plane} third={third}"
+
+    def pieces(self):
+        """Yield number, path pulses before it, place before it, and the piece; check the joints."""
+        place, count = [0, 0, 0], 0
+        for index in range(self.arc.pieces):
+            before, piece = self.arc.piece(index)
+            assert before == count, self.said
+            yield index, before, tuple(place), piece
+            count += piece.length
+            place = [a + b for a, b in zip(place, piece.travel, strict=True)]
+        assert count == self.arc.length, self.said
+        assert place == self.travel, self.said
+
+    def in_plane(self, place):
+        """Coordinates in the plane."""
+        return tuple(place[axis] for axis in self.axes)
+
+
+def random_arc(rng, least, most, *, spiral):
+    """Draw an arc, some of them full circles or ending at an octant; ``spiral``: radii that differ."""
+    while True:
+        radius = math.exp(rng.uniform(math.log(least), math.log(most)))
+        angle = rng.choice([rng.uniform(0, math.tau),
+                            rng.randrange(8) * math.pi / 4 + rng.choice([0, 0.001, -0.001])])
+        centre = [round(radius * FINE * math.cos(angle)), round(radius * FINE * math.sin(angle))]
+        if rng.random() < 0.3:
+            centre = [value // FINE * FINE for value in centre]
+        sweep = rng.choice([rng.uniform(0, math.tau), rng.uniform(0, 10 / radius),
+                            rng.randrange(1, 9) * math.pi / 4 + rng.choice([0, 1, -1]) / radius,
+                            math.exp(rng.uniform(-math.log(radius), math.log(math.tau)))])
+        most_off = min(TOLERANCE, radius * sweep / 16)
+        end = radius + (rng.uniform(-most_off, most_off) if spiral else 0)
+        delta = [round(value / FINE + end * turned) for value, turned in zip(
+            centre, (math.cos(angle + math.pi + sweep), math.sin(angle + math.pi + sweep)),
+            strict=True)]
+        if rng.random() < 0.15:
+            delta = [0, 0]
+        ccw = rng.random() < 0.5
+        if not ccw:
+            centre[1], delta[1] = -centre[1], -delta[1]
+        if math.hypot(*centre) < FINE or (delta == [0, 0] and sweep < 1):
+            continue
+        curve = Curve(delta, centre, ccw=ccw)
+        off = abs(curve.end_radius - curve.start_radius)
+        if curve.end_radius >= 1 and off <= min(TOLERANCE, curve.length / 16):
+            return {"delta": delta, "centre": centre, "ccw": ccw, "plane": rng.randrange(3)}
+
+
+def check_words(piece, said):
+    """What the gateware takes for granted."""
+    assert piece.length >= 1, said
+    if not piece.arc:
+        assert all(abs(steps) <= piece.length for steps in piece.travel), said
+        return
+    steps, whole = abs(piece.travel[piece.major]), piece.length << piece.shift
+    assert steps <= piece.length, said
+    assert piece.shift <= 15, said
+    assert whole < 1 << 30, said
+    paces = [piece.start[0] + count * piece.change for count in (0, piece.length - 1)]
+    assert sum(paces) * piece.length == 2 * steps * whole, said
+    assert paces[1] + piece.change == piece.end[0], said
+    assert 0 <= min(*paces, piece.end[0]), said
+    assert max(*paces, piece.end[0]) <= whole, said
+
+
+def check_walk(job, index, before, start, piece):
+    """Walk a piece both ways, every pulse; the furthest from the curve."""
+    worst, trail = 0, [(0, 0, 0)]
+    near = before * job.curve.sweep / job.arc.length
+    for steps in piece.walk():
+        at = job.in_plane([a + b for a, b in zip(start, steps, strict=True)])
+        assert max(abs(a - b) for a, b in zip(steps, trail[-1], strict=True)) <= 1, job.said
+        trail.append(steps)
+        near = job.curve.swept(at, near + job.curve.sweep / job.arc.length)
+        worst = max(worst, job.curve.distance(at, near))
+    assert trail[-1] == piece.travel, f"{job.said} piece {index}"
+    for axis in range(3):
+        signs = {b[axis] - a[axis] for a, b in zip(trail, trail[1:], strict=False)}
+        assert len(signs - {0}) <= 1, "an axis turns round within a piece"
+    if piece.arc:
+        ahead, back = piece.enter(), piece.enter(back=True)
+        for _ in range(piece.length):
+            piece.forward(ahead)
+        assert (ahead.rest, ahead.pace, ahead.error, ahead.along, ahead.across) == (
+            0, *piece.end), f"{job.said} piece {index}"
+        for count in reversed(range(piece.length)):
+            piece.backward(back)
+            assert all(back.steps[axis] == trail[count][axis]
+                       for axis in (piece.major, piece.minor)), f"{job.said} piece {index}"
+        assert (back.rest, back.pace, back.error, back.along, back.across) == (
+            0, *piece.start), f"{job.said} piece {index}"
+    return worst
+
+
+SIZES = [(1, 16, 400), (16, 60, 400), (60, 300, 250), (300, 3000, 50)]
+
+
+@pytest.mark.parametrize("spiral", [False, True], ids=["circle", "spiral"])
+@pytest.mark.parametrize(("least", "most", "count"), SIZES)
+def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count, spiral):
+    """Both ways, to the last bit of what a slot holds; steps are single and no axis turns round."""
+    worst = 0
+    for _ in range(count):
+        third = rng.choice([0, 0, rng.randint(-30, 30), rng.randint(-3000, 3000)])
+        job = Job(**random_arc(rng, least, most, spiral=spiral), third=third)
+        for index, before, start, piece in job.pieces():
+            check_words(piece, job.said)
+            worst = max(worst, check_walk(job, index, before, start, piece))
+    assert worst <= HALF + ALLOWED[spiral][least], worst
+
+
+# What was said above, by the smallest radius. A chain of single steps has nothing nearer to choose
+# from where the circle is hardly larger than a pulse and its radius changes.
+ALLOWED = {False: {1: 0.05, 16: 0.004, 60: 0.002, 300: 0.002},
+           True: {1: 0.1, 16: 0.01, 60: 0.01, 300: 0.002}}
+
+
+def test_large_arcs_by_pieces(rng):
+    """Of a large one the ends of all pieces are checked, and a few short pieces walked."""
+    for _ in range(60):
+        job = Job(**random_arc(rng, 3000, LARGEST, spiral=rng.random() < 0.5))
+        near = 0
+        for index, before, start, piece in job.pieces():
+            check_words(piece, job.said)
+            assert piece.length <= 1 << 20
+            if piece.length < 3000:
+                assert check_walk(job, index, before, start, piece) <= HALF + 0.002
+            near = job.curve.swept(job.in_plane(start), before * job.curve.sweep / job.arc.length)
+            assert job.curve.distance(job.in_plane(start), near) <= HALF + 0.001, job.said
+            assert job.curve.length_to(near) == pytest.approx(before, abs=1.3), job.said
+        assert job.arc.length == pytest.approx(job.curve.length, abs=0.51)
+
+
+def pace_place(job, before, start, piece, count):
+    """Length of the arc after ``count`` pulses of a piece, the major axis running as evenly as its
+    pace: the step that is under way counts by its part.
+    """
+    axis = job.axes.index(piece.major)
+    whole = piece.length << piece.shift
+    made = (count * piece.start[0] + piece.change * (count * (count - 1) // 2)) / whole
+    sign = -1 if piece.travel[piece.major] < 0 else 1
+    near = (before + count) * job.curve.sweep / job.arc.length
+    swept = job.curve.at_major(axis, start[piece.major] + sign * made, near)
+    return job.curve.length_to(swept)
+
+
+def test_speed_along_the_arc_is_true(rng):
+    """Over 100 path pulses the way along the arc is 100 pulses to 1 %.
+
+    The way is that of the major axis' pace, so that the pulses' raster does not enter. Where the
+    axes change their roles the raster is seen from the other side, which is not a way: there the
+    window ends.
+    """
+    worst = 0
+    for _ in range(150):
+        job = Job(**random_arc(rng, 20, 1_000_000, spiral=rng.random() < 0.3))
+        runs, last = [[]], None
+        for _, before, start, piece in job.pieces():
+            if (last is not None and piece.major != last) or len(runs[-1]) > 3000:
+                runs.append([])
+            last = piece.major
+            # Of a long piece both ends and the middle.
+            counts = range(piece.length + 1)
+            if piece.length > 900:
+                counts = [*range(300), *range(piece.length - 300, piece.length + 1)]
+            for count in counts:
+                runs[-1].append((before + count, pace_place(job, before, start, piece, count)))
+        for run in runs:
+            by_pulse = dict(run)
+            for pulse, length in run:
+                if pulse + 100 in by_pulse:
+                    off = abs(by_pulse[pulse + 100] - length - 100)
+                    worst = max(worst, off)
+                    assert off <= 1.0, f"{job.said} at {pulse}: {off}"
+    assert worst > 0.1, "nothing was measured"
+
+
+def test_pieces_do_not_depend_on_the_order_of_asking(rng):
+    """The way back regenerates the very pieces of the way forward."""
+    for _ in range(30):
+        move = random_arc(rng, 1, 100_000, spiral=True)
+        forward = Job(**move).arc
+        pieces = [forward.piece(index) for index in range(forward.pieces)]
+        again = Job(**move).arc
+        assert [again.piece(index) for index in reversed(range(again.pieces))] == pieces[::-1]
+        for _ in range(20):
+            index = rng.randrange(len(pieces))
+            assert again.piece(index) == pieces[index]
+
+
+@pytest.mark.parametrize(("delta", "centre", "ccw"), [
+    ((1, 0), (32, 640_000), True),              # shorter than the space between two steps
+    ((1, 1), (0, 64), True),                    # a quarter of the smallest circle
+    ((0, 0), (64, 0), False), ((0, 0), (45, 45), True),
+    ((2, 0), (64, 0), False),
+    ((0, 0), (0, -FINE * LARGEST), True),
+    ((LARGEST, LARGEST), (FINE * LARGEST, 0), False),
+])
+@pytest.mark.parametrize("third", [0, 1, -7, 100_000])
+def test_smallest_and_largest(delta, centre, ccw, third):
+    job = Job(delta, centre, ccw=ccw, third=third)
+    length = math.hypot(job.curve.length, third)
+    assert job.arc.length == pytest.approx(length, abs=1.01)
+    for index, before, start, piece in job.pieces():
+        check_words(piece, job.said)
+        if piece.length < 30_000:
+            assert check_walk(job, index, before, start, piece) <= HALF + 0.05
+
+
+def test_helix_spreads_its_third_axis_evenly(rng):
+    for _ in range(50):
+        third = rng.choice([-1, 1]) * rng.randint(1, 100_000)
+        job = Job(**random_arc(rng, 20, 10_000, spiral=False), third=third)
+        assert job.arc.length >= abs(third)
+        axis = 3 - sum(job.axes)
+        for _, before, start, _ in job.pieces():
+            assert abs(start[axis] - third * before / job.arc.length) <= 0.5
+
+
+def test_tangents_are_those_of_the_ends(rng):
+    for _ in range(100):
+        third = rng.choice([0, rng.randint(-1000, 1000)])
+        job = Job(**random_arc(rng, 16, 100_000, spiral=True), third=third)
+        size = math.hypot(job.curve.length, third)
+        for direction, swept in zip(job.arc.directions, (0, job.curve.sweep), strict=True):
+            plane = [part * job.curve.length / size for part in job.curve.tangent(swept)]
+            wanted = helix(AXES.index(job.axes), plane, third / size)
+            assert direction == pytest.approx([part * 2**15 for part in wanted], abs=16), job.said
+
+
+def test_preparation_is_cut_into_steps():
+    assert Job((0, 0), (64 * 1000, 0)).arc.steps >= 8
+    assert Job((0, 0), (64 * 10, 0)).arc.steps >= 50, "a step of a chain each"
