@@ -16,6 +16,9 @@ means a fault: they are closed contacts, or outputs that say "good", to 3.3 V. T
 comparators are high above their level, so that a lost gap is a short and the electrode draws back.
 An encoder that falls silent is found by the following error, a lost FIN by its time-out.
 
+**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 256 KB of the 85F,
+254 lines or 127 arcs with the 90 KB of the 12F.
+
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """
 
@@ -104,8 +107,8 @@ class _Ulx3s12F(_WithPads, ulx3s.ULX3S_12F_Platform):
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=131072,
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=262144,
           pin_list=PIN_LIST),
-    Board("ulx3s_12f", "ULX3S 12F", _Ulx3s12F, clock_hz=50_000_000, memory_size=81920,
+    Board("ulx3s_12f", "ULX3S 12F", _Ulx3s12F, clock_hz=50_000_000, memory_size=92160,
           pin_list=PIN_LIST),
 )

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["FirmwareError", "address_runtime", "host_library", "target_image"]
+__all__ = ["FirmwareError", "address_runtime", "host_library", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
@@ -34,6 +34,12 @@ SANITIZE = {
                  "-fsanitize-coverage=trace-pc"],
     "address": ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
 }
+
+
+# Memory that the firmware takes beside the history of the path, its stack with it; and what a unit
+# of that history takes: a line is one, an arc two.
+BESIDE_PATH = 88_064
+PATH_UNIT = 16
 
 
 class FirmwareError(RuntimeError):
@@ -103,7 +109,22 @@ def _cached(name, command, build):
     return result
 
 
-def target_image(memory_size: int = 131072,
+def path_units(memory_size: int) -> int:
+    """Units of the path that a memory has room for: the largest power of two, so at least half of
+    what is left.
+
+    Raises
+    ------
+    FirmwareError
+        If nothing is left.
+    """
+    room = (memory_size - BESIDE_PATH) // PATH_UNIT
+    if room < 256:
+        raise FirmwareError(f"a memory of {memory_size} bytes does not fit the firmware and a path")
+    return 1 << room.bit_length() - 1
+
+
+def target_image(memory_size: int = 262144,
                  progress: Callable[[str], None] = lambda _: None) -> Path:
     """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
 
@@ -119,7 +140,8 @@ def target_image(memory_size: int = 131072,
     FirmwareError
         If it does not compile, or does not fit.
     """
-    command = [*_zig("cc"), *TARGET, *COMMON, *_sources(HOST_ONLY)]
+    command = [*_zig("cc"), *TARGET, *COMMON, f"-DPATH_RING={path_units(memory_size)}u",
+               *_sources(HOST_ONLY)]
     # zig's linker front end does not know --defsym.
     script = f"__ram_size = {memory_size};\n" + (SOURCES / "link.ld").read_text()
 

@@ -13,6 +13,9 @@
 #define PER_RADIAN 733972625820500307
 #define NO_BORDER UINT32_MAX
 
+/* One copy of what is used in many places: memory is dearer than time here. */
+#define SHARED __attribute__((noinline))
+
 /* Radii (pulses) from which 45 degrees are cut in two and in four: below, the speed of the major axis
    taken as running evenly over a piece puts no place off by more than about a quarter pulse. */
 #define HALVES 33
@@ -37,7 +40,7 @@ static int64_t scaled(int64_t value, unsigned bits) { return value * ((int64_t)1
 static int64_t magnitude(int64_t value) { return value < 0 ? -value : value; }
 
 /* Product of two factors, towards zero. */
-static int64_t product(int64_t a, int64_t b) {
+SHARED static int64_t product(int64_t a, int64_t b) {
     uint64_t u = (uint64_t)magnitude(a), v = (uint64_t)magnitude(b);
     uint32_t u0 = (uint32_t)u, u1 = (uint32_t)(u >> 32), v0 = (uint32_t)v, v1 = (uint32_t)(v >> 32);
     uint64_t middle = (uint64_t)u1 * v0 + ((uint64_t)u0 * v0 >> 32);
@@ -48,7 +51,7 @@ static int64_t product(int64_t a, int64_t b) {
 }
 
 /* numerator / denominator as a factor; 0 <= numerator <= denominator < 2**62 + 1. */
-static int64_t ratio(int64_t numerator, int64_t denominator) {
+SHARED static int64_t ratio(int64_t numerator, int64_t denominator) {
     uint64_t rest = (uint64_t)numerator, quotient = 0, divisor = (uint64_t)denominator;
     for (unsigned i = 0; i <= 62; i++) {
         quotient <<= 1;
@@ -61,7 +64,7 @@ static int64_t ratio(int64_t numerator, int64_t denominator) {
     return (int64_t)quotient;
 }
 
-static arc_divisor divisor_of(int64_t value) {
+SHARED static arc_divisor divisor_of(int64_t value) {
     arc_divisor d = {0};
     while (value <= ONE / 2) {
         value <<= 1;
@@ -145,9 +148,9 @@ static int64_t rounded(int64_t value, unsigned bits) {
     return (value + ((int64_t)1 << (bits - 1))) >> bits;
 }
 
-static int64_t square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
+SHARED static int64_t square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
 
-static int32_t fine_at(const arc *a, unsigned i, int32_t pulses) {
+SHARED static int32_t fine_at(const arc *a, unsigned i, int32_t pulses) {
     return a->start[i] + pulses * MOVE_FINE;
 }
 
@@ -226,7 +229,7 @@ static int32_t travel_of(unsigned eighth, unsigned axis) {
 }
 
 /* Error of a place: the square of its radius less that of the curve, in units of MOVE_FINE. */
-static int64_t error_at(const arc *a, const int32_t at[2], int64_t square) {
+SHARED static int64_t error_at(const arc *a, const int32_t at[2], int64_t square) {
     return (square_of(fine_at(a, 0, at[0]), fine_at(a, 1, at[1])) - square) / MOVE_FINE;
 }
 
@@ -568,7 +571,7 @@ bool arc_prepare(arc *a) {
 }
 
 /* a * b / c to the nearest; b at most c. */
-static uint32_t share(uint32_t a, uint32_t b, uint32_t c) {
+SHARED static uint32_t share(uint32_t a, uint32_t b, uint32_t c) {
     return (uint32_t)((2 * (uint64_t)a * b + c) / (2 * (uint64_t)c));
 }
 

@@ -24,7 +24,7 @@ def test_image_is_the_same_every_time_and_built_once():
     before = path.stat().st_mtime_ns
     assert image.target_image() == path
     assert path.stat().st_mtime_ns == before
-    again = image.target_image(81920)
+    again = image.target_image(131072)
     assert again != path, "another memory is another image: the stack begins elsewhere"
 
 
@@ -46,3 +46,10 @@ def test_a_warning_is_an_error(monkeypatch, tmp_path):
 def test_records_have_the_layout_of_the_library():
     """The Python side of the interface is written by hand."""
     assert library().gk_record_size() == ctypes.sizeof(Record)
+
+
+def test_what_memory_is_left_remembers_the_path():
+    """A retraction over 5000 blocks needs the larger board."""
+    assert [image.path_units(size) for size in (262_144, 131_072, 92_160)] == [8192, 2048, 256]
+    with pytest.raises(image.FirmwareError, match="does not fit"):
+        image.path_units(90_000)
