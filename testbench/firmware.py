@@ -60,6 +60,15 @@ class Move(ctypes.Structure):
     ]
 
 
+class Motion(ctypes.Structure):
+    """A line or an arc that the machine would make: ``gk_motion`` of host.h."""
+
+    _fields_ = [
+        ("line", ctypes.c_uint32), ("delta", ctypes.c_int32 * 3), ("arc", ctypes.c_int32),
+        ("plane", ctypes.c_int32), ("centre", ctypes.c_int32 * 2), ("speed", ctypes.c_uint32),
+    ]
+
+
 @dataclass(frozen=True)
 class Fault:
     """What the firmware found wrong. ``line`` and ``column`` are 0 where there is none."""
@@ -85,6 +94,7 @@ class Checker:
     def __init__(self, sanitize: str = "undefined"):
         self.library = library(sanitize)
         self._records = (Record * self.RECORDS)()
+        self._motions = (Motion * self.RECORDS)()
         self._sentence = ctypes.create_string_buffer(256)
 
     def enter(self, line: str) -> str:
@@ -104,6 +114,15 @@ class Checker:
         if blocks < 0:
             return Fault(*place, self._sentence.value.decode())
         return self._records[:blocks]
+
+    def motions(self, tape: bytes) -> list[Motion] | Fault:
+        """What the machine would do on a tape, with the wire offset; or the first fault."""
+        place = (ctypes.c_uint32 * 3)()
+        count = self.library.gk_check_motions(bytes(tape), len(tape), self._motions, self.RECORDS,
+                                              place, self._sentence, 256)
+        if count < 0:
+            return Fault(*place, self._sentence.value.decode())
+        return self._motions[:count]
 
 
 class Arc:

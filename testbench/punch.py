@@ -27,6 +27,16 @@ N80 M02
 %
 """
 
+# A step of 0.3 mm between two inside corners, of which a wire beside it takes 0.2 mm each.
+STEP = """N20 C130
+N21 G10 D1 R0.2
+N22 G41 D1 G01 X1 F6
+N23 X3
+N24 Y0.3
+N25 X1
+N26 G40 X0
+"""
+
 
 @dataclass(frozen=True)
 class Broken:
@@ -106,6 +116,8 @@ def broken() -> dict[str, Broken]:
             _text("G01 Z0.09", "G02 X1 I0.6"), 7, 12, "0.6000 mm at its start, 0.4000 mm"),
         "arc_without_centre.ptp": Broken(_text("G01 Z0.09", "G03 X1 Y1"), 7, 9, "centre"),
         "arc_chord_too_long.ptp": Broken(_text("G01 Z0.09", "G02 X1 R0.45"), 7, 12, "diameter"),
+        "impossible_corner.ptp": Broken(
+            _text("N20 C130\n", STEP), 7, 0, "0.2000 mm leaves nothing"),
         "fault_after_motion.ptp": Broken(
             _text("N80 M02", "N80 X1 B2\nN90 M02"), 9, 8, "B", moves=True),
     }

@@ -27,6 +27,7 @@ static bool by_hand;
 static uint32_t line;
 static const char *text;
 static uint32_t length;
+static bool cornered;       /* the corner before the motion has been appended */
 static bool told;           /* the block's event is out, or waits as a notice */
 static part at;
 static unsigned m_index;
@@ -51,6 +52,7 @@ void execute_resynchronise(void) {
 
 void execute_abort(void) {
     at = PART_DONE;
+    state.side = 0;
     sent = false;
 }
 
@@ -90,6 +92,7 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     told = manual || source_length == 0;
     at = PART_BEFORE;
     m_index = 0;
+    cornered = false;
     sent = resumed = false;
     if (manual)
         events_set_line(0);
@@ -196,6 +199,12 @@ static part move(fault *f) {
     if (!told)
         events_notice(path_next(), line, text, length);
     told = true;
+    if (work->corners && !cornered) {
+        path_append(&work->corner, units_rate(work->corner_speed));
+        cornered = true;
+        machine_run(true);
+        return PART_MOVE;
+    }
     path_append(&work->move, units_rate(work->speed));
     state = work->after;
     machine_run(true);

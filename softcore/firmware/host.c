@@ -3,6 +3,7 @@
 #include "host.h"
 
 #include "arc.h"
+#include "compensation.h"
 #include "gap.h"
 
 #include <string.h>
@@ -109,6 +110,39 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
         r->offset[axis] = p->after.offset[axis];
 }
 
+static struct {
+    gk_motion *at;
+    uint32_t count, room;
+} motions;
+
+static void note_motion(const path_move *m, uint32_t line, uint32_t speed) {
+    if (motions.count++ >= motions.room)
+        return;
+    *motions.at++ = (gk_motion){line, {m->delta[0], m->delta[1], m->delta[2]},
+                                m->arc ? m->ccw ? 1 : -1 : 0, m->plane,
+                                {m->centre[0], m->centre[1]}, speed};
+}
+
+/* What would be carried out once this block has been taken. */
+static bool compensate(const block *words, plan *p, fault *f) {
+    bool empty = !words->present && !words->g_count && !words->m_count;
+    if (!compensation_take(p, words->text, empty ? 0 : words->length, f->line, f->block, f))
+        return false;
+    plan_result result;
+    do
+        result = compensation_step(UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, f);
+    while (result == PLAN_MORE);
+    if (result == PLAN_FAULT)
+        return false;
+    for (const compensation_block *out; (out = compensation_next());) {
+        if (out->p->corners)
+            note_motion(&out->p->corner, out->line, out->p->corner_speed);
+        if (out->p->moves)
+            note_motion(&out->p->move, out->line, out->p->speed);
+    }
+    return true;
+}
+
 int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *records,
                      uint32_t count, uint32_t place[3], char *message, uint32_t size) {
     reader r;
@@ -120,6 +154,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
     prepare();
     gap_start();
     plan_start(&state);
+    compensation_reset();
     reader_begin(&r, tv);
     for (uint32_t i = 0; i < length && f.code == FAULT_NONE; i++) {
         reader_result result = reader_byte(&r, tape[i], &f);
@@ -139,6 +174,8 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
         }
         if (blocks < count)
             record(&records[blocks], r.line, &p, words.skipped);
+        if (!words.skipped && !compensate(&words, &p, &f))
+            break;
         blocks++;
         f = (fault){0};
         if (!words.skipped && p.stop == STOP_END)
@@ -155,6 +192,16 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
     }
     fault_sentence(&f, message, size);
     return -1;
+}
+
+int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *to, uint32_t count,
+                     uint32_t place[3], char *message, uint32_t size) {
+    motions.at = to;
+    motions.room = count;
+    motions.count = 0;
+    int blocks = gk_check_records(tape, length, 0, 0, 0, place, message, size);
+    motions.room = 0;
+    return blocks < 0 ? -1 : (int)motions.count;
 }
 
 int gk_check(const uint8_t *tape, uint32_t length, char *message, uint32_t size) {

@@ -57,6 +57,17 @@ typedef struct {
 } gk_segment;
 
 void gk_words(const hal_segment *segment, gk_segment *words);
+/* The motions that a tape without a fault makes, in order, with the wire offset; `count` are filled at
+   most, and their number returned. -1 as above. */
+typedef struct {
+    uint32_t line;
+    int32_t delta[3];           /* pulses */
+    int32_t arc, plane, centre[2];  /* as in gk_record */
+    uint32_t speed;
+} gk_motion;
+
+int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, uint32_t count,
+                     uint32_t place[3], char *message, uint32_t size);
 
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);

@@ -28,7 +28,6 @@ typedef struct {
    typing error. */
 static const refused_row REFUSED[] = {
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
-    {410, 420, "the wire offset (G41, G42) is not in this version"},
 };
 
 void plan_start(modal *state) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program.h"
 
+#include "compensation.h"
 #include "events.h"
 #include "execute.h"
 #include "hal.h"
@@ -14,7 +15,8 @@
 #define READ_BUDGET 12      /* bytes of tape per step: some 300 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
-typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
+typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
+               STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
 
 static uint8_t tape[PROGRAM_TAPE];
 static uint32_t tape_head, tape_tail;
@@ -30,6 +32,7 @@ static uint32_t line_length;
 static bool line_waits;
 static block words;
 static plan work;
+static const compensation_block *current;   /* being carried out */
 static fault trouble;
 static program_cost cost;
 static uint32_t spent;      /* clocks on the block at work */
@@ -39,6 +42,7 @@ void program_init(void) {
     tape_state = TAPE_NONE;
     tape_ended = announced = line_waits = by_hand = false;
     at = STAGE_READ;
+    compensation_reset();
     cost = (program_cost){0};
     execute_init();
 }
@@ -69,6 +73,7 @@ void program_abort(void) {
     tape_state = TAPE_NONE;
     tape_head = tape_tail = 0;
     at = STAGE_READ;
+    compensation_reset();
     execute_abort();
 }
 
@@ -186,7 +191,7 @@ static void step_parse(void) {
 }
 
 static void step_plan(void) {
-    if (!plan_block(&words, execute_state(), by_hand, settings_highest_speed(),
+    if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
                     settings_soft_limit(), hal_jump_axis(), &work, &trouble)) {
         fail();
         return;
@@ -203,7 +208,30 @@ static void step_arc(void) {
     if (!by_hand && work.stop == STOP_END)
         reader_stop(&tape_reader);
     cost.blocks++;
-    at = STAGE_ANNOUNCE;
+    /* A block without words, such as a comment, is not worth an event. */
+    bool empty = !words.present && !words.g_count && !words.m_count;
+    at = STAGE_COMPENSATE;
+    if (!compensation_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
+                           trouble.block, &trouble))
+        fail();
+}
+
+static void step_compensate(void) {
+    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    case PLAN_FAULT: fail(); return;
+    case PLAN_DONE: at = STAGE_ANNOUNCE; return;
+    default: return;
+    }
+}
+
+static void next_block(void) {
+    current = compensation_next();
+    if (!current) {
+        finish_block();
+        return;
+    }
+    execute_begin(current->p, by_hand, current->line, current->text, current->length);
+    at = STAGE_EXECUTE;
 }
 
 static void step_announce(void) {
@@ -216,17 +244,14 @@ static void step_announce(void) {
             events_now("start", ",");
         return;
     }
-    /* A block without words, such as a comment, is not worth an event. */
-    bool empty = !words.present && !words.g_count && !words.m_count;
-    execute_begin(&work, by_hand, tape_reader.line, words.text, empty ? 0 : words.length);
-    at = STAGE_EXECUTE;
+    next_block();
 }
 
 static bool step_execute(void) {
-    trouble = (fault){.line = by_hand ? 0 : tape_reader.line, .block = trouble.block};
+    trouble = (fault){.line = by_hand ? 0 : current->line, .block = current->number};
     execute_result result = execute_step(&trouble);
     switch (result) {
-    case EXECUTE_DONE: finish_block(); break;
+    case EXECUTE_DONE: next_block(); break;
     case EXECUTE_END:
         tape_state = by_hand ? tape_state : TAPE_NONE;
         finish_block();
@@ -247,13 +272,14 @@ bool program_step(void) {
     case STAGE_PARSE: step_parse(); break;
     case STAGE_PLAN: step_plan(); break;
     case STAGE_ARC: step_arc(); break;
+    case STAGE_COMPENSATE: step_compensate(); break;
     case STAGE_ANNOUNCE: step_announce(); return true;
     case STAGE_EXECUTE: return step_execute();
     }
     if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
         return false;
     spent += hal_cycle_low() - began;
-    if (was == STAGE_ARC && at != STAGE_ARC) {
+    if (was == STAGE_COMPENSATE && at == STAGE_ANNOUNCE) {
         cost.total += spent;
         cost.worst = spent > cost.worst ? spent : cost.worst;
         spent = 0;

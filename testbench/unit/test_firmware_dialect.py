@@ -122,7 +122,8 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G10 D1 R-1",                     39, 8),
     ("G10 D1 R100.1",                  39, 8),
     ("G10",                            18, 0),
-    ("G42 D3",                         19, 1),
+    ("G41",                            18, 1),
+    ("G42 D3",                         39, 5),
     ("D1",                             17, 1),
     ("G36 R-5 L1 H5 E5 Q.5",           11, 5),
     ("G38.2 Z-1 F5",                   19, 1),
@@ -190,7 +191,7 @@ def test_each_error_is_named_with_its_place(checker, block, code, column):
     "g1 x1 f5", "N00012 :77 G01 Z-1. F2", "M08 M77 M03 C100", "G20 G91 G94", "X5 G04",
     "G36 R5 L1 H5 E5 Q0", "G36 R5 L1 H5 E5 Q1 Z-3", "G4 X36000", "", "   ", "()", "/ Z9 A5 (",
     "G 01 X 1 F\t5", "G02", "G03 M08", "G02 X2 I1 F5", "G2 X10 I5.0009 F5", "G2 X10 R4.9991 F5",
-    "G2 X1 Y1 R+1000 F5", "G3 I1000 F5", "G19 G3 Y1 Z1 X5 R-1. F5",
+    "G2 X1 Y1 R+1000 F5", "G3 I1000 F5", "G19 G3 Y1 Z1 X5 R-1. F5", "G41 D0",
     "G10 D15 R100", "G10 P6 X-5 Z26843", "G59 G00 X1",
 ])
 def test_what_is_right_is_taken(checker, block):

@@ -77,6 +77,36 @@ def test_offsets_stay_until_power_off_and_are_told(machine):
     assert machine.axes[:2] == (10_000, -25_000)
 
 
+def test_functions_between_two_moves_beside_the_path_act_at_the_corner(machine):
+    machine.line("G10 D1 R.1")
+    lines = run(machine, "G41 D1 G00 X1", "G01 X2 F600", "M77", "Y1 M78", "X1.5", "G40 X0 Y0",
+                "M02", passes=20_000)
+    told = [line[3:-1].split(",") for line in lines if line.startswith(("[E:block", "[E:aux"))]
+    assert [(event[0], *event[2:5]) for event in told] == [
+        ("block", "2", "0", "0"), ("block", "3", "10000", "1000"),
+        ("block", "4", "19000", "1000"), ("aux", "4", "19000", "1000"),
+        ("block", "5", "19000", "1000"), ("aux", "5", "19000", "1000"),
+        ("block", "6", "19000", "9000"), ("block", "7", "15000", "9000"),
+        ("block", "8", "0", "0")]
+    assert machine.axes == (0, 0, 0)
+
+
+def test_damaged_block_leaves_the_held_move_undone(machine):
+    machine.line("G10 D1 R.1")
+    lines = run(machine, "G41 D1 G00 X1", "G01 X2 F600", "Y1", "X1.95 Y.95", "G99", "M02")
+    assert events(lines, "alarm")[0][2].startswith("Block 6")
+    assert machine.axes[0] == 19_000, "the move of block 5 was held"
+    assert machine.line("$X") == ["ok"]
+    assert names(run(machine, "G00 X0 Y0", "M02"))[-1] == "end", "no offset is left"
+    assert machine.axes[:2] == (0, 0)
+
+
+def test_wire_offset_is_for_tapes(machine):
+    machine.line("G10 D1 R.1")
+    assert machine.line("G41 D1 G00 X1")[-1] == "error:19"
+    assert machine.axes == (0, 0, 0)
+
+
 def test_short_blocks_run_through(machine):
     """The machine stands; blocks are granted ahead of it without waiting for it."""
     machine.library.gk_speed(0)

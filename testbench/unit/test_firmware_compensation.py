@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware's wire offset against the model, and against what it is for: no point too near."""
+
+import cmath
+from itertools import pairwise
+from math import pi
+
+import pytest
+
+from testbench import programs
+from testbench.firmware import Checker, Fault
+from testbench.models.wire_offset import JOINED, Element, NoOffsetError, beside
+
+MM = 10_000
+PLANES = {17: "XYIJ", 18: "ZXKI", 19: "YZJK"}
+
+
+@pytest.fixture(scope="module")
+def checker():
+    return Checker()
+
+
+def motions(checker, *blocks):
+    return checker.motions(programs.punched(["G10 D1 R.1", "F100", *blocks, "M02"]))
+
+
+def elements(found, plane=17):
+    """Motions as elements, from the origin."""
+    first, second = {17: (0, 1), 18: (2, 0), 19: (1, 2)}[plane]
+    at, result = 0j, []
+    for motion in found:
+        end = at + complex(motion.delta[first], motion.delta[second])
+        away = complex(*motion.centre) / 64
+        result.append(Element(at, end, motion.arc, at + away, abs(away)))
+        at = end
+    return result
+
+
+def contour(rng, *, calm):
+    """A closed contour of lines and arcs as elements on whole micrometres, clockwise or not."""
+    count = rng.randint(3, 8)
+    turn = rng.choice((1, -1))
+    angles = sorted(rng.uniform(0, 0.6) + k for k in range(count))
+    corners = [rng.uniform(60_000, 120_000) * cmath.exp(turn * 2j * pi * a / count) for a in angles]
+    corners = [complex(round(c.real, -1), round(c.imag, -1)) for c in corners]
+    path = []
+    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+        chord = end - start
+        if rng.random() < 0.5 or (calm and not path):
+            path.append(Element(start, end))
+            continue
+        away = rng.uniform(1.5, 9) if calm else rng.uniform(0, 5)
+        away *= rng.choice((-1, 1)) * abs(chord)
+        centre = (start + end) / 2 + 1j * chord / abs(chord) * away
+        bulge = rng.choice((-1, 1)) if not calm else (1 if away > 0 else -1)
+        path.append(Element(start, end, bulge, centre, abs(start - centre)))
+    return path
+
+
+def program(path, offset, side, plane=17):
+    """Blocks that go along a path beside it: in from the origin, and out again."""
+    a, b, i, j = PLANES[plane]
+
+    def point(p):
+        return f"{a}{p.real / MM:.7f}{b}{p.imag / MM:.7f}"
+
+    blocks = [f"G10 D1 R{offset / MM:.4f}", f"G{plane}", "F100",
+              f"G{41 if side > 0 else 42} D1 G01 {point(path[0].start)}"]
+    for element in path:
+        if element.turn:
+            away = element.centre - element.start
+            blocks.append(f"G{2 if element.turn < 0 else 3} {point(element.end)}"
+                          f"{i}{away.real / MM:.7f}{j}{away.imag / MM:.7f}")
+        else:
+            blocks.append(f"G01 {point(element.end)}")
+    return [*blocks, "G40 G01 X0 Y0 Z0", "M02"]
+
+
+def on_the_edge(path, offset, side):
+    """Do the ends at a corner lie just so far apart that the last place decides what is done?"""
+    for before, after in pairwise(path):
+        gap = before.tangent(before.end) - after.tangent(after.start)
+        largest = max(abs(gap.real), abs(gap.imag)) * offset
+        if abs(largest - JOINED) < 0.1:
+            return True
+    return False
+
+
+def compared(checker, path, offset, side, plane=17):
+    """Hold the motions against the model: whether both have some, or neither; and the motions."""
+    if on_the_edge(path, offset, side):
+        return True, None
+    result = checker.motions(programs.punched(program(path, offset, side, plane)))
+    try:
+        expected = beside(path, offset, side)
+    except NoOffsetError:
+        expected = None
+    if isinstance(result, Fault):
+        assert result.code == 21, result
+        return expected is None, None
+    if expected is None:
+        return False, None
+    made = elements(result, plane)[1:-1]
+    assert len(made) == len(expected)
+    for number, (mine, model) in enumerate(zip(made, expected, strict=True)):
+        blur = 1.5
+        if number + 1 < len(expected):
+            # Where two paths cross at a small angle the last place of a centre moves the point.
+            after = expected[number + 1]
+            blur += 0.1 / max(1e-9, abs((model.tangent(model.end).conjugate()
+                                          * after.tangent(after.start)).imag))
+        assert abs(mine.end - model.end) < blur
+        assert mine.turn == model.turn
+        assert not mine.turn or abs(mine.centre - model.centre) < 0.1
+        # The ends being right, this tells an arc from the same with a turn more or less.
+        assert not mine.turn or abs(mine.length - model.length) < min(3 * model.radius, 20) + 2
+    return True, made
+
+
+def test_paths_are_those_of_the_model(checker, rng):
+    right, alike, count = 0, 0, 400
+    for _ in range(count):
+        path = contour(rng, calm=False)
+        offset = rng.choice((1, 7, 100, 1000, 1250, 5000, 20_000))
+        agrees, made = compared(checker, path, offset, rng.choice((1, -1)), rng.choice((*PLANES,)))
+        right += made is not None
+        alike += agrees
+    assert right > count // 4
+    assert alike == count
+
+
+def test_no_point_is_nearer_than_the_offset(checker, rng):
+    """Closed contours that begin on a straight, with features larger than the wire."""
+    right = 0
+    for _ in range(150):
+        path = contour(rng, calm=True)
+        first, *rest = path
+        middle = (first.start + first.end) / 2
+        middle = complex(round(middle.real, -1), round(middle.imag, -1))
+        path = [Element(middle, first.end), *rest, Element(first.start, middle)]
+        offset = rng.choice((10, 300, 1250, 2000))
+        agrees, made = compared(checker, path, offset, rng.choice((1, -1)))
+        assert agrees
+        if not made:
+            continue
+        right += 1
+        for mine in made:
+            for part in range(21):
+                point = mine.at(mine.length * part / 20) if part < 20 else mine.end
+                distance = min(element.distance(point) for element in path)
+                assert distance >= offset - 1
+                assert mine.turn or distance <= 6 * offset
+    assert right > 100
+
+
+@pytest.mark.parametrize("side", [41, 42])
+def test_circle_stays_a_circle(checker, side):
+    result = motions(checker, f"G{side} D1 G01 X1", "G02 I5", "G40 G01 X0")
+    assert [tuple(motion.delta) for motion in result][1] == (0, 0, 0)
+    radius = 51_000 if side == 41 else 49_000
+    assert tuple(result[1].centre) == (64 * radius, 0)
+
+
+def test_third_axis_goes_as_programmed(checker):
+    result = motions(checker, "G42 D1 G01 X1", "G03 X0 Y1 I-1 Z2", "G01 Z1", "X-1 Z.5", "G40 X0")
+    assert [motion.delta[2] for motion in result] == [0, 20_000, -10_000, -5_000, 0]
+    at = elements(result)
+    assert at[0].end == 11_000
+    assert at[1].end == at[2].end == at[3].start == 11_000j
+
+
+def test_offset_of_nothing_changes_nothing(checker):
+    blocks = ["D0 G01 X1", "Y1", "G03 X2 Y2 R1", "G01 X1", "X3", "G02 I1"]
+    plain = motions(checker, *[block.replace("D0 ", "") for block in blocks], "G01 X0")
+    for side in (41, 42):
+        offset = motions(checker, f"G{side} {blocks[0]}", *blocks[1:], "G40 G01 X0")
+        assert [(*m.delta, m.arc, *m.centre) for m in offset] == [
+            (*m.delta, m.arc, *m.centre) for m in plain]
+
+
+def test_outside_of_a_corner_is_an_arc_at_the_lower_speed(checker):
+    result = motions(checker, "G42 D1 G01 X1", "X2 F50", "Y1 F70", "X0 F20", "G40 X-1")
+    assert [(m.arc, m.speed) for m in result] == [
+        (0, 100_000), (0, 50_000), (1, 50_000), (0, 70_000), (1, 20_000), (0, 20_000), (0, 20_000)]
+
+
+ROUND = ["G41 D1 G01 X1", "Y1"]
+
+
+@pytest.mark.parametrize(("blocks", "line", "words"), [
+    ([*ROUND, "G40", "G91", "M02"], 7, "two blocks in a row"),
+    ([*ROUND, "M08", "Z1", "X2"], 7, "two blocks in a row"),
+    ([*ROUND], 6, "ends under a wire offset"),
+    ([*ROUND, "X2 M02"], 6, "ends under a wire offset"),
+    (["G41 D1 G02 X1 I.5"], 4, "must begin with a line"),
+    ([*ROUND, "G40 G02 X2 R1"], 6, "must end with a line"),
+    (["G41 D1 G01 X1", "G40 X2"], 5, "no motion beside the path"),
+    ([*ROUND, "G40", "G42 X2"], 7, "begins before the one before"),
+    ([*ROUND, "G42 X2"], 6, "there must be G40"),
+    ([*ROUND, "G18 X2"], 6, "plane cannot change"),
+    ([*ROUND, "G40", "G18 X2"], 7, "the plane changes"),
+    (["G41 D1 G01 X1", "G03 X.8 I-.1"], 5, "0.1000 mm does not fit into the arc's radius of 0.10"),
+    (["G41 D1 G01 X1", "X1.05", "Y1", "G40 X0"], 5, "leaves nothing of this move"),
+    (["G41 D1 G01 X1", "X3", "X1 Y.01", "G40 X0"], 5, "leaves nothing of this move"),
+    (["G41 D1 G01 X1", "X3", "G03 X2.89 Y.11 I-.11"], 6, "of 0.1000 mm do not meet"),
+])
+def test_what_cannot_be_offset_is_refused(checker, blocks, line, words):
+    result = motions(checker, *blocks)
+    assert isinstance(result, Fault)
+    assert result.sentence.startswith(f"Block {line}")
+    assert words in result.sentence
+
+
+def test_travel_holds_beside_the_path(checker):
+    end = 26843.5
+    right = motions(checker, f"G42 D1 G01 X{end}", "Y1", "G40 X0")
+    assert isinstance(right, Fault)
+    assert (right.code, right.line) == (34, 4)
+    assert "beside the path the travel of X" in right.sentence
+    assert not isinstance(motions(checker, f"G41 D1 G01 X{end}", "Y1", "G40 X0"), Fault)
+    corner = motions(checker, f"G42 D1 G01 X{end - 0.09} Y5", "X26843.49", "Y8", "G40 X0")
+    assert (corner.code, corner.line) == (34, 6)
