@@ -77,7 +77,7 @@ def program(path, offset, side, plane=17):
 
 
 def on_the_edge(path, offset, side):
-    """Do the ends at a corner lie just so far apart that the last place decides what is done?"""
+    """Whether ends at a corner are just so far apart that the last place decides what is done."""
     for before, after in pairwise(path):
         gap = before.tangent(before.end) - after.tangent(after.start)
         largest = max(abs(gap.real), abs(gap.imag)) * offset
