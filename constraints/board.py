@@ -41,7 +41,8 @@ PADS = (
     Pad("gap_reference", "o", 3),
     # Serial converter of gap voltage and fluid cell.
     Pad("adc_select", "o"), Pad("adc_clock", "o"), Pad("adc_command", "o"), Pad("adc_data", "i"),
-    # Emergency stop, drive faults, limit switches, fluid too low: true stops the machine.
+    # Emergency stop, drive faults, limit switches, fluid too low: true stops the machine. The third
+    # drive of a wire machine is that of the wire, and a broken wire is its fault.
     Pad("estop", "i"), Pad("drive_fault", "i", AXES),
     Pad("limit_low", "i", AXES), Pad("limit_high", "i", AXES), Pad("fluid_low", "i"),
     # The machine side has done the auxiliary function.

@@ -130,6 +130,9 @@ void machine_tell_alarm(void) {
      1u << CAUSE_FOLLOWING_MOVING)
 
 static const char *cause_text(unsigned cause) {
+    /* A wire machine's third drive is that of the wire. */
+    if (cause == CAUSE_DRIVE_FAULT && hal_jump_axis() >= HAL_AXES)
+        return "the wire is broken or a drive reports a fault";
     return cause < CAUSES ? CAUSE_TEXT[cause] : "unknown cause";
 }
 

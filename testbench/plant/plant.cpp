@@ -220,7 +220,7 @@ void Plant::configure() {
         gap_.put_electrode(process_.initial_gap_um);
     estop_ = force_estop_ != 0;
     fluid_low_ = force_fluid_low_ != 0;
-    drive_fault_ = static_cast<uint8_t>(force_drive_fault_);
+    faults();
     cut_ = static_cast<unsigned>(force_encoder_cut_);
     jumped_ = static_cast<unsigned>(force_encoder_jump_);
     limits();
@@ -242,6 +242,7 @@ void Plant::tick(const FromController& from) {
         wire_.tick(axes_[0].position() / pulses_per_mm_ * 1000,
                    axes_[1].position() / pulses_per_mm_ * 1000, dt);
     gap_.tick(electrode_um(), dt);
+    faults();
     levels();
     limits();
     side(from);
@@ -266,6 +267,13 @@ unsigned Plant::sample(unsigned channel) const {
     if (channel == 1)
         return cell_code(cell_, gap_.fluid_ohm_cm(), static_cast<int>(force_fluid_sensor_));
     return 0;
+}
+
+// A wire machine's third drive is that of the wire: it reports a fault when the wire is broken.
+void Plant::faults() {
+    const bool broken = kind_ != 0 && wire_.broken();
+    drive_fault_ = static_cast<uint8_t>(static_cast<unsigned>(force_drive_fault_) |
+                                        static_cast<unsigned>(broken) << Z);
 }
 
 void Plant::limits() {

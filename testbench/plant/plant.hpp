@@ -15,7 +15,7 @@
 namespace plant {
 
 constexpr int AXES = 3;  // X, Y, Z: bit 0, 1, 2 of every vector
-constexpr int Z = 2;     // carries the electrode
+constexpr int Z = 2;     // carries the electrode; stands on a wire machine
 
 // Names and widths are those of rtl/pads.py.
 struct FromController {
@@ -101,6 +101,7 @@ private:
     void tick(const FromController& from);
     void side(const FromController& from);
     void limits();
+    void faults();
     void levels();
     double electrode_um() const;
     unsigned sample(unsigned channel) const;

@@ -82,7 +82,7 @@ public:
 
 private:
     // Directions are told apart by a pseudo-angle, which needs no arctangent.
-    static constexpr unsigned SECTORS = 64;
+    static constexpr unsigned SECTORS = 128;
     struct Sector {
         double distance;
         int32_t x, y;

@@ -234,6 +234,15 @@ def test_halt_of_the_gateware_is_an_alarm(machine, detail, code):
     assert names(run(machine, "G00 X1", "M02"))[-1] == "end"
 
 
+def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
+    for jump_axis, words in ((2, "interlock: a drive reports a fault;"),
+                             (15, "interlock: the wire is broken or a drive reports a fault;")):
+        machine = Machine(jump_axis=jump_axis)
+        machine.unlock()
+        machine.library.gk_trip(2)
+        assert words in events(machine.run(200), "alarm")[0][2]
+
+
 @pytest.mark.parametrize(("cause", "words"), [(1, "emergency stop"), (6, "watchdog"),
                                               (10, "following error in motion")])
 def test_trip_is_an_alarm_and_position_is_taken_anew(machine, cause, words):
