@@ -16,9 +16,8 @@ from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
 from rtl.lib.event_queue import EventQueue
 from rtl.members import AXES, pins, registers
-from rtl.motion.arc import ArcDistributor
 from rtl.motion.axis import Axis
-from rtl.motion.distributor import LineDistributor
+from rtl.motion.distribution import Distributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
@@ -112,8 +111,7 @@ class Machine(wiring.Component):
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
         m.submodules.path = path = SegmentWindow(axes=self.axes, slots=self.slots)
-        m.submodules.distributor = distributor = LineDistributor(axes=self.axes)
-        m.submodules.arc = arc = ArcDistributor(axes=self.axes)
+        m.submodules.distributor = distributor = Distributor(axes=self.axes)
         m.submodules.retraction = retraction = Retraction()
         load = Signal()
         m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
@@ -151,19 +149,8 @@ class Machine(wiring.Component):
             path.fast_slot.eq(self.path_fast_slot),
             path.fast_strobe.eq(self.path_fast_slot_strobe),
 
-            distributor.pulse.eq(path.distribute),
-            distributor.reverse.eq(path.distribute_reverse),
-            distributor.length.eq(path.length),
+            *distributor.follow(path),
             distributor.restart.eq(load),
-
-            arc.pulse.eq(path.distribute & path.arc),
-            arc.reverse.eq(path.distribute_reverse),
-            arc.negative.eq(Cat(travel.negative for travel in path.travel)),
-            arc.enter.eq(path.enter),
-            *(getattr(arc, name).eq(getattr(path, name))
-              for name in ("outward", "major", "minor", "divisor", "change")),
-            *(getattr(arc.state, name).eq(getattr(path.state, name))
-              for name in ("pace", "error", "along", "across")),
 
             self.path_command.eq(feed.command),
             self.path_position.eq(path.position),
@@ -216,13 +203,8 @@ class Machine(wiring.Component):
             axis = Axis(dac=self.dac_kind, rest_clocks=self.clocks(REST_S))
             m.submodules[f"axis_{letter}"] = axis
             m.d.comb += [
-                distributor.travel[index].magnitude.eq(path.travel[index].magnitude),
-                distributor.travel[index].negative.eq(path.travel[index].negative),
-                distributor.other[index].eq(path.arc & ((path.major == index)
-                                                        | (path.minor == index))),
-                axis.pi.eq(distributor.pi[index] | arc.pi[index]),
-                axis.pi_reverse.eq(Mux(arc.pi[index], arc.pi_reverse[index],
-                                       distributor.pi_reverse[index])),
+                axis.pi.eq(distributor.pi[index]),
+                axis.pi_reverse.eq(distributor.pi_reverse[index]),
                 axis.enc_a.eq(self.enc_a[index]),
                 axis.enc_b.eq(self.enc_b[index]),
                 axis.safe.eq(self.safe),

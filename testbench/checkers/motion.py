@@ -6,8 +6,7 @@ from amaranth.hdl import Assert
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.motion.arc import ArcDistributor
-from rtl.motion.distributor import LineDistributor
+from rtl.motion.distribution import Distributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
@@ -53,8 +52,7 @@ class Motion(wiring.Component):
         self.feed = PathPulseGenerator()
         self.ramp = Ramp()
         self.path = SegmentWindow(axes=axes)
-        self.distributor = LineDistributor(axes=axes)
-        self.arc = ArcDistributor(axes=max(2, axes))
+        self.distributor = Distributor(axes=axes)
         self.retraction = Retraction()
         members = {name: In(self.retraction.signature.members[name].shape) for name in SETTINGS}
         members |= {name: self.path.signature.members[name] for name in (
@@ -72,7 +70,6 @@ class Motion(wiring.Component):
         m.submodules.ramp = ramp
         m.submodules.path = path
         m.submodules.distributor = distributor
-        m.submodules.arc = arc = self.arc
         m.submodules.retraction = retraction
 
         load = Signal()
@@ -104,19 +101,8 @@ class Motion(wiring.Component):
             path.load.eq(load),
             path.load_slot.eq(self.load_slot),
 
-            distributor.pulse.eq(path.distribute),
-            distributor.reverse.eq(path.distribute_reverse),
-            distributor.length.eq(path.length),
+            *distributor.follow(path),
             distributor.restart.eq(load),
-
-            arc.pulse.eq(path.distribute & path.arc),
-            arc.reverse.eq(path.distribute_reverse),
-            arc.negative.eq(Cat(travel.negative for travel in path.travel)),
-            arc.enter.eq(path.enter),
-            *(getattr(arc, name).eq(getattr(path, name))
-              for name in ("outward", "major", "minor", "divisor", "change")),
-            *(getattr(arc.state, name).eq(getattr(path.state, name))
-              for name in ("pace", "error", "along", "across")),
 
             retraction.ready.eq(path.ready),
             retraction.load.eq(load),
@@ -130,17 +116,9 @@ class Motion(wiring.Component):
             retraction.distance.eq(ramp.distance),
         ]
         for index in range(self.axes):
-            for member in ("magnitude", "negative"):
-                m.d.comb += [
-                    getattr(distributor.travel[index], member).eq(
-                        getattr(path.travel[index], member)),
-                ]
-            m.d.comb += distributor.other[index].eq(
-                path.arc & ((path.major == index) | (path.minor == index)))
-            for source in (distributor, arc):
-                with m.If(source.pi[index]):
-                    m.d.sync += self.axis[index].eq(Mux(
-                        source.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
+            with m.If(distributor.pi[index]):
+                m.d.sync += self.axis[index].eq(
+                    Mux(distributor.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
 
         self._check(m)
         return m
