@@ -198,7 +198,8 @@ static void watch_way(int32_t front) {
     }
 }
 
-/* And one that is never asked for DOWN would stand for ever. Time counts while there is a way to go
+/* And one that is never asked for DOWN would stand for ever, as would feed by the voltage at a rate
+   of nothing. Time counts while there is a way to go
    and nothing but the servo decides whether it is gone: not on hold, nor in a retraction or a jump. */
 static void watch_time(int32_t front) {
     uint32_t now = hal_cycle_low(), passed = now - looked;
@@ -235,9 +236,8 @@ void gap_watch(void) {
     uint32_t counts[4];
     hal_gap_counts(counts);
     law_watch(machine_machining(), counts);
-    if (!servo)
-        return;
     int32_t front = hal_front();
-    watch_way(front);
+    if (servo)
+        watch_way(front);
     watch_time(front);
 }

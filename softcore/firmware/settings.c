@@ -147,7 +147,7 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_machine();
     else if (which <= SET_CRITERIA)
         apply_gap();
-    else if (which <= SET_FLUID_HIGHEST)
+    else if (which <= SET_LAW_NO_LOAD)
         gap_settings();
     return true;
 }

@@ -100,15 +100,24 @@ def test_a_law_without_what_it_needs_is_refused(machine, blocks, code, words):
 
 
 def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
-    machine.line("$50=4001")
+    machine.line("$51=4001")
     assert machine.line(ROW) == ["ok"]
     lines = machine.tape(punched(["C900 G95 P3", "G95 P4", "M02"]), passes=4000)
     assert first_alarm(lines) == [
         "36", "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
 
 
+@pytest.mark.parametrize("law", [2, 3, 4])
+def test_standing_at_the_front_for_ever_is_an_alarm(machine, law):
+    machine.line("$44=1")
+    under(machine, law, passes=300)
+    machine.library.gk_speed(0)
+    lines = machine.run(3000)
+    assert first_alarm(lines) == ["51", "Block 7: no progress in 1 s of machining at the front."]
+
+
 def test_settings_reach_the_law(machine):
-    for line in ("$47=25", "$48=50", "$49=1000", "$50=1000", "$51=2000"):
+    for line in ("$48=25", "$49=50", "$50=1000", "$51=1000", "$52=2000"):
         assert machine.line(line) == ["ok"]
     under(machine, 4)
     found = machine.law
@@ -134,7 +143,7 @@ def mean(machine, volts, *, opens=0, discharges=0):
 
 
 def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
-    machine.line("$52=1")
+    machine.line("$53=1")
     under(machine, 4)
     machine.library.gk_discharges(1)
     machine.run(20)
