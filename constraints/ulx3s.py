@@ -17,7 +17,7 @@ comparators are high above their level, so that a lost gap is a short and the el
 An encoder that falls silent is found by the following error, a lost FIN by its time-out.
 
 **The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 256 KB of the 85F,
-254 lines or 127 arcs with the 90 KB of the 12F.
+2046 lines or 1023 arcs with the 160 KB of the 45F. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """
@@ -100,7 +100,7 @@ class _Ulx3s85F(_WithPads, ulx3s.ULX3S_85F_Platform):
     pass
 
 
-class _Ulx3s12F(_WithPads, ulx3s.ULX3S_12F_Platform):
+class _Ulx3s45F(_WithPads, ulx3s.ULX3S_45F_Platform):
     pass
 
 
@@ -109,6 +109,6 @@ PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the 
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=262144,
           pin_list=PIN_LIST),
-    Board("ulx3s_12f", "ULX3S 12F", _Ulx3s12F, clock_hz=50_000_000, memory_size=92160,
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=163840,
           pin_list=PIN_LIST),
 )

@@ -36,9 +36,9 @@ SANITIZE = {
 }
 
 
-# Memory that the firmware takes beside the history of the path, its stack with it; and what a unit
-# of that history takes: a line is one, an arc two.
-BESIDE_PATH = 88_064
+# Memory that the firmware takes beside the history of the path, its stack with it and some room to
+# grow; and what a unit of that history takes: a line is one, an arc two.
+BESIDE_PATH = 118_784
 PATH_UNIT = 16
 
 
@@ -110,8 +110,7 @@ def _cached(name, command, build):
 
 
 def path_units(memory_size: int) -> int:
-    """Units of the path that a memory has room for: the largest power of two, so at least half of
-    what is left.
+    """Units of the path that a memory has room for, a power of two.
 
     Raises
     ------

@@ -24,7 +24,7 @@ from softcore.top import simulated
 
 BUILD = Path(__file__).parents[2] / "build" / "budget"
 BOARD = BOARDS["ulx3s"]
-DEVICE = ["--25k", "--package", "CABGA381", "--speed", "6"]
+DEVICE = ["--45k", "--package", "CABGA381", "--speed", "6"]
 # Of the axes, which are equal, the last is measured. Pads are the boards' business.
 LEFT_OUT = {"axis_x", "axis_y", "pads", "gate"}
 

@@ -80,7 +80,7 @@ def test_unknown_board_is_refused_with_the_known_ones():
     result = gapkeeper("build", "nosuch")
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: ulx3s, '
-                             "ulx3s_12f.\n")
+                             "ulx3s_45f.\n")
 
 
 @pytest.mark.parametrize(("failure", "message"), [

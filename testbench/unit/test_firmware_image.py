@@ -50,6 +50,6 @@ def test_records_have_the_layout_of_the_library():
 
 def test_what_memory_is_left_remembers_the_path():
     """A retraction over 5000 blocks needs the larger board."""
-    assert [image.path_units(size) for size in (262_144, 131_072, 92_160)] == [8192, 2048, 256]
+    assert [image.path_units(size) for size in (262_144, 163_840, 131_072)] == [8192, 2048, 512]
     with pytest.raises(image.FirmwareError, match="does not fit"):
-        image.path_units(90_000)
+        image.path_units(118_784)
