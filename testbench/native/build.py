@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
 STATION = [*(PLANT / name for name in ("plant.cpp", "gap.cpp", "wire.cpp", "workpiece.cpp")),
            HERE / "station.cpp"]
-# Options of the controller by the kind of its machine, and the machine to rehearse with.
+# Options of the controller by the kind of its machine.
 KINDS = {"sinker": {}, "wire": {"jump_axis": 15}}
 
 STANDARD = ["-std=gnu++17"]
