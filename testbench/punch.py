@@ -95,8 +95,8 @@ def broken() -> dict[str, Broken]:
         "blank_in_data.eia.ptp": Broken(
             _row(3, 5, lambda row: [0x00, row], EIA), 3, 5, "blank"),
         "other_code.ptp": Broken(_other_code(6), 6, 1, "parity"),
-        "truncated.ptp": Broken(whole[:end - 7], 8, 6, "M02"),
-        "missing_end.ptp": Broken(_text("N80 M02\n", ""), 9, 1, "M02"),
+        "truncated.ptp": Broken(whole[:end - 7], 8, 6, "M02", moves=True),
+        "missing_end.ptp": Broken(_text("N80 M02\n", ""), 9, 1, "M02", moves=True),
         "missing_start.ptp": Broken(
             whole[:FEED_ROWS] + whole[FEED_ROWS + 2:], 1, 0, "start"),
         "damaged_start.ptp": Broken(
@@ -117,7 +117,8 @@ def broken() -> dict[str, Broken]:
         "arc_without_centre.ptp": Broken(_text("G01 Z0.09", "G03 X1 Y1"), 7, 9, "centre"),
         "arc_chord_too_long.ptp": Broken(_text("G01 Z0.09", "G02 X1 R0.45"), 7, 12, "diameter"),
         "impossible_corner.ptp": Broken(
-            _text("N20 C130\n", STEP), 7, 0, "0.2000 mm leaves nothing"),
+            _text("N20 C130\n", STEP), 7, 0, "0.2000 mm leaves nothing",
+            moves=True),
         "fault_after_motion.ptp": Broken(
             _text("N80 M02", "N80 X1 B2\nN90 M02"), 9, 8, "B", moves=True),
     }
