@@ -27,6 +27,7 @@ static bool by_hand;
 static uint32_t line;
 static const char *text;
 static uint32_t length;
+static bool starting;       /* a tape's start is half done */
 static bool cornered;       /* the corner before the motion has been appended */
 static bool told;           /* the block's event is out, or waits as a notice */
 static part at;
@@ -51,6 +52,7 @@ void execute_resynchronise(void) {
 }
 
 void execute_abort(void) {
+    starting = false;
     at = PART_DONE;
     state.side = 0;
     sent = false;
@@ -70,16 +72,21 @@ static void commit(void) {
     path_set_bounds(reach, set.given & (1u << ITEM_Z), set.value[ITEM_Z]);
 }
 
-void execute_start(void) {
-    machine_run(false);
-    gap_servo(0);
-    gap_start();
-    path_begin();
+bool execute_start(void) {
+    starting = !starting;
+    if (starting) {
+        machine_run(false);
+        gap_servo(0);
+        gap_start();
+        path_begin();
+        return false;
+    }
     plan_start(&state);
     output_frame(state.offset);
     execute_resynchronise();
     commit();
     machine_run(true);
+    return true;
 }
 
 void execute_begin(const plan *p, bool manual, uint32_t source_line, const char *source,

@@ -12,7 +12,8 @@ typedef enum {
 } execute_result;
 
 void execute_init(void);
-void execute_start(void);           /* a new tape: modal state, retraction memory, path */
+bool execute_start(void);           /* a new tape: modal state, retraction memory, path; true when
+                                       done, until then call again */
 void execute_resynchronise(void);   /* position from the machine */
 void execute_abort(void);
 const modal *execute_state(void);  /* after the blocks carried out or appended so far */

@@ -89,6 +89,25 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
     apply();
 }
 
+/* What servo, converter and law are to do; the times of the settings are converted elsewhere. */
+static void drive(void) {
+    hal_servo(counted, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
+              settings_get(SET_SERVO_WEIGHT));
+    uint32_t mode = settings_get(SET_FLUID_MODE);
+    hal_fluid detector = {
+        .convert = mode != 0 || law_measures(),
+        .manual = mode != 1,
+        .manual_class = settings_get(SET_FLUID_CLASS),
+        .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
+                      settings_get(SET_FLUID_THRESHOLD_2)},
+        .hysteresis = settings_get(SET_FLUID_HYSTERESIS),
+        .lowest = settings_get(SET_FLUID_LOWEST),
+        .highest = settings_get(SET_FLUID_HIGHEST),
+    };
+    hal_fluid_write(&detector);
+    law_settings();
+}
+
 void gap_servo(unsigned law) {
     counted = law == LAW_CLASSES;
     servo = counted || law == LAW_ZERO;
@@ -104,29 +123,15 @@ void gap_servo(unsigned law) {
     seen_at = stood_at = hal_front();
     stood = 0;
     looked = hal_cycle_low();
-    gap_settings();
+    drive();
 }
 
 void gap_settings(void) {
-    hal_servo(counted, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
-              settings_get(SET_SERVO_WEIGHT));
     uint32_t period = units_clocks_of_us(settings_get(SET_SERVO_PERIOD_US));
     hal_servo_period(period < PERIOD_LIMIT ? period : PERIOD_LIMIT);
     way_limit = (uint32_t)units_pulses_of_um(settings_get(SET_NO_DISCHARGE_UM));
     time_limit = (uint64_t)settings_get(SET_NO_PROGRESS_S) * hal_clock_hz();
-    uint32_t mode = settings_get(SET_FLUID_MODE);
-    hal_fluid detector = {
-        .convert = mode != 0 || law_measures(),
-        .manual = mode != 1,
-        .manual_class = settings_get(SET_FLUID_CLASS),
-        .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
-                      settings_get(SET_FLUID_THRESHOLD_2)},
-        .hysteresis = settings_get(SET_FLUID_HYSTERESIS),
-        .lowest = settings_get(SET_FLUID_LOWEST),
-        .highest = settings_get(SET_FLUID_HIGHEST),
-    };
-    hal_fluid_write(&detector);
-    law_settings();
+    drive();
 }
 
 /* What is wrong with the detector, or a null pointer. */

@@ -64,6 +64,12 @@ bool law_references(const word *voltage, const word *drop, technology_row *row, 
 }
 
 static void apply(void) {
+    if (!law_measures()) {
+        /* Without a law the rest does not matter, and its conversions take their time. */
+        static const hal_law none;
+        hal_law_write(&none);
+        return;
+    }
     bool distance = law == LAW_REMOVAL;
     uint32_t gain = settings_get(law == LAW_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
     uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
@@ -94,10 +100,7 @@ void law_init(void) {
 bool law_measures(void) { return law >= LAW_ZERO; }
 void law_settings(void) { apply(); }
 
-void law_select(unsigned number) {
-    law = number;
-    apply();
-}
+void law_select(unsigned number) { law = number; }
 
 void law_condition(const technology_row *row, uint32_t share_percent) {
     voltage_mv = row->reference_mv;

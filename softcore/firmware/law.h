@@ -25,7 +25,7 @@ uint32_t law_no_load_mv(const technology_row *row, uint32_t share_percent);
 bool law_references(const word *voltage, const word *drop, technology_row *row, fault *f);
 
 void law_init(void);
-void law_select(unsigned law);
+void law_select(unsigned law);  /* in force with the next law_settings */
 void law_condition(const technology_row *row, uint32_t share_percent);
 void law_settings(void);        /* settings have changed */
 bool law_measures(void);        /* the law in force needs the converter */

@@ -134,8 +134,10 @@ static bool tape_starts(void) {
         }
         if (!path_at_front())
             return false; /* a line entered by hand is still being carried out */
+        if (!execute_start())
+            return false;
         tape_state = TAPE_RUNNING;
-        execute_start();
+        return false; /* what it takes is enough for one step */
     }
     return tape_state == TAPE_RUNNING;
 }
