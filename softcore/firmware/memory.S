@@ -71,11 +71,3 @@ memset:
     addi a2, a2, -1
     j 3b
 5:  ret
-
-/* Division of 64-bit numbers: see division.c. */
-    .globl __udivdi3
-__udivdi3:
-    tail division_quotient
-    .globl __umoddi3
-__umoddi3:
-    tail division_rest

@@ -100,18 +100,3 @@ def test_root_is_the_nearest(scale, rng):
         root = isqrt(square)
         nearest_root = root + (square > root * root + root)
         assert library.gk_root(ctypes.c_uint64(square)) == nearest_root
-
-
-def test_division_of_long_numbers(rng):
-    """The processor's own, which no other code on this computer uses."""
-    library = Machine().library
-    quotient, rest = library.division_quotient, library.division_rest
-    for function in (quotient, rest):
-        function.argtypes = [ctypes.c_uint64, ctypes.c_uint64]
-        function.restype = ctypes.c_uint64
-    edges = [0, 1, 2, 3, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**63 - 1, 2**63, 2**64 - 1]
-    cases = [(a, b) for a in edges for b in edges if b]
-    cases += [(rng.getrandbits(rng.randint(1, 64)), rng.getrandbits(rng.randint(1, 64)) or 1)
-              for _ in range(20_000)]
-    for a, b in cases:
-        assert (quotient(a, b), rest(a, b)) == divmod(a, b)
