@@ -126,10 +126,10 @@ class Checker:
 
 
 class Arc:
-    """An arc as the firmware cuts it. One at a time: the library holds the last one only.
+    """An arc as the firmware cuts it. The library holds the last one only.
 
-    ``directions`` are the tangents at its start and end, 2**-15; ``steps`` the calls that it took to
-    make it ready.
+    ``directions`` are the tangents at its start and end, 2**-15; ``steps`` the calls that it took
+    to make it ready.
     """
 
     def __init__(self, move: Move, sanitize: str = "undefined"):

@@ -324,28 +324,43 @@ static int64_t flatten(const arc *a, const ideal *p, const int32_t from[2],
     return changed;
 }
 
+/* Along a diagonal the error runs by less than DRIFT in three steps from where the axes change their
+   roles. Is a place so much nearer than its neighbours, both ways? */
+#define DRIFT 2500
+static bool comfortable(const arc *a, const arc_border *b) {
+    int64_t x = magnitude(fine_at(a, 0, b->at[0])), y = magnitude(fine_at(a, 1, b->at[1]));
+    int64_t error = magnitude(error_at(a, b->at, b->square[0]));
+    int64_t other = magnitude(error_at(a, b->at, b->square[1]));
+    int64_t least = x < y ? x : y;
+    return (error > other ? error : other) + DRIFT + least / 12 < least;
+}
+
 /* Where the axes change their roles, before `eighth`, the place must be the nearer one along both, and
-   no step be left out. Of five places the one is taken whose path length is nearest to a whole number.
-   If there is none, because the curve goes through the middle between places again and again, one is
+   no step be left out. Of three places one is taken whose path length is nearly a whole number. If
+   there is none, because the curve goes through the middle between places again and again, one is
    taken that lacks little: about a pulse over the radius. */
 static int64_t change_over(const arc *a, arc_border *b, const ideal *p, unsigned eighth) {
-    static const int8_t tries[5] = {0, 1, -1, 2, -2};
+    static const int8_t tries[3] = {0, 1, -1};
     unsigned major = major_of(eighth);
     int32_t travel[2] = {travel_of(eighth, 0), travel_of(eighth, 1)};
-    int64_t best = INT64_MAX, length = path_to(a, p->plane);
+    int64_t best = INT64_MAX, enough = PULSE / 8, length = path_to(a, p->plane);
     arc_border begin = *b;
-    for (unsigned i = 0; i < 5; i++) {
+    for (unsigned i = 0; i < 3 && best > enough; i++) {
         arc_border c = begin;
         for (unsigned axis = 0; axis < 2; axis++)
             c.at[axis] += tries[i] * travel[axis];
         c.square[0] = square_at(a, p, c.at, 0);
         settle(a, c.at, 1, c.square[0]);
         c.square[1] = square_at(a, p, c.at, 1);
-        int64_t lacks = yield(a, c.at, 0, &c.square[1]);
-        lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
-        lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
-        if (neighbour(a, c.at, 1, c.square[0]) || neighbour(a, c.at, 0, c.square[1]))
-            lacks += HOPELESS;
+        int64_t lacks = 0;
+        if (!comfortable(a, &c)) {
+            lacks = yield(a, c.at, 0, &c.square[1]);
+            lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
+            lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
+            if (lacks && (neighbour(a, c.at, 1, c.square[0]) || neighbour(a, c.at, 0, c.square[1])))
+                lacks += HOPELESS;
+            enough = PULSE; /* It has taken long. */
+        }
         int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
         int64_t off = magnitude(scaled(rounded(foot, PULSE_BITS), PULSE_BITS) - foot) +
                       lacks * PULSE;
@@ -442,7 +457,7 @@ static bool add_step(arc *a) {
                 (magnitude(ahead[0]) <= 1 && magnitude(ahead[1]) <= 1 && left < 9 * PULSE / 4);
     int64_t best = INT64_MAX;
     int64_t radius = (a->radius[0] + product(a->radius[1] - a->radius[0],
-                                             ratio(a->done < 0 ? 0 : a->done, a->sweep))) >> 8;
+                                             fraction(a->done, &a->by_turn))) >> 8;
     int64_t most = magnitude(along[major]);
     for (int i = 0; !last && i < 9; i++) {
         int32_t to[2] = {i / 3 - 1, i % 3 - 1};
@@ -453,8 +468,8 @@ static bool add_step(arc *a) {
         /* The radius after the step, as far as it leads along the curve. */
         int64_t gain = a->slope * (way >> 8) / (radius >> 8) / (1 << 24);
         int64_t wanted = radius + gain;
-        int64_t off = magnitude(square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE) -
-                                (wanted * wanted >> 16));
+        uint64_t square = (uint64_t)square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE);
+        int64_t off = magnitude((int64_t)units_root(square << 16) - wanted);
         if (off < best) {
             best = off;
             step[0] = (int8_t)to[0];
@@ -526,16 +541,14 @@ bool arc_prepare(arc *a) {
         measure(a);
         return false;
     case 4:
-        if (!a->chain)
-            a->by_plane = divisor_of(a->plane);
+        a->by_turn = divisor_of(a->chain ? a->sweep : a->turn);
         return false;
     case 5:
-        if (a->chain) {
+        if (a->chain)
             /* The phases end with the chain. */
             a->phase -= !add_step(a);
-            return false;
-        }
-        a->by_turn = divisor_of(a->turn);
+        else
+            a->by_plane = divisor_of(a->plane);
         return false;
     case 6:
         if (a->chain) {
@@ -614,6 +627,16 @@ static void set_pace(const arc *a, hal_segment *piece, uint32_t steps, int32_t t
     int32_t half = change & 1 ? change * (int32_t)((n - 1) / 2) : change / 2 * (int32_t)(n - 1);
     piece->start.pace = (steps << piece->shift) - (uint32_t)half;
     piece->end.pace = piece->start.pace + (uint32_t)change * n;
+}
+
+bool arc_piece_ready(arc *a, uint32_t index) {
+    for (unsigned i = 0; i < 2 && !a->chain; i++) {
+        if (a->memo_of[0] != index + i && a->memo_of[1] != index + i) {
+            (void)border(a, index + i);
+            return false;
+        }
+    }
+    return true;
 }
 
 uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {

@@ -71,6 +71,10 @@ uint32_t arc_pieces(const arc *a);
 uint32_t arc_length(const arc *a);      /* path pulses */
 uint32_t arc_radius(const arc *a);      /* smaller one, pulses */
 
+/* Work out an end of piece `index`, some thousand clocks; true if both are known. Piece by piece in
+   either direction one end always is. */
+bool arc_piece_ready(arc *a, uint32_t index);
+
 /* Piece `index`: all of the segment but its rate. Returns the path pulses before it. */
 uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece);
 

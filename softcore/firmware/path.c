@@ -218,7 +218,7 @@ static bool make(place at, hal_segment *move, segment *s) {
     *s = (segment){.at = at, .rate = VALUE(u->word[3])};
     if (is_arc(at.block)) {
         bow *b = bow_of(at.block);
-        if (!b)
+        if (!b || !arc_piece_ready(&b->arc, at.piece))
             return false;
         (void)arc_piece(&b->arc, at.piece, move);
         s->tight = b->tight;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reference model of arcs: the gateware's recurrence, pulse by pulse, and the curve it must follow."""
+"""Reference model of arcs: the gateware's recurrence by pulses, and the curve it must follow."""
 
 import math
 from collections.abc import Iterator
@@ -27,8 +27,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Piece:
-    """A segment of the path as the gateware gets it; ``start`` and ``end``: pace, error, along,
-    across.
+    """A segment of the path as the gateware gets it.
+
+    ``start`` and ``end`` are pace, error, along and across there.
     """
 
     length: int
@@ -104,7 +105,7 @@ class Piece:
 
 
 class Curve:
-    """The arc itself, in the plane, in pulses from its start: the radius runs evenly with the angle.
+    """The arc itself, in pulses of its plane: the radius runs evenly with the angle.
 
     ``delta`` is its end, ``centre`` the centre in 1/64 pulse, both by axis of the plane. Angles and
     lengths are floats: at the largest radius, 1e7 pulses, they are exact to 1e-8 pulse.
@@ -132,7 +133,7 @@ class Curve:
         return self.length_to(self.sweep)
 
     def length_to(self, swept: float) -> float:
-        """Length from the start: Simpson's rule, three points being plenty for so small a growth."""
+        """Length from the start: Simpson's rule, plenty for so small a growth."""
         def speed(angle):
             return math.hypot(self.start_radius + self.growth * angle, self.growth)
         return swept * (speed(0) + 4 * speed(swept / 2) + speed(swept)) / 6
@@ -169,7 +170,7 @@ class Curve:
         return off / math.hypot(1, self.growth / self.radius(swept))
 
     def at_major(self, axis: int, place: float, near: float) -> float:
-        """Angle at which the curve passes a coordinate of an axis of the plane, next to ``near``."""
+        """Angle next to ``near`` at which the curve passes a coordinate of an axis."""
         swept = near
         for _ in range(50):
             tangent = self.tangent(swept)[axis]

@@ -3,6 +3,7 @@
 
 import ctypes
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -376,7 +377,7 @@ def test_a_line_takes_16_bytes_and_an_arc_32(machine):
     program = Program(machine, [line(100, 0, 0), quarter(50), line(5, 5, 5)])
     numbers = [machine.library.path_append(ctypes.byref(move), 1 << 20) for move in program.moves]
     numbers.append(machine.library.path_next())
-    bytes_of = [16 * (after - before) for before, after in zip(numbers, numbers[1:], strict=False)]
+    bytes_of = [16 * (after - before) for before, after in pairwise(numbers)]
     assert bytes_of == [16, 32, 16]
 
 
