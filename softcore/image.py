@@ -19,7 +19,7 @@ SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 
 TARGET_ONLY = {"hal_regs.c", "main.c", "memory.S", "start.S"}
-HOST_ONLY = {"hal_host.c", "host.c", "coverage.c"}
+HOST_ONLY = {"hal_host.c", "hal_host_gap.c", "host.c", "coverage.c"}
 
 # A warning is an error: the firmware has no other reader.
 COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror"]

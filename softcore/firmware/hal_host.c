@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /* A machine for the firmware to talk to on a computer: it stands where it is told, or follows the path
    at once. It knows nothing of time, servo or gap; the real gateware is simulated elsewhere. */
-#include <string.h>
-
 #include "events.h"
 #include "hal.h"
 #include "host.h"
@@ -44,12 +42,6 @@ static uint8_t expected_pet;
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
 static int32_t errors[HAL_AXES];
-static gk_power power;
-static uint32_t discharges, opens;
-static gk_gap gap;
-static uint32_t fluid_state = HAL_FLUID_KNOWN;
-static hal_law law;
-static hal_law_state law_state;
 
 static void push(fifo *f, uint8_t byte) {
     if (f->head - f->tail < BYTES)
@@ -120,19 +112,6 @@ static void walk_back(const hal_segment *s) {
 }
 
 static int32_t distance(int32_t from, int32_t to) { return (int32_t)((uint32_t)to - (uint32_t)from); }
-
-void gk_power_read(gk_power *words) { *words = power; }
-void gk_gap_read(gk_gap *words) { *words = gap; }
-void gk_fluid(uint32_t flags) { fluid_state = flags; }
-void gk_law_read(uint32_t words[12]) {
-    _Static_assert(sizeof law == 12 * sizeof *words, "host.h has the wrong number of words");
-    memcpy(words, &law, sizeof law);
-}
-void gk_mean(uint32_t level) {
-    law_state = (hal_law_state){.mean = level, .windows = (uint8_t)(law_state.windows + 1), .known = true};
-}
-void gk_discharges(uint32_t count) { discharges += count; }
-void gk_opens(uint32_t count) { opens += count; }
 
 int32_t gk_axis(uint32_t axis) {
     const hal_segment *s = &slots[slot];
@@ -254,12 +233,8 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     fin_passes = 1;
     busy_passes = 0;
     queue_head = queue_tail = 0;
-    pets = sleeps = discharges = opens = 0;
-    power = (gk_power){0};
-    gap = (gk_gap){0};
-    fluid_state = HAL_FLUID_KNOWN;
-    law = (hal_law){0};
-    law_state = (hal_law_state){0};
+    pets = sleeps = 0;
+    host_gap_boot();
     expected_pet = 0xa5;
     watch_boot();
 }
@@ -420,47 +395,6 @@ void hal_interrupts(bool enabled) {
         events_interrupt();
 }
 
-void hal_short_write(const hal_short_detector *detector) { (void)detector; }
-void hal_gap_counts(uint32_t counts[4]) { 
-    counts[0] = opens;
-    counts[2] = counts[3] = 0;
-    counts[1] = discharges;
-}
-void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
-    power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
-                       .voltage = power.voltage, .negative = power.negative};
-}
-void hal_supply(uint32_t voltage, bool negative) {
-    power.voltage = voltage;
-    power.negative = negative;
-}
-void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
-    gap.reference[0] = open;
-    gap.reference[1] = arc;
-    gap.reference[2] = shorted;
-}
-void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
-    (void)window;
-    (void)weight;
-    gap.servo = on;
-    gap.mode = mode;
-}
-void hal_servo_period(uint32_t clocks) { gap.period = clocks; }
-void hal_servo_step(uint32_t pulses) { gap.step = pulses; }
-void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
-    gap.presets[0] = dame;
-    gap.presets[1] = open;
-    gap.presets[2] = ok;
-}
-void hal_law_write(const hal_law *words) { law = *words; }
-hal_law_state hal_law_read(void) { return law_state; }
-void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
-uint32_t hal_fluid_state(void) { return fluid_state; }
-void hal_sense(uint32_t on, uint32_t off) {
-    (void)on;
-    (void)off;
-}
 void hal_discharge(bool machining) { discharge = machining; }
 
 void hal_sleep(uint32_t clocks) {

@@ -71,6 +71,7 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
+void host_gap_boot(void);    /* its part of that */
 void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
 uint32_t gk_send(const uint8_t *bytes, uint32_t length);
 uint32_t gk_receive(uint8_t *bytes, uint32_t size);
