@@ -13,8 +13,8 @@
 #define NEAR_SIDE (HAL_SLOTS / 4 - 1)
 #define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
 
-/* Segments looked at per step when the floor is worked out anew. */
-#define SCAN 16
+/* Segments looked at per step when the floor is worked out anew; a line takes its length's root. */
+#define SCAN 4
 
 /* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
    until it is known. The two highest bits of the last word tell them apart, in both directions. */

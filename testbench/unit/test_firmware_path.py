@@ -86,19 +86,20 @@ def test_way_back_is_the_way_that_was_come(machine, rng):
 @pytest.mark.parametrize("creep", [-99, -9, 9, 99])
 def test_window_moves_under_a_moving_machine(machine, rng, creep):
     """What the gateware is about to use is never overwritten, however the machine turns."""
-    blocks = [f"X.000{rng.randint(1, 9)} Z-.00{rng.randint(0, 2)}" for _ in range(55)]
-    load(machine, "G91 G01 F60", *blocks, "M02", limit=50)
+    program = Program(machine, [line(rng.randint(1, 9), 0, -rng.randint(0, 2))
+                                for _ in range(240)])
     trail = {0: machine.axes}
-    while machine.library.gk_position() < 400 and machine.library.gk_go(1):
-        trail[machine.library.gk_position()] = machine.axes
-        machine.run(8)
+    while not program.done:
+        program.feed()
+        while machine.library.gk_go(1):
+            trail[machine.library.gk_position()] = machine.axes
     front = machine.library.gk_position()
     machine.library.gk_creep(creep)
     for _ in range(400):
         back = rng.random() < 0.5
         machine.state("retracting" if back else "low")
-        machine.library.gk_go(-rng.randint(1, 150) if back else
-                              min(rng.randint(1, 150), front - machine.library.gk_position()))
+        machine.library.gk_go(-rng.randint(1, 600) if back else
+                              min(rng.randint(1, 600), front - machine.library.gk_position()))
         assert machine.axes == trail.setdefault(machine.library.gk_position(), machine.axes)
         machine.run(rng.randint(1, 9))
         assert machine.axes == trail.setdefault(machine.library.gk_position(), machine.axes)
