@@ -171,7 +171,7 @@ uint32_t arc_radius(const arc *a) {
 
 void arc_begin(arc *a, const path_move *move) {
     static const uint8_t axes[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
-    *a = (arc){.move = *move, .memo_of = {NO_BORDER, NO_BORDER}};
+    *a = (arc){.move = *move, .memo_of = {NO_BORDER, NO_BORDER}, .half_of = NO_BORDER};
     for (unsigned i = 0; i < 3; i++)
         a->axis[i] = axes[move->plane][i];
     for (unsigned i = 0; i < 2; i++) {
@@ -252,35 +252,26 @@ static void settle(const arc *a, int32_t at[2], unsigned axis, int64_t square) {
     }
 }
 
-/* Place on the curve at a border. */
-typedef struct {
-    int64_t at[2];          /* from the centre */
-    int64_t radius, square;
-    int64_t tangent[2];     /* 2**-30 */
-    int64_t plane;          /* path length in the plane */
-} ideal;
-
-
 /* How far a place is from the ideal one, along an axis of the plane. */
-static int64_t off_along(const arc *a, const ideal *p, const int32_t at[2], unsigned axis) {
+static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned axis) {
     return scaled(fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
 }
 
 /* How much further along the curve it passes the place's coordinate of the major axis. */
-static int32_t passes(const arc *a, const ideal *p, const int32_t at[2], unsigned major) {
+static int32_t passes(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
     int32_t off = (int32_t)off_along(a, p, at, major);
     return off * (1 << 6) / (int32_t)(p->tangent[major] >> 21) * (1 << 3);
 }
 
 /* The square of the radius there. */
-static int64_t square_at(const arc *a, const ideal *p, const int32_t at[2], unsigned major) {
+static int64_t square_at(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
     if (!a->slope)
         return p->square;
     int64_t grown = (p->radius >> FINE_BITS) * (a->slope * passes(a, p, at, major) >> 30);
     return p->square + rounded(grown, FINE_BITS - 1 + 6) * MOVE_FINE;
 }
 
-static int64_t foot_of(const arc *a, const ideal *p, const int32_t at[2]) {
+static int64_t foot_of(const arc *a, const arc_ideal *p, const int32_t at[2]) {
     return (off_along(a, p, at, 0) * p->tangent[0] + off_along(a, p, at, 1) * p->tangent[1]) >> 30;
 }
 
@@ -300,7 +291,7 @@ static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *
    to make two steps for one of the major axis. Change the square a little where it would; behind the
    third step the curve is flat enough. Returns by how much, in units of the error. Where the radius
    changes, a piece follows it to about 1/50 pulse there, which is kept off, too. */
-static int64_t flatten(const arc *a, const ideal *p, const int32_t from[2],
+static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
                        const int32_t travel[2], unsigned major, int32_t way, int64_t *square) {
     unsigned minor = !major;
     int32_t at[2] = {from[0], from[1]};
@@ -339,7 +330,7 @@ static bool comfortable(const arc *a, const arc_border *b) {
    no step be left out. Of three places one is taken whose path length is nearly a whole number. If
    there is none, because the curve goes through the middle between places again and again, one is
    taken that lacks little: about a pulse over the radius. */
-static int64_t change_over(const arc *a, arc_border *b, const ideal *p, unsigned eighth) {
+static int64_t change_over(const arc *a, arc_border *b, const arc_ideal *p, unsigned eighth) {
     static const int8_t tries[3] = {0, 1, -1};
     unsigned major = major_of(eighth);
     int32_t travel[2] = {travel_of(eighth, 0), travel_of(eighth, 1)};
@@ -373,8 +364,8 @@ static int64_t change_over(const arc *a, arc_border *b, const ideal *p, unsigned
     return length;
 }
 
-/* Border number `index`, from 0, the start, to the number of pieces, the end. */
-static arc_border border_at(const arc *a, uint32_t index) {
+/* The curve at border number `index`, from 0, the start, to the number of pieces, the end. */
+static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     arc_border b = {0};
     bool ends = index == a->pieces;
     uint32_t multiple = a->first + index - 1;
@@ -391,7 +382,7 @@ static arc_border border_at(const arc *a, uint32_t index) {
     int64_t angle = (int64_t)(((uint64_t)a->angle + (uint64_t)swept) % (uint64_t)TURN);
     sine_cosine(angle, &sine, &cosine);
     int64_t slope = scaled(a->slope, 32);
-    ideal p = {.tangent = {(-sine + product(slope, cosine)) >> 32,
+    arc_ideal p = {.tangent = {(-sine + product(slope, cosine)) >> 32,
                            (cosine + product(slope, sine)) >> 32}};
     for (unsigned i = 0; i < 2; i++) {
         int64_t size = magnitude(p.tangent[i]);
@@ -416,35 +407,62 @@ static arc_border border_at(const arc *a, uint32_t index) {
     p.at[1] = product(p.radius, sine);
     for (unsigned i = 0; i < 2; i++)
         b.at[i] = (int32_t)rounded(p.at[i] - scaled(a->start[i], FINE_BITS), PULSE_BITS);
-    unsigned eighth = multiple >> a->parts;
-    int64_t path;
-    if (eighth & 1 && multiple == eighth << a->parts) {
-        path = change_over(a, &b, &p, eighth);
-    } else {
-        unsigned major = major_of(eighth);
-        b.square[major] = square_at(a, &p, b.at, major);
-        settle(a, b.at, !major, b.square[major]);
-        path = path_to(a, p.plane + passes(a, &p, b.at, major));
-    }
-    b.length = (uint32_t)rounded(path, PULSE_BITS);
+    *ideal = p;
     return b;
 }
 
-static const arc_border *border(arc *a, uint32_t index) {
-    for (unsigned i = 0; i < 2; i++)
-        if (a->memo_of[i] == index)
-            return &a->memo[i];
+/* The place on a border between start and end that lies next to the curve. */
+static void place_at(const arc *a, uint32_t index, const arc_ideal *p, arc_border *b) {
+    uint32_t multiple = a->first + index - 1;
+    unsigned eighth = multiple >> a->parts;
+    int64_t path;
+    if (eighth & 1 && multiple == eighth << a->parts) {
+        path = change_over(a, b, p, eighth);
+    } else {
+        unsigned major = major_of(eighth);
+        b->square[major] = square_at(a, p, b->at, major);
+        settle(a, b->at, !major, b->square[major]);
+        path = path_to(a, p->plane + passes(a, p, b->at, major));
+    }
+    b->length = (uint32_t)rounded(path, PULSE_BITS);
+}
+
+/* A border, in two steps of some thousand clocks: true if it is there. */
+static bool border_step(arc *a, uint32_t index, arc_border *b) {
+    if (a->half_of != index) {
+        a->half = curve_at(a, index, &a->ideal);
+        a->half_of = index;
+        return false;
+    }
+    a->half_of = NO_BORDER;
+    *b = a->half;
+    if (index && index != a->pieces)
+        place_at(a, index, &a->ideal, b);
+    return true;
+}
+
+static void remember(arc *a, uint32_t index, const arc_border *b) {
     unsigned i = a->memo_next;
     a->memo_next = !i;
-    a->memo[i] = border_at(a, index);
+    a->memo[i] = *b;
     a->memo_of[i] = index;
-    return &a->memo[i];
+}
+
+static const arc_border *border(arc *a, uint32_t index) {
+    for (;;) {
+        for (unsigned i = 0; i < 2; i++)
+            if (a->memo_of[i] == index)
+                return &a->memo[i];
+        arc_border b;
+        if (border_step(a, index, &b))
+            remember(a, index, &b);
+    }
 }
 
 #define SMALLEST (4 * MOVE_FINE << 8) /* radius, 2**-8 of a fine pulse */
 
-/* The next step of a chain: of the places ahead the one nearest to the curve. True at the end. */
-static bool add_step(arc *a) {
+/* Choose the next step of a chain: of the places ahead the one nearest to the curve. True at the end. */
+static bool choose_step(arc *a) {
     int32_t x = fine_at(a, 0, a->place[0]), y = fine_at(a, 1, a->place[1]);
     int32_t slope = (int32_t)(a->slope >> 14);
     int32_t along[2] = {-y * (1 << 16) + slope * x, x * (1 << 16) + slope * y};
@@ -479,15 +497,19 @@ static bool add_step(arc *a) {
     if (last) {
         step[0] = (int8_t)ahead[0];
         step[1] = (int8_t)ahead[1];
-        return true;
     }
+    return last;
+}
+
+/* Make the step: where it leads, and how far along the curve. */
+static void make_step(arc *a) {
+    const int8_t *step = a->steps[a->pieces - 1];
     for (unsigned i = 0; i < 2; i++)
         a->place[i] = (int16_t)(a->place[i] + step[i]);
     int64_t reached = angle_of(fine_at(a, 0, a->place[0]), fine_at(a, 1, a->place[1]));
     int64_t turned = reached - a->reached;
     a->done += turned < -TURN / 2 ? turned + TURN : turned > TURN / 2 ? turned - TURN : turned;
     a->reached = reached;
-    return false;
 }
 
 static uint32_t third_of(const arc *a) { return (uint32_t)magnitude(a->move.delta[a->axis[2]]); }
@@ -544,11 +566,17 @@ bool arc_prepare(arc *a) {
         a->by_turn = divisor_of(a->chain ? a->sweep : a->turn);
         return false;
     case 5:
-        if (a->chain)
-            /* The phases end with the chain. */
-            a->phase -= !add_step(a);
-        else
+        if (!a->chain) {
             a->by_plane = divisor_of(a->plane);
+        } else if (a->chosen) {
+            make_step(a);
+            a->chosen = false;
+            a->phase--;
+        } else {
+            /* The phases end with the chain. */
+            a->chosen = !choose_step(a);
+            a->phase -= a->chosen;
+        }
         return false;
     case 6:
         if (a->chain) {
@@ -562,17 +590,27 @@ bool arc_prepare(arc *a) {
         return false;
     case 7:
         /* Leave out what is too near to the start, */
-        if (a->pieces > 1 && border_at(a, 1).length < NEAR) {
-            a->first++;
-            a->pieces--;
-            a->phase--;
+        if (a->pieces > 1) {
+            arc_border b;
+            if (!border_step(a, 1, &b)) {
+                a->phase--;
+            } else if (b.length < NEAR) {
+                a->first++;
+                a->pieces--;
+                a->phase--;
+            }
         }
         return false;
     case 8:
         /* and to the end. */
-        if (a->pieces > 1 && border_at(a, a->pieces - 1).length + NEAR > a->length) {
-            a->pieces--;
-            a->phase--;
+        if (a->pieces > 1) {
+            arc_border b;
+            if (!border_step(a, a->pieces - 1, &b)) {
+                a->phase--;
+            } else if (b.length + NEAR > a->length) {
+                a->pieces--;
+                a->phase--;
+            }
         }
         return false;
     default:
@@ -632,7 +670,9 @@ static void set_pace(const arc *a, hal_segment *piece, uint32_t steps, int32_t t
 bool arc_piece_ready(arc *a, uint32_t index) {
     for (unsigned i = 0; i < 2 && !a->chain; i++) {
         if (a->memo_of[0] != index + i && a->memo_of[1] != index + i) {
-            (void)border(a, index + i);
+            arc_border b;
+            if (border_step(a, index + i, &b))
+                remember(a, index + i, &b);
             return false;
         }
     }

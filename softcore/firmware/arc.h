@@ -35,6 +35,14 @@ typedef struct {
     int32_t tangent[2];     /* magnitude by axis of the plane, 2**-30 */
 } arc_border;
 
+/* The curve at a border. */
+typedef struct {
+    int64_t at[2];              /* from the centre */
+    int64_t radius, square;
+    int64_t tangent[2];         /* 2**-30 */
+    int64_t plane;              /* path length in the plane */
+} arc_ideal;
+
 typedef struct {
     unsigned phase;             /* of the preparation */
     path_move move;
@@ -55,7 +63,10 @@ typedef struct {
     arc_border memo[2];
     uint32_t memo_of[2];
     unsigned memo_next;
-    bool chain;
+    arc_border half;            /* a border half worked out, */
+    arc_ideal ideal;
+    uint32_t half_of;           /* and its number */
+    bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */
     int64_t done;               /* angle behind the last step of the chain */
     int64_t reached;
     int8_t steps[ARC_CHAIN][2];

@@ -57,6 +57,8 @@ typedef struct {
 typedef struct {
     uint32_t block;
     bool ready;
+    unsigned known;             /* of the tangents */
+    int32_t tangent[2][HAL_AXES];   /* at start and end, 2**-15 */
     uint32_t rate;              /* highest one */
     bool tight;
     arc arc;
@@ -190,14 +192,20 @@ static bow *bow_of(uint32_t block) {
             move.delta[axis] = (int32_t)u->word[axis];
         bows[i].block = block;
         bows[i].ready = false;
+        bows[i].known = 0;
         arc_begin(&bows[i].arc, &move);
     }
     last_bow = i;
     bow *b = &bows[i];
     if (b->ready)
         return b;
-    b->ready = arc_prepare(&b->arc);
-    if (b->ready) {
+    if (b->known) {
+        arc_direction(&b->arc, b->known - 1, b->tangent[b->known - 1]);
+        b->ready = b->known++ == 2;
+        return 0;
+    }
+    if (arc_prepare(&b->arc)) {
+        b->known = 1;
         unit *rest = unit_of(block + 1);
         rest->word[3] = (uint32_t)ARC_REST << 30 | arc_length(&b->arc);
         /* Speed squared over the radius is the acceleration: 2**-64 pulse**2/clock**2 are
@@ -223,10 +231,10 @@ static bool make(place at, hal_segment *move, segment *s) {
         (void)arc_piece(&b->arc, at.piece, move);
         s->tight = b->tight;
         s->rate = s->rate < b->rate ? s->rate : b->rate;
-        if (at.piece == 0)
-            arc_direction(&b->arc, false, s->from);
-        if (at.piece + 1 == arc_pieces(&b->arc))
-            arc_direction(&b->arc, true, s->to);
+        for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+            s->from[axis] = b->tangent[0][axis];
+            s->to[axis] = b->tangent[1][axis];
+        }
     } else {
         *move = (hal_segment){0};
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
