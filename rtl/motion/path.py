@@ -195,6 +195,9 @@ class SegmentWindow(wiring.Component):
                 with m.If(at_front & (self.slot == front_slot)):
                     m.d.sync += front_slot.eq(self.slot + 1)
                     m.d.sync += self.entered.eq(1)
+                with m.If(~begun & at_front & ((self.slot + 1)[:len(self.slot)] == front_slot)):
+                    # Back from before the first slot, while it was still to be written.
+                    m.d.sync += [self.entered.eq(1), begun.eq(1)]
 
         with m.If(self.load):
             m.d.sync += [

@@ -303,6 +303,27 @@ def test_waits_at_a_border_until_there_is_more(simulate):
     simulate(bench.dut, run)
 
 
+def test_first_segment_is_entered_once_also_from_before_it(simulate, rng):
+    """Back before the path's first point while its first segment is still to be written."""
+    segments = random_segments(rng, 8)
+    while segments[4].arc is None:
+        segments = random_segments(rng, 8)
+    bench = Bench(segments, start=4)
+
+    async def run(ctx):
+        bench.last = 4
+        await bench.begin(ctx)
+        for step in [-1] * 3 + [1] * 3:
+            await bench.pulse(ctx, step)
+        assert bench.model.entered == []
+        await bench.slide(ctx, back=False)
+        assert bench.model.entered == [4]
+        for _ in range(segments[4].length):
+            await bench.pulse(ctx, 1)
+
+    simulate(bench.dut, run)
+
+
 def test_load_stands_at_the_start_of_any_slot(simulate, rng):
     bench = Bench(random_segments(rng, 16), start=0)
 
