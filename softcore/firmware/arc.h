@@ -8,24 +8,19 @@
    Pieces end where the axes turn or change their roles and, in between, at equal angles. A piece is
    a function of its number: it may be asked for in any order and is always the same.
 
-   Fixed point: angles are 2**-62 turn, factors 2**-62, lengths 2**-16 of a fine pulse, that is 2**-22
-   pulse. At a radius of 1 m an end of a piece is better than 1/1000 pulse. */
+   Angles and factors are those of fixed.h, lengths 2**-16 of a fine pulse, that is 2**-22 pulse. At a
+   radius of 1 m an end of a piece is better than 1/1000 pulse. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "fixed.h"
 #include "hal.h"
 #include "move.h"
 
 /* Below this radius (pulses) an arc is a chain of single steps, at most so many. */
 #define ARC_LEAST_RADIUS 32
 #define ARC_CHAIN 352
-
-/* 2**123 / (divisor << shift): divides by a length that many are compared with. */
-typedef struct {
-    int64_t inverse;
-    unsigned shift;
-} arc_divisor;
 
 /* Border between two pieces: the place there, and the curve's tangent. */
 typedef struct {
@@ -55,7 +50,7 @@ typedef struct {
     int64_t lead[2];            /* by which the tangent turns outwards, at start and end */
     int64_t slope;              /* change of the radius along the arc, 2**-30 */
     int64_t bend, turn;         /* angle of the tangent at the start, and by how much it turns */
-    arc_divisor by_turn, by_plane;
+    fixed_divisor by_turn, by_plane;
     int64_t plane, total;       /* length in the plane, and with the third axis */
     uint32_t length;            /* path pulses */
     unsigned parts;             /* pieces between two turns of the tangent by 45 degrees: 2**parts */

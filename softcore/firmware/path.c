@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path.h"
 
-#include "arc.h"
+#include "history.h"
 #include "settings.h"
 #include "units.h"
 
@@ -16,34 +16,6 @@
 /* Segments looked at per step when the floor is worked out anew; a line takes its length's root. */
 #define SCAN 4
 
-/* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
-   until it is known. The two highest bits of the last word tell them apart, in both directions. */
-typedef struct {
-    uint32_t word[4];
-} unit;
-_Static_assert(sizeof(unit) == PATH_UNIT, "a unit of the ring has no gaps");
-
-enum { LINE, ARC, ARC_REST };
-#define KIND(word) ((word) >> 30)
-#define VALUE(word) ((word) & ((1u << 30) - 1))
-#define SENSE 4u            /* of the word that holds the plane */
-
-/* A segment of the path: piece `piece` of a block. */
-typedef struct {
-    uint32_t block, piece;
-} place;
-
-/* A segment in the window. */
-typedef struct {
-    place at;
-    int32_t start;              /* coordinate where it begins */
-    uint32_t length, rate;
-    bool tight;                 /* the highest speed is too much for its curve */
-    bool corner;                /* the junction at its end is taken at the start/stop speed, */
-    bool slows;                 /* or so only forward, because the next feed is lower */
-    int32_t from[HAL_AXES], to[HAL_AXES];   /* tangents at start and end of its block, 2**-15 */
-} segment;
-
 /* What is known of a segment when it is loaded for the first time, until it is entered. */
 typedef struct {
     uint32_t block;
@@ -53,31 +25,13 @@ typedef struct {
 
 #define ENTRIES (2 * HAL_SLOTS) /* a power of two */
 
-/* An arc made ready; the two sides of the window work on different ones. */
-typedef struct {
-    uint32_t block;
-    bool ready;
-    unsigned known;             /* of the tangents */
-    int32_t tangent[2][HAL_AXES];   /* at start and end, 2**-15 */
-    uint32_t rate;              /* highest one */
-    bool tight;
-    arc arc;
-} bow;
-
-#define BOWS 2
-#define NO_BLOCK UINT32_MAX
-
-static unit ring[PATH_RING];
-static segment window[HAL_SLOTS];
+static path_segment window[HAL_SLOTS];      /* holds the segments [low, high) */
 static entry entries[ENTRIES];
-static bow bows[BOWS];
-static unsigned last_bow;
 static bool known, virtual_segment;
-static uint32_t oldest, next;               /* ring holds the blocks [oldest, next) */
-static int32_t oldest_start;
-static uint32_t low, high;                  /* window holds the segments [low, high) */
+static int32_t oldest_start;                /* of the oldest block remembered */
+static uint32_t low, high;
 static uint32_t loaded;                     /* segments below have been in the window */
-static place fresh;                         /* the segment numbered `loaded` */
+static path_place fresh;                    /* the segment numbered `loaded` */
 static int32_t fresh_start;
 static int32_t fresh_height;                /* jump axis there, */
 static int32_t fresh_floor;                 /* and the floor of the segment before */
@@ -89,19 +43,13 @@ static bool ceiling;
 static int32_t height;
 static struct {
     bool active;
-    place at;           /* segments from here on have been looked at */
+    path_place at;      /* segments from here on have been looked at */
     int32_t start;      /* coordinate and jump axis there */
     int32_t from;
 } scan;
 
-static unit *unit_of(uint32_t number) { return &ring[number % PATH_RING]; }
-static segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
+static path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
 static entry *entry_of(uint32_t number) { return &entries[number % ENTRIES]; }
-static bool is_arc(uint32_t block) { return KIND(unit_of(block)->word[3]) == ARC; }
-static uint32_t after(uint32_t block) { return block + (is_arc(block) ? 2 : 1); }
-static uint32_t before(uint32_t block) {
-    return block - (KIND(unit_of(block - 1)->word[3]) == ARC_REST ? 2 : 1);
-}
 
 static int32_t moved(int32_t coordinate, uint32_t length) {
     return (int32_t)((uint32_t)coordinate + length);
@@ -117,12 +65,11 @@ static int32_t end_of(uint32_t number) {
 }
 
 static void forget(void) {
-    oldest = next = low = high = loaded = entered = FIRST_NUMBER;
+    history_forget(FIRST_NUMBER);
+    low = high = loaded = entered = FIRST_NUMBER;
     oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
-    fresh = (place){FIRST_NUMBER, 0};
+    fresh = (path_place){FIRST_NUMBER, 0};
     scan.active = false;
-    for (unsigned i = 0; i < BOWS; i++)
-        bows[i].block = NO_BLOCK;
 }
 
 void path_init(void) {
@@ -131,7 +78,7 @@ void path_init(void) {
     forget();
 }
 
-uint32_t path_next(void) { return next; }
+uint32_t path_next(void) { return history_next(); }
 bool path_floor_is_limit(void) { return virtual_segment; }
 
 static void write_bound(hal_bound bound, int32_t coordinate) {
@@ -139,17 +86,6 @@ static void write_bound(hal_bound bound, int32_t coordinate) {
         bounds[bound] = coordinate;
         hal_bound_write(bound, coordinate);
     }
-}
-
-/* Direction of a segment in 2**-15, exact enough (2**-14) after 16 leading bits are kept. */
-static void direction_of(const hal_segment *move, int32_t direction[HAL_AXES]) {
-    uint32_t length = move->length;
-    unsigned shift = 0;
-    while (length >> shift >= 1u << 16)
-        shift++;
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        direction[axis] = (int32_t)((uint32_t)(move->delta[axis] / (1 << shift)) * (1u << 15)) /
-                          (int32_t)(length >> shift);
 }
 
 /* A junction is tangent if at the highest speed no axis changes its speed by more than the
@@ -165,121 +101,10 @@ static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
     return false;
 }
 
-static uint32_t length_of(const int32_t delta[HAL_AXES]) {
-    uint64_t squares = 0;
-    unsigned moving = 0;
-    uint32_t magnitude = 0;
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        uint32_t part = delta[axis] < 0 ? 0u - (uint32_t)delta[axis] : (uint32_t)delta[axis];
-        squares += (uint64_t)part * part;
-        magnitude |= part;
-        moving += part != 0;
-    }
-    return moving == 1 ? magnitude : units_root(squares);
-}
-
-/* The arc of a block, made ready; 0 after a step towards that. */
-static bow *bow_of(uint32_t block) {
-    unsigned i = last_bow;
-    if (bows[i].block != block)
-        i = !i;
-    if (bows[i].block != block) {
-        const unit *u = unit_of(block), *rest = unit_of(block + 1);
-        path_move move = {.arc = true, .ccw = rest->word[2] & SENSE,
-                          .plane = (move_plane)(rest->word[2] & ~SENSE),
-                          .centre = {(int32_t)rest->word[0], (int32_t)rest->word[1]}};
-        for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            move.delta[axis] = (int32_t)u->word[axis];
-        bows[i].block = block;
-        bows[i].ready = false;
-        bows[i].known = 0;
-        arc_begin(&bows[i].arc, &move);
-    }
-    last_bow = i;
-    bow *b = &bows[i];
-    if (b->ready)
-        return b;
-    if (b->known) {
-        arc_direction(&b->arc, b->known - 1, b->tangent[b->known - 1]);
-        b->ready = b->known++ == 2;
-        return 0;
-    }
-    if (arc_prepare(&b->arc)) {
-        b->known = 1;
-        unit *rest = unit_of(block + 1);
-        rest->word[3] = (uint32_t)ARC_REST << 30 | arc_length(&b->arc);
-        /* Speed squared over the radius is the acceleration: 2**-64 pulse**2/clock**2 are
-           2**-36 pulse/clock**2 times pulse times 2**28. */
-        uint32_t radius = arc_radius(&b->arc);
-        uint64_t square = (uint64_t)settings_acceleration() * radius;
-        uint32_t root = units_root(square << 8);
-        uint32_t most = root >= UNITS_RATE_LIMIT >> 10 ? UNITS_RATE_LIMIT : root << 10;
-        b->rate = most > settings_start_rate() ? most : settings_start_rate();
-        b->tight = b->rate < units_rate(settings_highest_speed());
-    }
-    return 0;
-}
-
-/* Make the segment at a place; false after a step towards that. `to` is all of `s` but its start. */
-static bool make(place at, hal_segment *move, segment *s) {
-    const unit *u = unit_of(at.block);
-    *s = (segment){.at = at, .rate = VALUE(u->word[3])};
-    if (is_arc(at.block)) {
-        bow *b = bow_of(at.block);
-        if (!b || !arc_piece_ready(&b->arc, at.piece))
-            return false;
-        (void)arc_piece(&b->arc, at.piece, move);
-        s->tight = b->tight;
-        s->rate = s->rate < b->rate ? s->rate : b->rate;
-        for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-            s->from[axis] = b->tangent[0][axis];
-            s->to[axis] = b->tangent[1][axis];
-        }
-    } else {
-        *move = (hal_segment){0};
-        for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            move->delta[axis] = (int32_t)u->word[axis];
-        move->length = length_of(move->delta);
-        direction_of(move, s->from);
-        for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            s->to[axis] = s->from[axis];
-    }
-    move->rate = s->rate;
-    s->length = move->length;
-    return true;
-}
-
-/* The next place on the path, of a segment that has just been made. */
-static place following(place at) {
-    if (is_arc(at.block)) {
-        const bow *b = bow_of(at.block);
-        if (b && at.piece + 1 < arc_pieces(&b->arc))
-            return (place){at.block, at.piece + 1};
-    }
-    return (place){after(at.block), 0};
-}
-
-/* The one before; false after a step towards knowing it. */
-static bool preceding(place *at) {
-    if (at->piece) {
-        at->piece--;
-        return true;
-    }
-    place to = {before(at->block), 0};
-    if (is_arc(to.block)) {
-        const bow *b = bow_of(to.block);
-        if (!b)
-            return false;
-        to.piece = arc_pieces(&b->arc) - 1;
-    }
-    *at = to;
-    return true;
-}
-
 /* What the junction between two segments of the window allows. */
 static void join(uint32_t number) {
-    segment *a = in_window(number);
-    const segment *b = in_window(number + 1);
+    path_segment *a = in_window(number);
+    const path_segment *b = in_window(number + 1);
     /* Above the start/stop speed a lower feed, too, has to be reached before the junction. */
     a->slows = b->rate < a->rate && a->rate > settings_start_rate();
     a->corner = a->tight || b->tight || (a->at.block != b->at.block && is_corner(b->from, a->to));
@@ -358,14 +183,12 @@ static void make_virtual(void) {
     virtual_segment = above > 0;
     if (!virtual_segment)
         return;
-    oldest = low = FIRST_NUMBER - 1;
-    unit *u = unit_of(oldest);
+    low = FIRST_NUMBER - 1;
     /* Never machined: any valid rate. */
-    *u = (unit){{0, 0, 0, (uint32_t)LINE << 30 | settings_start_rate()}};
-    u->word[axis] = 0u - (uint32_t)above;
+    history_prepend(axis, -above, settings_start_rate());
     hal_segment move;
-    segment *s = in_window(low);
-    (void)make((place){oldest, 0}, &move, s);
+    path_segment *s = in_window(low);
+    (void)history_make((path_place){low, 0}, &move, s);
     s->start = oldest_start = -above;
     fresh_floor = floor_of(&move, -above, fresh_height + above, fresh_height, -above);
     hal_slot_write(low % HAL_SLOTS, &move);
@@ -398,40 +221,25 @@ static uint32_t front_block(void) {
 path_room path_has_room(void) {
     if (!known)
         return PATH_ROOM;
-    if (next - front_block() > PATH_LEAD)
+    if (history_next() - front_block() > PATH_LEAD)
         return PATH_WAIT;
-    if (next - oldest <= PATH_RING - 2)
+    if (history_has_room())
         return PATH_ROOM;
     /* The oldest block goes. What then remains must cover a retraction from the front on. */
-    hal_segment line = {0};
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        line.delta[axis] = (int32_t)unit_of(oldest)->word[axis];
-    uint32_t length = is_arc(oldest) ? VALUE(unit_of(oldest + 1)->word[3]) : length_of(line.delta);
-    int32_t start = moved(oldest_start, length);
+    int32_t start = moved(oldest_start, history_oldest_length());
     int32_t front = hal_front();
     uint32_t needed = limit + settings_get(SET_GAIN_PULSES);
     bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
     if (!covered && difference(floor_in_force, start) < 0)
         return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
-    if (low == high || in_window(low)->at.block == oldest)
+    if (low == high || in_window(low)->at.block == history_oldest())
         return PATH_WAIT;
-    oldest = after(oldest);
+    history_drop();
     oldest_start = start;
-    return next - oldest <= PATH_RING - 2 ? PATH_ROOM : PATH_WAIT;
+    return history_has_room() ? PATH_ROOM : PATH_WAIT;
 }
 
-uint32_t path_append(const path_move *move, uint32_t rate) {
-    uint32_t block = next;
-    unit *u = unit_of(next++);
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        u->word[axis] = (uint32_t)move->delta[axis];
-    u->word[3] = (uint32_t)(move->arc ? ARC : LINE) << 30 | rate;
-    if (move->arc)
-        *unit_of(next++) = (unit){{(uint32_t)move->centre[0], (uint32_t)move->centre[1],
-                                   (uint32_t)move->plane | (move->ccw ? SENSE : 0),
-                                   (uint32_t)ARC_REST << 30}};
-    return block;
-}
+uint32_t path_append(const path_move *move, uint32_t rate) { return history_append(move, rate); }
 
 static void finish_scan(int32_t floor) {
     scan.active = false;
@@ -447,7 +255,7 @@ void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
     height = new_height;
     if (!known)
         return;
-    if (!ceiling || oldest == next) {
+    if (!ceiling || history_empty()) {
         finish_scan(oldest_start);
         return;
     }
@@ -459,10 +267,10 @@ void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
 
 bool path_bounds_step(void) {
     for (unsigned count = 0; scan.active && count < SCAN; count++) {
-        place at = scan.at;
-        segment s;
+        path_place at = scan.at;
+        path_segment s;
         hal_segment move;
-        if (!preceding(&at) || !make(at, &move, &s))
+        if (!history_preceding(&at) || !history_make(at, &move, &s))
             return false;
         int32_t to = scan.from;
         scan.at = at;
@@ -471,7 +279,7 @@ bool path_bounds_step(void) {
         /* Back to the last point at the ceiling; beyond the limit no retraction goes. */
         if (scan.from > height || to > height)
             finish_scan(floor_of(&move, scan.start, scan.from, to, scan.start));
-        else if ((at.block == oldest && at.piece == 0) ||
+        else if ((at.block == history_oldest() && at.piece == 0) ||
                  (uint32_t)difference(fresh_start, scan.start) > limit)
             finish_scan(scan.start);
         if (move.arc)
@@ -522,20 +330,20 @@ static void begin_entry(const hal_segment *move) {
     *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_floor};
     fresh_height = to;
     fresh_start = moved(fresh_start, move->length);
-    fresh = following(fresh);
+    fresh = history_following(fresh);
 }
 
 static bool load_high(void) {
-    segment made;
+    path_segment made;
     hal_segment move;
-    place at = fresh;
+    path_place at = fresh;
     if (high != loaded) {
         at = in_window(high - 1)->at;
-        if (is_arc(at.block) && !bow_of(at.block))
+        if (!history_ready(at))
             return true;
-        at = following(at);
+        at = history_following(at);
     }
-    if (!make(at, &move, &made))
+    if (!history_make(at, &move, &made))
         return true;
     made.start = high == loaded ? fresh_start : end_of(high - 1);
     if (high - low == HAL_SLOTS && !drop_low())
@@ -552,10 +360,10 @@ static bool load_high(void) {
 }
 
 static bool load_low(void) {
-    segment made;
+    path_segment made;
     hal_segment move;
-    place at = in_window(low)->at;
-    if (!preceding(&at) || !make(at, &move, &made))
+    path_place at = in_window(low)->at;
+    if (!history_preceding(&at) || !history_make(at, &move, &made))
         return true;
     made.start = moved_back(in_window(low)->start, made.length);
     if (high - low == HAL_SLOTS && !drop_high())
@@ -571,8 +379,9 @@ static bool load_low(void) {
 static bool move_window(uint32_t at, bool backward) {
     uint32_t behind = backward ? FAR_SIDE : NEAR_SIDE, ahead = backward ? NEAR_SIDE : FAR_SIDE;
     bool full = high - low == HAL_SLOTS;
-    bool more_high = high != loaded || fresh.block != next;
-    bool more_low = low < high && (in_window(low)->at.block != oldest || in_window(low)->at.piece);
+    bool more_high = high != loaded || fresh.block != history_next();
+    bool more_low = low < high &&
+                    (in_window(low)->at.block != history_oldest() || in_window(low)->at.piece);
     if (more_high && high <= at + ahead && (!full || low + behind < at) && load_high())
         return true;
     return more_low && low + behind > at && (!full || high > at + ahead + 1) && load_low();
@@ -590,7 +399,7 @@ static void update_corners(uint32_t at) {
 }
 
 bool path_step(void) {
-    if (!known || oldest == next)
+    if (!known || history_empty())
         return false;
     if (low == high)
         return move_window(low, false);
@@ -613,7 +422,7 @@ uint32_t path_entered_slot(unsigned slot) {
 
 uint32_t path_reached(void) {
     if (!known)
-        return next;
+        return history_next();
     uint32_t number = entered, reached = front_block();
     int32_t front = hal_front();
     for (; number < loaded && difference(front, entry_of(number)->start) > 0; number++)
@@ -625,6 +434,6 @@ bool path_at_front(void) {
     if (!known)
         return true;
     hal_motion motion = hal_motion_read();
-    return motion.state == MOTION_FRONT && !motion.moving && fresh.block == next &&
+    return motion.state == MOTION_FRONT && !motion.moving && fresh.block == history_next() &&
            high == loaded && hal_position() == fresh_start;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The path: a ring of blocks that remembers where the machine came from and knows where it goes.
+/* The path: remembers where the machine came from and knows where it goes.
 
-   A block, that is a programmed line or arc, takes one or two units of 16 bytes. Segments are what
-   the gateware distributes, a line or a piece of an arc: they are numbered along the path, and the
-   gateware's slot of a segment is its number modulo HAL_SLOTS. The gateware holds a window of them on
-   both sides of the machine, so that it can run forward and backward by itself; `path_step` moves the
-   window after the machine, and makes the segments anew from their blocks. Before the first block
-   stands a virtual one along the jump axis up to the soft limit, so that a sinker can retract from
-   the path's first point. Coordinates count path pulses from that first point. */
+   The history keeps its blocks, the programmed lines and arcs. Segments are what the gateware
+   distributes, a line or a piece of an arc: they are numbered along the path, and the gateware's slot
+   of a segment is its number modulo HAL_SLOTS. The gateware holds a window of them on both sides of
+   the machine, so that it can run forward and backward by itself; `path_step` moves the window after
+   the machine, and makes the segments anew from their blocks. Before the first block stands a virtual
+   one along the jump axis up to the soft limit, so that a sinker can retract from the path's first
+   point. Coordinates count path pulses from that first point. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,12 +15,7 @@
 #include "hal.h"
 #include "move.h"
 
-/* Units remembered, a power of two; the build gives what the memory has room for. */
-#ifndef PATH_RING
-#define PATH_RING 8192
-#endif
-#define PATH_UNIT 16    /* bytes */
-#define PATH_LEAD 56    /* units appended but not yet entered by the machine */
+#define PATH_LEAD 56    /* units of the history appended but not yet entered by the machine */
 
 void path_init(void);
 

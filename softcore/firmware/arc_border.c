@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "arc_parts.h"
+
+#define HOPELESS (1 << 20)         /* more than a place may lack */
+
+SHARED int64_t arc_square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
+
+SHARED int32_t arc_fine_at(const arc *a, unsigned i, int32_t pulses) {
+    return a->start[i] + pulses * MOVE_FINE;
+}
+
+int64_t arc_length_to(const arc *a, int64_t angle, int64_t radius) {
+    int64_t length = fixed_product(fixed_scaled(a->radius[0] + radius, 14), angle);
+    length = fixed_product(length, FIXED_PI) >> 12;
+    /* A radius that changes makes it longer by half the square of the slope. */
+    return length + (length >> 14) * (a->slope * a->slope >> 30) / ((int64_t)1 << 17);
+}
+
+int64_t arc_part_angle(const arc *a) { return FIXED_TURN / 8 >> a->parts; }
+
+/* Path pulses up to a place `plane` along the curve. */
+static int64_t path_to(const arc *a, int64_t plane) {
+    if (a->total == a->plane)
+        return plane;
+    plane = plane < 0 ? 0 : plane < a->plane ? plane : a->plane;
+    return fixed_product(a->total << 10, fixed_fraction(plane, &a->by_plane)) >> 10;
+}
+
+unsigned arc_major_of(unsigned eighth) { return (eighth + 1) & 2 ? 0 : 1; }
+int32_t arc_travel_of(unsigned eighth, unsigned axis) {
+    return ((eighth + (axis ? 2 : 4)) & 7) < 4 ? 1 : -1;
+}
+
+SHARED int64_t arc_error_at(const arc *a, const int32_t at[2], int64_t square) {
+    return (arc_square_of(arc_fine_at(a, 0, at[0]), arc_fine_at(a, 1, at[1])) - square) / MOVE_FINE;
+}
+
+int arc_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64_t square) {
+    int64_t error = arc_error_at(a, at, square);
+    int64_t from = fixed_magnitude(arc_fine_at(a, axis, at[axis]));
+    if (error + from + MOVE_FINE / 4 < 0)
+        return 1;
+    return error - from + MOVE_FINE / 4 >= 0 ? -1 : 0;
+}
+
+/* Move a place to the curve along `axis`. */
+static void settle(const arc *a, int32_t at[2], unsigned axis, int64_t square) {
+    for (unsigned tries = 0; tries < 8; tries++) {
+        int off = arc_neighbour(a, at, axis, square);
+        if (!off)
+            return;
+        at[axis] += arc_fine_at(a, axis, at[axis]) < 0 ? -off : off;
+    }
+}
+
+/* How far a place is from the ideal one, along an axis of the plane. */
+static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned axis) {
+    return fixed_scaled(arc_fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
+}
+
+/* How much further along the curve it passes the place's coordinate of the major axis. */
+static int32_t passes(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
+    int32_t off = (int32_t)off_along(a, p, at, major);
+    return off * (1 << 6) / (int32_t)(p->tangent[major] >> 21) * (1 << 3);
+}
+
+/* The square of the radius there. */
+static int64_t square_at(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
+    if (!a->slope)
+        return p->square;
+    int64_t grown = (p->radius >> FINE_BITS) * (a->slope * passes(a, p, at, major) >> 30);
+    return p->square + fixed_rounded(grown, FINE_BITS - 1 + 6) * MOVE_FINE;
+}
+
+static int64_t foot_of(const arc *a, const arc_ideal *p, const int32_t at[2]) {
+    return (off_along(a, p, at, 0) * p->tangent[0] + off_along(a, p, at, 1) * p->tangent[1]) >> 30;
+}
+
+/* Make the place the nearer one along an axis by changing the square of the radius a little; returns
+   by how much, in units of the error. */
+static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *square) {
+    int off = arc_neighbour(a, at, axis, *square);
+    int64_t error = arc_error_at(a, at, *square);
+    int64_t from = fixed_magnitude(arc_fine_at(a, axis, at[axis]));
+    int64_t much = off > 0   ? error + from + MOVE_FINE / 4
+                   : off < 0 ? error - from + MOVE_FINE / 4 + 1
+                             : 0;
+    *square += much * MOVE_FINE;
+    return fixed_magnitude(much);
+}
+
+/* On the way from a place along the diagonal, `way` 1 forward, -1 back, the minor axis must not have
+   to make two steps for one of the major axis. Change the square a little where it would; behind the
+   third step the curve is flat enough. Returns by how much, in units of the error. Where the radius
+   changes, a piece follows it to about 1/50 pulse there, which is kept off, too. */
+static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
+                       const int32_t travel[2], unsigned major, int32_t way, int64_t *square) {
+    unsigned minor = !major;
+    int32_t at[2] = {from[0], from[1]};
+    int64_t base = square_at(a, p, from, major), changed = 0;
+    for (unsigned step = 0; step < 3; step++) {
+        for (unsigned axis = 0; axis < 2; axis++)
+            at[axis] += way * travel[axis];
+        int32_t place = arc_fine_at(a, minor, at[minor]);
+        int64_t error = arc_error_at(a, at, square_at(a, p, at, major) + (*square - base));
+        int64_t half = fixed_magnitude(place), margin = a->slope ? half / 24 : 0;
+        bool outwards = (place < 0) == (way * travel[minor] < 0);
+        error += MOVE_FINE / 4;
+        int64_t spare = (outwards ? error + half : half - error - 1) - margin;
+        if (spare < 0) {
+            /* More than it lacks: the change is taken back from here on, by whole units per step. */
+            spare += spare / 4 - 4;
+            *square += (outwards ? spare : -spare) * MOVE_FINE;
+            changed -= spare;
+        }
+    }
+    return changed;
+}
+
+/* Along a diagonal the error runs by less than DRIFT in three steps from where the axes change their
+   roles. Is a place so much nearer than its neighbours, both ways? */
+#define DRIFT 2500
+static bool comfortable(const arc *a, const arc_border *b) {
+    int64_t x = fixed_magnitude(arc_fine_at(a, 0, b->at[0]));
+    int64_t y = fixed_magnitude(arc_fine_at(a, 1, b->at[1]));
+    int64_t error = fixed_magnitude(arc_error_at(a, b->at, b->square[0]));
+    int64_t other = fixed_magnitude(arc_error_at(a, b->at, b->square[1]));
+    int64_t least = x < y ? x : y;
+    return (error > other ? error : other) + DRIFT + least / 12 < least;
+}
+
+/* Where the axes change their roles, before `eighth`, the place must be the nearer one along both, and
+   no step be left out. Of three places one is taken whose path length is nearly a whole number. If
+   there is none, because the curve goes through the middle between places again and again, one is
+   taken that lacks little: about a pulse over the radius. */
+static int64_t change_over(const arc *a, arc_border *b, const arc_ideal *p, unsigned eighth) {
+    static const int8_t tries[3] = {0, 1, -1};
+    unsigned major = arc_major_of(eighth);
+    int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
+    int64_t best = INT64_MAX, enough = PULSE / 8, length = path_to(a, p->plane);
+    arc_border begin = *b;
+    for (unsigned i = 0; i < 3 && best > enough; i++) {
+        arc_border c = begin;
+        for (unsigned axis = 0; axis < 2; axis++)
+            c.at[axis] += tries[i] * travel[axis];
+        c.square[0] = square_at(a, p, c.at, 0);
+        settle(a, c.at, 1, c.square[0]);
+        c.square[1] = square_at(a, p, c.at, 1);
+        int64_t lacks = 0;
+        if (!comfortable(a, &c)) {
+            lacks = yield(a, c.at, 0, &c.square[1]);
+            lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
+            lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
+            if (lacks && (arc_neighbour(a, c.at, 1, c.square[0]) ||
+                          arc_neighbour(a, c.at, 0, c.square[1])))
+                lacks += HOPELESS;
+            enough = PULSE; /* It has taken long. */
+        }
+        int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
+        int64_t whole = fixed_scaled(fixed_rounded(foot, PULSE_BITS), PULSE_BITS);
+        int64_t off = fixed_magnitude(whole - foot) + lacks * PULSE;
+        if (off < best) {
+            best = off;
+            length = foot;
+            *b = c;
+        }
+    }
+    return length;
+}
+
+/* The curve at border number `index`, from 0, the start, to the number of pieces, the end. */
+static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
+    arc_border b = {0};
+    bool ends = index == a->pieces;
+    uint32_t multiple = a->first + index - 1;
+    int64_t turned = 0, part = FIXED_ONE;
+    if (ends) {
+        turned = a->turn;
+    } else if (index) {
+        turned = (int64_t)((uint64_t)multiple * (uint64_t)arc_part_angle(a) - (uint64_t)a->bend);
+        part = fixed_fraction(turned, &a->by_turn);
+    } else {
+        part = 0;
+    }
+    int64_t swept = turned + fixed_product(a->lead[1] - a->lead[0], part), sine, cosine;
+    int64_t angle = (int64_t)(((uint64_t)a->angle + (uint64_t)swept) % (uint64_t)FIXED_TURN);
+    fixed_sine_cosine(angle, &sine, &cosine);
+    int64_t slope = fixed_scaled(a->slope, 32);
+    arc_ideal p = {.tangent = {(-sine + fixed_product(slope, cosine)) >> 32,
+                               (cosine + fixed_product(slope, sine)) >> 32}};
+    for (unsigned i = 0; i < 2; i++) {
+        int64_t size = fixed_magnitude(p.tangent[i]);
+        b.tangent[i] = (int32_t)(size < 1 << 30 ? size : 1 << 30);
+    }
+    if (!index || ends) {
+        b.square[0] = b.square[1] = a->square[ends];
+        b.at[0] = ends ? a->to[0] : 0;
+        b.at[1] = ends ? a->to[1] : 0;
+        b.length = ends ? a->length : 0;
+        return b;
+    }
+    int64_t change = a->radius[1] - a->radius[0];
+    p.radius = a->radius[0] + fixed_product(change, part);
+    p.plane = arc_length_to(a, swept, p.radius);
+    /* The square is that of an even radius; what it leaves over 64 is the same as at the start. */
+    int64_t bow = (change >> 8) * (change >> 8) >> 16;
+    int64_t grown = fixed_product(a->square[1] - a->square[0], part) -
+                    fixed_product(fixed_product(bow << 2, part), FIXED_ONE - part) / 4;
+    p.square = a->square[0] + fixed_rounded(grown, 6) * MOVE_FINE;
+    p.at[0] = fixed_product(p.radius, cosine);
+    p.at[1] = fixed_product(p.radius, sine);
+    for (unsigned i = 0; i < 2; i++)
+        b.at[i] = (int32_t)fixed_rounded(p.at[i] - fixed_scaled(a->start[i], FINE_BITS),
+                                         PULSE_BITS);
+    *ideal = p;
+    return b;
+}
+
+/* The place on a border between start and end that lies next to the curve. */
+static void place_at(const arc *a, uint32_t index, const arc_ideal *p, arc_border *b) {
+    uint32_t multiple = a->first + index - 1;
+    unsigned eighth = multiple >> a->parts;
+    int64_t path;
+    if (eighth & 1 && multiple == eighth << a->parts) {
+        path = change_over(a, b, p, eighth);
+    } else {
+        unsigned major = arc_major_of(eighth);
+        b->square[major] = square_at(a, p, b->at, major);
+        settle(a, b->at, !major, b->square[major]);
+        path = path_to(a, p->plane + passes(a, p, b->at, major));
+    }
+    b->length = (uint32_t)fixed_rounded(path, PULSE_BITS);
+}
+
+bool arc_border_step(arc *a, uint32_t index, arc_border *b) {
+    if (a->half_of != index) {
+        a->half = curve_at(a, index, &a->ideal);
+        a->half_of = index;
+        return false;
+    }
+    a->half_of = NO_BORDER;
+    *b = a->half;
+    if (index && index != a->pieces)
+        place_at(a, index, &a->ideal, b);
+    return true;
+}
