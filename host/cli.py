@@ -202,6 +202,26 @@ def experiment_fluid(
     fluid(seeds=seeds, folder=folder, console=out)
 
 
+@experiment_app.command("removal")
+def experiment_removal(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    way: Annotated[float, typer.Option(
+        min=0.3, max=20.0, metavar="MM", help="Length of the wall.")] = 1.0,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
+):
+    """Finish a wall at constant feed and under the feed laws P2, P3 and P4 of G95.
+
+    One wall with a step in its stock, one of even stock in a flow that drifts, with the same seeds:
+    variation of the removal per time, the finished surface, retractions and time. P3's gain is
+    tuned before, on another stock. Takes minutes, on all cores.
+    """
+    from host.removal import removal
+    removal(seeds=seeds, way_mm=way, folder=folder, console=out)
+
+
 @app.command()
 def build(
     board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,

@@ -23,6 +23,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -40,8 +41,8 @@ from host.run import Run, count_retractions
 from host.tape import load
 from host.words import counted
 
-__all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "fluid", "measure", "plot", "sentences",
-           "statistics", "table"]
+__all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "fluid", "in_parallel", "measure",
+           "plot", "sentences", "statistics", "table", "value_with_spread"]
 
 MACHINE, TAPE = "small", ROOT / "tapes" / "sink_servo.nc"
 OHM_CM = (1e6, 1.25e5, 4e4, 1e3)
@@ -165,7 +166,8 @@ def _ohm_cm(row):
     return f"{row['ohm_cm']:.3g}".replace("e+0", "e")
 
 
-def _value(figure, digits):
+def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
+    """Mean and, if there is one, spread."""
     mean, spread = figure
     return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
 
@@ -182,7 +184,7 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
                                       for name, number in row["outcomes"].items())
                             for row in rows))
     for name, (title, digits) in FIGURES.items():
-        made.add_row(title, *(_value(row[name], digits) for row in rows))
+        made.add_row(title, *(value_with_spread(row[name], digits) for row in rows))
     return made
 
 
@@ -258,13 +260,12 @@ def plot(rows: list[dict], path: Path) -> None:
         figure.savefig(path, dpi=120)
 
 
-def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
-    """All trials, a core for each; ``progress`` is told of each that is over."""
-    trials = [Trial(pulse, ohm_cm, arm, seed) for seed, pulse, ohm_cm, arm
-              in product(range(1, seeds + 1), PULSES, OHM_CM, ARMS)]
+def in_parallel(function: Callable[[Any], dict], trials: list,
+                progress: Callable[[dict], None]) -> list[dict]:
+    """``function`` of every trial, a core for each; ``progress`` is told of each that is over."""
     done = []
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(run, trial) for trial in trials]):
+        for future in as_completed([pool.submit(function, trial) for trial in trials]):
             try:
                 done.append(future.result())
             except BrokenProcessPool as error:
@@ -273,7 +274,13 @@ def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
                 pool.shutdown(cancel_futures=True)
                 raise
             progress(done[-1])
-    return sorted(done, key=_order)
+    return done
+
+
+def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
+    trials = [Trial(pulse, ohm_cm, arm, seed) for seed, pulse, ohm_cm, arm
+              in product(range(1, seeds + 1), PULSES, OHM_CM, ARMS)]
+    return sorted(in_parallel(run, trials, progress), key=_order)
 
 
 def fluid(*, seeds: int, folder: Path, console: Console) -> None:

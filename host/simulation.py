@@ -7,6 +7,7 @@ from pathlib import Path
 from host.errors import UsageError, UserError
 from host.machine import ROOT, Machine
 
+CONVERTER_V = 100.0  # at the gap, its full scale
 LOG = ROOT / "build" / "failure.log"
 
 
@@ -56,6 +57,10 @@ class Simulation:
         To be asked for before ``close``.
         """
         return {way: self._native.probe(f"servo_{way}s") for way in ("up", "down")}
+
+    def mean_voltage(self) -> float:
+        """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
+        return self._native.probe("law_voltage_mean") / 2**16 * CONVERTER_V
 
     def trace(self) -> dict:
         """Samples of the run as columns."""

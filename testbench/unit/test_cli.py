@@ -35,8 +35,9 @@ def program(workdir):
 
 @pytest.mark.parametrize(("command", "words"), [
     ([], ["run", "tape", "experiment", "build", "bench"]),
-    (["experiment"], ["fluid"]),
+    (["experiment"], ["fluid", "removal"]),
     (["experiment", "fluid"], ["--seeds", "--out"]),
+    (["experiment", "removal"], ["--seeds", "--way", "--out"]),
     (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock"]),
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),

@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper experiment removal``: a wall is finished under G94 and the feed laws of G95.
+
+Two walls: one whose stock has a step, and one of even stock in a flow of fluid that drifts. On
+both: constant feed (G94), zero feed at Vs (P2), F at Vs (P3), constant removal (P4), with the same
+seeds. Runs for all but the comparison have seeds of their own.
+
+* Calibration: even nominal stock is cut at the preset speed (P3 with the least gain there is). The
+  mean voltage is the Vs of P3; the drop from what was measured in the approach is the Es of P4.
+* P3's gain: those of ``GAINS``, times F/Es, are tried on another stock, with a step and in the
+  drift; that with the least variation of the removal is compared.
+* P2 has the slope of P4 at the calibrated place, F/Es, and hence stands at twice the drop Es; its
+  feed ends at 2 F.
+* P4 measures its no-load voltage (setting 53); all else is as built.
+"""
+
+import copy
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from itertools import product
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from host import figures, simulation
+from host import machine as machines
+from host.errors import UserError
+from host.experiment import in_parallel, value_with_spread
+from host.machine import Machine
+from host.run import Run, count_retractions
+from host.tape import Tape, encode
+from host.words import counted
+from host.workpiece import wall_surface
+
+__all__ = ["FIGURES", "GAINS", "LAWS", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
+           "statistics", "table"]
+
+MACHINE = "wire"
+# Sixty times would leave so few craters that their number scatters more than what is looked for.
+REMOVAL_SCALE = 10.0
+CONDITION = "I1 P10 Q25 R25 E80"    # 20 A for at most 10 us
+FEED = 12                           # mm/min, in life a tenth
+START_MM, PATH_MM = -0.2, -0.11     # Y of the wire's axis: out of reach; 10 um before the surface
+NOMINAL_UM, WIDE_UM = 20.0, 30.0
+OTHER_UM = (20.0, 26.0)             # stock on which a gain is tried
+DRIFT = 1.0                         # deviation of the logarithm of the flow
+WALLS = ("step", "drift")
+EVEN = "even"                       # neither of them
+LAWS = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
+GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
+OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
+LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
+LEAST_GAIN = 1                      # um/min per V
+
+BEGIN, STEP = 0.1, 0.5              # of the way: from here on it counts; here is the step
+AHEAD_MM, BEHIND_MM = 0.08, 0.04    # the wire meets a step before its axis is there
+BIN_S, BIN_MM = 0.1, 0.02           # the removal's means over time, and the profile's
+
+# Figure: its name in the table, and digits.
+FIGURES = {
+    "removal_mm3_s": ("removal, mm3/s", 4), "variation": ("its deviation, %", 1),
+    "noise": ("of it, number of craters, %", 1),
+    "at_step": ("removal at the step, times", 2), "behind_step": ("behind it, times", 2),
+    "surface_um": ("surface, deviation, um", 2), "surface_step_um": ("its step, um", 2),
+    "gap_um": ("gap, um", 1), "retractions": ("retractions", 1), "time_s": ("time, s", 2),
+}
+COLOURS = {"G94": figures.FAINT, "P2": figures.CAUSES["operator"], "P3": figures.GAP,
+           "P4": figures.PATH}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all runs of an experiment have in common: its way in mm, and references in V."""
+
+    way_mm: float
+    voltage: float = 1.0
+    drop: float = 1.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run. ``gain`` is P3's, times F/Es; ``other``: on the stock that is not compared."""
+
+    plan: Plan
+    wall: str
+    law: str
+    seed: int
+    gain: float = 0.0
+    other: bool = False
+
+
+def machine_for(trial: Trial) -> Machine:
+    """The wire machine, with this wall and flow."""
+    tables = copy.deepcopy(machines.load(MACHINE).tables)
+    nominal, wide = OTHER_UM if trial.other else (NOMINAL_UM, WIDE_UM)
+    steps = [[0.0, nominal]]
+    if trial.wall == "step":
+        steps.append([STEP * trial.plan.way_mm, wide])
+    tables["removal_scale"] = REMOVAL_SCALE
+    tables["stock"] |= {"kind": "wall", "steps": steps}
+    tables["workpiece"] |= {"start_x_mm": 0.0, "start_y_mm": START_MM}
+    tables["debris"]["flow_spread"] = DRIFT if trial.wall == "drift" else 0.0
+    return Machine(MACHINE, tables)
+
+
+def tape_for(trial: Trial) -> Tape:
+    """Approach, in which V0 is measured, and the wall."""
+    plan = trial.plan
+    voltage = plan.voltage - (plan.drop if trial.law == "P2" else 0)
+    feed = 2 * FEED if trial.law == "P2" else FEED
+    return encode("\n".join([
+        "%", "G21 G90 G94", f"G10 C900 {CONDITION} V{voltage:.3f} U{plan.drop:.3f}", "C900",
+        "G36 R60 L0.06 H120 E30 Q0.02", "M08", "M03",
+        f"{LAWS[trial.law]} G01 Y{PATH_MM} F{feed // 3}", f"X{plan.way_mm:g} F{feed}",
+        "M05", "M09", "M02", "%", ""]))
+
+
+def settings_for(trial: Trial) -> list[str]:
+    """Lines entered by hand: gains in um/min per V, and that V0 is measured."""
+    slope = 1000 * FEED / trial.plan.drop
+    return [f"$46={round(slope)}", f"$47={max(LEAST_GAIN, round(trial.gain * slope))}", "$53=1"]
+
+
+def execute(trial: Trial, watch=lambda run: None) -> tuple[Run, dict, dict]:
+    """Run a trial; return it with its trace and what is left of the workpiece."""
+    machine = machine_for(trial)
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
+                                  progress=lambda _: None)
+    job = Run(machine, tape_for(trial), machine_on, until_s=LONGEST_S, mdi=settings_for(trial),
+              watch=watch)
+    try:
+        job.execute()
+        return job, machine_on.trace(), machine_on.workpiece()
+    finally:
+        machine_on.close()
+
+
+def run(trial: Trial) -> dict:
+    """Run a trial; return its figures, with how it ended. Only a whole wall has figures."""
+    job, trace, plan = execute(trial)
+    found = {"wall": trial.wall, "law": trial.law, "gain": trial.gain, "seed": trial.seed,
+             "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
+    if job.outcome != "end":
+        return found
+    return found | measure(trace, plan, trial.plan.way_mm, trial.wall == "step") | {
+        "retractions": count_retractions(job.events)["count"]}
+
+
+def _rate(trace, inside):
+    """Removal per time of the samples ``inside``, retractions included."""
+    step_s = np.diff(trace["t"], prepend=0)
+    removed = np.diff(trace["removed_mm3"], prepend=0)
+    return float(removed[inside].sum() / step_s[inside].sum())
+
+
+def measure(trace: dict, plan: dict, way_mm: float, step: bool) -> dict:
+    """Figures of a wall that has been cut from 0 to ``way_mm``; X of the trace is in pulses.
+
+    From ``BEGIN`` of the way to ``AHEAD_MM`` before its end. ``variation`` and ``noise`` are in
+    percent of the removal per time, in means of ``BIN_S``: its deviation, and what the number of
+    discharges gives alone. ``at_step`` and ``behind_step`` are times the removal per time before
+    the step. ``surface_um`` is the deviation of the surface in means of ``BIN_MM``;
+    ``surface_step_um`` what it is higher behind the step (above zero: more was taken).
+    """
+    end = way_mm - AHEAD_MM
+    # The furthest place: a retraction belongs to where it began.
+    place = np.maximum.accumulate(trace["x"]) / machines.load(MACHINE).pulses_per_mm
+    inside = (place >= BEGIN * way_mm) & (place < end)
+    t = trace["t"][inside]
+    edges = np.arange(t[0], t[-1], BIN_S)
+    removed = np.diff(np.interp(edges, trace["t"], trace["removed_mm3"])) / BIN_S
+    sparks = (trace["ok"] + trace["dame"])[inside].sum() * BIN_S / (t[-1] - t[0])
+    surface, wall_x = wall_surface(plan) * 1000, plan["x"]
+    bins = np.arange(BEGIN * way_mm, end, BIN_MM)
+
+    def means(values, at, of=bins):
+        return [float(values[(at >= x) & (at < x + BIN_MM)].mean()) for x in of]
+
+    found = {
+        "removal_mm3_s": _rate(trace, inside),
+        "variation": 100 * float(removed.std() / removed.mean()),
+        "noise": 100 / float(np.sqrt(sparks)),
+        "surface_um": float(np.std(means(surface, wall_x))),
+        "gap_um": float(trace["gap_um"][inside & (trace["state"] == 0)].mean()),
+        "time_s": float(t[-1] - t[0]), "at_step": None, "behind_step": None,
+        "surface_step_um": None,
+        "profile": {"x": [float(x) for x in bins + BIN_MM / 2],
+                    "removal": [_rate(trace, (place >= x) & (place < x + BIN_MM)) for x in bins],
+                    "surface": means(surface, wall_x)}}
+    if step:
+        at = STEP * way_mm
+        before = _rate(trace, inside & (place < at - AHEAD_MM))
+        met = (place >= at - AHEAD_MM) & (place < at + BEHIND_MM)
+        found["at_step"] = _rate(trace, met) / before
+        found["behind_step"] = _rate(trace, inside & (place >= at + BEHIND_MM)) / before
+        found["surface_step_um"] = (
+            float(surface[(wall_x >= at + BEHIND_MM) & (wall_x < end)].mean())
+            - float(surface[(wall_x >= BEGIN * way_mm) & (wall_x < at - BEHIND_MM)].mean()))
+    return found
+
+
+def _order(one):
+    return (WALLS.index(one["wall"]), list(LAWS).index(one["law"]), one["gain"], one["seed"])
+
+
+def statistics(runs: Iterable[dict]) -> list[dict]:
+    """One row for every wall, law and gain.
+
+    ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
+    runs that ended, the spread being the sample's standard deviation, or None of a single run; None
+    where there is nothing.
+    """
+    groups = {}
+    for one in sorted(runs, key=_order):
+        groups.setdefault((one["wall"], one["law"], one["gain"]), []).append(one)
+    rows = []
+    for (wall, law, gain), group in groups.items():
+        outcomes = [one["outcome"] for one in group]
+        row = {"wall": wall, "law": law, "gain": gain,
+               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+        for name in FIGURES:
+            values = [one[name] for one in group if one.get(name) is not None]
+            row[name] = (float(np.mean(values)),
+                         float(np.std(values, ddof=1)) if len(values) > 1 else None
+                         ) if values else None
+        rows.append(row)
+    return rows
+
+
+def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+    """Figures down, walls and laws across; mean and spread over the seeds."""
+    made = Table(box=style)
+    made.add_column("wall", no_wrap=True)
+    for row in rows:
+        made.add_column(row["wall"], justify="right", no_wrap=True)
+    made.add_row("law", *(row["law"] for row in rows))
+    made.add_row("ended", *(", ".join(f"{number} {name}"
+                                      for name, number in row["outcomes"].items())
+                            for row in rows))
+    for name, (title, digits) in FIGURES.items():
+        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
+                              for row in rows))
+    return made
+
+
+def calibrate(way_mm: float) -> Plan:
+    """Cut even nominal stock at the preset speed; the plan with Vs and Es."""
+    free, cut = [], []
+
+    def watch(job):
+        places, volts = job.simulation.positions(), job.simulation.mean_voltage()
+        x, y = (places[axis] / job.machine.pulses_per_mm for axis in "xy")
+        if volts and 0.001 < y < 0.03:
+            free.append(volts)
+        elif BEGIN * way_mm < x < way_mm - AHEAD_MM:
+            cut.append(volts)
+
+    job, _, _ = execute(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]), watch)
+    if not free or not cut:
+        raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
+    voltage = float(np.mean(cut))
+    return Plan(way_mm, voltage, float(np.mean(free)) - voltage)
+
+
+def mean_variations(runs: list[dict]) -> dict[float, float | None]:
+    """Mean variation of the removal by gain; None where not every run came to its end."""
+    kinds = {}
+    for one in sorted(runs, key=_order):
+        kinds.setdefault(one["gain"], []).append(one)
+    return {gain: float(np.mean([one["variation"] for one in kinds[gain]]))
+            if all(one["outcome"] == "end" for one in kinds[gain]) else None
+            for gain in sorted(kinds)}
+
+
+def best_gain(variations: dict[float, float | None]) -> float:
+    """The gain of the least variation."""
+    whole = {gain: variation for gain, variation in variations.items() if variation is not None}
+    if not whole:
+        raise UserError("with none of its gains did P3 come to the end of the wall.")
+    return min(whole, key=whole.get)
+
+
+def plot(runs: list[dict], path: Path) -> None:
+    """Draw removal per time and surface along the wall, means over the seeds, and variations."""
+    rows = statistics(runs)
+    with matplotlib.rc_context(figures.STYLE):
+        figure = Figure(figsize=(9.6, 9.0), layout="constrained")
+        axes = figure.subplots(3, 2, sharey="row")
+        for column, wall in zip(axes.T, WALLS, strict=True):
+            for law, colour in COLOURS.items():
+                profiles = [one["profile"] for one in runs
+                            if (one["wall"], one["law"]) == (wall, law) and "profile" in one]
+                for ax, name in zip(column, ("removal", "surface"), strict=False):
+                    if profiles:
+                        ax.plot(profiles[0]["x"], np.mean([one[name] for one in profiles], axis=0),
+                                color=colour, label=law)
+            column[0].set(title=f"removal per time, mm³/s, {wall}", ylim=(0, None))
+            column[1].set(title=f"surface, µm, {wall}", xlabel="along the wall, mm")
+            mine = [row for row in rows if row["wall"] == wall and row["variation"]]
+            column[2].bar([row["law"] for row in mine], [row["variation"][0] for row in mine],
+                          yerr=[row["variation"][1] or 0 for row in mine], capsize=3,
+                          color=[COLOURS[row["law"]] for row in mine])
+            column[2].plot([row["law"] for row in mine], [row["noise"][0] for row in mine], "_",
+                           color=figures.INK, markersize=24, label="number of craters alone")
+            column[2].set(title=f"deviation of the removal per time, %, {wall}", ylim=(0, None))
+        axes[0, 0].legend(ncols=4, loc="lower right")
+        axes[2, 0].legend()
+        figure.savefig(path, dpi=120)
+
+
+def _page(rows, said, seeds):
+    """The table and how it came about, as Markdown."""
+    page = Console(width=400, file=io.StringIO())
+    with page.capture() as text:
+        page.print(table(rows, box.MARKDOWN))
+    return "\n".join([
+        "# A wall finished at constant feed and under the feed laws", "",
+        f"Machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard deviation over the "
+        "seeds.", "", *(f"* {one}" for one in said), "",
+        *filter(None, map(str.strip, text.get().splitlines())), ""])
+
+
+def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> None:
+    """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    # Built once, before the processes would all do so.
+    machine = machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]))
+    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
+                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    plan = calibrate(way_mm)
+    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V."]
+    console.print(said[0], soft_wrap=True)
+    tried = [Trial(plan, wall, "P3", seed, gain, other=True)
+             for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]
+    with Progress(console=console) as bar:
+        task = bar.add_task("runs", total=len(tried) + seeds * len(WALLS) * len(LAWS))
+
+        def tell(one):
+            bar.advance(task)
+            end = (f"removal ± {one['variation']:.1f} %, surface ± {one['surface_um']:.2f} um"
+                   if one["outcome"] == "end" else one["alarm"])
+            bar.console.print(f"{one['wall']}, {one['law']}, seed {one['seed']}: "
+                              f"{one['outcome']}, {end}", soft_wrap=True)
+
+        tuning = in_parallel(run, tried, tell)
+        variations = mean_variations(tuning)
+        gain = best_gain(variations)
+        tries = ", ".join(f"{one:g}: " + ("not cut to the end" if variation is None
+                                          else f"{variation:.1f} %")
+                          for one, variation in variations.items())
+        said.append("P3's gain, times F/Es, and the removal's deviation on other stock and seeds: "
+                    f"{tries}. Compared with {gain:g}.")
+        trials = [Trial(plan, wall, law, seed, gain if law == "P3" else 0.0)
+                  for seed, wall, law in product(range(1, seeds + 1), WALLS, LAWS)]
+        runs = sorted(in_parallel(run, trials, tell), key=_order)
+    rows = statistics(runs)
+    (folder / "runs.json").write_text(json.dumps(
+        {"plan": asdict(plan), "tuning": sorted(tuning, key=_order), "runs": runs}, indent=2)
+        + "\n", encoding="utf-8")
+    (folder / "table.md").write_text(_page(rows, said, seeds), encoding="utf-8")
+    plot(runs, folder / "plot.png")
+    for wall in WALLS:
+        console.print(table([row for row in rows if row["wall"] == wall]))
+    for one in said:
+        console.print(one, soft_wrap=True)
+    console.print(f"{folder}: runs.json, table.md, plot.png", soft_wrap=True)
