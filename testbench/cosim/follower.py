@@ -16,14 +16,16 @@ WATCHED = ("path_command", "path_position", "path_front", "path_status_state", "
 class Way:
     """One way back and forth: clocks, start points, the lowest coordinate commanded.
 
-    ``net`` is the sum of the path pulses in it, and ``changeovers`` are the distances to the start
-    point at which the re-advance went from high to low.
+    ``net`` is the sum of the path pulses in it, from where it first goes back: a pulse that was under
+    way when the short came still belongs to the way there. ``changeovers`` are the distances to the
+    start point at which the re-advance went from high to low.
     """
 
     begin: int
     front: int
     first: int = 0
     lowest: int = 0
+    back: bool = False
     net: int = 0
     changeovers: list[int] = field(default_factory=list)
     end: int | None = None
@@ -65,7 +67,8 @@ class Follower:
         way = self.ways[-1] if self.ways else None
         if way is None or way.end is not None:
             return
-        way.net += pulses
+        way.back = way.back or state is State.RETRACTING
+        way.net += pulses if way.back else 0
         way.front = now["path_front"]
         way.first = now["retraction_first"]
         way.lowest = min(way.lowest, now["path_command"])
