@@ -16,8 +16,8 @@ WATCHED = ("path_command", "path_position", "path_front", "path_status_state", "
 class Way:
     """One way back and forth: clocks, start points, the lowest coordinate commanded.
 
-    ``net`` is the sum of the path pulses in it, from where it first goes back: a pulse that was under
-    way when the short came still belongs to the way there. ``changeovers`` are the distances to the
+    ``net`` is the sum of the path pulses in it, from where it first goes back: a pulse under way
+    when the short came still belongs to the way there. ``changeovers`` are the distances to the
     start point at which the re-advance went from high to low.
     """
 
