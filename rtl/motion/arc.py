@@ -2,7 +2,7 @@
 """Pulse distributor on arcs: path pulses become axis pulses along a piece of an arc, both ways."""
 
 from amaranth import *
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 __all__ = ["FINE", "ArcDistributor", "ArcState"]
@@ -47,8 +47,8 @@ class ArcDistributor(wiring.Component):
     reversed train is the mirror of the forward one. At a border between pieces firmware's words are
     taken over by ``enter``; they must be what this block arrives at from the other end.
 
-    Path pulses come at most every 4 clocks; the words of the piece are read in the clock of the
-    pulse and the one after it. ``enter`` comes at least 2 clocks before a pulse, and 4 after one.
+    Path pulses come at most every 4 clocks; the words of the piece are read from the clock before a
+    pulse to the one after it. ``enter`` comes at least 2 clocks before a pulse, and 4 after one.
 
     Ref: J. E. Bresenham, A linear algorithm for incremental digital display of circular arcs,
     Communications of the ACM 20 (2), 1977 (the midpoint of the neighbours).
@@ -62,6 +62,18 @@ class ArcDistributor(wiring.Component):
         Bits of the divisor.
     reach : int
         Bits of the words of the state, with sign.
+    fine : int
+        Parts of a pulse in which the words of the state are, a multiple of 4.
+
+    Attributes
+    ----------
+    rest, pace, error, along, across : Signal
+        Where the block stands, for proofs. ``rest`` is twice the distance of the major axis from
+        its nearest step, times the divisor; ``along`` and ``across`` stand half a step ahead: they
+        are what the next step forward adds to ``error``.
+    stage, taken, steps : Signal
+        The pulse under way, for proofs: the clocks since, one-hot, up to the fourth; what was
+        taken over with it; and whether the major and the minor axis step.
 
     Members
     -------
@@ -85,17 +97,29 @@ class ArcDistributor(wiring.Component):
     Raises
     ------
     ValueError
-        If there are fewer than 2 axes.
+        If there are fewer than 2 axes, or ``fine`` is no multiple of 4.
     """
 
     LATENCY = 5
 
-    def __init__(self, *, axes=3, width=30, reach=32):
+    def __init__(self, *, axes=3, width=30, reach=32, fine=FINE):
         if axes < 2:
             raise ValueError(f"an arc needs at least 2 axes, not {axes!r}")
+        if fine < 4 or fine % 4:
+            raise ValueError(f"parts of a pulse must be a multiple of 4, not {fine!r}")
         self.axes = axes
         self.width = width
         self.reach = reach
+        self.fine = fine
+        # In the clock in which a step is owed, the rest is up to three times the divisor.
+        self.rest, self.pace = Signal(signed(width + 3)), Signal(width + 2)
+        # Between the steps of the two axes the error is up to a step further off.
+        word = signed(reach + 2)
+        self.error, self.along, self.across = Signal(word), Signal(word), Signal(word)
+        self.stage = Signal(4)
+        self.taken = Signal(data.StructLayout({
+            "back": 1, "outward": 1, "major": 2, "minor": 2, "negative": axes}))
+        self.steps = Signal(2)
         super().__init__({
             "pulse": In(1),
             "reverse": In(1),
@@ -113,25 +137,26 @@ class ArcDistributor(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        fine = self.fine
+        rest, pace, error = self.rest, self.pace, self.error
+        along, across = self.along, self.across
+        taken, stage = self.taken, self.stage
+        back = taken.back
+        major, minor = self.steps
 
         # Of the pulse under way: the next segment's words may come meanwhile.
-        back, outward = Signal(), Signal()
-        first, second = Signal(2), Signal(2)
-        negative = Signal(self.axes)
-        stage = Signal(4)  # clocks since the pulse, one-hot
         m.d.sync += stage.eq(Cat(self.pulse, stage))
         with m.If(self.pulse):
-            m.d.sync += [back.eq(self.reverse), outward.eq(self.outward), first.eq(self.major),
-                         second.eq(self.minor), negative.eq(self.negative)]
+            m.d.sync += [back.eq(self.reverse), taken.outward.eq(self.outward),
+                         taken.major.eq(self.major), taken.minor.eq(self.minor),
+                         taken.negative.eq(self.negative)]
 
         # Beside each register is one with its value a step earlier: both ways it is an addition.
-        pace, pace_before = Signal(self.width + 2), Signal(self.width + 2)
+        pace_before = Signal.like(pace)
         m.d.sync += pace_before.eq(pace - self.change)
-        rest = Signal(signed(self.width + 3))
         with m.If(self.pulse):
             m.d.sync += rest.eq(Mux(self.reverse, rest - (pace_before << 1), rest + (pace << 1)))
             m.d.sync += pace.eq(Mux(self.reverse, pace_before, pace + self.change))
-        major = Signal()
         due = Signal()
         m.d.comb += due.eq(Mux(back, rest < -self.divisor, rest >= self.divisor))
         with m.If(stage[0]):
@@ -140,38 +165,33 @@ class ArcDistributor(wiring.Component):
                 whole = self.divisor << 1
                 m.d.sync += rest.eq(Mux(back, rest + whole, rest - whole))
 
-        # ``along`` and ``across`` stand half a step ahead: what the next step forward adds.
-        reach = self.reach + 2
-        error = Signal(signed(reach))
-        along, along_before = Signal(signed(reach)), Signal(signed(reach))
-        across, across_before = Signal(signed(reach)), Signal(signed(reach))
-        m.d.sync += [along_before.eq(along - 2 * FINE), across_before.eq(across - 2 * FINE)]
+        along_before, across_before = Signal.like(along), Signal.like(across)
+        m.d.sync += [along_before.eq(along - 2 * fine), across_before.eq(across - 2 * fine)]
         with m.If(stage[1] & major):
             m.d.sync += error.eq(Mux(back, error - along_before, error + along))
-            m.d.sync += along.eq(Mux(back, along_before, along + 2 * FINE))
+            m.d.sync += along.eq(Mux(back, along_before, along + 2 * fine))
 
         # The midpoint lies half of the minor step off, less a quarter of its curvature.
-        slope, middle = Signal(signed(reach)), Signal(signed(reach))
-        minor = Signal()
+        slope, middle = Signal.like(across), Signal.like(error)
         m.d.comb += [
             slope.eq(Mux(back, across_before, across)),
-            middle.eq(Mux(back, error - (slope >> 1), error + (slope >> 1)) - FINE // 4),
+            middle.eq(Mux(back, error - (slope >> 1), error + (slope >> 1)) - fine // 4),
         ]
         with m.If(stage[2]):
-            m.d.sync += minor.eq(major & ((middle < 0) ^ ~outward ^ back))
+            m.d.sync += minor.eq(major & ((middle < 0) ^ ~taken.outward ^ back))
         with m.If(stage[3] & minor):
             m.d.sync += error.eq(Mux(back, error - slope, error + slope))
-            m.d.sync += across.eq(Mux(back, across_before, across + 2 * FINE))
+            m.d.sync += across.eq(Mux(back, across_before, across + 2 * fine))
 
         for axis in range(self.axes):
-            m.d.sync += self.pi[axis].eq(stage[3] & (((first == axis) & major)
-                                                     | ((second == axis) & minor)))
-            m.d.sync += self.pi_reverse[axis].eq(back ^ negative[axis])
+            m.d.sync += self.pi[axis].eq(stage[3] & (((taken.major == axis) & major)
+                                                     | ((taken.minor == axis) & minor)))
+            m.d.sync += self.pi_reverse[axis].eq(back ^ taken.negative[axis])
 
         with m.If(self.enter):
             m.d.sync += [
                 rest.eq(0), pace.eq(self.state.pace), error.eq(self.state.error),
-                along.eq(self.state.along + FINE), across.eq(self.state.across + FINE),
+                along.eq(self.state.along + fine), across.eq(self.state.across + fine),
             ]
 
         return m

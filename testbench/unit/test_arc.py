@@ -170,3 +170,7 @@ def test_the_closed_form_lies_within_half_a_pulse_of_the_circle(rng, radius):
 
 def test_refuses_one_axis():
     refuses(ArcDistributor, "at least 2 axes, not 1", axes=1)
+
+
+def test_refuses_parts_that_have_no_quarter():
+    refuses(ArcDistributor, "must be a multiple of 4, not 6", fine=6)
