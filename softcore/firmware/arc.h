@@ -60,7 +60,10 @@ typedef struct {
     unsigned memo_next;
     arc_border half;            /* a border half worked out, */
     arc_ideal ideal;
-    uint32_t half_of;           /* and its number */
+    uint32_t half_of;           /* and its number; */
+    unsigned tried;             /* where the axes change their roles, places tried for it, */
+    arc_border best;            /* the best of them, */
+    int64_t path, off, enough;  /* its path length, what that is off, and what will do */
     bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */
     int64_t done;               /* angle behind the last step of the chain */
     int64_t reached;

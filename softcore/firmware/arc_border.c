@@ -133,39 +133,38 @@ static bool comfortable(const arc *a, const arc_border *b) {
    no step be left out. Of three places one is taken whose path length is nearly a whole number. If
    there is none, because the curve goes through the middle between places again and again, one is
    taken that lacks little: about a pulse over the radius. */
-static int64_t change_over(const arc *a, arc_border *b, const arc_ideal *p, unsigned eighth) {
-    static const int8_t tries[3] = {0, 1, -1};
+static const int8_t TRIES[3] = {0, 1, -1};
+
+/* One of the tries; true if it was the last. */
+static bool change_over(arc *a, unsigned eighth) {
+    const arc_ideal *p = &a->ideal;
     unsigned major = arc_major_of(eighth);
     int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
-    int64_t best = INT64_MAX, enough = PULSE / 8, length = path_to(a, p->plane);
-    arc_border begin = *b;
-    for (unsigned i = 0; i < 3 && best > enough; i++) {
-        arc_border c = begin;
-        for (unsigned axis = 0; axis < 2; axis++)
-            c.at[axis] += tries[i] * travel[axis];
-        c.square[0] = square_at(a, p, c.at, 0);
-        settle(a, c.at, 1, c.square[0]);
-        c.square[1] = square_at(a, p, c.at, 1);
-        int64_t lacks = 0;
-        if (!comfortable(a, &c)) {
-            lacks = yield(a, c.at, 0, &c.square[1]);
-            lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
-            lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
-            if (lacks && (arc_neighbour(a, c.at, 1, c.square[0]) ||
-                          arc_neighbour(a, c.at, 0, c.square[1])))
-                lacks += HOPELESS;
-            enough = PULSE; /* It has taken long. */
-        }
-        int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
-        int64_t whole = fixed_scaled(fixed_rounded(foot, PULSE_BITS), PULSE_BITS);
-        int64_t off = fixed_magnitude(whole - foot) + lacks * PULSE;
-        if (off < best) {
-            best = off;
-            length = foot;
-            *b = c;
-        }
+    arc_border c = a->half;
+    for (unsigned axis = 0; axis < 2; axis++)
+        c.at[axis] += TRIES[a->tried] * travel[axis];
+    c.square[0] = square_at(a, p, c.at, 0);
+    settle(a, c.at, 1, c.square[0]);
+    c.square[1] = square_at(a, p, c.at, 1);
+    int64_t lacks = 0;
+    if (!comfortable(a, &c)) {
+        lacks = yield(a, c.at, 0, &c.square[1]);
+        lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
+        lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
+        if (lacks && (arc_neighbour(a, c.at, 1, c.square[0]) ||
+                      arc_neighbour(a, c.at, 0, c.square[1])))
+            lacks += HOPELESS;
+        a->enough = PULSE; /* It has taken long. */
     }
-    return length;
+    int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
+    int64_t whole = fixed_scaled(fixed_rounded(foot, PULSE_BITS), PULSE_BITS);
+    int64_t off = fixed_magnitude(whole - foot) + lacks * PULSE;
+    if (off < a->off) {
+        a->off = off;
+        a->path = foot;
+        a->best = c;
+    }
+    return ++a->tried == sizeof TRIES || a->off <= a->enough;
 }
 
 /* The curve at border number `index`, from 0, the start, to the number of pieces, the end. */
@@ -216,13 +215,17 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     return b;
 }
 
-/* The place on a border between start and end that lies next to the curve. */
-static void place_at(const arc *a, uint32_t index, const arc_ideal *p, arc_border *b) {
+/* The place on a border between start and end that lies next to the curve; true if it is there. */
+static bool place_at(arc *a, uint32_t index, arc_border *b) {
+    const arc_ideal *p = &a->ideal;
     uint32_t multiple = a->first + index - 1;
     unsigned eighth = multiple >> a->parts;
     int64_t path;
     if (eighth & 1 && multiple == eighth << a->parts) {
-        path = change_over(a, b, p, eighth);
+        if (!change_over(a, eighth))
+            return false;
+        *b = a->best;
+        path = a->path;
     } else {
         unsigned major = arc_major_of(eighth);
         b->square[major] = square_at(a, p, b->at, major);
@@ -230,17 +233,21 @@ static void place_at(const arc *a, uint32_t index, const arc_ideal *p, arc_borde
         path = path_to(a, p->plane + passes(a, p, b->at, major));
     }
     b->length = (uint32_t)fixed_rounded(path, PULSE_BITS);
+    return true;
 }
 
 bool arc_border_step(arc *a, uint32_t index, arc_border *b) {
     if (a->half_of != index) {
         a->half = curve_at(a, index, &a->ideal);
         a->half_of = index;
+        a->tried = 0;
+        a->off = INT64_MAX;
+        a->enough = PULSE / 8;
         return false;
     }
-    a->half_of = NO_BORDER;
     *b = a->half;
-    if (index && index != a->pieces)
-        place_at(a, index, &a->ideal, b);
+    if (index && index != a->pieces && !place_at(a, index, b))
+        return false;
+    a->half_of = NO_BORDER;
     return true;
 }

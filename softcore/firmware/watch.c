@@ -51,12 +51,14 @@ void watch_boot(void) {
     link_restart();
 }
 
-/* A pass serves the link and one other task: the watchdog's period bounds the longest task, not
+/* A pass serves the link and one other task: the watchdog's period bounds the longest of them, not
    their sum. */
 void watch_pass(void) {
     uint32_t began = hal_cycle_low();
     hal_pet(PET_START);
     busy = link_step() || busy;
+    hal_pet(PET_END);
+    hal_pet(PET_START);
     unsigned task = turn++ % WATCH_TASKS;
     switch (task) {
     case 0:
