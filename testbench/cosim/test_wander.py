@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random programs through random troubles: no axis pulse is lost, made twice or made elsewhere."""
+
+import pytest
+
+from host import machine as machines
+from testbench.cosim.wander import wander
+from testbench.native.simulation import Simulation
+
+MACHINE = machines.load("sinker")
+
+
+def natively(program_seed, **arguments):
+    """A program of its own on a controller of its own; its figures."""
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        return wander(session, program_seed, **arguments)
+
+
+def total(rng, programs, **arguments):
+    """Figures of so many programs, added up."""
+    found = [natively(rng.getrandbits(32), **arguments) for _ in range(programs)]
+    return {name: sum(one[name] for one in found) for name in found[0]}
+
+
+def test_every_pulse_has_its_place(rng):
+    figures = total(rng, 4)
+    assert figures["pulses"] > 10_000
+    assert figures["backward"] > 1000
+    assert figures["retractions"] > 10
+
+
+@pytest.mark.soak
+def test_every_pulse_has_its_place_for_millions_of_them(rng):
+    figures = total(rng, 100, count=30, size=3000, troubles=60, quiet=300_000)
+    assert figures["pulses"] > 3_000_000
+    assert figures["backward"] > 300_000
