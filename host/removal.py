@@ -312,7 +312,7 @@ def plot(runs: list[dict], path: Path) -> None:
                            color=figures.INK, markersize=24, label="number of craters alone")
             column[2].set(title=f"deviation of the removal per time, %, {wall}", ylim=(0, None))
         axes[0, 0].legend(ncols=4, loc="lower right")
-        axes[2, 0].legend()
+        axes[2, 1].legend(loc="upper left")
         figure.savefig(path, dpi=120)
 
 
