@@ -65,7 +65,7 @@ class SegmentWindow(wiring.Component):
         End of what may be machined.
     load : In(1), load_slot : In(range(slots))
         Stand at coordinate 0, at the start of the segment in a slot, which is to be written before
-        ``ahead`` lies beyond it; only at rest.
+        ``ahead`` lies beyond it; only at rest, and with ``ahead`` at 0 already.
     fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
     fast_strobe : In(1)
         Where the machine must be slow next, as seen from the segment in a slot.

@@ -201,7 +201,6 @@ void path_begin(void) {
     fresh_height = axis < HAL_AXES ? hal_axis_command(axis) : 0;
     make_virtual();
     floor_in_force = fresh_floor;
-    hal_origin(FIRST_NUMBER % HAL_SLOTS);
     const int32_t values[BOUNDS] = {
         [BOUND_AHEAD] = 0, [BOUND_FAST_AHEAD] = 0,
         [BOUND_BEHIND] = oldest_start, [BOUND_FAST_BEHIND] = oldest_start,
@@ -211,6 +210,8 @@ void path_begin(void) {
         bounds[bound] = values[bound];
         hal_bound_write((hal_bound)bound, values[bound]);
     }
+    /* After the bounds: a path that seemed to go on would be entered before its slot is written. */
+    hal_origin(FIRST_NUMBER % HAL_SLOTS);
 }
 
 /* The block in which the front is, or the one that it enters next. */

@@ -301,7 +301,7 @@ def test_watchdog_is_called_from_both_ends_of_every_pass_and_after_every_sleep(m
     machine.run(1000)
     slept = machine.library.gk_sleeps() - sleeps
     assert slept > 0
-    assert machine.library.gk_pets() == pets + 2000 + 2 * slept
+    assert machine.library.gk_pets() == pets + 4000 + 2 * slept, "after the link, and the task"
 
 
 def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
