@@ -111,7 +111,8 @@ def never_down(session: Session) -> dict:
     assert "no progress in 1 s of machining at the front" in alarm["text"]
     assert job.probe("path_front") == job.probe("path_command") == 0
     began, = job.told("block", text=f"G01 Z-{DEPTH_MM} F600")
-    assert 1 <= alarm["t"] - began["t"] < 1.01
+    # There is a way to go some passes of the main loop after the block is told.
+    assert 1 <= alarm["t"] - began["t"] < 1.02
     _locked(job)
     return {"cycle": session.cycle, "events": job.events}
 
