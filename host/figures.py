@@ -122,17 +122,18 @@ def _position(ax, trace, events, retractions):
         ends = [one.end["t"] for one in ended]
         ax.plot(ends, _height(trace, ends), "^", color=colour, markersize=4.5, zorder=4,
                 label=f"end of a retraction ({cause})")
+    low, high = min(z.min(), 0), max(z.max(), 0.001)
     bounded = [one for one in retractions if one.limit]
     if bounded:
         starts = [one.start["t"] for one in bounded]
-        limits = [one.limit for one in bounded]
-        ax.plot(starts, _height(trace, starts) + limits, "_", color=INK, markersize=7,
+        limits = _height(trace, starts) + [one.limit for one in bounded]
+        ax.plot(starts, limits, "_", color=INK, markersize=7,
                 markeredgewidth=1.0, zorder=2, label="its retractable limit L")
+        high = max(high, limits.max())
     _data_changes(ax, trace, events)
     ax.set_ylabel("Z (mm)")
     if retractions:
         ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
-    low, high = min(z.min(), 0), max(z.max(), 0.001)
     ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
 
 

@@ -9,6 +9,7 @@ import pytest
 from amaranth.hdl import Elaboratable
 from amaranth.sim import Simulator
 
+from host.simulation import Simulation
 from testbench import tools
 
 tools.use_packaged()
@@ -38,6 +39,19 @@ def workdir(request) -> Path:
     path = BUILD / "tests" / re.sub(r"[^\w.-]+", "_", request.node.nodeid)
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+@pytest.fixture
+def idle_simulation() -> Simulation:
+    """A simulation that nothing is asked of but to be closed, for tests whose runs are made up."""
+    class Idle(Simulation):
+        def __init__(self):
+            pass
+
+        def close(self):
+            pass
+
+    return Idle()
 
 
 @pytest.fixture

@@ -24,7 +24,6 @@ from host.experiment import (
     statistics,
     table,
 )
-from host.simulation import Simulation
 from rtl.motion.retraction import State
 
 SMALL = machine.load("small")
@@ -133,16 +132,9 @@ def test_plot_is_drawn(workdir):
     assert (workdir / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_files_of_an_experiment(workdir, monkeypatch):
+def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     # With runs made up: only how they are put down is tested here.
-    class Idle(Simulation):
-        def __init__(self):
-            pass
-
-        def close(self):
-            pass
-
-    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: Idle())
+    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(experiment, "_runs", lambda seeds, tell: [
         (tell(one), one)[1] for one in RUNS])
     with (workdir / "said.txt").open("w") as file:

@@ -28,7 +28,6 @@ from host.removal import (
     table,
     tape_for,
 )
-from host.simulation import Simulation
 from host.tape import decode
 
 WIRE = machine.load("wire")
@@ -183,15 +182,8 @@ def test_plot_is_drawn(workdir):
     assert (workdir / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_files_of_an_experiment(workdir, monkeypatch):
+def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     # With runs made up: only what is run, and how it is put down, is tested here.
-    class Idle(Simulation):
-        def __init__(self):
-            pass
-
-        def close(self):
-            pass
-
     asked = []
 
     def made_up_runs(function, trials, tell):
@@ -202,7 +194,7 @@ def test_files_of_an_experiment(workdir, monkeypatch):
             tell(one)
         return made
 
-    monkeypatch.setattr(removal.simulation, "start", lambda *_, **__: Idle())
+    monkeypatch.setattr(removal.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(removal, "calibrate", lambda way_mm: PLAN)
     monkeypatch.setattr(removal, "in_parallel", made_up_runs)
     with (workdir / "said.txt").open("w") as file:
