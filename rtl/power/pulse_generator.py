@@ -52,6 +52,10 @@ class PulseGenerator(wiring.Component):
         Gate of the current-limited sensing source.
     level_out : Out(6)
         Current of the main source; 0 while ``on`` is low.
+    between : Out(1)
+        No pulse is under way, and none begins in the next clock: what is given for pulses may
+        change from this clock to the next without one that has something of both. There is such a
+        clock in every off-time of 2 clocks or more.
     """
 
     enable: In(1)
@@ -67,6 +71,7 @@ class PulseGenerator(wiring.Component):
     on: Out(1)
     sense: Out(1)
     level_out: Out(6)
+    between: Out(1)
 
     def elaborate(self, platform):
         m = Module()
@@ -88,6 +93,8 @@ class PulseGenerator(wiring.Component):
                            + Mux(self.on & self.abnormal, self.off_extra, 0))
         m.d.comb += ends.eq((remaining <= 1)
                             | (~probe & ((self.cut & self.abnormal) | self.sensing)))
+
+        m.d.comb += self.between.eq(~pulse & (~self.enable | ~ready | (remaining > 1)))
 
         m.d.sync += ready.eq(1)
         with m.If(~self.enable | ~ready | (pulse & ends)):

@@ -19,9 +19,10 @@ class PulseGenerator:
     fresh: bool = True
 
     def outputs(self, *, enable):
-        """Return ``(on, sense, level_out)``."""
+        """Return ``(on, sense, level_out, between)``."""
         on, sense = (int(bool(enable) and self.running == kind) for kind in ("main", "sense"))
-        return on, sense, self.level if on else 0
+        begins = enable and not self.fresh and self.clocks <= 1
+        return on, sense, self.level if on else 0, int(not self.running and not begins)
 
     def edge(self, *, enable, sensing, on_time, off_time, off_extra, sense_on, sense_off, level,
              cut, abnormal):

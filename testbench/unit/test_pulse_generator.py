@@ -27,7 +27,8 @@ class Bench:
         dut = self.dut
         for name, value in inputs.items():
             ctx.set(getattr(dut, name), value)
-        got = ctx.get(dut.on), ctx.get(dut.sense), ctx.get(dut.level_out)
+        got = tuple(ctx.get(getattr(dut, name))
+                    for name in ("on", "sense", "level_out", "between"))
         assert got == self.model.outputs(enable=inputs["enable"])
         self.gates.append("main" if got[0] else "sense" if got[1] else "")
         self.model.edge(**{name: value for name, value in inputs.items() if name != "enable"},
