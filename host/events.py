@@ -69,8 +69,11 @@ def _set(scale, speed, limit, high, low, changeover, ceiling, source):
             "ceiling": None if ceiling == "-" else scale.mm(ceiling), "source": _SOURCES[source]}
 
 
-def _condition(scale, number, level):
-    return {"event": "condition", "number": int(number), "ip": int(level)}
+def _condition(scale, number, milli_ip, depth=None):
+    ip, rest = divmod(int(milli_ip), 1000)
+    told = {"event": "condition", "number": int(number), "ip": ip + rest / 1000 if rest else ip,
+            "by": "program" if depth is None else "series"}
+    return told if depth is None else told | {"depth": scale.mm(depth)}
 
 
 def _fluid(scale, number, measured, code, dame, opened, ok):
@@ -120,7 +123,7 @@ def _end(scale):
 # argument of some is a text that may hold more).
 _READERS = {
     "start": (_program_start, 0), "block": (_block, 0), "set": (_set, 6),
-    "condition": (_condition, 1), "aux": (_aux, 1), "fluid": (_fluid, 5),
+    "condition": (_condition, 2), "aux": (_aux, 1), "fluid": (_fluid, 5),
     "retract": (_retract, 2), "back": (_back, 3),
     "advance": (_advance, 3), "resume": (_resume, 0), "alarm": (_alarm, 1), "pause": (_pause, 0),
     "end": (_end, 0),

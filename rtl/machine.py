@@ -22,6 +22,7 @@ from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
 from rtl.motion.retraction import Event, Retraction, State
+from rtl.power.condition import Condition
 from rtl.power.limiter import Limiter
 from rtl.power.pulse_generator import PulseGenerator
 from rtl.safety.interlock import Interlock
@@ -86,11 +87,12 @@ class Machine(wiring.Component):
         m.submodules.removal = removal = RemovalDetector()
         m.submodules.law = law = FeedLaw()
         retraction, entered, faults = self._motion(m, law, removal)
-        self._discharge(m, retraction, law)
+        m.submodules.condition = condition = Condition()
+        self._discharge(m, retraction, law, condition)
         fluid = self._fluid(m, removal)
-        self._law(m, law, removal, retraction)
+        self._law(m, law, removal, retraction, condition)
         interlock = self._safety(m, faults)
-        self._events(m, retraction, entered, fluid, interlock)
+        self._events(m, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
             auxiliary.code.eq(self.auxiliary_send_code),
@@ -235,12 +237,16 @@ class Machine(wiring.Component):
         m.d.comb += self.path_status_in_position.eq(Cat(in_position).all())
         return retraction, path.entered, faults
 
-    def _discharge(self, m, retraction, law):
+    def _discharge(self, m, retraction, law, condition):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
         m.submodules.limiter = limiter = Limiter(
             level_max=self.level_max, on_max=self.clocks(self.on_max_s),
             off_min=self.clocks(self.off_min_s))
         m.submodules.pulses = pulses = PulseGenerator()
+        jumps = AXES[self.jump_axis] if self.jump_axis < self.axes else None
+        m.d.comb += condition.follow(self)
+        m.d.comb += [condition.position.eq(getattr(self, f"axis_{jumps}_position") if jumps else 0),
+                     condition.between.eq(pulses.between)]
         m.submodules.discriminator = discriminator = Discriminator()
         m.submodules.short = short = ShortDetector()
         m.submodules.references = references = References()
@@ -250,9 +256,9 @@ class Machine(wiring.Component):
         discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
         stepped = law.law == Law.ZERO
         m.d.comb += [
-            limiter.level.eq(self.power_level),
-            limiter.on_time.eq(self.power_on_time),
-            limiter.off_time.eq(self.power_off_time),
+            limiter.level.eq(condition.power_level),
+            limiter.on_time.eq(condition.power_on_time),
+            limiter.off_time.eq(condition.power_off_time),
             self.power_limits_level.eq(limiter.limit_level),
             self.power_limits_off.eq(limiter.limit_off),
 
@@ -261,35 +267,24 @@ class Machine(wiring.Component):
             pulses.on_time.eq(limiter.allowed_on),
             pulses.off_time.eq(limiter.allowed_off),
             pulses.level.eq(limiter.allowed_level),
-            pulses.sense_on.eq(self.power_sense_on),
-            pulses.sense_off.eq(self.power_sense_off),
+            pulses.sense_on.eq(self.power_sense_on), pulses.sense_off.eq(self.power_sense_off),
             pulses.cut.eq(self.power_control_cut),
-            pulses.off_extra.eq(self.power_off_extra),
+            pulses.off_extra.eq(condition.power_off_extra),
             pulses.abnormal.eq(discriminator.abnormal),
-            self.gap_on.eq(pulses.on),
-            self.gap_sense.eq(pulses.sense),
+            self.gap_on.eq(pulses.on), self.gap_sense.eq(pulses.sense),
             self.gap_level.eq(pulses.level_out),
-            self.gap_supply.eq(Cat(self.power_supply_voltage, self.power_supply_negative)),
+            self.gap_supply.eq(Cat(condition.power_supply_voltage,
+                                   condition.power_supply_negative)),
             self.gap_reference.eq(references.stream),
 
-            discriminator.on.eq(gates[0]),
-            discriminator.sense.eq(gates[1]),
-            discriminator.arc.eq(self.gap_arc),
-            discriminator.short.eq(self.gap_short),
-            discriminator.current.eq(self.gap_current),
-            discriminator.high.eq(self.gap_high),
-            discriminator.noise.eq(self.gap_noise),
-            discriminator.blanking.eq(self.gap_blanking),
-            discriminator.settle.eq(self.gap_settle),
-            discriminator.confirm.eq(self.gap_confirm),
-            discriminator.delay_least.eq(self.gap_delay_least),
-            discriminator.use_current.eq(self.gap_criteria_current),
-            discriminator.use_delay.eq(self.gap_criteria_delay),
-            discriminator.use_noise.eq(self.gap_criteria_noise),
-            self.gap_open_count.eq(discriminator.open_count),
-            self.gap_ok_count.eq(discriminator.ok_count),
-            self.gap_dame_count.eq(discriminator.dame_count),
-            self.gap_short_count.eq(discriminator.short_count),
+            discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
+            *(getattr(discriminator, name).eq(getattr(self, f"gap_{name}"))
+              for name in ("arc", "short", "current", "high", "noise", "blanking", "settle",
+                           "confirm", "delay_least")),
+            *(getattr(discriminator, f"use_{name}").eq(getattr(self, f"gap_criteria_{name}"))
+              for name in ("current", "delay", "noise")),
+            *(getattr(self, f"gap_{name}").eq(getattr(discriminator, name))
+              for name in ("open_count", "ok_count", "dame_count", "short_count")),
 
             short.sample.eq(discriminator.sample),
             short.sample_shorted.eq(discriminator.sample_shorted),
@@ -304,13 +299,11 @@ class Machine(wiring.Component):
 
             counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
             counters.kind.eq(discriminator.kind),
-            counters.dame.eq(self.servo_presets_dame),
-            counters.open.eq(self.servo_presets_open),
-            counters.ok.eq(self.servo_presets_ok),
-            counters.mode.eq(self.servo_control_mode),
+            *(getattr(counters, name).eq(getattr(condition, f"servo_presets_{name}"))
+              for name in ("dame", "open", "ok")),
+            counters.mode.eq(self.servo_control_mode), counters.period.eq(self.servo_period),
             counters.window.eq(self.servo_counting_window),
             counters.weight.eq(self.servo_counting_weight),
-            counters.period.eq(self.servo_period),
             # Without discharge pulses there is nothing to go by.
             counters.freeze.eq(retraction.held | short.shorted | ~discharging
                                | ~self.servo_control_on),
@@ -320,7 +313,7 @@ class Machine(wiring.Component):
             self.servo_status_held.eq(retraction.held),
 
             retraction.servo.eq(self.servo_control_on | stepped),
-            retraction.step.eq(Mux(stepped, 1, self.servo_step)),
+            retraction.step.eq(Mux(stepped, 1, condition.servo_step)),
             retraction.shorted.eq(short.shorted),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
@@ -329,7 +322,7 @@ class Machine(wiring.Component):
         # In registers: the bounds of the motion are reckoned with them.
         m.d.sync += [retraction.up.eq(Mux(stepped, law.up, counters.up)),
                      retraction.down.eq(Mux(stepped, law.down, counters.down))]
-        m.d.comb += [level.eq(getattr(self, f"gap_reference_{name}")) for level, name in zip(
+        m.d.comb += [level.eq(getattr(condition, f"gap_reference_{name}")) for level, name in zip(
             references.level, ("open", "arc", "short"), strict=True)]
         with m.If(counters.up):
             m.d.sync += self.servo_ups.eq(self.servo_ups + 1)
@@ -351,21 +344,16 @@ class Machine(wiring.Component):
             removal.sample_valid.eq(sampler.voltage_valid & self.fluid_control_convert),
             fluid.sample.eq(sampler.fluid),
             fluid.sample_valid.eq(sampler.fluid_valid & self.fluid_control_convert),
-            fluid.threshold_0.eq(self.fluid_threshold_0),
-            fluid.threshold_1.eq(self.fluid_threshold_1),
-            fluid.threshold_2.eq(self.fluid_threshold_2),
-            fluid.hysteresis.eq(self.fluid_hysteresis),
+            *(getattr(fluid, name).eq(getattr(self, f"fluid_{name}"))
+              for name in ("threshold_0", "threshold_1", "threshold_2", "hysteresis")),
             fluid.lowest.eq(self.fluid_bounds_lowest),
             fluid.highest.eq(self.fluid_bounds_highest),
             fluid.manual.eq(self.fluid_control_manual),
             fluid.manual_class.eq(self.fluid_control_manual_class),
             self.fluid_level.eq(fluid.level),
             self.fluid_status_class.eq(fluid.class_),
-            self.fluid_status_measured.eq(fluid.measured),
-            self.fluid_status_known.eq(fluid.known),
-            self.fluid_status_broken_low.eq(fluid.broken_low),
-            self.fluid_status_broken_high.eq(fluid.broken_high),
-            self.fluid_status_disordered.eq(fluid.disordered),
+            *(getattr(self, f"fluid_status_{name}").eq(getattr(fluid, name))
+              for name in ("measured", "known", "broken_low", "broken_high", "disordered")),
             self.fluid_status_fault.eq(sampler.fault),
         ]
         state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
@@ -374,7 +362,7 @@ class Machine(wiring.Component):
         m.d.sync += before.eq(state)
         return state != before
 
-    def _law(self, m, law, removal, retraction):
+    def _law(self, m, law, removal, retraction, condition):
         """Feed at the front by the mean gap voltage."""
         m.d.comb += [
             removal.on.eq(self.law_control_measure & self.power_control_machining),
@@ -383,18 +371,19 @@ class Machine(wiring.Component):
                                | self.safe),
             removal.hold.eq(self.retraction_control_hold | ~self.retraction_control_run
                             | retraction.crowded),
-            removal.reference.eq(self.law_reference_drop),
+            removal.reference.eq(condition.law_reference_drop),
+            removal.no_load.eq(condition.law_no_load),
             removal.ratio_min.eq(self.law_bounds_lowest),
             removal.ratio_max.eq(self.law_bounds_highest),
             law.law.eq(self.law_control_law),
-            law.reference.eq(self.law_reference_voltage),
+            law.reference.eq(condition.law_reference_voltage),
             self.law_voltage_mean.eq(removal.mean),
             self.law_voltage_drop.eq(removal.drop),
             self.law_feed.eq(law.feed),
         ]
         for name in ("mean", "known", "ratio"):
             m.d.comb += getattr(law, name).eq(getattr(removal, name))
-        for name in ("unit", "window", "no_load", "least"):
+        for name in ("unit", "window", "least"):
             m.d.comb += getattr(removal, name).eq(getattr(self, f"law_{name}"))
         for name in ("gain", "highest"):
             m.d.comb += getattr(law, name).eq(getattr(self, f"law_{name}"))
@@ -428,7 +417,7 @@ class Machine(wiring.Component):
             m.d.comb += getattr(interlock, name).eq(Cat(flags))
         return interlock
 
-    def _events(self, m, retraction, entered, fluid, interlock):
+    def _events(self, m, retraction, entered, fluid, interlock, condition):
         """One queue for what happened: the retraction first, the others when it has nothing."""
         m.submodules.events = queue = EventQueue(width=152 + 32 * self.axes, depth=16)
         m.d.comb += retraction.crowded.eq(queue.level >= CROWD)
@@ -452,9 +441,11 @@ class Machine(wiring.Component):
         segment = Signal()  # a segment was entered: to be told
         trip = Signal()     # the interlock has tripped: to be told
         news = Signal()     # the fluid has changed: to be told
+        switch = Signal()   # the condition was switched by depth: to be told
         segment_cycle = Signal(32)
         segment_slot = Signal(8)
         trip_cycle = Signal(32)
+        switch_cycle = Signal(32)
         with m.If(retraction.event != Event.NONE):
             m.d.comb += [
                 push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
@@ -477,8 +468,14 @@ class Machine(wiring.Component):
                                       self.fluid_status_measured)),
                          second.eq(self.fluid_level)]
             m.d.sync += news.eq(0)
+        with m.Elif(switch):
+            m.d.comb += [push.eq(1), kind.eq(Event.CONDITION), cycle.eq(switch_cycle),
+                         detail.eq(condition.count), first.eq(condition.at)]
+            m.d.sync += switch.eq(0)
         with m.If(fluid):
             m.d.sync += news.eq(1)
+        with m.If(condition.switched):
+            m.d.sync += [switch.eq(1), switch_cycle.eq(self.cycle)]
         with m.If(entered):
             m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle),
                          segment_slot.eq(self.path_slot)]

@@ -101,6 +101,12 @@ def registers():
         "law_voltage_mean": Out(16), "law_voltage_drop": Out(16), "law_status_ratio": Out(16),
         "law_status_windows": Out(8), "law_status_known": Out(1), "law_feed": Out(30),
 
+        "condition_order_commit": In(1), "condition_order_disarm": In(1),
+        "condition_order_restart": In(1), "condition_order_strobe": In(1),
+        "condition_depth": In(coordinate), "condition_depth_strobe": In(1),
+        "condition_status_armed": Out(1), "condition_status_pending": Out(1),
+        "condition_status_count": Out(8),
+
         "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
         "safety_status_first": Out(4), "safety_status_simultaneous": Out(CAUSES),
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),

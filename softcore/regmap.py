@@ -198,7 +198,7 @@ EVENT = Block(name="event", base=0x500, doc="Queue of what the gateware did, old
     ("head", "The oldest event.", (
         Field(name="kind", bits=8, access="r",
               doc="1 retraction start, 2 retraction end, 3 re-advance, 4 resume, 5 halt, "
-                  "6 segment entered, 7 interlock trip, 8 fluid."),
+                  "6 segment entered, 7 interlock trip, 8 fluid, 9 condition at a depth."),
         Field(name="detail", bits=8, access="r", doc="By kind: cause, reason, phase."),
         Field(name="slot", bits=8, access="r", doc="Slot of the segment of the machine then."),
         Field(name="valid", bits=1, access="r", doc="There is an event."))),
@@ -349,6 +349,23 @@ LAW = Block(name="law", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl
     ("feed", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
 ))
 
+CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words "
+                  "are staged in the registers that ``rtl.power.condition`` names; they come into "
+                  "force together, between two pulses, and may not change while that is pending. "
+                  "See ``rtl.power.condition_switch``.", registers=_registers(
+    ("order", "Orders to the switch.", (
+        Field(name="commit", bits=1, access="w", doc="Put what is staged in force; disarms."),
+        Field(name="disarm", bits=1, access="w", doc="Do not switch at the depth."),
+        Field(name="restart", bits=1, access="w",
+              doc="The depth reached is where the jump axis is now.")), "write"),
+    ("depth", "Put what is staged in force when the jump axis has reached this depth; arms.",
+     _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
+    ("status", "State of the switch.", (
+        Field(name="armed", bits=1, access="r", doc="It is to switch at the depth."),
+        Field(name="pending", bits=1, access="r", doc="What is staged waits for a pulse to end."),
+        Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."))),
+))
+
 CAUSES = (
     ("power_on", "Nobody has cleared the interlock since reset."),
     ("estop", "Emergency stop."),
@@ -435,4 +452,5 @@ def _axis(index, letter):
 
 
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)), SERVO, FLUID, LAW)
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SERVO, FLUID,
+          LAW)

@@ -9,11 +9,12 @@ from softcore.image import host_library
 from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
-ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table")
+ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
+        "series")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",
-         "trip", "fluid")
+         "trip", "fluid", "condition")
 BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
 
 

@@ -59,13 +59,16 @@ def block(rng: random.Random) -> str:
                  *([f"Z{number(rng)}"] if rng.random() < 0.3 else [])],
         lambda: ["G36", f"R{rng.randint(1, 90)}"],
         lambda: ["G38", f"P{rng.randint(0, 900)}", f"L{number(rng, signed=False)}1", "R90", "H8."],
+        lambda: ["G39", *rng.choice(([], [f"Z-{number(rng, signed=False)}", "C110"], [
+            f"Z-{rng.randint(1, 9)}{number(rng, signed=False)}", f"C{rng.choice((120, 900))}"]))],
         lambda: ["G92", *move],
         lambda: [rng.choice(("G94", "G94", "G95 P1", "G95P01", f"G95 P{rng.randint(1, 4)}"))],
         lambda: ["G10", f"C{rng.choice((130, 900))}", "P50", "Q50", f"V{rng.randint(0, 4)}.5",
                  f"U.{rng.randint(0, 9999)}"],
         lambda: ["G10", f"C{rng.choice((130, 900, rng.randint(901, 925)))}",
                  f"P{rng.randint(0, 300)}", f"Q{rng.randint(1, 90)}", *rng.sample(
-                     ("I6", "R70", f"E{rng.choice((20, 40, 60, 80, 120, 300, 310, 85))}",
+                     (rng.choice(("I6", "I6.", "I3.004", "I3.02", "I64")), "R70",
+                      f"E{rng.choice((20, 40, 60, 80, 120, 300, 310, 85))}",
                       f"H{rng.randint(15, 105)}", "K-1", "K1", "L.002",
                       f"X{rng.randint(0, 299)}", "Y5", "Z18"), rng.randint(0, 4))],
         lambda: ["G10", f"L{rng.randint(0, 4)}", "X3", "Y6", "Z14", f"H{rng.randint(50, 100)}"],

@@ -34,6 +34,7 @@ class Event(enum.Enum, shape=8):
     SEGMENT = 6
     TRIP = 7     # detail: number of the first cause
     FLUID = 8    # detail: class; first: faults, class measured (bits 4, 5); second: level
+    CONDITION = 9    # at a depth; detail: count; first: position of the jump axis
 
 
 class Cause(enum.Enum, shape=8):

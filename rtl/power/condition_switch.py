@@ -24,9 +24,9 @@ class ConditionSwitch(wiring.Component):
     before the next ``arm``. A switch disarms. So do ``disarm`` and ``commit``. In a clock with an
     order there is no switch. While ``pending`` is high an armed switch waits.
 
-    Latency: 2 clocks to ``switched`` and ``pending``, from the position that reaches the depth or from
-    ``arm`` at a depth that has been reached. ``at`` is then the position of 2 clocks before, in the
-    first case the one that reached the depth, and stays until the next switch.
+    Latency: 2 clocks to ``switched`` and ``pending``, from the position that reaches the depth or
+    from ``arm`` at a depth that has been reached. ``at`` is then the position of 2 clocks before:
+    in the first case the one that reached the depth. It stays until the next switch.
 
     Ref: third patent (current by the depth), items 30 and 31. Proof:
     ``testbench/formal/test_condition_switch.py``.

@@ -6,6 +6,7 @@
 #include "output.h"
 #include "path.h"
 #include "reader.h"
+#include "series.h"
 #include "text.h"
 #include "units.h"
 
@@ -200,6 +201,7 @@ static void tell(const record *r) {
         tell_block();
         break;
     case EVENT_FLUID: gap_fluid(&r->event, r->cycle); break;
+    case EVENT_CONDITION: series_switched(&r->event, r->cycle); break;
     case EVENT_TRIP: machine_tripped(r->event.detail, r->cycle, r->event.encoder); break;
     default: break;
     }

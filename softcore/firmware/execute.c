@@ -7,6 +7,7 @@
 #include "machine.h"
 #include "output.h"
 #include "path.h"
+#include "series.h"
 #include "settings.h"
 #include "text.h"
 #include "units.h"
@@ -56,6 +57,7 @@ void execute_abort(void) {
     at = PART_DONE;
     state.side = 0;
     sent = false;
+    series_drop();
 }
 
 /* Bring the retraction memory to the gateware. */
@@ -177,6 +179,12 @@ static part act(void) {
         if (work->class_number < GAP_CLASSES)
             gap_class_enter(work->class_number, &work->class_row, by_hand);
         return PART_MOVE;
+    case ACT_SERIES:
+        if (work->series)
+            series_add(work->series_depth, work->series);
+        else if (!series_end())
+            return PART_ACT;
+        return PART_MOVE;
     default: return PART_MOVE;
     }
 }
@@ -259,9 +267,11 @@ static part advance(fault *f) {
         return PART_CONDITION;
     case PART_CONDITION:
         if (work->changes_condition) {
+            if (!series_end())
+                return at;
             gap_condition(work->after.condition);
             events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
-                       (uint32_t)work->after.condition->ip);
+                       (uint32_t)work->after.condition->milli_ip);
         }
         return PART_S;
     case PART_S: return function(AUXILIARY_S, work->s, f) ? PART_T : at;
@@ -315,7 +325,7 @@ static part advance(fault *f) {
         machine_discharge(was_machining);
         return PART_DONE;
     case PART_END:
-        if (!hal_motion_read().in_position)
+        if (!hal_motion_read().in_position || !series_end())
             return at;
         end();
         return PART_DONE;

@@ -6,6 +6,7 @@
 #include "machine.h"
 #include "output.h"
 #include "path.h"
+#include "series.h"
 #include "settings.h"
 #include "units.h"
 
@@ -23,7 +24,8 @@ static const gap_class PATENT[GAP_CLASSES] = {
 static gap_class classes[GAP_CLASSES];
 static gap_class kept[GAP_CLASSES];     /* the same without what the tape has entered */
 static technology_row row;      /* the condition in force */
-static bool conditioned;        /* there is one */
+static bool conditioned;        /* there is one, */
+static bool stale;              /* which the gateware has yet to get as it is now */
 static unsigned fluid;          /* class in force */
 static bool servo;              /* what drives the electrode is not the feed F */
 static bool counted;            /* ... but counted classes */
@@ -38,7 +40,9 @@ static uint32_t looked;         /* and the clock up to which they are counted */
 void gap_init(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
         classes[i] = kept[i] = PATENT[i];
-    conditioned = servo = counted = false;
+    conditioned = stale = servo = counted = false;
+    series_drop();
+    series_replaced();
     fluid = 0;
     technology_reset();
     law_init();
@@ -50,31 +54,63 @@ static uint32_t volts(uint32_t value_v) {
     return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
 }
 
-/* Bring the condition to the gateware, as the fluid's class has it. */
-static void apply(void) {
+/* As the fluid's class has it, with a no-load voltage. */
+static void stage(const technology_row *r, uint32_t no_load) {
     const gap_class *c = &classes[fluid];
-    bool own = conditioned && (row.dame || row.open || row.ok);
-    hal_presets(own ? row.dame : c->dame, own ? row.open : c->open, own ? row.ok : c->ok);
-    if (!conditioned)
-        return;
-    hal_pulse(units_clocks_of_us(row.on_us), units_clocks_of_us(row.off_us),
-              units_clocks_of_us(row.rest_us), row.ip);
-    hal_supply(row.open_v / GAP_SUPPLY_STEP_V, row.negative);
+    bool own = r->dame || r->open || r->ok;
+    uint32_t level = 0;
+    (void)technology_level(r, &level);
+    hal_presets(own ? r->dame : c->dame, own ? r->open : c->open, own ? r->ok : c->ok);
+    hal_pulse(units_clocks_of_us(r->on_us), units_clocks_of_us(r->off_us),
+              units_clocks_of_us(r->rest_us), level);
+    hal_supply(r->open_v / GAP_SUPPLY_STEP_V, r->negative);
     /* The fluid leaves less than the source gives; what burns, burns at its own voltage. */
-    uint32_t left_v = (uint32_t)row.open_v * row.open_percent * c->share_percent / 10000;
-    hal_references(volts(left_v), volts(row.arc_v), volts(row.short_v));
-    hal_servo_step(row.step);
-    law_condition(&row, c->share_percent);
+    uint32_t left_v = (uint32_t)r->open_v * r->open_percent * c->share_percent / 10000;
+    hal_references(volts(left_v), volts(r->arc_v), volts(r->short_v));
+    hal_servo_step(r->step);
+    law_stage(r, no_load);
+}
+
+void gap_stage(const technology_row *r) {
+    stage(r, law_no_load_of(r, classes[fluid].share_percent));
+}
+
+/* Bring the condition in force to the gateware anew. If the pulse has not ended in which it takes over
+   what was staged last, or firmware is not to know yet what that was: later. */
+static void refresh(void) {
+    stale = conditioned && !series_take_stage();
+    if (!conditioned || stale)
+        return;
+    stage(&row, law_no_load());
+    hal_condition_commit();
+}
+
+/* Condition or class have changed. */
+static void apply(void) {
+    (void)series_take_stage();
+    if (conditioned)
+        law_condition(&row, classes[fluid].share_percent);
+    refresh();
 }
 
 void gap_condition(const technology_row *condition) {
+    (void)series_take_stage();
     row = *condition;
     conditioned = true;
+    series_replaced();
     apply();
 }
 
+void gap_switched(const technology_row *condition) {
+    row = *condition;
+    law_condition(&row, classes[fluid].share_percent);
+}
+
+const technology_row *gap_row(void) { return &row; }
+
 /* The gateware gets the classes with the program's first condition, without which nothing is machined. */
 void gap_start(void) {
+    series_drop();
     technology_start();
     for (unsigned i = 0; i < GAP_CLASSES; i++)
         classes[i] = kept[i];
@@ -112,7 +148,7 @@ void gap_servo(unsigned law) {
     counted = law == LAW_CLASSES;
     servo = counted || law == LAW_ZERO;
     /* G95 was judged by the references as they stand in the table. */
-    const technology_row *now = technology_find(row.number);
+    const technology_row *now = series_reached() ? 0 : technology_find(row.number);
     if (conditioned && now &&
         (row.reference_mv != now->reference_mv || row.drop_mv != now->drop_mv)) {
         row.reference_mv = now->reference_mv;
@@ -227,6 +263,10 @@ static void watch_time(int32_t front) {
 
 /* The settings may have come to rely on a detector that has told of its trouble before. */
 void gap_watch(void) {
+    if (stale)
+        refresh();
+    else
+        series_step();
     if (machine_machining()) {
         const char *what = trouble_now(hal_fluid_state());
         if (what) {
@@ -240,7 +280,8 @@ void gap_watch(void) {
         return;
     uint32_t counts[4];
     hal_gap_counts(counts);
-    law_watch(machine_machining(), counts);
+    if (law_watch(machine_machining(), counts))
+        refresh();
     int32_t front = hal_front();
     if (servo)
         watch_way(front);

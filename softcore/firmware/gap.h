@@ -20,6 +20,9 @@ typedef struct {
 void gap_init(void);
 void gap_settings(void);                        /* settings of servo and fluid have changed */
 void gap_condition(const technology_row *row);  /* put a condition in force */
+void gap_stage(const technology_row *row);      /* stage one for the gateware to switch to */
+void gap_switched(const technology_row *row);   /* it has */
+const technology_row *gap_row(void);            /* the condition in force */
 void gap_servo(unsigned law);                   /* law of the feed, as G95 P has it; 0 for G94 */
 
 gap_class gap_class_row(unsigned number);

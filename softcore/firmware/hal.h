@@ -84,7 +84,7 @@ uint32_t hal_shorts(void);      /* shorts in the series */
 /* Event queue. */
 typedef enum {
     EVENT_NONE, EVENT_RETRACTION_START, EVENT_RETRACTION_END, EVENT_READVANCE, EVENT_RESUME,
-    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP, EVENT_FLUID
+    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP, EVENT_FLUID, EVENT_CONDITION
 } hal_event_kind;
 
 typedef struct {
@@ -112,7 +112,7 @@ typedef struct {
 void hal_short_write(const hal_short_detector *detector);
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
 void hal_discriminate(const hal_discriminator *rules);
-/* Clocks on, off, and more off after an abnormal pulse; current in IP. */
+/* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
@@ -130,7 +130,7 @@ typedef struct {
     uint32_t law;                           /* 0 constant, else the number after G95 P less one */
     uint32_t measure;
     uint32_t unit, window;                  /* path pulses, clocks */
-    uint32_t no_load, voltage, drop, least; /* levels: of no load, Vs, Es, lowest Ex */
+    uint32_t least;                         /* level: lowest Ex */
     uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
     uint32_t gain;                          /* 2**-32 pulse/clock per 1/16 of full scale */
     uint32_t fastest;                       /* 2**-32 pulse/clock */
@@ -143,7 +143,18 @@ typedef struct {
 } hal_law_state;
 
 void hal_law_write(const hal_law *words);
+void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop); /* levels: Vs, Es */
 hal_law_state hal_law_read(void);
+
+/* The condition. What hal_pulse, hal_supply, hal_references, hal_presets, hal_servo_step and
+   hal_law_references are told is staged, and comes into force together, between two pulses. None of
+   it may be called while that is pending. */
+void hal_condition_commit(void);            /* as soon as the pulse under way is over; disarms */
+void hal_condition_arm(int32_t depth);      /* when the jump axis is at a depth (pulses) or has been */
+void hal_condition_disarm(void);
+void hal_condition_restart(void);           /* it has been where it is, and no deeper */
+bool hal_condition_pending(void);
+uint8_t hal_condition_count(void);          /* switches by depth since reset, wraps */
 
 /* Fluid. Codes of the cell. */
 #define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID, in `first`; `second` is the level */

@@ -197,6 +197,12 @@ static int32_t go_back(int32_t pulses) {
     return step;
 }
 
+/* The switch of the condition looks where the jump axis is. */
+void host_depth(void) {
+    if (jump_axis < HAL_AXES && host_gap_moved(gk_axis(jump_axis)))
+        announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)gk_axis(jump_axis), 0);
+}
+
 int32_t gk_go(int32_t pulses) {
     int32_t made = 0;
     while (made < pulses || made < -pulses) {
@@ -204,6 +210,7 @@ int32_t gk_go(int32_t pulses) {
         if (!step)
             break;
         made += step;
+        host_depth();
     }
     return pulses > 0 ? made : -made;
 }
@@ -247,6 +254,7 @@ void gk_pass(uint32_t passes) {
             busy_passes--;
         if (run && !hold && !safe && speed && state == MOTION_FRONT)
             (void)go_forward((int32_t)speed);
+        host_depth();
     }
 }
 

@@ -205,13 +205,25 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
 void hal_law_write(const hal_law *words) {
     LAW->unit = words->unit;
     LAW->window = words->window;
-    LAW->no_load = words->no_load;
-    LAW->reference = PUT(words->voltage, LAW_REFERENCE_VOLTAGE) | PUT(words->drop, LAW_REFERENCE_DROP);
     LAW->least = words->least;
     LAW->bounds = PUT(words->lowest, LAW_BOUNDS_LOWEST) | PUT(words->highest, LAW_BOUNDS_HIGHEST);
     LAW->gain = words->gain;
     LAW->highest = words->fastest;
     LAW->control = PUT(words->law, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
+}
+
+void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+    LAW->no_load = no_load;
+    LAW->reference = PUT(voltage, LAW_REFERENCE_VOLTAGE) | PUT(drop, LAW_REFERENCE_DROP);
+}
+
+void hal_condition_commit(void) { CONDITION->order = PUT(1, CONDITION_ORDER_COMMIT); }
+void hal_condition_arm(int32_t depth) { CONDITION->depth = depth; }
+void hal_condition_disarm(void) { CONDITION->order = PUT(1, CONDITION_ORDER_DISARM); }
+void hal_condition_restart(void) { CONDITION->order = PUT(1, CONDITION_ORDER_RESTART); }
+bool hal_condition_pending(void) { return CONDITION->status & CONDITION_STATUS_PENDING_MASK; }
+uint8_t hal_condition_count(void) {
+    return (uint8_t)GET(CONDITION->status, CONDITION_STATUS_COUNT);
 }
 
 hal_law_state hal_law_read(void) {

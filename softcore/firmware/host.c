@@ -10,6 +10,7 @@
 
 #include "plan.h"
 #include "reader.h"
+#include "series.h"
 #include "settings.h"
 #include "units.h"
 #include "watch.h"
@@ -58,6 +59,14 @@ static bool judge(const block *words, const modal *state, bool by_hand, plan *p,
     return result == PLAN_DONE;
 }
 
+/* Blocks are judged by the series as the blocks before have left it. */
+static void follow_series(const plan *p) {
+    if (p->changes_condition || p->stop == STOP_END || (p->act == ACT_SERIES && !p->series))
+        series_drop();
+    if (p->act == ACT_SERIES && p->series)
+        series_add(p->series_depth, p->series);
+}
+
 int gk_check_line(const char *line, char *message, uint32_t size) {
     block words;
     plan p;
@@ -66,6 +75,7 @@ int gk_check_line(const char *line, char *message, uint32_t size) {
     if (parse(&words, line, (uint32_t)strlen(line), &f) &&
         judge(&words, &entered, true, &p, &f)) {
         entered = p.after;
+        follow_series(&p);
         return 0;
     }
     fault_sentence(&f, message, size);
@@ -171,6 +181,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
             if (!judge(&words, &state, false, &p, &f))
                 break;
             state = p.after;
+            follow_series(&p);
         }
         if (blocks < count)
             record(&records[blocks], r.line, &p, words.skipped);

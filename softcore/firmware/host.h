@@ -72,6 +72,10 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void host_gap_boot(void);    /* its part of that */
+bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition is switched by depth */
+void host_depth(void);
+/* A pulse goes on for so long as this is not 0: what is staged is not taken over. */
+void gk_pulse_lasts(uint32_t lasts);
 void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
 uint32_t gk_send(const uint8_t *bytes, uint32_t length);
 uint32_t gk_receive(uint8_t *bytes, uint32_t size);
@@ -94,9 +98,9 @@ void gk_slot(uint32_t slot, gk_segment *segment);   /* as it was written */
 int32_t gk_axis(uint32_t axis); /* commanded position */
 uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
-/* What the power supply was told: clocks, IP, steps of voltage. */
+/* What the power supply was told, as is in force: clocks, steps of voltage. */
 typedef struct {
-    uint32_t on, off, rest, level, voltage, negative;
+    uint32_t on, off, rest, level, voltage, negative;   /* level: steps of the supply */
 } gk_power;
 
 /* What the gap was told: references in 1/1024, presets dame, open, ok; clocks; pulses. */
@@ -109,7 +113,7 @@ void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* so many more have been seen, */
 void gk_opens(uint32_t count);      /* and pulses without one */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
-void gk_law_read(uint32_t words[12]);   /* a hal_law */
+void gk_law_read(uint32_t words[12]);   /* a hal_law, with the references behind its window */
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */

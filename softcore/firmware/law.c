@@ -14,7 +14,6 @@
                                    to see a discharge that is not counted before its pulse ends */
 
 static unsigned law;
-static uint32_t voltage_mv, drop_mv;    /* references of the condition */
 static uint32_t no_load;                /* level: computed, or measured */
 static uint32_t discharges, opens;      /* when the last discharge was noticed, */
 static uint8_t windows;                 /* means taken when one was noticed, */
@@ -63,7 +62,9 @@ bool law_references(const word *voltage, const word *drop, technology_row *row, 
            reference('U', drop, row, &row->drop_mv, f);
 }
 
-static void apply(void) {
+bool law_measures(void) { return law >= LAW_ZERO; }
+
+void law_settings(void) {
     if (!law_measures()) {
         /* Without a law the rest does not matter, and its conversions take their time. */
         static const hal_law none;
@@ -79,9 +80,6 @@ static void apply(void) {
         .measure = law_measures(),
         .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
         .window = units_clocks_of_us(us),
-        .no_load = no_load,
-        .voltage = LEVELS(voltage_mv),
-        .drop = LEVELS(drop_mv),
         .least = LEVELS(settings_get(SET_LAW_LEAST_MV)),
         .lowest = settings_get(SET_LAW_RATIO_LOWEST) * 4096 / 1000,
         .highest = settings_get(SET_LAW_RATIO_HIGHEST) * 4096 / 1000,
@@ -93,26 +91,31 @@ static void apply(void) {
 
 void law_init(void) {
     law = LAW_CONSTANT;
-    voltage_mv = drop_mv = no_load = 0;
+    no_load = 0;
     clean = 0;
 }
 
-bool law_measures(void) { return law >= LAW_ZERO; }
-void law_settings(void) { apply(); }
 
 void law_select(unsigned number) { law = number; }
 
-void law_condition(const technology_row *row, uint32_t share_percent) {
-    voltage_mv = row->reference_mv;
-    drop_mv = row->drop_mv;
-    no_load = LEVELS(law_no_load_mv(row, share_percent));
-    clean = 0;
-    apply();
+uint32_t law_no_load_of(const technology_row *row, uint32_t share_percent) {
+    return LEVELS(law_no_load_mv(row, share_percent));
 }
 
-void law_watch(bool machining, const uint32_t counts[4]) {
+uint32_t law_no_load(void) { return no_load; }
+
+void law_stage(const technology_row *row, uint32_t level) {
+    hal_law_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
+}
+
+void law_condition(const technology_row *row, uint32_t share_percent) {
+    no_load = law_no_load_of(row, share_percent);
+    clean = 0;
+}
+
+bool law_watch(bool machining, const uint32_t counts[4]) {
     if (!law_measures() || !settings_get(SET_LAW_NO_LOAD))
-        return;
+        return false;
     hal_law_state state = hal_law_read();
     uint32_t sum = counts[1] + counts[2] + counts[3];
     if (sum != discharges || !machining || !state.known) {
@@ -120,15 +123,15 @@ void law_watch(bool machining, const uint32_t counts[4]) {
         opens = counts[0];
         windows = state.windows;
         clean = 0;
-        return;
+        return false;
     }
     if (state.windows == windows)
-        return;
+        return false;
     windows = state.windows;
     clean += clean < CLEAN_WINDOWS;
-    if (clean == CLEAN_WINDOWS && counts[0] - opens >= CLEAN_PULSES && no_load != before) {
+    bool measured = clean == CLEAN_WINDOWS && counts[0] - opens >= CLEAN_PULSES && no_load != before;
+    if (measured)
         no_load = before;
-        apply();
-    }
     before = state.mean;
+    return measured;
 }

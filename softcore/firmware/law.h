@@ -26,7 +26,13 @@ bool law_references(const word *voltage, const word *drop, technology_row *row, 
 
 void law_init(void);
 void law_select(unsigned law);  /* in force with the next law_settings */
-void law_condition(const technology_row *row, uint32_t share_percent);
+/* Stage the references of a condition with a no-load voltage (a level): that of the row, or the one
+   in force. */
+void law_stage(const technology_row *row, uint32_t no_load);
+uint32_t law_no_load_of(const technology_row *row, uint32_t share_percent);
+uint32_t law_no_load(void);
+void law_condition(const technology_row *row, uint32_t share_percent);  /* another is in force */
 void law_settings(void);        /* settings have changed */
 bool law_measures(void);        /* the law in force needs the converter */
-void law_watch(bool machining, const uint32_t counts[4]);   /* in every pass */
+bool law_watch(bool machining, const uint32_t counts[4]);   /* in every pass; true: a no-load voltage
+                                                               was measured, and is to be staged */

@@ -3,6 +3,8 @@
 
 #include "law.h"
 #include "plan_words.h"
+#include "series.h"
+#include "settings.h"
 #include "units.h"
 
 typedef struct {
@@ -13,7 +15,7 @@ typedef struct {
 static const g_row G_ROWS[] = {
     {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
     {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
-    {370, G_ONCE}, {380, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE},
+    {370, G_ONCE}, {380, G_ONCE}, {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
     {590, G_SYSTEM}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE}, {940, G_FEED},
     {950, G_FEED},
@@ -216,16 +218,22 @@ static bool plan_dwell(context *c) {
     return true;
 }
 
+bool find_condition(context *c, const word *w, const technology_row **row) {
+    uint32_t number = (uint32_t)w->number.digits, level;
+    *row = technology_find(number);
+    if (!*row)
+        return fault_at(c->f, FAULT_CONDITION, w->column,
+                        "the machining condition C%u is not in the table", number);
+    if (!technology_level(*row, &level))
+        return fault_at(c->f, FAULT_CONDITION, w->column,
+                        "the power supply has no step for the current of the condition C%u", number);
+    return true;
+}
+
 static bool plan_condition(context *c) {
     const word *w = take(c, 'C');
-    if (!w)
-        return true;
-    c->p->after.condition = technology_find(block_name(c->b, 'C'));
-    c->p->changes_condition = true;
-    if (!c->p->after.condition)
-        return fault_at(c->f, FAULT_CONDITION, w->column,
-                        "the machining condition C%u is not in the table", block_name(c->b, 'C'));
-    return true;
+    c->p->changes_condition = w;
+    return !w || find_condition(c, w, &c->p->after.condition);
 }
 
 static bool plan_auxiliary(context *c) {
@@ -292,6 +300,23 @@ static bool presets(context *c, uint32_t values[3]) {
            whole(c, 'Z', 0, 255, "the preset of good pulses", &values[2]);
 }
 
+/* In IP, as near as the power supply has it. */
+static bool current(context *c, technology_row *row) {
+    const word *w = take(c, 'I');
+    uint32_t milli_ip, level, step_ma = settings_get(SET_CURRENT_STEP_MA);
+    if (!w)
+        return true;
+    if (w->negative || !units_speed(w->number, false, &milli_ip) || milli_ip > UINT16_MAX)
+        return fault_at(c->f, FAULT_TABLE, w->column, "the current I is out of range");
+    row->milli_ip = (uint16_t)milli_ip;
+    if (!technology_level(row, &level))
+        return fault_at(c->f, FAULT_TABLE, w->column,
+                        "the current I must be 0 to %u steps of the power supply, %u mA each (1 IP is "
+                        "%u mA)", (uint32_t)TECHNOLOGY_LEVELS, step_ma, (uint32_t)TECHNOLOGY_IP_MA);
+    row->milli_ip = (uint16_t)(level * step_ma * 1000 / TECHNOLOGY_IP_MA);
+    return true;
+}
+
 /* G10 C: a condition. What is left out stays as the row of that number has it. */
 static bool plan_row(context *c, bool mdi) {
     if (!alone(c, AXIS_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
@@ -300,9 +325,9 @@ static bool plan_row(context *c, bool mdi) {
         return false;
     const word *name = take(c, 'C'), *sign = take(c, 'K'), *step = take(c, 'L');
     technology_row row = technology_draft(block_name(c->b, 'C'));
-    uint32_t ip = row.ip, on = row.on_us, off = row.off_us, rest = row.rest_us, open = row.open_v,
+    uint32_t on = row.on_us, off = row.off_us, rest = row.rest_us, open = row.open_v,
              percent = row.open_percent, counts[3] = {row.dame, row.open, row.ok};
-    if (!whole(c, 'I', 0, 63, "the current", &ip) || !whole(c, 'P', 1, 2000, "the on-time", &on) ||
+    if (!current(c, &row) || !whole(c, 'P', 1, 2000, "the on-time", &on) ||
         !whole(c, 'Q', 1, 20000, "the off-time", &off) ||
         !whole(c, 'R', 0, 20000, "the rest after an arc", &rest) ||
         !whole(c, 'E', 20, 300, "the open voltage", &open) ||
@@ -323,7 +348,6 @@ static bool plan_row(context *c, bool mdi) {
         return fault_at(c->f, FAULT_TABLE, name->column,
                         "the open level (%u %% of %u V) must be above twice the arc level of %u V",
                         percent, open, (uint32_t)row.arc_v);
-    row.ip = (uint8_t)ip;
     row.on_us = (uint16_t)on;
     row.off_us = (uint16_t)off;
     row.rest_us = (uint16_t)rest;
@@ -388,17 +412,20 @@ static bool plan_feed_mode(context *c) {
 static bool plan_law(context *c) {
     bool told = c->g[G_FEED] >= 0;
     uint32_t column = told ? c->column[G_FEED] : BLOCK_WORD(c->b, 'C')->column;
-    return (!told && !c->p->changes_condition) ||
-           law_check(c->p->after.servo, c->p->after.condition, column, c->f);
+    if (!told && !c->p->changes_condition)
+        return true;
+    return law_check(c->p->after.servo, c->p->after.condition, column, c->f) &&
+           (c->p->changes_condition || series_law(c->p->after.servo, column, c->f));
 }
 
-static bool plan_once(context *c, bool mdi, uint32_t highest_speed) {
+static bool plan_once(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
     case 100: c->p->act = ACT_TABLE; return plan_table(c, mdi);
     case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed);
     case 370: c->p->act = ACT_DEFAULTS; return plan_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return plan_jump(c, highest_speed);
+    case 390: c->p->act = ACT_SERIES; return plan_series(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return plan_set_position(c);
     default: return true;
     }
@@ -435,10 +462,10 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
     if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
-    if (!plan_plane(&c) || !plan_wire(&c, mdi) || !plan_once(&c, mdi, highest_speed) ||
+    if (!plan_plane(&c) || !plan_wire(&c, mdi) || !plan_once(&c, mdi, highest_speed, jump_axis) ||
         !plan_feed_mode(&c) ||
         !plan_feed(&c, highest_speed) ||
-        (p->act != ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
+        (p->act != ACT_TABLE && p->act != ACT_SERIES && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;

@@ -33,6 +33,12 @@ bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const cha
 /* The block carries no motion and no word but these letters. */
 bool alone(context *c, uint32_t allowed);
 
+/* The condition that a word names. */
+bool find_condition(context *c, const word *w, const technology_row **row);
+
+/* Of plan_series.c. */
+bool plan_series(context *c, unsigned jump_axis);
+
 /* Of plan_path.c: where a block leads, in which frame, and on which side the wire goes. */
 void select_system(modal *state, unsigned system);
 bool plan_set_position(context *c);

@@ -452,6 +452,29 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 #define AXIS_STATUS_ILLEGAL_MASK 0x00000002u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
+/* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names; they come into force together, between two pulses, and may not change while that is pending. See ``rtl.power.condition_switch``. */
+typedef volatile struct {
+    uint32_t order; /* Orders to the switch. */
+    int32_t depth; /* Put what is staged in force when the jump axis has reached this depth; arms. [pulse] */
+    const uint32_t status; /* State of the switch. */
+} condition_regs;
+_Static_assert(offsetof(condition_regs, order) == 0x0, "");
+_Static_assert(offsetof(condition_regs, depth) == 0x4, "");
+_Static_assert(offsetof(condition_regs, status) == 0x8, "");
+#define CONDITION_ORDER_COMMIT_SHIFT 0
+#define CONDITION_ORDER_COMMIT_MASK 0x00000001u
+#define CONDITION_ORDER_DISARM_SHIFT 1
+#define CONDITION_ORDER_DISARM_MASK 0x00000002u
+#define CONDITION_ORDER_RESTART_SHIFT 2
+#define CONDITION_ORDER_RESTART_MASK 0x00000004u
+#define CONDITION_STATUS_ARMED_SHIFT 0
+#define CONDITION_STATUS_ARMED_MASK 0x00000001u
+#define CONDITION_STATUS_PENDING_SHIFT 1
+#define CONDITION_STATUS_PENDING_MASK 0x00000002u
+#define CONDITION_STATUS_COUNT_SHIFT 2
+#define CONDITION_STATUS_COUNT_MASK 0x000003fcu
+#define CONDITION ((condition_regs *)0x80000b00u)
+
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
 typedef volatile struct {
     uint32_t control; /* The servo. */

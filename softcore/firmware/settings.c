@@ -64,6 +64,7 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_LAW_NO_LOAD] = {0, 0, 1, "feed P4: no-load voltage 0 computed, 1 measured in the gap"},
     [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000,
                                "arc: largest difference of start and end radius, nm"},
+    [SET_CURRENT_STEP_MA] = {1500, 50, 15000, "power supply: one step of its current, mA"},
 };
 
 static uint32_t values[SETTINGS];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "technology.h"
 
+#include "settings.h"
+
 #define USUAL                                                                                      \
     .open_v = 80, .open_percent = 75, .arc_v = 20, .short_v = 12, .step = 50
 
@@ -10,14 +12,14 @@
    by twice the rest. Fixed before any tape was tuned on them. The last are for wire: short pulses
    with long pauses, electrode negative. */
 static const technology_row BUILT_IN[] = {
-    {.number = 100, .ip = 1, .on_us = 15, .off_us = 25, .rest_us = 25, USUAL},
-    {.number = 110, .ip = 2, .on_us = 30, .off_us = 30, .rest_us = 30, USUAL},
-    {.number = 120, .ip = 4, .on_us = 60, .off_us = 40, .rest_us = 40, USUAL},
-    {.number = 130, .ip = 6, .on_us = 100, .off_us = 50, .rest_us = 50, USUAL},
-    {.number = 140, .ip = 9, .on_us = 150, .off_us = 75, .rest_us = 75, USUAL},
-    {.number = 150, .ip = 12, .on_us = 200, .off_us = 100, .rest_us = 100, USUAL},
-    {.number = 500, .ip = 8, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, USUAL},
-    {.number = 510, .ip = 2, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, USUAL},
+    {.number = 100, .milli_ip = 1000, .on_us = 15, .off_us = 25, .rest_us = 25, USUAL},
+    {.number = 110, .milli_ip = 2000, .on_us = 30, .off_us = 30, .rest_us = 30, USUAL},
+    {.number = 120, .milli_ip = 4000, .on_us = 60, .off_us = 40, .rest_us = 40, USUAL},
+    {.number = 130, .milli_ip = 6000, .on_us = 100, .off_us = 50, .rest_us = 50, USUAL},
+    {.number = 140, .milli_ip = 9000, .on_us = 150, .off_us = 75, .rest_us = 75, USUAL},
+    {.number = 150, .milli_ip = 12000, .on_us = 200, .off_us = 100, .rest_us = 100, USUAL},
+    {.number = 500, .milli_ip = 8000, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, USUAL},
+    {.number = 510, .milli_ip = 2000, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, USUAL},
 };
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
@@ -76,4 +78,11 @@ bool technology_enter(const technology_row *row, bool by_hand) {
     entered[at] = *row;
     origin[at] = by_hand ? BY_HAND : BY_TAPE;
     return true;
+}
+
+bool technology_level(const technology_row *row, uint32_t *level) {
+    uint32_t step_ua = settings_get(SET_CURRENT_STEP_MA) * 1000, ua = row->milli_ip * TECHNOLOGY_IP_MA;
+    *level = (ua + step_ua / 2) / step_ua;
+    uint32_t nearest_ua = *level * step_ua, off = nearest_ua < ua ? ua - nearest_ua : nearest_ua - ua;
+    return *level <= TECHNOLOGY_LEVELS && off <= 10 * TECHNOLOGY_IP_MA;
 }

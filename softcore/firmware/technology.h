@@ -5,10 +5,12 @@
 #include <stdint.h>
 
 #define TECHNOLOGY_ENTERED 16   /* rows that can be entered */
+#define TECHNOLOGY_IP_MA 1500   /* one IP */
+#define TECHNOLOGY_LEVELS 63    /* steps of the power supply at most */
 
 typedef struct {
     uint32_t number;
-    uint8_t ip;                 /* current level, IP */
+    uint16_t milli_ip;          /* current, 1/1000 IP */
     bool negative;              /* electrode negative */
     uint16_t on_us, off_us;
     uint16_t rest_us;           /* more off-time after an arc or a short */
@@ -36,3 +38,7 @@ technology_row technology_draft(uint32_t number);
 
 /* Enter a row; false if there is no room. By hand also instead of the tape's. */
 bool technology_enter(const technology_row *row, bool by_hand);
+
+/* Current of a row in steps of the power supply (a setting); false if there is no such step, by more
+   than 1/100 IP. */
+bool technology_level(const technology_row *row, uint32_t *level);

@@ -21,6 +21,7 @@ from testbench.budget import resources
 BUDGETS = {
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=289,  ccu2c=139, ff=262,  ram=0,  bram=0,  dsp=0),
+    "condition":     Cells(lut4=46,   ccu2c=39,  ff=296,  ram=0,  bram=0,  dsp=0),
     "counters":      Cells(lut4=72,   ccu2c=64,  ff=62,   ram=0,  bram=0,  dsp=0),
     "discriminator": Cells(lut4=108,  ccu2c=88,  ff=174,  ram=0,  bram=0,  dsp=0),
     "distributor":   Cells(lut4=892,  ccu2c=715, ff=391,  ram=0,  bram=0,  dsp=0),
@@ -35,7 +36,7 @@ BUDGETS = {
     "pulses":        Cells(lut4=137,  ccu2c=24,  ff=30,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=3000, ccu2c=0,   ff=1587, ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=3000, ccu2c=0,   ff=1624, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),

@@ -29,9 +29,10 @@ WIRES = 16              # wire offsets, D0 among them
 GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 4: "once",
           17: "plane", 18: "plane", 19: "plane", 40: "wire", 41: "wire", 42: "wire",
           **dict.fromkeys(range(54, 60), "system"), 10: "once", 20: "units", 21: "units",
-          36: "once", 37: "once", 38: "once", 90: "distance", 91: "distance", 92: "once",
-          94: "feed", 95: "feed"}
-ALONE = 10, 36, 37, 38
+          36: "once", 37: "once", 38: "once", 39: "once", 90: "distance", 91: "distance",
+          92: "once", 94: "feed", 95: "feed"}
+ALONE = 10, 36, 37, 38, 39
+STEPS = 32              # of a series of conditions by depth
 PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}  # first, second and third axis
 _NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
 
@@ -140,6 +141,7 @@ class Dialect:
         self.condition = 0
         self.table = {}         # rows entered: times, voltages, open level and references in mV
         self.references = 0, 0  # Vs and Es of the condition in force
+        self.series = []        # steps: depth, and Vs and Es of the condition there
         self.machining, self.servo, self.served = False, 0, 0
 
     @property
@@ -197,7 +199,7 @@ class Dialect:
         self._side(groups, words, once)
         if once is not None:
             {4: self._dwell, 10: self._enter, 36: self._retraction, 37: self._defaults,
-             38: self._jump, 92: self._set_position}[once](words, meaning)
+             38: self._jump, 39: self._series, 92: self._set_position}[once](words, meaning)
             _require(once not in ALONE or not words, "not alone")
         if "feed" in groups:
             self.servo = 0
@@ -211,8 +213,10 @@ class Dialect:
             meaning.condition = self.condition = int(words.pop("C"))
             _require(self.condition in CONDITIONS | set(self.table), "condition")
             self.references = self.table.get(self.condition, (0, 0))[-2:]
+            self.series = []
         if self.condition and (meaning.condition or "feed" in groups):
-            _require(self.servo < 2 or self.references[self.servo == 4], "reference of the law")
+            for references in (self.references, *(step[1] for step in self.series)):
+                _require(self.servo < 2 or references[self.servo == 4], "reference of the law")
         discharging = self.machining or 3 in m_codes  # M05 acts after the motion
         self._auxiliary(words, m_codes, meaning)
         if once is None:
@@ -276,7 +280,11 @@ class Dialect:
         number = int(words.pop("C"))
         usual = (*TIMES.get(number, (0, 0)), 80, 75, 0, 0)
         on, off, open_v, percent, *references = self.table.get(number, usual)
-        _whole(words, "I", 0, 63)
+        if "I" in words:
+            _require(not words["I"].is_signed(), "sign")
+            milli_ip = _round(words.pop("I") * 1000)
+            _require(min(milli_ip % 1000, -milli_ip % 1000) <= 10, "no step of the supply")
+            _require(milli_ip <= 63_010, "current")
         _whole(words, "R", 0, 20_000)
         row = (_whole(words, "P", 1, 2000, on), _whole(words, "Q", 1, 20_000, off),
                _whole(words, "E", 20, 300, open_v), _whole(words, "H", 1, 99, percent))
@@ -347,6 +355,22 @@ class Dialect:
         if self.jump["P"]:
             _require(all(self.jump.values()), "jump item")
             _require(set(ITEMS) - {"Z"} <= set(self.items), "jump without data")
+
+    def _series(self, words, meaning):
+        meaning.act = "series"
+        if not words:
+            self.series = []
+            return
+        _require({"Z", "C"} == set(words), "depth and condition")
+        _require(self.condition and self.side == 40, "when")
+        depth = self._distance(words.pop("Z")) + self.offset[2]
+        number = int(words.pop("C"))
+        _require(number in CONDITIONS | set(self.table), "condition")
+        _require(len(self.series) < STEPS, "room")
+        _require(not self.series or depth < self.series[-1][0], "not deeper")
+        references = self.table.get(number, (0, 0))[-2:]
+        _require(self.servo < 2 or references[self.servo == 4], "reference of the law")
+        self.series.append((depth, references))
 
     def _set_position(self, words, meaning):
         meaning.act = "set position"

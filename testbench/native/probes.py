@@ -10,6 +10,7 @@ from dataclasses import dataclass
 __all__ = ["MEMORY", "PROBES", "Probe", "header", "public"]
 
 TOP, SOC, MACHINE = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.machine"
+CONDITION = f"{MACHINE}.condition"
 MEMORY = "gapkeeper.soc.memory", "ram"
 
 
@@ -51,13 +52,15 @@ PROBES = (
     Probe("gap_open_count", 32), Probe("gap_ok_count", 32),
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
     Probe("servo_ups", 32), Probe("servo_downs", 32),
-    *(Probe(f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
-    *(Probe(f"law_{name}", 16) for name in ("no_load", "voltage_mean", "voltage_drop",
-                                            "status_ratio")),
+    # Of the condition in force, not of the registers in which one is staged.
+    *(Probe(f"servo_presets_{kind}", 8, scope=CONDITION) for kind in ("dame", "open", "ok")),
+    Probe("law_no_load", 16, scope=CONDITION),
+    Probe("power_level", 6, scope=CONDITION),
+    Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
+    *(Probe(f"law_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
     Probe("law_status_windows", 8),
     Probe("law_feed", 30),                            # at the front, 2**-32 pulse/clock
     Probe("power_control_machining", 1),
-    Probe("power_level", 6),
     Probe("retraction_control_run", 1),
     Probe("retraction_control_hold", 1),
     Probe("safety_status_safe", 1),
@@ -79,6 +82,7 @@ PROBES = (
     Probe("dac_z", 16, signed=True, scope="",
           value="std::clamp(static_cast<int32_t>(root->gapkeeper__DOT__soc__DOT__axis_z_error), "
                 "-32767, 32767)"),
+    Probe("gap_ma", 32, signed=True, scope="", value="machine.gap().current() * 1000"),
     Probe("gap_mv", 32, signed=True, scope="", value="machine.gap().voltage() * 1000"),
     Probe("gap_width_nm", 32, signed=True, scope="", value="machine.gap().gap_um() * 1000"),
     Probe("motor_z_um_s", 32, signed=True, scope="", value="machine.speed(plant::Z) * 1000"),

@@ -89,8 +89,9 @@ def test_every_step_switches_at_its_depth_to_the_pulse(simulate, rng, origin):
             await bench.clock(ctx, arm=1)
             while len(bench.found) == step:
                 if rng.random() < 0.03:
+                    length = rng.randrange(1, 80)
                     for way in (1, -1):     # up and back again
-                        for _ in range(length := rng.randrange(1, 80) if way > 0 else length):
+                        for _ in range(length):
                             bench.position += way
                             await bench.clock(ctx)
                             await bench.clock(ctx)

@@ -32,7 +32,7 @@ def test_program_from_start_to_end(machine):
                             "block", "aux", "block", "block", "aux", "block", "end"]
     assert events(lines, "start") == [["start", "77"]]
     assert events(lines, "set") == [["set", "300000", "5000", "600000", "60000", "1000", "-", "t"]]
-    assert events(lines, "condition") == [["condition", "130", "6"]]
+    assert events(lines, "condition") == [["condition", "130", "6000"]]
     assert events(lines, "aux") == [["aux", "M", "8"], ["aux", "M", "3"], ["aux", "M", "5"]]
     assert machine.axes == (0, 0, 20_000)
     assert machine.flags == {"data"}, "no motion and no discharge after the end"
