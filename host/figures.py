@@ -131,6 +131,7 @@ def _position(ax, trace, events, retractions):
                 markeredgewidth=1.0, zorder=2, label="its retractable limit L")
         high = max(high, limits.max())
     _data_changes(ax, trace, events)
+    _condition_changes(ax, trace, events)
     ax.set_ylabel("Z (mm)")
     if retractions:
         ax.legend(*ax.get_legend_handles_labels(), loc="upper right", ncols=4)
@@ -212,6 +213,41 @@ def _data_changes(ax, trace, events):
         if index:
             ax.axhline(_height(trace, event["t"]), color=FAINT, linewidth=0.8,
                        linestyle=(0, (4, 3)))
+
+
+def _condition_changes(ax, trace, events):
+    """Mark where the depth has switched the condition."""
+    for event in _switches(events):
+        place = event["t"], float(_height(trace, event["t"]))
+        ax.plot(*place, "D", color=INK, markersize=4, zorder=5)
+        ax.annotate(f"C{event['number']}, {event['ip']:g} IP", place, xytext=(6, 3),
+                    textcoords="offset points", color=INK, fontsize=8.5).set_in_layout(False)
+
+
+def _switches(events):
+    return [event for event in events if event["event"] == "condition" and event["by"] == "series"]
+
+
+def staircase(trace, events) -> str:
+    """Current against the depth reached, if depth has switched it; else nothing."""
+    if not _switches(events):
+        return ""
+    return svg(_staircase, 11.6, 2.6, trace, events)
+
+
+def _staircase(figure, trace, events):
+    ax = figure.subplots()
+    changes = [event for event in events if event["event"] == "condition"]
+    reached = np.minimum.accumulate(trace["z"])
+    depths = [-float(np.interp(event["t"], trace["t"], reached)) for event in changes]
+    ends = [*depths, -float(reached[-1])]
+    ax.step(ends, [event["ip"] for event in [*changes, changes[-1]]], where="post", color=PATH)
+    for event, depth in zip(changes, depths, strict=True):
+        ax.annotate(f"C{event['number']}", (depth, event["ip"]), xytext=(3, 3),
+                    textcoords="offset points", color=INK, fontsize=8.5)
+    ax.set_ylim(0, 1.25 * max(event["ip"] for event in changes))
+    ax.set_xlabel("depth reached (mm)")
+    ax.set_ylabel("current (IP)")
 
 
 def _feed(ax, trace):

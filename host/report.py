@@ -125,6 +125,7 @@ def render(*, title, listing, machine, parameters, summary, events, trace, plan=
         tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
         collision=collision(summary), axes=axes, wire=bool(plan),
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
+        staircase=figures.staircase(trace, events) if drawn else "",
         above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",
         telling=telling, close_up=close_up,
         story=_story(telling, telling is retractions[-1]) if close_up else "",

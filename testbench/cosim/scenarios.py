@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from testbench.cosim import faults, reaction, retractions, series, servo, tapes
+from testbench.cosim import faults, reaction, retractions, series, servo, staircase, tapes
 from testbench.native.station import Session
 
 __all__ = ["SCENARIOS", "Scenario"]
@@ -61,6 +61,9 @@ SCENARIOS = (
     Scenario(servo.stuck_short),
     Scenario(servo.thresholds),
     *(Scenario(servo.cell, {"trouble": trouble}) for trouble in servo.TROUBLES),
+    Scenario(staircase.steps_in_one_block),
+    Scenario(staircase.steps_under_servo),
+    Scenario(staircase.crowded_steps),
     Scenario(tapes.flipped_bits, {"count": 20, "choice": 1}),
     Scenario(tapes.broken_tapes),
     Scenario(tapes.noisy_line),

@@ -56,6 +56,16 @@ def test_page_needs_nothing_else():
     assert html.count("<svg") == 2
 
 
+def test_conditions_by_depth_are_drawn():
+    assert "Conditions by depth" not in page()
+    told = [{"event": "condition", "number": 150, "ip": 12, "by": "program"},
+            {"event": "condition", "number": 108, "ip": 5.333, "by": "series", "depth": -0.2}]
+    html = page(events=[*EVENTS, *(EVENTS[n] | one for n, one in enumerate(told))])
+    assert html.count("<svg") == 3
+    for text in ("Conditions by depth", "C108, 5.333 IP", "current (IP)"):
+        assert text in html
+
+
 def wire_page():
     """Page of a wire that has gone along a quarter of a circle."""
     turn = np.linspace(0, np.pi / 2, 1000)

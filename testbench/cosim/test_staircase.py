@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tape ``sink_staircase`` on the simulated sinker: every step at its depth, and its current."""
+
+from collections import Counter
+from itertools import pairwise
+
+from host import machine as machines
+from host.run import Run
+from host.simulation import Simulation as Piped
+from host.tape import load
+from testbench.cosim.job import MM
+from testbench.cosim.record import Record
+from testbench.cosim.staircase import IP
+from testbench.native.simulation import Simulation
+from testbench.punch import TAPES
+
+MACHINE = machines.load("sinker")
+FIRST, STEPS = 150, [(-0.2, 140), (-0.4, 130), (-0.6, 120)]     # of the tape
+DEPTH_MM = 0.8
+WATCHED = ("condition_switched", "axis_z_position", "gap_ma", "gap_on", "path_status_reverse")
+
+
+def test_every_step_comes_at_its_depth_and_with_its_current():
+    record = Record()
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1) as session:
+        session.watch(WATCHED)
+        done = Run(MACHINE, load(TAPES / "sink_staircase.nc"), Piped(session),
+                   watch=lambda _: record.extend(session.changes()))
+        done.execute()
+        record.extend(session.changes())
+    assert (done.outcome, done.alarm) == ("end", None)
+    check_events(done.events)
+    clocks = check_depths(record)
+    check_currents(record, clocks)
+
+
+def check_events(events):
+    """Told in order, from within one block, with jumps and natural shorts around."""
+    told = [event for event in events if event["event"] == "condition"]
+    assert [(event["number"], event["ip"], event["by"]) for event in told] == [
+        (FIRST, IP[FIRST], "program"), *((number, IP[number], "series") for _, number in STEPS)]
+    assert [(event["depth"], event["pos"]["z"]) for event in told[1:]] == [
+        (depth, depth) for depth, _ in STEPS]
+    assert len({event["line"] for event in told[1:]}) == 1
+    causes = Counter(event["cause"] for event in events if event["event"] == "retraction_start"
+                     and told[1]["t"] < event["t"])
+    assert causes["jump"] >= 3
+    assert causes["short"] >= 1
+
+
+def check_depths(record):
+    """To the pulse of the encoder, and never before."""
+    clocks = record.rises("condition_switched")
+    origin = round(MACHINE.initial_gap_mm * MM)
+    for clock, (depth, _) in zip(clocks, STEPS, strict=True):
+        reached = round(depth * MM) - origin
+        assert record.at("axis_z_position", clock - 2) == reached
+        assert record.lowest("axis_z_position", 0, clock - 2) == reached + 1
+    return clocks
+
+
+def check_currents(record, clocks):
+    """What flows in the gap is the current of the condition by which its pulse began."""
+    step_ma = 1000 * MACHINE.tables["source"]["step_a"]
+    wanted = [step_ma * IP[number] for number in (FIRST, *(number for _, number in STEPS))]
+    flows = record.changes("gap_ma")
+    begins = [(clock, on) for clock, on in record.changes("gap_on") if on]
+    seen = [set() for _ in wanted]
+    at = 0
+    for (begin, _), (until, _) in pairwise(begins):
+        number = sum(clock < begin for clock in clocks)
+        close = any(abs(clock - begin) < 4 for clock in clocks)
+        while at < len(flows) and flows[at][0] < until:
+            clock, current = flows[at]
+            at += 1
+            if clock > begin and current > 1000 and not close:   # sensing pulses have 0.2 A
+                seen[number].add(current)
+    assert seen == [{current} for current in wanted]
