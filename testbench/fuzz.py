@@ -89,7 +89,7 @@ def _disturb(rng, machine):
     elif kind == 2:
         machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$7=3\n", b"$\n")))
     elif kind == 3:
-        machine.library.gk_event(rng.randrange(9), rng.randrange(6), rng.randrange(1 << 31),
+        machine.library.gk_event(rng.randrange(10), rng.randrange(6), rng.randrange(1 << 31),
                                  rng.randrange(1 << 31))
     elif kind == 4:
         machine.state(rng.choice(STATES))

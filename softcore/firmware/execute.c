@@ -15,7 +15,7 @@
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
     PART_BEFORE,        /* wait for the front if something acts before the motion */
-    PART_CONDITION, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT, PART_BOUNDS, PART_TELL,
+    PART_CONDITION, PART_CONDITION_TOLD, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT, PART_BOUNDS, PART_TELL,
     PART_DWELL,
     PART_MOVE,
     PART_AFTER,         /* wait for the front if something acts after the motion */
@@ -270,9 +270,12 @@ static part advance(fault *f) {
             if (!series_end())
                 return at;
             gap_condition(work->after.condition);
-            events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
-                       (uint32_t)work->after.condition->milli_ip);
+            return PART_CONDITION_TOLD;
         }
+        return PART_S;
+    case PART_CONDITION_TOLD:
+        events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
+                   (uint32_t)work->after.condition->milli_ip);
         return PART_S;
     case PART_S: return function(AUXILIARY_S, work->s, f) ? PART_T : at;
     case PART_T: return function(AUXILIARY_T, work->t, f) ? PART_M : at;

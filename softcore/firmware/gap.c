@@ -261,29 +261,34 @@ static void watch_time(int32_t front) {
     }
 }
 
+/* Bring the gateware what it lacks; true if there was anything. */
+static bool bring(void) {
+    if (!stale)
+        return series_step();
+    refresh();
+    return !stale;
+}
+
 /* The settings may have come to rely on a detector that has told of its trouble before. */
-void gap_watch(void) {
-    if (stale)
-        refresh();
-    else
-        series_step();
+bool gap_watch(void) {
+    bool brought = bring();
     if (machine_machining()) {
         const char *what = trouble_now(hal_fluid_state());
         if (what) {
             fault f = {.line = events_line()};
             fault_at(&f, FAULT_FLUID, 0, "%s", what);
             machine_alarm(&f);
-            return;
+            return brought;
         }
     }
     if (!law_measures() && !servo)
-        return;
+        return brought;
     uint32_t counts[4];
     hal_gap_counts(counts);
-    if (law_watch(machine_machining(), counts))
-        refresh();
+    stale = law_watch(machine_machining(), counts) || stale;
     int32_t front = hal_front();
     if (servo)
         watch_way(front);
     watch_time(front);
+    return brought;
 }

@@ -33,4 +33,5 @@ void gap_start(void);                           /* a program starts: forget what
    be, or without one while the first average is still to come. */
 bool gap_ready(fault *f);
 void gap_fluid(const hal_event *event, uint64_t cycle); /* the gateware tells of the fluid */
-void gap_watch(void);                           /* in every round: discharges and depth must come */
+/* In every round: conditions by depth; discharges and depth must come. True if it took its time. */
+bool gap_watch(void);

@@ -86,14 +86,15 @@ bool series_end(void) {
 void series_replaced(void) { reached = false; }
 bool series_reached(void) { return reached; }
 
-void series_step(void) {
+bool series_step(void) {
     look();
     if (armed || !running || next == count || hal_condition_pending())
-        return;
+        return false;
     gap_stage(&steps[next].row);
     seen = hal_condition_count();
     armed = true;
     hal_condition_arm(steps[next].depth);
+    return true;
 }
 
 void series_switched(const hal_event *event, uint64_t cycle) {

@@ -34,8 +34,9 @@ bool series_reached(void);      /* it is one */
    switch that has come meanwhile is noticed. */
 bool series_take_stage(void);
 
-/* Stage the next step, if the stage is free. In every round of the main loop. */
-void series_step(void);
+/* Stage the next step, if the stage is free; true if it took that time. In every round of the main
+   loop. */
+bool series_step(void);
 
 /* The gateware tells that it has switched. */
 void series_switched(const hal_event *event, uint64_t cycle);

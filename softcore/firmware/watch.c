@@ -62,8 +62,7 @@ void watch_pass(void) {
     unsigned task = turn++ % WATCH_TASKS;
     switch (task) {
     case 0:
-        gap_watch();
-        busy = events_step() || busy;
+        busy = gap_watch() || events_step() || busy;
         break;
     case 1: busy = path_step() || busy; break;
     case 2: busy = program_step() || busy; break;
