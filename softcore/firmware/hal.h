@@ -114,6 +114,7 @@ void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short
 void hal_discriminate(const hal_discriminator *rules);
 /* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
+uint32_t hal_level_limit(void);                             /* highest that the gateware lets through */
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */

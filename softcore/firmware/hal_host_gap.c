@@ -6,6 +6,8 @@
 #include "hal.h"
 #include "host.h"
 
+#define LEVEL_LIMIT 20          /* as the gateware is built */
+
 /* The words of a condition are staged, and come into force together. */
 typedef struct {
     gk_power power;
@@ -69,7 +71,10 @@ void hal_condition_arm(int32_t at) {
     host_depth();
 }
 void hal_condition_disarm(void) { armed = false; }
-void hal_condition_restart(void) { deepest = hal_axis_position(hal_jump_axis()); }
+void hal_condition_restart(void) {
+    if (hal_jump_axis() < HAL_AXES)
+        deepest = hal_axis_position(hal_jump_axis());
+}
 bool hal_condition_pending(void) { return pending; }
 uint8_t hal_condition_count(void) { return switches; }
 
@@ -106,6 +111,7 @@ void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
                               .voltage = staged.power.voltage, .negative = staged.power.negative};
 }
+uint32_t hal_level_limit(void) { return LEVEL_LIMIT; }
 void hal_supply(uint32_t voltage, bool negative) {
     staged.power.voltage = voltage;
     staged.power.negative = negative;

@@ -262,6 +262,8 @@ void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->level = level;
 }
 
+uint32_t hal_level_limit(void) { return GET(POWER->limits, POWER_LIMITS_LEVEL); }
+
 void hal_sense(uint32_t on, uint32_t off) {
     POWER->sense_on = on;
     POWER->sense_off = off;

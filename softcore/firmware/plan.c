@@ -226,7 +226,7 @@ bool find_condition(context *c, const word *w, const technology_row **row) {
                         "the machining condition C%u is not in the table", number);
     if (!technology_level(*row, &level))
         return fault_at(c->f, FAULT_CONDITION, w->column,
-                        "the power supply has no step for the current of the condition C%u", number);
+                        "the power supply cannot give the current of the condition C%u", number);
     return true;
 }
 
@@ -312,7 +312,7 @@ static bool current(context *c, technology_row *row) {
     if (!technology_level(row, &level))
         return fault_at(c->f, FAULT_TABLE, w->column,
                         "the current I must be 0 to %u steps of the power supply, %u mA each (1 IP is "
-                        "%u mA)", (uint32_t)TECHNOLOGY_LEVELS, step_ma, (uint32_t)TECHNOLOGY_IP_MA);
+                        "%u mA)", hal_level_limit(), step_ma, (uint32_t)TECHNOLOGY_IP_MA);
     row->milli_ip = (uint16_t)(level * step_ma * 1000 / TECHNOLOGY_IP_MA);
     return true;
 }

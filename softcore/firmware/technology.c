@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "technology.h"
 
+#include "hal.h"
 #include "settings.h"
 
 #define USUAL                                                                                      \
@@ -84,5 +85,5 @@ bool technology_level(const technology_row *row, uint32_t *level) {
     uint32_t step_ua = settings_get(SET_CURRENT_STEP_MA) * 1000, ua = row->milli_ip * TECHNOLOGY_IP_MA;
     *level = (ua + step_ua / 2) / step_ua;
     uint32_t nearest_ua = *level * step_ua, off = nearest_ua < ua ? ua - nearest_ua : nearest_ua - ua;
-    return *level <= TECHNOLOGY_LEVELS && off <= 10 * TECHNOLOGY_IP_MA;
+    return *level <= hal_level_limit() && off <= 10 * TECHNOLOGY_IP_MA;
 }

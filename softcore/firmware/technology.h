@@ -6,7 +6,6 @@
 
 #define TECHNOLOGY_ENTERED 16   /* rows that can be entered */
 #define TECHNOLOGY_IP_MA 1500   /* one IP */
-#define TECHNOLOGY_LEVELS 63    /* steps of the power supply at most */
 
 typedef struct {
     uint32_t number;
@@ -39,6 +38,6 @@ technology_row technology_draft(uint32_t number);
 /* Enter a row; false if there is no room. By hand also instead of the tape's. */
 bool technology_enter(const technology_row *row, bool by_hand);
 
-/* Current of a row in steps of the power supply (a setting); false if there is no such step, by more
-   than 1/100 IP. */
+/* Current of a row in steps of the power supply (a setting); false if it has no such step, by more than
+   1/100 IP, or the gateware does not let it through. */
 bool technology_level(const technology_row *row, uint32_t *level);

@@ -8,7 +8,7 @@ from host import machine as machines
 from host.run import Run
 from host.simulation import Simulation as Piped
 from host.tape import load
-from testbench.cosim.job import MM
+from testbench.cosim.job import MM, Job, program
 from testbench.cosim.record import Record
 from testbench.cosim.staircase import IP
 from testbench.native.simulation import Simulation
@@ -32,6 +32,18 @@ def test_every_step_comes_at_its_depth_and_with_its_current():
     check_events(done.events)
     clocks = check_depths(record)
     check_currents(record, clocks)
+
+
+def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
+    tables = MACHINE.tables | {"source": MACHINE.tables["source"] | {"step_a": 0.5}}
+    with Simulation(machine=tables, clock_hz=MACHINE.clock_hz, seed=1, trace=False) as session:
+        job = Job(session, "$55=500", "G10 C900 I5.33 P40 Q40", watched=("gap_ma", "gap_level"))
+        job.start(program("G39 Z0.05 C900", "G01 Z0 F300", condition=120))
+        job.finish()
+    assert [event["ip"] for event in job.told("condition")] == [4, 5.333]
+    assert {level for _, level in job.record.changes("gap_level")} == {0, 12, 16}
+    currents = {current for _, current in job.record.changes("gap_ma")}
+    assert {current for current in currents if current > 1000} == {6000, 8000}
 
 
 def check_events(events):

@@ -284,7 +284,7 @@ class Dialect:
             _require(not words["I"].is_signed(), "sign")
             milli_ip = _round(words.pop("I") * 1000)
             _require(min(milli_ip % 1000, -milli_ip % 1000) <= 10, "no step of the supply")
-            _require(milli_ip <= 63_010, "current")
+            _require(milli_ip <= 20_010, "current")
         _whole(words, "R", 0, 20_000)
         row = (_whole(words, "P", 1, 2000, on), _whole(words, "Q", 1, 20_000, off),
                _whole(words, "E", 20, 300, open_v), _whole(words, "H", 1, 99, percent))

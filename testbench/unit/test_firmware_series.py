@@ -205,7 +205,8 @@ def test_a_machine_without_a_jump_axis_has_no_series():
 
 @pytest.mark.parametrize(("step_ma", "words", "level", "milli_ip"), [
     (1500, "I4", 4, 4000), (1500, "I4.01", 4, 4000), (500, "I4", 12, 4000), (500, "I.33", 1, 333),
-    (500, "I5.333", 16, 5333), (500, "I21", 63, 21_000), (750, "I1.5", 3, 1500), (500, "I0", 0, 0),
+    (500, "I5.333", 16, 5333), (500, "I6.67", 20, 6666), (1500, "I20", 20, 20_000),
+    (750, "I1.5", 3, 1500), (500, "I0", 0, 0),
 ])
 def test_currents_go_by_steps_of_the_power_supply(machine, step_ma, words, level, milli_ip):
     assert machine.line(f"$55={step_ma}") == ["ok"]
@@ -217,7 +218,7 @@ def test_currents_go_by_steps_of_the_power_supply(machine, step_ma, words, level
 
 
 @pytest.mark.parametrize(("step_ma", "words"), [
-    (1500, "I1.5"), (1500, "I64"), (1500, "I4.02"), (500, "I.3"), (500, "I21.34"), (1500, "I99999"),
+    (1500, "I1.5"), (1500, "I21"), (1500, "I4.02"), (500, "I.3"), (500, "I7"), (1500, "I99999"),
 ])
 def test_currents_that_the_power_supply_does_not_have_are_refused(machine, step_ma, words):
     machine.line(f"$55={step_ma}")
@@ -230,7 +231,7 @@ def test_a_condition_for_which_the_supply_has_no_step_is_refused(machine):
     assert machine.line("C110")[-1] == "ok"
     lines = machine.line("C100")
     assert lines[-1] == "error:33"
-    assert "the power supply has no step for the current of the condition C100" in lines[0]
-    machine.line("$55=150")
+    assert "the power supply cannot give the current of the condition C100" in lines[0]
+    machine.line("$55=500")
     assert machine.line("C130")[-1] == "ok"
-    assert machine.line("C140")[-1] == "error:33", "90 steps"
+    assert machine.line("C140")[-1] == "error:33", "27 steps; the gateware lets 20 through"
