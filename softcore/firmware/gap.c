@@ -75,13 +75,17 @@ void gap_stage(const technology_row *r) {
     stage(r, law_no_load_of(r, classes[fluid].share_percent));
 }
 
-/* Bring the condition in force to the gateware anew. If the pulse has not ended in which it takes over
-   what was staged last, or firmware is not to know yet what that was: later. */
+/* Bring the condition in force to the gateware anew; without one, the class's presets. Later, while what
+   was staged last waits for a pulse to end. */
 static void refresh(void) {
-    stale = conditioned && !series_take_stage();
-    if (!conditioned || stale)
+    const gap_class *c = &classes[fluid];
+    stale = !series_take_stage();
+    if (stale)
         return;
-    stage(&row, law_no_load());
+    if (conditioned)
+        stage(&row, law_no_load());
+    else
+        hal_presets(c->dame, c->open, c->ok);
     hal_condition_commit();
 }
 

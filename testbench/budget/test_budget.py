@@ -36,7 +36,7 @@ BUDGETS = {
     "pulses":        Cells(lut4=137,  ccu2c=24,  ff=30,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=3000, ccu2c=0,   ff=1624, ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=2928, ccu2c=0,   ff=1624, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),
