@@ -70,6 +70,6 @@ SCENARIOS = (
     Scenario(tapes.hard_work),
     # To the first natural short, a jump, and the alarm; in both codes.
     Scenario(tapes.natural, {"name": "sink_shallow_deep.ptp", "until_s": 3.1}),
-    Scenario(tapes.natural, {"name": "sink_jump.eia.ptp", "until_s": 1.3}),
+    Scenario(tapes.natural, {"name": "sink_jump.eia.ptp", "until_s": 1.4}),
     Scenario(tapes.natural, {"name": "sink_persistent_short.ptp", "until_s": 3}),
 )
