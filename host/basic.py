@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Basic data of the roughing planner: what a current needs and leaves, measured on few areas.
+
+One TOML file for an electrode material, a workpiece material and an area. Its format, and how a
+shop enters its own, is in ``tapes/basic/README.md``.
+
+Ref: CN 1112469 A, basic data memory 23, Figures 3 and 4 (whose numbers are not in its text).
+"""
+
+import re
+import tomllib
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from host.errors import UserError
+from host.machine import ROOT
+
+__all__ = ["FOLDER", "BasicData", "file_name", "read_all", "read_file"]
+
+FOLDER = ROOT / "tapes" / "basic"
+TABLE = "current"
+MOST_CURRENTS, MOST_DEPTHS = 16, 16     # what the memory of the soft core holds for an area
+# Largest value and digits behind the point; the soft core keeps whole numbers of the last digit.
+BOUNDS = {"area_mm2": (100_000, 2), "depth_mm": (1000, 3), "ip": (63, 2), "bottom_um": (6000, 1),
+          "side_um": (6000, 1), "undersize_um": (6000, 1), "rmax_um": (100, 1)}
+
+
+@dataclass(frozen=True)
+class BasicData:
+    """Basic data of one area.
+
+    ``undersize_um[row][column]`` is the least undersize of ``ip[row]`` at ``depth_mm[column]``.
+    ``finish_um`` has pairs of a roughness (um Rmax) and by how much the side stock differs from
+    that for 1 um.
+    """
+
+    name: str
+    electrode: str
+    workpiece: str
+    area_mm2: float
+    source: str
+    depth_mm: tuple[float, ...]
+    ip: tuple[float, ...]
+    bottom_um: tuple[float, ...]
+    side_um: tuple[float, ...]
+    undersize_um: tuple[tuple[float, ...], ...]
+    finish_um: tuple[tuple[float, float], ...]
+
+    def column(self, depth: int) -> tuple[float, ...]:
+        """Least undersize of each current at one depth."""
+        return tuple(row[depth] for row in self.undersize_um)
+
+
+def file_name(electrode: str, workpiece: str, area_mm2: float) -> str:
+    """Name that a file of basic data must have."""
+    return f"{electrode}_{workpiece}_{area_mm2:g}mm2.toml"
+
+
+class _Reader:
+    """Takes values out of a file, and refuses them by name and line."""
+
+    def __init__(self, path):
+        self.path = path
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            why = getattr(error, "strerror", None) or "it is no text"
+            raise UserError(f"{path} cannot be read: {why}.") from error
+        self.lines = text.splitlines()
+        try:
+            self.values = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise UserError(f"{path} is no TOML: {error}.") from error
+
+    def refuse(self, why, key="", table="", row=0):
+        """Raise, with the line of a key: of the file, of a table, or of its row from 0."""
+        raise UserError(f"{self.path.name}, line {self._line(key, table, row)}: {why}.")
+
+    def _line(self, key, table, row):
+        at, here, seen = 0, "", -1
+        for number, line in enumerate(self.lines, 1):
+            header = re.match(r"\s*\[+\s*([A-Za-z0-9_-]+)\s*\]+", line)
+            if header:
+                here = header[1]
+                seen += here == table
+            if here == table and (not table or table != TABLE or seen == row):
+                at = at or number
+                if re.match(rf"\s*{key}\s*=", line) and key:
+                    return number
+        return at or 1
+
+    def number(self, name, value, key, **place):
+        """Check one number against its bounds."""
+        limit, digits = BOUNDS[name]
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse(f"{name} must be a number, not {value!r}", key, **place)
+        if not 0 <= value <= limit:
+            self.refuse(f"{name} must be 0 to {limit:g}, not {value:g}", key, **place)
+        if round(value, digits) != value:
+            self.refuse(f"{name} has at most {digits} digits behind the point, unlike {value!r}",
+                        key, **place)
+        return float(value)
+
+    def numbers(self, name, table, values, **place):
+        """Take a list of numbers."""
+        found = values.get(name)
+        if not isinstance(found, list) or not found:
+            self.refuse(f"{name} must be a list of numbers" if name in values
+                        else f"{name} is missing", name, table=table, **place)
+        return found
+
+    def rising(self, name, values, key, *, strictly=True, what="", **place):
+        """Check that numbers rise."""
+        for one, two in pairwise(values):
+            if two < one or (strictly and two == one):
+                self.refuse(f"{name} must rise{what}, but {two:g} follows {one:g}", key, **place)
+
+
+def _head(read):
+    for key in ("electrode", "workpiece", "source"):
+        if not isinstance(read.values.get(key), str) or not read.values[key]:
+            read.refuse(f"{key} is missing" if key not in read.values
+                        else f"{key} must be a name", key)
+    for key in ("area_mm2",):
+        if key not in read.values:
+            read.refuse(f"{key} is missing")
+    area = read.number("area_mm2", read.values["area_mm2"], "area_mm2")
+    if not area:
+        read.refuse("area_mm2 must not be 0", "area_mm2")
+    depths = [read.number("depth_mm", one, "depth_mm")
+              for one in read.numbers("depth_mm", "", read.values)]
+    read.rising("depth_mm", depths, "depth_mm")
+    if len(depths) > MOST_DEPTHS:
+        read.refuse(f"more than {MOST_DEPTHS} depths", "depth_mm")
+    name = file_name(read.values["electrode"], read.values["workpiece"], area)
+    if read.path.name != name:
+        read.refuse(f"a file with these materials and this area is called {name}", "electrode")
+    return area, depths
+
+
+def _rows(read, depths):
+    rows = read.values.get(TABLE)
+    if not isinstance(rows, list) or len(rows) < 2:
+        read.refuse("at least two tables [[current]] are needed", table=TABLE)
+    if len(rows) > MOST_CURRENTS:
+        read.refuse(f"more than {MOST_CURRENTS} currents", table=TABLE, row=MOST_CURRENTS)
+    found = {"ip": [], "bottom_um": [], "side_um": []}
+    undersizes = []
+    for index, row in enumerate(rows):
+        place = {"table": TABLE, "row": index}
+        for key, values in found.items():
+            if key not in row:
+                read.refuse(f"{key} is missing", key, **place)
+            values.append(read.number(key, row[key], key, **place))
+            read.rising(key, values[-2:], key, strictly=key == "ip",
+                        what=" from current to current", **place)
+        if not found["ip"][-1]:
+            read.refuse("ip must not be 0", "ip", **place)
+        values = [read.number("undersize_um", one, "undersize_um", **place)
+                  for one in read.numbers("undersize_um", TABLE, row, row=index)]
+        if len(values) != len(depths):
+            read.refuse(f"undersize_um has {len(values)} values for {len(depths)} depths",
+                        "undersize_um", **place)
+        read.rising("undersize_um", values, "undersize_um", what=" with the depth", **place)
+        for depth, value in enumerate(values):
+            read.rising("undersize_um", [row[depth] for row in undersizes[-1:]] + [value],
+                        "undersize_um", what=f" with the current (at {depths[depth]:g} mm)",
+                        **place)
+        undersizes.append(tuple(values))
+    return found, undersizes
+
+
+def _finish(read):
+    table = read.values.get("finish", {})
+    if not isinstance(table, dict):
+        read.refuse("finish must be a table", "finish")
+    if not table:
+        return ((1.0, 0.0),)
+    rough = [read.number("rmax_um", one, "rmax_um", table="finish")
+             for one in read.numbers("rmax_um", "finish", table)]
+    side = read.numbers("side_um", "finish", table)
+    for one in side:
+        read.number("side_um", abs(one) if isinstance(one, int | float) else one, "side_um",
+                    table="finish")
+    if len(side) != len(rough):
+        read.refuse(f"side_um has {len(side)} values for {len(rough)} roughnesses", "side_um",
+                    table="finish")
+    read.rising("rmax_um", rough, "rmax_um", table="finish")
+    read.rising("side_um", [-one for one in side], "side_um", strictly=False, table="finish",
+                what=" (without its sign)")
+    pairs = tuple(zip(rough, map(float, side), strict=True))
+    if (1.0, 0.0) not in pairs:
+        read.refuse("side_um must be 0 at an rmax_um of 1, against which it is told", "side_um",
+                    table="finish")
+    return pairs
+
+
+def read_file(path: Path) -> BasicData:
+    """Read one file.
+
+    Raises
+    ------
+    UserError
+        If it cannot be read, is incomplete, or has numbers that do not rise where they must.
+    """
+    read = _Reader(path)
+    unknown = set(read.values) - {"electrode", "workpiece", "area_mm2", "source", "depth_mm",
+                                  "finish", TABLE}
+    if unknown:
+        name = min(unknown)
+        of_table = isinstance(read.values[name], dict | list)
+        read.refuse(f"{name} is not known", name, table=name if of_table else "")
+    area, depths = _head(read)
+    found, undersizes = _rows(read, depths)
+    return BasicData(
+        name=path.name, electrode=read.values["electrode"], workpiece=read.values["workpiece"],
+        area_mm2=area, source=read.values["source"], depth_mm=tuple(depths), ip=tuple(found["ip"]),
+        bottom_um=tuple(found["bottom_um"]), side_um=tuple(found["side_um"]),
+        undersize_um=tuple(undersizes), finish_um=_finish(read))
+
+
+def read_all(electrode: str, workpiece: str, folder: Path = FOLDER) -> list[BasicData]:
+    """Basic data of a pair of materials, by area.
+
+    Raises
+    ------
+    UserError
+        If there are none, one of the files is refused, or their depths differ.
+    """
+    known = sorted({path.name.rsplit("_", 1)[0] for path in folder.glob("*_*_*mm2.toml")})
+    if f"{electrode}_{workpiece}" not in known:
+        have = ", ".join(" on ".join(pair.split("_", 1)) for pair in known) or "nothing"
+        raise UserError(f"there are no basic data of {electrode} on {workpiece} in {folder}, "
+                        f"only of {have}.")
+    data = sorted((read_file(path) for path in folder.glob(f"{electrode}_{workpiece}_*mm2.toml")),
+                  key=lambda one: one.area_mm2)
+    for one in data[1:]:
+        if one.depth_mm != data[0].depth_mm:
+            raise UserError(f"{one.name} has other depths than {data[0].name}: the files of a pair "
+                            "of materials need the same.")
+        if one.finish_um != data[0].finish_um:
+            raise UserError(f"{one.name} has another table of finishes than {data[0].name}: the "
+                            "files of a pair of materials need the same.")
+    return data

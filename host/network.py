@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small neural network, trained on a few samples by a learning operation that can be repeated.
+
+Three inputs, six hidden units and a linear part beside them, one output:
+
+    y = a0 + Σ a[j] x[j] + Σ c[k] φ(b[k] + Σ w[k][j] x[j]),   φ(z) = z / (1 + z²)
+
+``softcore/firmware/network.c`` is the same in C. Both use nothing but + - * / on IEEE doubles, and
+in the same order, so that they agree to the last bit; a sum here is therefore a loop and not
+``numpy.sum``, whose order is numpy's own.
+
+Inputs and output are scaled to -1 … 1 over the samples. The third input is then freed of what the
+first two say of it (a linear fit over the samples): the least undersize and the current rise
+together, and their difference is what counts.
+
+The start weights are one unit of each sign for every pair of inputs, at the bend of φ, and each
+jittered by a seeded generator: two such units make a product of two inputs and no square of one.
+Learning is Levenberg and Marquardt's, over the whole batch, in its dual form: one linear system of
+the samples' number, not the weights'.
+
+Ref: D. W. Marquardt, J. SIAM 11(2), 431-441 (1963).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["HIDDEN", "INPUTS", "ITERATIONS", "SAMPLES", "TOLERANCE", "Network", "train"]
+
+INPUTS, HIDDEN = 3, 6
+SAMPLES = 8                 # at most; 2 at least
+ITERATIONS = 40             # of the learning, at most
+TOLERANCE = 1e-7            # of the scaled output, for every sample
+PAIRS = ((0, 1, 1.0), (0, 1, -1.0), (0, 2, 1.0), (0, 2, -1.0), (1, 2, 1.0), (1, 2, -1.0))
+WEIGHT, BEND, JITTER, FAINT = 0.25, 0.40625, 0.1, 0.01
+LEAST = 2.0**-20            # of a scaled input; less than that is rounding
+# Square of the argument from which the slope of φ has its minimum, -1/8, behind it.
+TURN, LOWEST_SLOPE = 3.0, -0.125
+
+
+class _Generator:
+    """Numbers from -1 to 1, by a linear congruence of 32 bits."""
+
+    def __init__(self, seed):
+        self._state = seed % 2**32
+
+    def next(self):
+        self._state = (self._state * 1664525 + 1013904223) % 2**32
+        return ((self._state >> 16) - 32768) / 32768
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network that has learned.
+
+    ``iterations`` of the learning; ``converged`` tells whether every sample came out within
+    ``TOLERANCE``; ``lowest`` and ``highest`` are the bounds of the samples' inputs as the hidden
+    units see them.
+    """
+
+    middle: np.ndarray
+    half: np.ndarray
+    slopes: tuple[float, float]
+    inverse: float
+    w: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    a: np.ndarray
+    a0: float
+    lowest: np.ndarray
+    highest: np.ndarray
+    iterations: int
+    converged: bool
+
+    def _scaled(self, inputs):
+        x = [(float(value) - middle) / half
+             for value, middle, half in zip(inputs, self.middle, self.half, strict=False)]
+        for j in (0, 1):
+            x[2] = x[2] - self.slopes[j] * x[j]
+        x[2] = x[2] * self.inverse
+        return x
+
+    def infer(self, inputs: Sequence[float]) -> float:
+        """Output for three inputs, all in the samples' units."""
+        x = np.array([self._scaled(inputs)])
+        y = _forward(x, self.w, self.b, self.c, self.a, self.a0)[0][0]
+        return float(y * self.half[INPUTS] + self.middle[INPUTS])
+
+    def rises(self, signs: Sequence[int], inputs: Sequence[float]) -> bool:
+        """Whether the output is proved monotone over the samples' box, widened to ``inputs``.
+
+        ``signs`` says for each input whether the output must rise (1) or fall (-1) with it, or
+        need not (0). The proof takes the slope of each hidden unit at its bounds over the box; it
+        may fail for a network that is monotone, but never holds for one that is not. An input that
+        is the same in all samples is not asked.
+        """
+        x = self._scaled(inputs)
+        low, high = np.minimum(self.lowest, x), np.maximum(self.highest, x)
+        total = [0.0] * INPUTS
+        unscaled = [float(one) for one in self.a]
+        _unmix(unscaled, self.slopes, self.inverse)
+        total = [sign * one for sign, one in zip(signs, unscaled, strict=True)]
+        for k in range(HIDDEN):
+            least, greatest = _slope_bounds(self.w[k], self.b[k], low, high)
+            weights = [float(one) for one in self.w[k]]
+            _unmix(weights, self.slopes, self.inverse)
+            for j in range(INPUTS):
+                part = signs[j] * self.c[k] * weights[j]
+                total[j] = total[j] + part * (least if part > 0 else greatest)
+        return all(sign == 0 or self.lowest[j] == self.highest[j] or total[j] > 0
+                   for j, sign in enumerate(signs))
+
+
+def _unmix(weights, slopes, inverse):
+    """From weights of the freed third input to those of the one it was made of."""
+    weights[2] = weights[2] * inverse
+    for j in (0, 1):
+        weights[j] = weights[j] - slopes[j] * weights[2]
+
+
+def _slope_bounds(w, b, low, high):
+    """Bounds of the slope of φ over a box."""
+    least = greatest = b
+    for j in range(INPUTS):
+        one, other = w[j] * low[j], w[j] * high[j]
+        least, greatest = least + min(one, other), greatest + max(one, other)
+    near = 0.0 if least <= 0 <= greatest else min(abs(least), abs(greatest))
+    far = max(abs(least), abs(greatest))
+    return (LOWEST_SLOPE if far * far > TURN else _slope(far),
+            0.0 if near * near > TURN else _slope(near))
+
+
+def _slope(z):
+    m = 1.0 / (1.0 + z * z)
+    return (1.0 - z * z) * m * m
+
+
+def _forward(x, w, b, c, a, a0):
+    """Outputs, hidden units and their slopes, for rows of scaled inputs."""
+    z = b + x[:, :1] * w[:, 0]
+    for j in range(1, INPUTS):
+        z = z + x[:, j:j + 1] * w[:, j]
+    m = 1.0 / (1.0 + z * z)
+    hidden, slope = z * m, (1.0 - z * z) * m * m
+    y = a0 + x[:, 0] * a[0]
+    for j in range(1, INPUTS):
+        y = y + x[:, j] * a[j]
+    for k in range(HIDDEN):
+        y = y + c[k] * hidden[:, k]
+    return y, hidden, slope
+
+
+def _solve(matrix, right):
+    """Solution of a symmetric positive system, by L D Lᵀ without a root."""
+    n = len(right)
+    lower, diagonal = np.zeros((n, n)), np.zeros(n)
+    for j in range(n):
+        for i in range(j, n):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest = rest - lower[i, k] * lower[j, k] * diagonal[k]
+            if i == j:
+                diagonal[j] = rest
+            else:
+                lower[i, j] = rest / diagonal[j]
+    v = right.copy()
+    for i in range(n):
+        for k in range(i):
+            v[i] = v[i] - lower[i, k] * v[k]
+    for i in range(n):
+        v[i] = v[i] / diagonal[i]
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            v[i] = v[i] - lower[k, i] * v[k]
+    return v
+
+
+def _totals(weights, terms):
+    """Each weight less the sum of its terms, sample by sample."""
+    for term in terms:
+        weights = weights - term
+    return weights
+
+
+def _square(errors):
+    total = 0.0
+    for error in errors:
+        total = total + error * error
+    return total
+
+
+def _scale(samples):
+    """Scaled samples, and how they were scaled."""
+    low, high = samples.min(axis=0), samples.max(axis=0)
+    middle, half = (low + high) * 0.5, (high - low) * 0.5
+    half = np.where(half > 0, half, 1.0)
+    x = (samples - middle) / half
+    slopes = []
+    for j in (0, 1):
+        along = across = 0.0
+        for row in x:
+            along = along + row[2] * row[j]
+            across = across + row[j] * row[j]
+        slopes.append(float(along / across) if across > 0 else 0.0)
+        x[:, 2] = x[:, 2] - slopes[j] * x[:, j]
+    widest = np.abs(x[:, 2]).max()
+    inverse = float(1.0 / widest) if widest > LEAST else 0.0
+    x[:, 2] = x[:, 2] * inverse
+    return x, middle, half, (slopes[0], slopes[1]), inverse
+
+
+def _start(seed):
+    draw = _Generator(seed)
+    w, b, c = np.zeros((HIDDEN, INPUTS)), np.zeros(HIDDEN), np.zeros(HIDDEN)
+    for k, (i, j, sign) in enumerate(PAIRS):
+        for one in range(INPUTS):
+            w[k, one] = JITTER * draw.next() * WEIGHT
+        w[k, i] = w[k, i] + WEIGHT
+        w[k, j] = w[k, j] + sign * WEIGHT
+        b[k] = BEND + JITTER * draw.next() * BEND
+        c[k] = FAINT * draw.next()
+    return w, b, c, np.zeros(INPUTS), 0.0
+
+
+def train(samples: Sequence[Sequence[float]], seed: int) -> Network:
+    """Network that has learned rows of three inputs and an output.
+
+    The same samples and seed give the same network, to the bit.
+
+    Raises
+    ------
+    ValueError
+        If there are less than 2 or more than ``SAMPLES`` of them.
+    """
+    rows = np.array(samples, dtype=float)
+    if not 2 <= len(rows) <= SAMPLES:
+        raise ValueError(f"a network learns 2 to {SAMPLES} samples, not {len(rows)}")
+    x, middle, half, slopes, inverse = _scale(rows)
+    inputs, target = x[:, :INPUTS], x[:, INPUTS]
+    kernel = np.full((len(x), len(x)), 1.0)
+    for j in range(INPUTS):
+        kernel = kernel + np.outer(inputs[:, j], inputs[:, j])
+    weights = _start(seed)
+    y, hidden, slope = _forward(inputs, *weights)
+    errors = y - target
+    damping, iterations = 2.0**-7, 0
+    while np.abs(errors).max() > TOLERANCE and iterations < ITERATIONS:
+        iterations += 1
+        w, b, c, a, a0 = weights
+        steep = c * slope
+        matrix = np.full_like(kernel, 1.0)
+        for k in range(HIDDEN):
+            matrix = matrix + np.outer(steep[:, k], steep[:, k])
+        matrix = kernel * matrix
+        for k in range(HIDDEN):
+            matrix = matrix + np.outer(hidden[:, k], hidden[:, k])
+        v = _solve(matrix + damping * np.eye(len(x)), errors)
+        back = v[:, None] * steep
+        tried = (_totals(w, [np.outer(back[i], inputs[i]) for i in range(len(x))]),
+                 _totals(b, back), _totals(c, v[:, None] * hidden),
+                 _totals(a, v[:, None] * inputs), _totals(a0, v))
+        y, tried_hidden, tried_slope = _forward(inputs, *tried)
+        tried_errors = y - target
+        if _square(tried_errors) < _square(errors):
+            weights, hidden, slope, errors = tried, tried_hidden, tried_slope, tried_errors
+            damping = max(damping * 0.125, 2.0**-30)
+        else:
+            damping = damping * 8.0
+    return Network(middle, half, slopes, inverse, *weights, lowest=inputs.min(axis=0),
+                   highest=inputs.max(axis=0), iterations=iterations,
+                   converged=bool(np.abs(errors).max() <= TOLERANCE))

@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The roughing planner: at every depth the greatest current that the electrode is small enough for.
+
+From basic data (``host.basic``) and a job it infers a staircase of currents: the greatest from the
+surface on, each to the depth at which the cavity would become wider than the last one makes it, the
+last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
+
+* S11: of an electrode with a gradient the undersize X counts as X cos(gradient).
+* S12, S13: neighbours are the two files next to the area, in each the two depths next to D, at each
+  of them the two currents whose least undersize is next to X: eight samples.
+* S14 to S16: the first network learns the current from area, depth and undersize. What it infers,
+  rounded down to what the supply can be set to, is alpha, the current of the last step.
+* S17 to S19: the second learns the undersize from area, depth and current near alpha, and infers
+  beta, what alpha needs at D.
+* S20 to S24: for alpha + 1, alpha + 2, ... the third learns the depth from area, current and
+  undersize near beta, and infers gamma, how deep that current may go. The first gamma that is not
+  above 0 ends it.
+
+"Next to" is on either side where there is one on either side. The samples of the third network have
+two depths, those between which beta lies at this area and current.
+
+Where the patent says nothing: area and depth outside of the data are refused, and an undersize too
+small for the least current. An undersize larger than the greatest current needs gives that current;
+a gamma above the shallowest depth of the data is inferred beyond them. Both are told as a note.
+Depths are rounded down to 1 um. beta is never taken above X. A current that would reach no less
+deep than the one below it is left out.
+
+A network that did not learn all its samples, or is not proved monotone over them, is not trusted:
+the multilinear interpolation between the same samples stands in, and a note says so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from host.basic import BasicData
+from host.errors import UserError
+from host.network import train
+
+__all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "plan",
+           "undersize_cell"]
+
+GRANTED = 2.0**-10      # of a settable step, and of 1 um: an answer that lacks less is as good
+DEGREE = 0.017453292519943295
+STEEPEST_DEG = 60.0
+TERMS = 12
+NEIGHBOUR = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be roughed. Areas in mm², depths in mm, the undersize per side in um.
+
+    ``steps`` is into how many parts the supply divides one IP. ``rmax_um`` is the roughness of the
+    finished surface.
+    """
+
+    area_mm2: float
+    undersize_um: float
+    depth_mm: float
+    taper_deg: float = 0.0
+    steps: int = 1
+    rmax_um: float = 1.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """A current, and the depth to which it is used."""
+
+    ip: float
+    depth_um: int
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """What was inferred, from the surface down.
+
+    ``undersize_um`` is X after the correction, ``ip`` the current before rounding. Stock left by
+    the last step, the side's for the roughness that was asked for.
+    """
+
+    job: Job
+    undersize_um: float
+    ip: float
+    alpha: float
+    beta_um: float
+    steps: tuple[Step, ...]
+    bottom_um: float
+    side_um: float
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Samples of a network: rows of three inputs and the output; and what is to be inferred.
+
+    ``signs`` as ``Network.rises`` has them; ``between`` is the multilinear interpolation.
+    """
+
+    samples: tuple[tuple[float, float, float, float], ...]
+    inputs: tuple[float, float, float]
+    signs: tuple[int, int, int]
+    between: float
+
+
+def cosine(degrees: float) -> float:
+    """Cosine by its series; the soft core does the same."""
+    angle = degrees * DEGREE
+    square, total = angle * angle, 1.0
+    for k in range(TERMS, 0, -1):
+        total = 1.0 - square / ((2 * k - 1) * (2 * k)) * total
+    return total
+
+
+def _next_to(values: Sequence[float], value: float) -> NEIGHBOUR:
+    """Places of the two values next to one, on either side if possible; of one value its own."""
+    if len(values) == 1:
+        return (0,)
+    at = sum(one <= value for one in values) - 1
+    at = min(max(at, 0), len(values) - 2)
+    return (at, at + 1)
+
+
+def _line(x: Sequence[float], y: Sequence[float], at: float) -> float:
+    """Value at a place of the line through one or two points."""
+    if len(x) == 1:
+        return y[0]
+    return y[0] + (y[1] - y[0]) * ((at - x[0]) / (x[1] - x[0]))
+
+
+def _undersize(one: BasicData, ip, depth):
+    """Least undersize of one file at a current and the place of a depth."""
+    rows = _next_to(one.ip, ip)
+    return _line([one.ip[row] for row in rows], [one.undersize_um[row][depth] for row in rows], ip)
+
+
+def current_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
+                 undersize_um: float) -> Cell:
+    """Samples from which the first network learns, of one or two files."""
+    samples, by_area = [], []
+    for one in data:
+        places, by_depth = _next_to(one.depth_mm, depth_mm), []
+        for depth in places:
+            column = one.column(depth)
+            rows = _next_to(column, undersize_um)
+            samples += [(one.area_mm2, one.depth_mm[depth], column[row], one.ip[row])
+                        for row in rows]
+            by_depth.append(_line([column[row] for row in rows], [one.ip[row] for row in rows],
+                                  undersize_um))
+        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, depth_mm))
+    return Cell(tuple(samples), (area_mm2, depth_mm, undersize_um), (0, -1, 1),
+                _line([one.area_mm2 for one in data], by_area, area_mm2))
+
+
+def undersize_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
+                   ip: float) -> Cell:
+    """Samples from which the second network learns."""
+    samples, by_area = [], []
+    for one in data:
+        places, by_depth = _next_to(one.depth_mm, depth_mm), []
+        for depth in places:
+            samples += [(one.area_mm2, one.depth_mm[depth], one.ip[row],
+                         one.undersize_um[row][depth]) for row in _next_to(one.ip, ip)]
+            by_depth.append(_undersize(one, ip, depth))
+        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, depth_mm))
+    return Cell(tuple(samples), (area_mm2, depth_mm, ip), (0, 1, 1),
+                _line([one.area_mm2 for one in data], by_area, area_mm2))
+
+
+def depth_cell(data: Sequence[BasicData], area_mm2: float, ip: float, beta_um: float) -> Cell:
+    """Samples from which the third network learns. The files have more than one depth."""
+    depths = data[0].depth_mm
+    needed = [_line([one.area_mm2 for one in data],
+                    [_undersize(one, ip, depth) for one in data], area_mm2)
+              for depth in range(len(depths))]
+    places = _next_to(needed, beta_um)
+    samples = tuple((one.area_mm2, one.ip[row], one.undersize_um[row][depth], depths[depth])
+                    for one in data for row in _next_to(one.ip, ip) for depth in places)
+    return Cell(samples, (area_mm2, ip, beta_um), (0, -1, 1),
+                _line([needed[depth] for depth in places], [depths[depth] for depth in places],
+                      beta_um))
+
+
+class _Inference:
+    """Trains a network for each question, and keeps account of those that are not trusted."""
+
+    def __init__(self, seed):
+        self.seed = seed
+        self.untrusted = []
+
+    def __call__(self, cell, name):
+        network = train(cell.samples, self.seed)
+        if network.converged and network.rises(cell.signs, cell.inputs):
+            return network.infer(cell.inputs)
+        self.untrusted.append(name)
+        return cell.between
+
+
+def _neighbours(data, area_mm2):
+    """S12: the files next to the area."""
+    if not data[0].area_mm2 <= area_mm2 <= data[-1].area_mm2:
+        held = (f"{data[0].area_mm2:g} to {data[-1].area_mm2:g} mm2" if len(data) > 1
+                else f"{data[0].area_mm2:g} mm2 only")
+        raise UserError(f"the area of {area_mm2:g} mm2 is outside of the basic data ({held}).")
+    return [data[place] for place in _next_to([one.area_mm2 for one in data], area_mm2)]
+
+
+def _check(near, job, undersize_um):
+    depths = near[0].depth_mm
+    if not depths[0] <= job.depth_mm <= depths[-1]:
+        held = (f"{depths[0]:g} to {depths[-1]:g} mm" if len(depths) > 1
+                else f"{depths[0]:g} mm only")
+        raise UserError(f"the depth of {job.depth_mm:g} mm is outside of the basic data ({held}).")
+    least = max(one.ip[0] for one in near)
+    greatest = min(one.ip[-1] for one in near)
+    if least > greatest:
+        raise UserError(f"{near[0].name} and {near[1].name} have no current in common.")
+    needed = undersize_cell(near, job.area_mm2, job.depth_mm, least).between
+    if undersize_um < needed:
+        raise UserError(f"an undersize of {undersize_um:.1f} um is too small: the least current, "
+                        f"IP {least:g}, needs {needed:.1f} um at {job.depth_mm:g} mm.")
+    return least, greatest
+
+
+def _stock(near, job, alpha):
+    """Stock left on bottom and side by the last step, corrected for the roughness."""
+    areas, finish = [one.area_mm2 for one in near], near[0].finish_um
+    rough = [one[0] for one in finish]
+    if not rough[0] <= job.rmax_um <= rough[-1]:
+        held = (f"{rough[0]:g} to {rough[-1]:g} um" if len(rough) > 1 else "1 um only")
+        raise UserError(f"a finish of {job.rmax_um:g} um Rmax is outside of the basic data "
+                        f"({held}).")
+    places = _next_to(rough, job.rmax_um)
+    less = _line([rough[place] for place in places], [finish[place][1] for place in places],
+                 job.rmax_um)
+
+    def left(values):
+        by_area = []
+        for one in near:
+            rows = _next_to(one.ip, alpha)
+            by_area.append(_line([one.ip[row] for row in rows],
+                                 [values(one)[row] for row in rows], alpha))
+        return _line(areas, by_area, job.area_mm2)
+
+    return left(lambda one: one.bottom_um), max(0.0, left(lambda one: one.side_um) + less)
+
+
+def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
+    """Infer the staircase of a job from the basic data of its materials, in order of area.
+
+    Raises
+    ------
+    UserError
+        If the job is outside of the data.
+    """
+    undersize_um = job.undersize_um * cosine(job.taper_deg) if job.taper_deg else job.undersize_um
+    near = _neighbours(data, job.area_mm2)
+    least, greatest = _check(near, job, undersize_um)
+    infer, notes = _Inference(seed), []
+
+    ip = infer(current_cell(near, job.area_mm2, job.depth_mm, undersize_um), "current")
+    ip = min(max(ip, least), greatest)
+    level = int(ip * job.steps + GRANTED)
+    alpha = level / job.steps
+    if alpha < least:
+        raise UserError(f"the supply has no step between the least current of the basic data, "
+                        f"IP {least:g}, and what the undersize allows, IP {ip:.2f}.")
+    if ip == greatest:
+        notes.append(f"the undersize allows the greatest current of the basic data, IP "
+                     f"{greatest:g}, at {job.depth_mm:g} mm; whether it allows more is not known")
+
+    beta = infer(undersize_cell(near, job.area_mm2, job.depth_mm, alpha), "least undersize")
+    beta = min(beta, undersize_um)
+
+    steps = [Step(alpha, int(job.depth_mm * 1000 + GRANTED))]
+    shallowest, inside = near[0].depth_mm[0], len(near[0].depth_mm) > 1
+    while inside:
+        level += 1
+        if level / job.steps > greatest:
+            notes.append(f"currents above IP {greatest:g} are not in the basic data")
+            break
+        gamma = infer(depth_cell(near, job.area_mm2, level / job.steps, beta),
+                      f"depth at IP {level / job.steps:g}")
+        depth_um = int(gamma * 1000 + GRANTED) if gamma > 0 else 0
+        if depth_um == 0:
+            break
+        if depth_um >= steps[-1].depth_um:
+            continue
+        if gamma < shallowest:
+            notes.append(f"the depth of IP {level / job.steps:g} is inferred beyond the basic "
+                         f"data, which begin at {shallowest:g} mm")
+        steps.append(Step(level / job.steps, depth_um))
+    if not inside:
+        notes.append("the basic data have one depth only, from which no other can be inferred")
+    notes += [f"{name}: interpolated, since its network was not proved monotone"
+              for name in infer.untrusted]
+    bottom_um, side_um = _stock(near, job, alpha)
+    assert all(one.depth_um > other.depth_um for one, other in pairwise(steps))
+    return Staircase(job, undersize_um, ip, alpha, beta, tuple(reversed(steps)), bottom_um, side_um,
+                     tuple(notes))

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Basic data of the roughing planner: the files that are shipped, and files that are refused."""
+
+import re
+from itertools import pairwise
+
+import pytest
+
+from host import synthetic
+from host.basic import FOLDER, read_all, read_file
+from host.errors import UserError
+
+GOOD = """\
+electrode = "copper"
+workpiece = "steel"
+area_mm2 = 50
+source = "a test"
+depth_mm = [0, 1, 10]
+
+[finish]
+rmax_um = [1, 5]
+side_um = [0, -4]
+
+[[current]]
+ip = 4
+bottom_um = 24
+side_um = 20
+undersize_um = [66, 67.5, 78]
+
+[[current]]
+ip = 6
+bottom_um = 30
+side_um = 25
+undersize_um = [84, 86, 99.5]
+"""
+
+
+def written(folder, text=GOOD, name="copper_steel_50mm2.toml"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_the_files_are_what_the_generator_makes():
+    made = dict(synthetic.files())
+    assert made == {path.name: path.read_text() for path in FOLDER.glob("*.toml")}
+    assert all("SYNTHETIC" in text.splitlines()[1] for text in made.values())
+
+
+def test_the_files_hold_the_formula_to_the_last_digit():
+    for one in read_all("copper", "steel"):
+        for ip, row in zip(one.ip, one.undersize_um, strict=True):
+            for depth, value in zip(one.depth_mm, row, strict=True):
+                exact = synthetic.undersize_um(one.area_mm2, ip, depth)
+                assert abs(value - exact) <= 0.05 + 1e-9
+
+
+def test_the_files_are_in_order_of_area():
+    data = read_all("copper", "steel")
+    assert all(one.area_mm2 < two.area_mm2 for one, two in pairwise(data))
+    assert {one.source for one in data} == {"synthetic"}
+
+
+def test_a_file_is_read(tmp_path):
+    one = read_file(written(tmp_path))
+    assert one.column(2) == (78.0, 99.5)
+    assert one.finish_um == ((1.0, 0.0), (5.0, -4.0))
+
+
+def test_finishes_may_be_left_out(tmp_path):
+    text = re.sub(r"\[finish\](.|\n)*?\n\n", "", GOOD)
+    assert read_file(written(tmp_path, text)).finish_um == ((1.0, 0.0),)
+
+
+@pytest.mark.parametrize(("old", "new", "line", "why"), [
+    ('source = "a test"\n', "", 1, "source is missing"),
+    ('"copper"', "3", 1, "electrode must be a name"),
+    ("area_mm2 = 50\n", "", 1, "area_mm2 is missing"),
+    ("area_mm2 = 50", "area_mm2 = 0", 3, "area_mm2 must not be 0"),
+    ("area_mm2 = 50", "area_mm2 = 50.125", 3,
+     "area_mm2 has at most 2 digits behind the point, unlike 50.125"),
+    ("area_mm2 = 50", "area_mm2 = 51", 1,
+     "a file with these materials and this area is called copper_steel_51mm2.toml"),
+    ("depth_mm = [0, 1, 10]", "", 1, "depth_mm is missing"),
+    ("[0, 1, 10]", "[0, 10, 1]", 5, "depth_mm must rise, but 1 follows 10"),
+    ("[0, 1, 10]", "[0, 1, true]", 5, "depth_mm must be a number, not True"),
+    ("[0, 1, 10]", "[0, 1, 2000]", 5, "depth_mm must be 0 to 1000, not 2000"),
+    ("[1, 5]", "[5, 1]", 8, "rmax_um must rise, but 1 follows 5"),
+    ("[1, 5]", "[2, 5]", 9,
+     "side_um must be 0 at an rmax_um of 1, against which it is told"),
+    ("side_um = [0, -4]\n", "", 7, "side_um is missing"),
+    ("[0, -4]", "[0]", 9, "side_um has 1 values for 2 roughnesses"),
+    ("bottom_um = 30\n", "", 17, "bottom_um is missing"),
+    ("bottom_um = 30", "bottom_um = 20", 19,
+     "bottom_um must rise from current to current, but 20 follows 24"),
+    ("ip = 6", "ip = 4", 18, "ip must rise from current to current, but 4 follows 4"),
+    ("ip = 4", "ip = 0", 12, "ip must not be 0"),
+    ("undersize_um = [84, 86, 99.5]", "", 17, "undersize_um is missing"),
+    ("84, 86, 99.5", "84, 86", 21, "undersize_um has 2 values for 3 depths"),
+    ("84, 86, 99.5", "84, 99.5, 86", 21,
+     "undersize_um must rise with the depth, but 86 follows 99.5"),
+    ("84, 86, 99.5", "66, 86, 99.5", 21,
+     "undersize_um must rise with the current (at 0 mm), but 66 follows 66"),
+    ("84, 86, 99.5", "-1, 86, 99.5", 21, "undersize_um must be 0 to 6000, not -1"),
+    ("[finish]", "[finsh]", 7, "finsh is not known"),
+])
+def test_bad_data_are_refused_by_name_and_line(tmp_path, old, new, line, why):
+    assert old in GOOD
+    path = written(tmp_path, GOOD.replace(old, new))
+    with pytest.raises(UserError, match=rf"^{path.name}, line {line}: {re.escape(why)}\.$"):
+        read_file(path)
+
+
+def test_a_single_current_is_refused(tmp_path):
+    path = written(tmp_path, GOOD[:GOOD.rindex("[[current]]")])
+    with pytest.raises(UserError, match=r"line 11: at least two tables \[\[current\]\] are needed"):
+        read_file(path)
+
+
+def test_what_is_no_toml_is_refused(tmp_path):
+    with pytest.raises(UserError, match=r"copper_steel_50mm2\.toml is no TOML: .*line 3"):
+        read_file(written(tmp_path, GOOD.replace("= 50", "=")))
+
+
+def test_materials_without_data_are_refused(tmp_path):
+    with pytest.raises(UserError, match=r"^there are no basic data of graphite on steel in .*, "
+                                        r"only of copper on steel\.$"):
+        read_all("graphite", "steel")
+    with pytest.raises(UserError, match=r"only of nothing\.$"):
+        read_all("copper", "steel", tmp_path)
+
+
+@pytest.mark.parametrize(("old", "new", "what"), [("[0, 1, 10]", "[0, 1, 11]", "depths"),
+                                                  ("[0, -4]", "[0, -3]", "table of finishes")])
+def test_files_that_do_not_fit_each_other_are_refused(tmp_path, old, new, what):
+    written(tmp_path)
+    other = GOOD.replace(old, new).replace("area_mm2 = 50", "area_mm2 = 90")
+    written(tmp_path, other, "copper_steel_90mm2.toml")
+    with pytest.raises(UserError, match=rf"^copper_steel_90mm2\.toml has another? {what}|"
+                                        rf"^copper_steel_90mm2\.toml has other {what}"):
+        read_all("copper", "steel", tmp_path)

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The roughing planner: reference cases, neighbours, borders of the data."""
+
+import math
+import random
+import re
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from host.basic import BasicData, read_all
+from host.errors import UserError
+from host.staircase import (
+    Job,
+    cosine,
+    current_cell,
+    depth_cell,
+    plan,
+    undersize_cell,
+)
+from host.synthetic import undersize_um
+
+DATA = read_all("copper", "steel")
+# The answer against the interpolation between the same samples.
+CURRENT_STEP, DEPTH_SHARE, DEPTH_MM = 0.1, 0.05, 0.01
+
+
+def basic(area_mm2=50.0, currents=(4, 6, 8), depths=(0, 1, 10, 20), undersize=None):
+    """Basic data of a formula."""
+    undersize = undersize or undersize_um
+    return BasicData(
+        name=f"made_{area_mm2:g}", electrode="copper", workpiece="steel", area_mm2=area_mm2,
+        source="a test", depth_mm=tuple(map(float, depths)), ip=tuple(map(float, currents)),
+        bottom_um=tuple(10.0 + ip for ip in currents), side_um=tuple(20.0 + ip for ip in currents),
+        undersize_um=tuple(tuple(undersize(area_mm2, ip, depth) for depth in depths)
+                           for ip in currents),
+        finish_um=((1.0, 0.0), (5.0, -4.0)))
+
+
+def pair(job, data=DATA):
+    """Files next to a job's area."""
+    areas = [one.area_mm2 for one in data]
+    at = min(max(sum(area <= job.area_mm2 for area in areas) - 1, 0), len(areas) - 2)
+    return data[at:at + 2]
+
+
+# Domain reference: exact inverse of the formula. X, taper; current before rounding, beta, steps.
+REFERENCE = [
+    (110, 0, 6.177, 107.89, [(8, 2.23), (7, 7.50), (6, 15)]),
+    (110, 10, 6.037, 107.89, [(8, 2.23), (7, 7.50), (6, 15)]),
+    (150, 0, None, 143.69, [(12, 1.45), (11, 4.82), (10, 9.28), (9, 15)]),
+]
+
+
+@pytest.mark.parametrize(("undersize", "taper", "ip", "beta", "steps"), REFERENCE)
+def test_the_reference_cases_come_out(undersize, taper, ip, beta, steps):
+    found = plan(DATA, Job(70, undersize, 15, taper))
+    assert [step.ip for step in found.steps] == [ip for ip, _ in steps]
+    for step, (_, depth_mm) in zip(found.steps, steps, strict=True):
+        assert step.depth_um / 1000 == pytest.approx(depth_mm, rel=0.05)
+    assert found.steps[-1].depth_um == 15_000
+    assert found.beta_um == pytest.approx(beta, abs=0.3)
+    if ip:
+        assert found.ip == pytest.approx(ip, abs=0.05)
+    assert not found.notes
+
+
+def test_a_gradient_counts_by_its_cosine():
+    assert plan(DATA, Job(70, 110, 15, 10)).undersize_um == pytest.approx(108.33, abs=0.005)
+    for degrees in range(0, 61, 3):
+        assert cosine(degrees) == pytest.approx(math.cos(math.radians(degrees)), abs=1e-15)
+
+
+def jobs(seed, count):
+    draw = random.Random(seed)
+    while count:
+        job = Job(round(draw.uniform(20, 400), 2), round(draw.uniform(50, 200), 1),
+                  round(draw.uniform(0.2, 40), 3), steps=draw.choice((1, 2, 3, 5, 10)))
+        if undersize_um(job.area_mm2, 1, job.depth_mm) + 1 < job.undersize_um:
+            count -= 1
+            yield job, draw.randrange(2**32)
+
+
+def test_the_answer_stays_by_the_interpolation():
+    """Over random jobs and seeds; every staircase is monotone, and none needed a stand-in."""
+    compared = 0
+    for job, seed in jobs(1, 60):
+        found, near = plan(DATA, job, seed), pair(job)
+        current = current_cell(near, job.area_mm2, job.depth_mm, found.undersize_um).between
+        assert abs(found.ip - min(current, 15)) <= CURRENT_STEP
+        needed = undersize_cell(near, job.area_mm2, job.depth_mm, found.alpha).between
+        assert found.beta_um == pytest.approx(min(needed, found.undersize_um), abs=0.2)
+        for step in found.steps[:-1]:
+            depth = depth_cell(near, job.area_mm2, step.ip, found.beta_um).between
+            assert step.depth_um / 1000 == pytest.approx(depth, rel=DEPTH_SHARE, abs=DEPTH_MM)
+            compared += 1
+        assert all(one.ip > two.ip and one.depth_um < two.depth_um
+                   for one, two in pairwise(found.steps))
+        assert found.steps[-1].depth_um == round(job.depth_mm * 1000)
+        assert not any("interpolated" in note for note in found.notes)
+    assert compared > 100
+
+
+def test_no_step_needs_more_than_the_last():
+    """What the patent is after: at the end of each step the cavity is no wider than at the end."""
+    for job, seed in jobs(2, 30):
+        found, near = plan(DATA, job, seed), pair(job)
+        for step in found.steps:
+            needed = undersize_cell(near, job.area_mm2, step.depth_um / 1000, step.ip).between
+            assert needed <= found.beta_um + 0.3
+        assert found.beta_um <= found.undersize_um
+
+
+def test_a_staircase_can_be_repeated_and_a_seed_changes_little():
+    job = Job(70, 110, 15)
+    assert plan(DATA, job, 5) == plan(DATA, job, 5)
+    one, two = (plan(DATA, job, seed) for seed in (5, 6))
+    assert one.ip != two.ip
+    assert [step.ip for step in one.steps] == [step.ip for step in two.steps]
+
+
+def test_neighbours_are_eight_samples_on_either_side():
+    cell = current_cell(DATA[1:3], 70, 14, 110)
+    assert len(set(cell.samples)) == 8
+    assert {row[0] for row in cell.samples} == {50, 100}
+    assert {row[1] for row in cell.samples} == {10, 15}
+    for area in (50, 100):
+        for depth in (10, 15):
+            column = sorted(row[2] for row in cell.samples if row[:2] == (area, depth))
+            assert column[0] <= 110 < column[1]
+
+
+def test_currents_are_chosen_depth_by_depth():
+    """Where the cavity widens much with the depth, the two depths have no current in common."""
+    steep = [basic(area, range(1, 16), (0, 5, 30), lambda area, ip, depth:
+                   20 + 5 * ip + (0.2 + 0.3 * ip) * depth) for area in (50.0, 100.0)]
+    cell = current_cell(steep, 70, 10, 90)
+    shallow, deep = ({row[3] for row in cell.samples if row[1] == depth} for depth in (5, 30))
+    assert min(shallow) > max(deep)
+    found = plan(steep, Job(70, 90, 10))
+    assert abs(found.ip - cell.between) <= CURRENT_STEP
+
+
+def test_a_value_that_the_data_hold_is_given_back():
+    """Area, depth and undersize of a row: its current, and no step less for rounding."""
+    for one in DATA[1:4]:
+        for row in (3, 7, 11):
+            job = Job(one.area_mm2, one.undersize_um[row][8], one.depth_mm[8])
+            found = plan(DATA, job)
+            assert found.ip == pytest.approx(one.ip[row], abs=1e-4)
+            assert found.alpha == one.ip[row]
+            assert found.beta_um == pytest.approx(one.undersize_um[row][8], abs=1e-3)
+
+
+@pytest.mark.parametrize("area", [20, 400])
+@pytest.mark.parametrize("depth", [0.5, 40])
+def test_borders_of_the_data_belong_to_them(area, depth):
+    found = plan(DATA, Job(area, 110, depth))
+    assert found.steps[-1].depth_um == depth * 1000
+    assert found.alpha >= 1
+
+
+@pytest.mark.parametrize(("job", "why"), [
+    (Job(19.9, 110, 15), "the area of 19.9 mm2 is outside of the basic data (20 to 400 mm2)."),
+    (Job(401, 110, 15), "the area of 401 mm2 is outside of the basic data (20 to 400 mm2)."),
+    (Job(70, 110, 41), "the depth of 41 mm is outside of the basic data (0 to 40 mm)."),
+    (Job(70, 47, 15), "an undersize of 47.0 um is too small: the least current, IP 1, needs 48.2 "
+                      "um at 15 mm."),
+    (Job(70, 110, 15, rmax_um=20),
+     "a finish of 20 um Rmax is outside of the basic data (1 to 10 um)."),
+])
+def test_jobs_outside_of_the_data_are_refused(job, why):
+    with pytest.raises(UserError, match="^" + re.escape(why) + "$"):
+        plan(DATA, job)
+
+
+def test_an_undersize_for_more_than_the_greatest_current_is_told():
+    found = plan(DATA, Job(70, 400, 15))
+    assert found.alpha == 15
+    assert [step.depth_um for step in found.steps] == [15_000]
+    assert found.notes == (
+        "the undersize allows the greatest current of the basic data, IP 15, at 15 mm; whether it "
+        "allows more is not known", "currents above IP 15 are not in the basic data")
+
+
+def test_a_depth_above_the_shallowest_of_the_data_is_told():
+    deep = [basic(area, range(1, 16), (2, 5, 10, 20)) for area in (50.0, 100.0)]
+    found = plan(deep, Job(70, 150, 15))
+    shallow = [step for step in found.steps if step.depth_um < 2000]
+    assert shallow
+    assert found.notes == tuple(f"the depth of IP {step.ip:g} is inferred beyond the basic data, "
+                                "which begin at 2 mm" for step in reversed(shallow))
+
+
+def test_one_file_serves_its_own_area():
+    found = plan([basic(currents=range(4, 15))], Job(50, 110, 15))
+    assert len(found.steps) > 1
+    with pytest.raises(UserError, match=r"is outside of the basic data \(50 mm2 only\)\.$"):
+        plan([basic()], Job(51, 110, 15))
+
+
+def test_two_sets_of_data_are_enough():
+    """One file, one depth, two currents: the current of that depth, and no staircase."""
+    smallest = basic(currents=(4, 8), depths=(15,))
+    found = plan([smallest], Job(50, 110, 15))
+    exact = (110 - 30 - 0.6 * 15**0.85) / (9 + 0.28 * 15**0.85)
+    assert found.ip == pytest.approx(exact, abs=0.1)
+    assert [(step.ip, step.depth_um) for step in found.steps] == [(6, 15_000)]
+    assert found.notes == ("the basic data have one depth only, from which no other can be "
+                           "inferred",)
+
+
+def test_files_without_a_common_current_are_refused():
+    data = [basic(50.0, (1, 2)), basic(100.0, (4, 6))]
+    with pytest.raises(UserError, match=r"^made_50 and made_100 have no current in common\.$"):
+        plan(data, Job(70, 200, 15))
+
+
+def test_files_with_different_currents_are_used_where_both_have_data():
+    data = [basic(50.0, (2, 4, 6, 8, 10)), basic(100.0, (3, 5, 7, 9, 11, 13))]
+    found = plan(data, Job(70, 110, 15))
+    assert found.ip == pytest.approx(6.19, abs=0.1)
+    assert found.alpha == 6
+    assert plan(data, Job(70, 400, 15)).alpha == 10
+
+
+def test_a_supply_without_a_fitting_step_is_told():
+    data = [basic(area, (4.5, 4.9)) for area in (50.0, 100.0)]
+    with pytest.raises(UserError, match=r"no step between the least current of the basic data, "
+                                        r"IP 4\.5, and what the undersize allows, IP 4\.9"):
+        plan(data, Job(70, 110, 15))
+    assert plan(data, Job(70, 110, 15, steps=2)).alpha == 4.5
+
+
+def test_data_that_no_network_is_trusted_with_are_interpolated():
+    """Rising, but with a bend that a monotone network of this size does not learn."""
+    def bent(area, ip, depth):
+        return 30 + ip + 0.01 * depth + (400 if ip > 6 and depth > 5 and area > 60 else 0)
+
+    data = [basic(area, range(4, 9), (0, 1, 10, 20), bent) for area in (50.0, 100.0)]
+    job = Job(70, 150, 15)
+    found = plan(data, job)
+    told = [note for note in found.notes if note.endswith("its network was not proved monotone")]
+    assert told
+    assert all(one.depth_um < two.depth_um for one, two in pairwise(found.steps))
+
+
+def test_a_coarser_finish_leaves_less_on_the_side():
+    fine, coarse = (plan(DATA, Job(70, 110, 15, rmax_um=rmax)) for rmax in (1, 5))
+    assert (fine.side_um, fine.bottom_um) == (25, 30)
+    assert (coarse.side_um, coarse.bottom_um) == (21, 30)
+    assert plan(DATA, Job(70, 110, 15, rmax_um=4)).side_um == pytest.approx(25 - 3.25)
+    assert replace(coarse, job=fine.job, side_um=25) == fine
