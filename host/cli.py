@@ -16,7 +16,7 @@ import typer
 from rich.console import Console
 
 from host.errors import DONE, FAULT, UsageError, UserError
-from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
+from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ, ROOT
 from host.words import counted
 
 app = typer.Typer(
@@ -183,6 +183,62 @@ def tape_check(
     from host.tape import load
     blocks = check(load(source), mdi or [])
     _say(f"{source}: {counted(blocks, 'block')}, no fault found")
+
+
+@app.command()
+def plan(
+    electrode: Annotated[str, typer.Option(metavar="M", show_default=False,
+                                           help="Material of the electrode, such as copper.")],
+    workpiece: Annotated[str, typer.Option(metavar="M", show_default=False,
+                                           help="Material of the workpiece, such as steel.")],
+    area: Annotated[float, typer.Option(metavar="MM2", min=0.01, show_default=False,
+                                        help="Machined area.")],
+    undersize: Annotated[float, typer.Option(
+        metavar="UM", min=0.1, show_default=False,
+        help="Undersize of the electrode, on each side.")],
+    depth: Annotated[float, typer.Option(metavar="MM", min=0.001, show_default=False,
+                                         help="Depth to rough to.")],
+    taper: Annotated[float, typer.Option(
+        metavar="DEG", min=0.0, max=60.0, help="Gradient of the electrode's sides.")] = 0.0,
+    finish: Annotated[float, typer.Option(
+        metavar="UM", min=0.1, help="Roughness Rmax of the finished surface. It corrects the "
+                                    "stock left on the side.")] = 1.0,
+    step: Annotated[float, typer.Option(
+        metavar="IP", help="Step of the power supply: 1 IP (1.5 A) or a whole part of it. "
+                           "Programs can only be written with whole IP.")] = 1.0,
+    seed: Annotated[int, typer.Option(
+        metavar="N", min=0, max=2**32 - 1,
+        help="Seed of the networks. The same seed gives the same staircase.")] = 1,
+    series: Annotated[bool, typer.Option(
+        "--series", help="Write the way as one block behind a series of conditions (G39).",
+    )] = False,
+    target: Annotated[Path | None, typer.Option(
+        "-o", "--output", metavar="PROGRAM", dir_okay=False, show_default="none",
+        help="File for the machining program.")] = None,
+    picture: Annotated[Path | None, typer.Option(
+        "--plot", metavar="PNG", dir_okay=False, show_default="beside the program",
+        help="File for a plot of the staircase.")] = None,
+    folder: Annotated[Path, typer.Option(
+        "--data", metavar="DIR", exists=True, file_okay=False,
+        help="Folder of basic data; tapes/basic/README.md says how to enter your own.",
+    )] = ROOT / "tapes" / "basic",
+):
+    """Plan roughing with the greatest current that the electrode's undersize allows at each depth.
+
+    Networks trained on the basic data next to the job infer the current of the last step, and how
+    deep each greater one may go before it. The basic data that come with Gapkeeper are synthetic.
+    """
+    from host.roughing import parts_of_step, roughing
+    from host.staircase import Job
+    if series and target is None:
+        raise UsageError("--series needs a program to be written (-o).")
+    if picture is None and target is not None:
+        picture = target.with_suffix(".png")
+    if picture is not None and picture == target:
+        raise UsageError(f"{target} cannot be the program and its plot.")
+    roughing(electrode=electrode, workpiece=workpiece,
+             job=Job(area, undersize, depth, taper, parts_of_step(step), finish),
+             seed=seed, folder=folder, target=target, picture=picture, series=series, console=out)
 
 
 @experiment_app.command("fluid")

@@ -37,8 +37,8 @@ from host.basic import BasicData
 from host.errors import UserError
 from host.network import train
 
-__all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "plan",
-           "undersize_cell"]
+__all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",
+           "plan", "undersize_cell"]
 
 GRANTED = 2.0**-10      # of a settable step, and of 1 um: an answer that lacks less is as good
 DEGREE = 0.017453292519943295
@@ -196,8 +196,14 @@ class _Inference:
         return cell.between
 
 
-def _neighbours(data, area_mm2):
-    """S12: the files next to the area."""
+def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
+    """S12: the files next to an area; of a single one itself.
+
+    Raises
+    ------
+    UserError
+        If the area is outside of them.
+    """
     if not data[0].area_mm2 <= area_mm2 <= data[-1].area_mm2:
         held = (f"{data[0].area_mm2:g} to {data[-1].area_mm2:g} mm2" if len(data) > 1
                 else f"{data[0].area_mm2:g} mm2 only")
@@ -254,7 +260,7 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
         If the job is outside of the data.
     """
     undersize_um = job.undersize_um * cosine(job.taper_deg) if job.taper_deg else job.undersize_um
-    near = _neighbours(data, job.area_mm2)
+    near = neighbours(data, job.area_mm2)
     least, greatest = _check(near, job, undersize_um)
     infer, notes = _Inference(seed), []
 

@@ -34,7 +34,9 @@ def program(workdir):
 
 
 @pytest.mark.parametrize(("command", "words"), [
-    ([], ["run", "tape", "experiment", "build", "bench"]),
+    ([], ["run", "tape", "plan", "experiment", "build", "bench"]),
+    (["plan"], ["--electrode", "--workpiece", "--area", "--undersize", "--depth", "--taper",
+                "--finish", "--step", "--seed", "--series", "-o", "--plot", "--data"]),
     (["experiment"], ["fluid", "removal"]),
     (["experiment", "fluid"], ["--seeds", "--out"]),
     (["experiment", "removal"], ["--seeds", "--way", "--out"]),
@@ -52,7 +54,7 @@ def test_help_names_everything(command, words):
     assert not [word for word in words if word not in result.stdout]
 
 
-@pytest.mark.parametrize("name", ["plan", "send", "serve"])
+@pytest.mark.parametrize("name", ["send", "serve"])
 def test_commands_to_come_are_not_there_yet(name):
     assert gapkeeper(name).returncode == 2
     assert f" {name} " not in gapkeeper("--help").stdout

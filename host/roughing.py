@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper plan``: the staircase of a roughing job as a table, a plot and a machining program.
+
+The program has a condition for each current: a built-in one of the controller (``technology.c``),
+or a row that it enters with G10, whose pulse lies between those of the built-in ones. They are for
+copper on steel, electrode positive; for other materials enter rows of your own instead.
+
+The gap is held by counted pulse classes (G95 P1). The retractable limit follows the depth: 0.5 mm
+to Zr = -1.5 mm, where the electrode stands near the surface of the fluid; 2 mm from there on, and 5
+mm from -6 mm on, where bridges of debris are longer and there is fluid enough above. None lets
+the electrode rise more than 0.5 mm above the workpiece. Speeds and changeover are those of
+``tapes/sink_shallow_deep.nc``, and so for a machine with a start/stop speed of 10 mm/s. As a series
+(G39) the whole way is one block, with one limit of 5 mm; a ceiling 1 mm above the workpiece bounds
+it where that would leave the fluid.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from host import figures
+from host.basic import BasicData, read_all
+from host.errors import UsageError, UserError
+from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+
+__all__ = ["BUILT_IN", "condition", "parts_of_step", "plot", "program", "roughing", "table"]
+
+# Of the controller's own conditions: current (IP), number, on- and off-time (us).
+BUILT_IN = ((1, 100, 15, 25), (2, 110, 30, 30), (4, 120, 60, 40), (6, 130, 100, 50),
+            (9, 140, 150, 75), (12, 150, 200, 100))
+FIRST_ENTERED, MOST_ENTERED, MOST_SERIES = 900, 16, 32
+GREATEST_IP = 63
+AMPERES = 1.5   # of one IP
+LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
+SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
+MOST_PARTS = 20
+MOST_LABELS = 8     # in the plot
+
+
+def parts_of_step(step_ip: float) -> int:
+    """Into how many parts a supply divides one IP, given its step.
+
+    Raises
+    ------
+    UsageError
+        If the step is not 1 IP or a whole part of it.
+    """
+    parts = round(1 / step_ip) if step_ip > 0 else 0
+    if not 1 <= parts <= MOST_PARTS or abs(parts * step_ip - 1) > 0.005:
+        raise UsageError(f"the supply's step must be 1 IP or a whole part of it, down to "
+                         f"1/{MOST_PARTS}, not {step_ip:g}.")
+    return parts
+
+
+def condition(ip: int) -> tuple[int, str]:
+    """Number of the condition for a current, and the G10 block that enters it, if it needs one."""
+    for known, number, *_ in BUILT_IN:
+        if ip == known:
+            return number, ""
+    lower = max((row for row in BUILT_IN if row[0] < ip), default=BUILT_IN[0])
+    upper = min((row for row in BUILT_IN if row[0] > ip), default=None)
+    if upper is None:
+        on, off = (round(time * ip / lower[0]) for time in lower[2:])
+    else:
+        share = (ip - lower[0]) / (upper[0] - lower[0])
+        on, off = (round(one + (other - one) * share)
+                   for one, other in zip(lower[2:], upper[2:], strict=True))
+    number = FIRST_ENTERED + ip
+    return number, f"G10 C{number} I{ip} P{on} Q{off} R{off}"
+
+
+def _millimetres(depth_um):
+    """A depth as a word's number: with its point, and no digits that say nothing."""
+    return f"{depth_um / 1000:.3f}".rstrip("0")
+
+
+def _conditions(steps):
+    """Number of each step's condition, and the blocks that enter them."""
+    for step in steps:
+        if step.ip != round(step.ip) or step.ip > GREATEST_IP:
+            raise UserError(f"this controller's power supply is set in whole IP up to {GREATEST_IP}"
+                            f", so no program can be written with IP {step.ip:.4g}.")
+    found = [condition(round(step.ip)) for step in steps]
+    entered = [block for _, block in found if block]
+    if len(entered) > MOST_ENTERED:
+        raise UserError(f"the staircase needs {len(entered)} conditions of its own, and the "
+                        f"controller takes {MOST_ENTERED}.")
+    return [number for number, _ in found], entered
+
+
+def _way(steps, numbers) -> Iterator[str]:
+    """Blocks from the surface down: conditions and limits where they change."""
+    changes = {at: f"G36 {words}" for at, words in LIMITS}
+    last, feed = 0, " F60"
+    for step, following in zip(steps, [*numbers[1:], None], strict=True):
+        for at in sorted({at for at in changes if last < at < step.depth_um} | {step.depth_um}):
+            yield f"G01 Z-{_millimetres(at)}{feed}" if feed else f"Z-{_millimetres(at)}"
+            feed, last = "", at
+            # The condition first: a step that ends where a limit changes has both.
+            if at == step.depth_um and following is not None:
+                yield f"C{following}"
+            if at in changes and (following is not None or at < step.depth_um):
+                yield changes[at]
+
+
+def _series(steps, numbers):
+    """The same as one block, behind its series."""
+    if len(steps) - 1 > MOST_SERIES:
+        raise UserError(f"the staircase has {len(steps) - 1} changes, and a series takes "
+                        f"{MOST_SERIES}.")
+    for step, number in zip(steps, numbers[1:], strict=False):
+        yield f"G39 Z-{_millimetres(step.depth_um)} C{number}"
+    yield f"G01 Z-{_millimetres(steps[-1].depth_um)} F60"
+    yield "G39"
+
+
+def program(found: Staircase, data: list[BasicData], *, series: bool = False) -> str:
+    """Machining program of a staircase: Z 0 is the top of the workpiece.
+
+    Raises
+    ------
+    UserError
+        If the controller cannot be set to one of the currents, or has no room for them.
+    """
+    job, steps = found.job, found.steps
+    numbers, entered = _conditions(steps)
+    sources = ", ".join(sorted({one.source for one in data}))
+    taper = f", {job.taper_deg:g} DEG" if job.taper_deg else ""
+    comments = (
+        f"ROUGHING, {data[0].electrode} ON {data[0].workpiece}, {job.area_mm2:g} MM2 TO "
+        f"{job.depth_mm:g} MM, UNDERSIZE {job.undersize_um:g} UM{taper}",
+        f"BASIC DATA {sources}",
+        f"LEAVES {found.bottom_um:.0f} UM ON THE BOTTOM AND {found.side_um:.0f} UM ON THE SIDE",
+    )
+    blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
+              f"G36 {SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
+              *(_series(steps, numbers) if series else _way(steps, numbers)),
+              "M05", "G94", "G00 Z2.", "M09", "M02"]
+    return "\n".join(["%", *(f"({_plain(one)})" for one in comments),
+                      *(f"N{10 * n} {block}" for n, block in enumerate(blocks, 1)), "%", ""])
+
+
+def _plain(comment):
+    """Capitals, and only what both tape codes have."""
+    return "".join(char if char in "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789+-., /" else " "
+                   for char in comment.upper())
+
+
+def _pieces(steps):
+    """Each step with the depth where it begins."""
+    return [(one.depth_um, step) for one, step in pairwise([Step(0, 0), *steps])]
+
+
+def table(found: Staircase, data: list[BasicData], style=box.SIMPLE_HEAD) -> Table:
+    """The staircase from the surface down, and what each current needs where it ends."""
+    near = neighbours(data, found.job.area_mm2)
+    made = Table(box=style)
+    for title in ("from, mm", "to, mm", "IP", "current, A", "condition", "needs there, um"):
+        made.add_column(title, justify="right", no_wrap=True)
+    for begin, step in _pieces(found.steps):
+        needs = undersize_cell(near, found.job.area_mm2, step.depth_um / 1000, step.ip).between
+        name = f"C{condition(round(step.ip))[0]}" if step.ip == round(step.ip) else ""
+        made.add_row(f"{begin / 1000:.3f}", f"{step.depth_um / 1000:.3f}", f"{step.ip:.4g}",
+                     f"{step.ip * AMPERES:.4g}", name, f"{needs:.1f}")
+    return made
+
+
+def _sentences(found, data):
+    job = found.job
+    if any(one.source == "synthetic" for one in data):
+        yield "The basic data are synthetic: do not machine by them."
+    if job.taper_deg:
+        yield (f"A gradient of {job.taper_deg:g} degrees makes the undersize count as "
+               f"{found.undersize_um:.2f} um.")
+    yield (f"The undersize allows IP {found.ip:.2f} at {job.depth_mm:g} mm: the last step has IP "
+           f"{found.alpha:.4g}, which needs {found.beta_um:.2f} um.")
+    yield (f"It leaves {found.bottom_um:.0f} um on the bottom and {found.side_um:.0f} um on the "
+           f"side, to finish to {job.rmax_um:g} um Rmax.")
+    for note in found.notes:
+        yield f"Note: {note}."
+
+
+def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
+    """Draw the current against the depth, and the undersize that it needs."""
+    job, near = found.job, neighbours(data, found.job.area_mm2)
+
+    def needed(ip, begin, end):
+        depths = np.linspace(max(begin, near[0].depth_mm[0]), end, 60)
+        return [undersize_cell(near, job.area_mm2, depth, ip).between for depth in depths], depths
+
+    with matplotlib.rc_context(figures.STYLE):
+        figure = Figure(figsize=(9.6, 5.2), layout="constrained")
+        left, right = figure.subplots(1, 2, sharey=True)
+        currents, depths = [], []
+        for begin, step in _pieces(found.steps):
+            currents += [step.ip, step.ip]
+            depths += [begin / 1000, step.depth_um / 1000]
+            right.plot(*needed(step.ip, begin / 1000, step.depth_um / 1000), color=figures.PATH,
+                       linewidth=1.8, label="" if begin else "the staircase")
+        left.plot(currents, depths, color=figures.PATH, linewidth=1.8)
+        left.axvline(found.alpha, color=figures.FAINT, linestyle=(0, (4, 3)), zorder=0)
+        left.set(xlabel=f"current, IP of {AMPERES:g} A", ylabel="depth, mm",
+                 xlim=(0, found.steps[0].ip + 1), ylim=(job.depth_mm, 0),
+                 title=f"{data[0].electrode} on {data[0].workpiece}, {job.area_mm2:g} mm²")
+        for step in found.steps if len(found.steps) <= MOST_LABELS else ():
+            left.annotate(f"IP {step.ip:.4g} to {step.depth_um / 1000:.2f} mm",
+                          (step.ip, step.depth_um / 1000), xytext=(-4, 5), ha="right",
+                          textcoords="offset points", fontsize=8,
+                          bbox={"facecolor": "white", "linewidth": 0, "pad": 0.5})
+        right.plot(*needed(found.alpha, 0, job.depth_mm), color=figures.FAINT,
+                   linestyle=(0, (4, 3)), zorder=1, label=f"IP {found.alpha:.4g} all the way")
+        right.axvline(found.beta_um, color=figures.FEED, linewidth=0.9,
+                      label=f"what the last step needs, {found.beta_um:.1f} µm")
+        right.axvline(found.undersize_um, color=figures.CAUSES["short"], linewidth=0.9,
+                      label=f"undersize of the electrode, {found.undersize_um:.1f} µm")
+        right.set(xlabel="undersize needed, µm", title="least undersize")
+        right.legend(loc="lower left", frameon=True)
+        if any(one.source == "synthetic" for one in data):
+            figure.suptitle("synthetic basic data", fontsize=8, color=figures.FAINT, x=0.99,
+                            ha="right")
+        figure.savefig(path, dpi=120)
+
+
+def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Path,
+             target: Path | None, picture: Path | None, series: bool, console: Console) -> None:
+    """Infer the staircase of a job and show it; write its program and its plot if asked for."""
+    data = read_all(electrode, workpiece, folder)
+    found = plan(data, job, seed)
+    console.print(table(found, neighbours(data, job.area_mm2)))
+    for one in _sentences(found, data):
+        console.print(one, soft_wrap=True)
+    try:
+        if target is not None:
+            text = program(found, neighbours(data, job.area_mm2), series=series)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+            console.print(f"{target}: {text.count(chr(10))} lines", soft_wrap=True, markup=False)
+        if picture is not None:
+            picture.parent.mkdir(parents=True, exist_ok=True)
+            plot(found, data, picture)
+            console.print(f"{picture}: plot", soft_wrap=True, markup=False)
+    except OSError as error:
+        raise UserError(f"{error.filename} cannot be written: {error.strerror}.") from error

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper plan``: the program it writes, by the firmware's own reader, and what it says."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from matplotlib.image import imread
+
+from host.basic import read_all
+from host.errors import UsageError, UserError
+from host.machine import ROOT
+from host.roughing import BUILT_IN, LIMITS, condition, parts_of_step, program
+from host.staircase import Job, Staircase, Step, plan
+from host.tape import encode
+from testbench.firmware import ITEMS, Checker
+
+DATA = read_all("copper", "steel")
+LIMIT = ITEMS.index("L")
+PULSES_PER_UM = 10
+MEASURED = re.compile(r"\.number = (\d+), \.ip = (\d+), \.on_us = (\d+), \.off_us = (\d+), "
+                      r"\.rest_us = (\d+), USUAL")
+
+
+@pytest.fixture(scope="module")
+def checker():
+    return Checker()
+
+
+def made(*steps):
+    """A staircase of these steps; nothing else of it matters for a program."""
+    job = Job(70, 110, steps[-1][1] / 1000)
+    return Staircase(job, 110, 6.2, steps[-1][0], 107.8, tuple(Step(*one) for one in steps), 30,
+                     25, ())
+
+
+def way(records):
+    """Condition, depth at the end (um) and limit (um) of each move of machining, as executed."""
+    number, depth, moves = 0, 0, []
+    for one in records:
+        number = one.condition or number
+        depth -= one.delta[2] // PULSES_PER_UM
+        if one.moves and one.delta[2] < 0:
+            moves.append((number, depth, one.items[LIMIT] // PULSES_PER_UM))
+    return moves
+
+
+def test_the_conditions_are_those_of_the_controller():
+    text = (ROOT / "softcore" / "firmware" / "technology.c").read_text()
+    rows = [tuple(map(int, row)) for row in MEASURED.findall(text)]
+    assert [(ip, number, on, off) for number, ip, on, off, _ in rows] == list(BUILT_IN)
+
+
+def test_a_condition_lies_between_its_neighbours():
+    assert condition(6) == (130, "")
+    assert condition(3) == (903, "G10 C903 I3 P45 Q35 R35")
+    assert condition(15) == (915, "G10 C915 I15 P250 Q125 R125")
+    ons = [int(re.search(r" P(\d+)", condition(ip)[1] or " P0")[1]) or
+           next(row[2] for row in BUILT_IN if row[0] == ip) for ip in range(1, 64)]
+    assert ons == sorted(set(ons))
+    assert ons[-1] <= 2000
+
+
+def test_the_reference_case_is_a_program_that_the_firmware_takes(checker):
+    found = plan(DATA, Job(70, 110, 15))
+    records = checker.check(encode(program(found, DATA)).rows)
+    assert isinstance(records, list), records
+    steps = [(condition(int(step.ip))[0], step.depth_um) for step in found.steps]
+    moves = way(records)
+    assert [(number, depth) for number, depth, _ in moves
+            if depth not in (1500, 6000)] == steps
+    assert [depth for _, depth, _ in moves] == [1500, steps[0][1], 6000, steps[1][1], 15_000]
+
+
+@pytest.mark.parametrize("steps", [
+    [(6, 15_000)],
+    [(8, 700), (7, 1500), (6, 6000)],
+    [(9, 1499), (8, 1500), (7, 1501), (6, 6001)],
+    [(12, 50), (6, 900)],
+    [(15, 6000), (1, 40_000)],
+])
+def test_conditions_and_limits_change_where_they_should(checker, steps):
+    records = checker.check(encode(program(made(*steps), DATA)).rows)
+    assert isinstance(records, list), records
+    begin, moves = 0, way(records)
+    for number, depth, limit in moves:
+        assert number == next(condition(ip)[0] for ip, end in steps if begin < end)
+        limits = [re.search(r"L([0-9.]+)", words)[1] for at, words in LIMITS if at <= begin]
+        assert limit == float(limits[-1]) * 1000
+        assert limit - begin <= 500
+        begin = depth
+    assert begin == steps[-1][1]
+    assert {end for _, end in steps} <= {depth for _, depth, _ in moves}
+
+
+def test_as_a_series_the_way_is_one_block():
+    text = program(made((8, 2203), (7, 7499), (6, 15_000)), DATA, series=True)
+    body = [line.split(" ", 1)[1] for line in text.splitlines() if line.startswith("N")]
+    at = body.index("M03")
+    assert body[at + 1:at + 6] == ["G39 Z-2.203 C907", "G39 Z-7.499 C130", "G01 Z-15. F60", "G39",
+                                   "M05"]
+    assert "C908" in body[:at]
+    assert sum(line.startswith("G36") for line in body) == 1
+
+
+def test_a_single_step_needs_no_series_but_may_have_one():
+    text = program(made((6, 15_000)), DATA, series=True)
+    assert text.count("G39") == 1
+
+
+def test_what_the_controller_cannot_be_set_to_is_refused():
+    with pytest.raises(UserError, match=r"^this controller's power supply is set in whole IP up to "
+                                        r"63, so no program can be written with IP 6\.5\.$"):
+        program(made((6.5, 1000), (6, 2000)), DATA)
+    with pytest.raises(UserError, match=r"with IP 64\.$"):
+        program(made((64, 1000), (6, 2000)), DATA)
+    many = [(40 - n, 100 * (n + 1)) for n in range(25)]
+    with pytest.raises(UserError, match=r"^the staircase needs 25 conditions of its own, and the "
+                                        r"controller takes 16\.$"):
+        program(made(*many), DATA)
+
+
+@pytest.mark.parametrize(("step", "parts"), [(1, 1), (0.5, 2), (0.333, 3), (1 / 3, 3), (0.05, 20)])
+def test_the_supply_divides_an_ip_into_whole_parts(step, parts):
+    assert parts_of_step(step) == parts
+
+
+@pytest.mark.parametrize("step", [0, -1, 0.4, 2, 0.01])
+def test_other_steps_are_refused(step):
+    with pytest.raises(UsageError, match=r"^the supply's step must be 1 IP or a whole part of it, "
+                                         rf"down to 1/20, not {step:g}\.$"):
+        parts_of_step(step)
+
+
+def gapkeeper(*arguments):
+    return subprocess.run([sys.executable, "-m", "host.cli", "plan", *map(str, arguments)],
+                          capture_output=True, text=True, timeout=120, check=False,
+                          env=os.environ | {"COLUMNS": "120"})
+
+
+JOB = ["--electrode", "copper", "--workpiece", "steel", "--area", 70, "--undersize", 110,
+       "--depth", 15]
+
+
+def test_the_command_shows_and_writes(tmp_path):
+    target = tmp_path / "made" / "job.nc"
+    result = gapkeeper(*JOB, "--taper", 10, "--finish", 5, "-o", target)
+    assert result.returncode == 0, result.stderr
+    for words in ("synthetic: do not machine", "C908", "count as 108.33 um", "21 um on the",
+                  "7.499   15.000    6            9        C130"):
+        assert words in result.stdout
+    assert target.read_text().startswith("%\n(ROUGHING, COPPER ON STEEL, 70 MM2 TO 15 MM")
+    picture = imread(target.with_suffix(".png"))
+    assert picture.shape[0] > 400
+    assert picture[:, :, :3].std() > 0.02
+
+
+@pytest.mark.parametrize(("arguments", "status", "words"), [
+    (["--area", 0.5], 1, "the area of 0.5 mm2 is outside of the basic data (20 to 400 mm2)."),
+    (["--electrode", "silver"], 1, "there are no basic data of silver on steel in "),
+    (["--series"], 2, "--series needs a program to be written (-o)."),
+    (["--step", 0.4], 2, "the supply's step must be 1 IP or a whole part of it"),
+    (["--step", 0.5, "-o", "build/never.nc"], 1, "set in whole IP up to 63"),
+    (["-o", "/dev/null/x.nc"], 1, "/dev/null cannot be written"),
+    (["-o", "build/one.png"], 2, "build/one.png cannot be the program and its plot."),
+])
+def test_failures_are_one_sentence(arguments, status, words):
+    result = gapkeeper(*JOB, *arguments)
+    assert result.returncode == status
+    assert words in result.stderr
+    assert result.stderr.count("\n") == 1
