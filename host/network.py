@@ -152,27 +152,28 @@ def _forward(x, w, b, c, a, a0):
 
 
 def _solve(matrix, right):
-    """Solution of a symmetric positive system, by L D Lᵀ without a root."""
+    """Solution of a symmetric positive system, by L D Lᵀ without a root.
+
+    Below the diagonal ``matrix`` becomes L, on it D, above it (L D)ᵀ.
+    """
     n = len(right)
-    lower, diagonal = np.zeros((n, n)), np.zeros(n)
     for j in range(n):
         for i in range(j, n):
             rest = matrix[i, j]
             for k in range(j):
-                rest = rest - lower[i, k] * lower[j, k] * diagonal[k]
-            if i == j:
-                diagonal[j] = rest
-            else:
-                lower[i, j] = rest / diagonal[j]
+                rest = rest - matrix[i, k] * matrix[k, j]
+            matrix[j, i] = rest
+            if i != j:
+                matrix[i, j] = rest / matrix[j, j]
     v = right.copy()
     for i in range(n):
         for k in range(i):
-            v[i] = v[i] - lower[i, k] * v[k]
+            v[i] = v[i] - matrix[i, k] * v[k]
     for i in range(n):
-        v[i] = v[i] / diagonal[i]
+        v[i] = v[i] / matrix[i, i]
     for i in reversed(range(n)):
         for k in range(i + 1, n):
-            v[i] = v[i] - lower[k, i] * v[k]
+            v[i] = v[i] - matrix[k, i] * v[k]
     return v
 
 

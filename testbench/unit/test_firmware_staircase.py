@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware's roughing planner against the host's: the same bits, the same staircase."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from host.basic import BasicData, read_all
+from host.errors import UserError
+from host.network import train
+from host.staircase import Job, plan
+from testbench.planner import RUNS, Planner
+
+DATA = read_all("copper", "steel")
+
+
+@pytest.fixture(scope="module")
+def planner():
+    return Planner()
+
+
+def test_the_network_comes_to_the_same_bits(planner):
+    """Random samples, sensible and not, two to eight of them, inputs that are all the same."""
+    draw = random.Random(3)
+    trusted = 0
+    for turn in range(300):
+        count = draw.randrange(2, 9)
+        values = [[draw.choice((50, 100)), draw.choice((5, 10)), draw.uniform(3, 4)]
+                  if turn % 2 else [draw.uniform(1, 100), 7.5, draw.uniform(0, 9)]
+                  for _ in range(count)]
+        samples = [(*one, 20 + one[0] / 50 - one[1] + 3 * one[2] + (turn % 5) * draw.gauss(0, 1))
+                   for one in values]
+        inputs = [draw.uniform(1, 100), draw.uniform(4, 11), draw.uniform(-1, 10)]
+        signs = [draw.choice((-1, 0, 1)) for _ in range(3)]
+        seed = draw.randrange(2**32)
+        network = train(samples, seed)
+        believed = network.converged and network.rises(signs, inputs)
+        assert planner.learn(samples, seed, inputs, signs) == (network.infer(inputs), believed,
+                                                               network.iterations)
+        trusted += believed
+    assert 50 < trusted < 250
+
+
+def random_data(draw):
+    """Basic data that rise as they must, to the last digits that a file may have."""
+    depths = sorted(draw.sample(range(0, 40_000), draw.randrange(2, 9)))
+    areas = sorted(draw.sample(range(100, 60_000), draw.randrange(1, 5)))
+    step = draw.choice((100, 100, 50, 150))
+    data = []
+    for area in areas:
+        currents = [step * n for n in range(draw.randrange(1, 4), draw.randrange(7, 14))]
+        spread, base = draw.uniform(2, 40), draw.randrange(100, 500)
+        rows = [tuple((base + round(ip * 0.9) + round((6 + 0.02 * ip * spread / 10)
+                                                      * (depth / 1000)**0.85) + column) / 10
+                      for column, depth in enumerate(depths)) for ip in currents]
+        data.append(BasicData(
+            name=f"made_{area}", electrode="copper", workpiece="steel", area_mm2=area / 100,
+            source="a test", depth_mm=tuple(depth / 1000 for depth in depths),
+            ip=tuple(ip / 100 for ip in currents), bottom_um=(1.0,) * len(currents),
+            side_um=(1.0,) * len(currents), undersize_um=tuple(rows), finish_um=((1.0, 0.0),)))
+    return data
+
+
+def random_job(draw, data):
+    low, high = data[0].area_mm2, data[-1].area_mm2
+    area = draw.choice((low, high, draw.choice(data).area_mm2, *(draw.uniform(low, high),) * 5))
+    depths = data[0].depth_mm
+    depth = draw.choice((*depths, *(draw.uniform(depths[0], depths[-1]),) * 10))
+    inside = [value for one in data for row in one.undersize_um for value in row]
+    undersize = draw.choice((*draw.sample(inside, 2),
+                             *(draw.uniform(min(inside), max(inside)),) * 4))
+    return Job(round(area, 2), round(undersize, 1), round(depth, 3),
+               draw.choice((0, 0, round(draw.uniform(0, 20), 2))), draw.choice((1, 1, 2, 3)))
+
+
+def compare(planner, data, job, seed):
+    """Both planners; what came of it."""
+    there = planner.plan(job, seed)
+    try:
+        here = plan(data, job, seed)
+    except UserError:
+        assert isinstance(there, str)
+        return "refused"
+    if len(here.steps) > RUNS:
+        assert there == "the staircase has more steps than a series takes"
+        return "too long"
+    assert not isinstance(there, str), there
+    assert (there.undersize_um, there.ip, there.beta_um) == (here.undersize_um, here.ip,
+                                                             here.beta_um)
+    assert there.steps(job.steps) == here.steps
+    assert there.untrusted == sum("interpolated" in note for note in here.notes)
+    assert there.beyond == sum("inferred beyond" in note for note in here.notes)
+    assert there.greatest == any("allows the greatest" in note for note in here.notes)
+    assert there.ended == any("are not in the basic data" in note for note in here.notes)
+    assert there.single == any("one depth only" in note for note in here.notes)
+    return "interpolated" if there.untrusted else "planned"
+
+
+def test_the_shipped_data_give_the_same_staircase(planner):
+    assert planner.enter(DATA) == ""
+    draw, outcomes = random.Random(5), []
+    for job in (Job(70, 110, 15), Job(70, 110, 15, 10), Job(70, 150, 15)):
+        assert compare(planner, DATA, job, 1) == "planned"
+    for _ in range(40):
+        outcomes.append(compare(planner, DATA, random_job(draw, DATA), draw.randrange(2**32)))
+    assert outcomes.count("planned") > 20
+
+
+def test_random_data_give_the_same_staircase(planner):
+    draw, outcomes = random.Random(6), []
+    for _ in range(120):
+        data = random_data(draw)
+        if any(len(one.ip) < 2 for one in data) or planner.enter(data):
+            continue
+        outcomes.append(compare(planner, data, random_job(draw, data), draw.randrange(2**32)))
+    assert min(outcomes.count(one) for one in ("planned", "interpolated", "refused")) > 3
+    assert len(outcomes) > 80
+
+
+def test_the_smallest_data_do(planner):
+    smallest = replace(DATA[1], ip=(4.0, 8.0), depth_mm=(15.0,), undersize_um=((80.0,), (120.0,)))
+    assert planner.enter([smallest]) == ""
+    for undersize in (79.9, 80, 100, 110.5, 120, 130):
+        compare(planner, [smallest], Job(50, undersize, 15), 1)
+
+
+def test_a_staircase_without_end_is_refused(planner):
+    flat = [replace(one, undersize_um=tuple(tuple(round(40 + ip + 0.1 * column + column * ip, 1)
+                                                  for column in range(len(one.depth_mm)))
+                                            for ip in one.ip)) for one in DATA[:2]]
+    assert planner.enter(flat) == ""
+    assert compare(planner, flat, Job(30, 60, 40, steps=20), 1) == "too long"
+
+
+def test_nothing_is_planned_without_data(planner):
+    planner.depths([0, 1000])
+    assert planner.plan(Job(50, 100, 1), 1) == "basic data: none have been entered"
+    planner.area(5000)
+    planner.current(100, [400, 410])
+    assert planner.plan(Job(50, 100, 1), 1) == (
+        "basic data: the area of 50 mm2 has 1 of at least 2 currents")
+
+
+def test_data_that_do_not_rise_are_refused(planner):
+    assert planner.depths([0, 1000, 1000]) == (
+        "basic data: the depths must rise, to 1000 mm at most (number 3)")
+    assert planner.depths([]) == planner.depths(list(range(17))) == (
+        "basic data: 1 to 16 depths are needed")
+    assert planner.depths([0, 1000]) == ""
+    assert planner.current(100, [400, 410]) == "basic data: an area comes before its currents"
+    assert planner.area(0) == "basic data: the areas must rise, to 100000 mm2 at most"
+    assert planner.area(5000) == ""
+    assert planner.area(6000) == "basic data: the area of 50 mm2 has 0 of at least 2 currents"
+    order = "basic data: the currents must rise, to IP 63 at most"
+    assert planner.current(0, [400, 410]) == order
+    assert planner.current(100, [400]) == "basic data: 1 undersizes for 2 depths"
+    rise = "basic data: the undersize must rise with depth and current, to 6000 um at most (number "
+    assert planner.current(100, [400, 400]) == rise + "2)"
+    assert planner.current(100, [400, 60_001]) == rise + "2)"
+    assert planner.current(100, [400, 410]) == ""
+    assert planner.current(100, [500, 510]) == order
+    assert planner.current(200, [400, 510]) == rise + "1)"
+    assert planner.current(200, [401, 411]) == ""
+    assert planner.area(5000) == "basic data: the areas must rise, to 100000 mm2 at most"
+
+
+def test_a_full_memory_is_told(planner):
+    assert planner.depths([0, 1000]) == ""
+    for area in range(8):
+        assert planner.area(100 + area) == ""
+        for ip in range(10):
+            assert planner.current(100 + ip, [400 + 2 * ip, 401 + 2 * ip]) == ""
+    full = "basic data: no more than 16 currents of an area and 80 of all can be entered"
+    assert planner.current(200, [900, 901]) == full
+    assert planner.area(200) == "basic data: no more than 8 areas can be entered"
+    assert planner.depths([0]) == planner.area(100) == ""
+    for ip in range(16):
+        assert planner.current(100 + ip, [400 + ip]) == ""
+    assert planner.current(200, [900]) == full
