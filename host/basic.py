@@ -20,7 +20,7 @@ __all__ = ["FOLDER", "BasicData", "file_name", "read_all", "read_file"]
 
 FOLDER = ROOT / "tapes" / "basic"
 TABLE = "current"
-MOST_CURRENTS, MOST_DEPTHS = 16, 16     # what the memory of the soft core holds for an area
+MOST_CURRENTS, MOST_DEPTHS = 16, 12     # what the memory of the soft core holds for an area
 # Largest value and digits behind the point; the soft core keeps whole numbers of the last digit.
 BOUNDS = {"area_mm2": (100_000, 2), "depth_mm": (1000, 3), "ip": (63, 2), "bottom_um": (6000, 1),
           "side_um": (6000, 1), "undersize_um": (6000, 1), "rmax_um": (100, 1)}

@@ -19,6 +19,9 @@ last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
 "Next to" is on either side where there is one on either side. The samples of the third network have
 two depths, those between which beta lies at this area and current.
 
+Numbers are of single precision throughout, in the order of ``softcore/firmware/staircase.c``, which
+comes to the same staircase.
+
 Where the patent says nothing: area and depth outside of the data are refused, and an undersize too
 small for the least current. An undersize larger than the greatest current needs gives that current;
 a gamma above the shallowest depth of the data is inferred beyond them. Both are told as a note.
@@ -33,6 +36,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from host.basic import BasicData
 from host.errors import UserError
 from host.network import train
@@ -40,10 +45,11 @@ from host.network import train
 __all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",
            "plan", "undersize_cell"]
 
+SINGLE = np.float32
 GRANTED = 2.0**-10      # of a settable step, and of 1 um: an answer that lacks less is as good
 DEGREE = 0.017453292519943295
 STEEPEST_DEG = 60.0
-TERMS = 12
+TERMS = 8
 NEIGHBOUR = tuple[int, ...]
 
 
@@ -103,10 +109,10 @@ class Cell:
     between: float
 
 
-def cosine(degrees: float) -> float:
+def cosine(degrees: float) -> np.float32:
     """Cosine by its series; the soft core does the same."""
-    angle = degrees * DEGREE
-    square, total = angle * angle, 1.0
+    angle = SINGLE(degrees) * DEGREE
+    square, total = angle * angle, SINGLE(1)
     for k in range(TERMS, 0, -1):
         total = 1.0 - square / ((2 * k - 1) * (2 * k)) * total
     return total
@@ -116,13 +122,14 @@ def _next_to(values: Sequence[float], value: float) -> NEIGHBOUR:
     """Places of the two values next to one, on either side if possible; of one value its own."""
     if len(values) == 1:
         return (0,)
-    at = sum(one <= value for one in values) - 1
+    at = sum(SINGLE(one) <= value for one in values) - 1
     at = min(max(at, 0), len(values) - 2)
     return (at, at + 1)
 
 
-def _line(x: Sequence[float], y: Sequence[float], at: float) -> float:
+def _line(x: Sequence[float], y: Sequence[float], at: np.float32) -> np.float32:
     """Value at a place of the line through one or two points."""
+    x, y = [SINGLE(one) for one in x], [SINGLE(one) for one in y]
     if len(x) == 1:
         return y[0]
     return y[0] + (y[1] - y[0]) * ((at - x[0]) / (x[1] - x[0]))
@@ -137,6 +144,7 @@ def _undersize(one: BasicData, ip, depth):
 def current_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
                  undersize_um: float) -> Cell:
     """Samples from which the first network learns, of one or two files."""
+    area_mm2, depth_mm, undersize_um = map(SINGLE, (area_mm2, depth_mm, undersize_um))
     samples, by_area = [], []
     for one in data:
         places, by_depth = _next_to(one.depth_mm, depth_mm), []
@@ -155,6 +163,7 @@ def current_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
 def undersize_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
                    ip: float) -> Cell:
     """Samples from which the second network learns."""
+    area_mm2, depth_mm, ip = map(SINGLE, (area_mm2, depth_mm, ip))
     samples, by_area = [], []
     for one in data:
         places, by_depth = _next_to(one.depth_mm, depth_mm), []
@@ -169,6 +178,7 @@ def undersize_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
 
 def depth_cell(data: Sequence[BasicData], area_mm2: float, ip: float, beta_um: float) -> Cell:
     """Samples from which the third network learns. The files have more than one depth."""
+    area_mm2, ip, beta_um = map(SINGLE, (area_mm2, ip, beta_um))
     depths = data[0].depth_mm
     needed = [_line([one.area_mm2 for one in data],
                     [_undersize(one, ip, depth) for one in data], area_mm2)
@@ -217,8 +227,8 @@ def _check(near, job, undersize_um):
         held = (f"{depths[0]:g} to {depths[-1]:g} mm" if len(depths) > 1
                 else f"{depths[0]:g} mm only")
         raise UserError(f"the depth of {job.depth_mm:g} mm is outside of the basic data ({held}).")
-    least = max(one.ip[0] for one in near)
-    greatest = min(one.ip[-1] for one in near)
+    least = SINGLE(max(one.ip[0] for one in near))
+    greatest = SINGLE(min(one.ip[-1] for one in near))
     if least > greatest:
         raise UserError(f"{near[0].name} and {near[1].name} have no current in common.")
     needed = undersize_cell(near, job.area_mm2, job.depth_mm, least).between
@@ -248,7 +258,8 @@ def _stock(near, job, alpha):
                                  [values(one)[row] for row in rows], alpha))
         return _line(areas, by_area, job.area_mm2)
 
-    return left(lambda one: one.bottom_um), max(0.0, left(lambda one: one.side_um) + less)
+    return (float(left(lambda one: one.bottom_um)),
+            max(0.0, float(left(lambda one: one.side_um) + less)))
 
 
 def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
@@ -259,7 +270,9 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
     UserError
         If the job is outside of the data.
     """
-    undersize_um = job.undersize_um * cosine(job.taper_deg) if job.taper_deg else job.undersize_um
+    undersize_um = SINGLE(job.undersize_um)
+    if job.taper_deg:
+        undersize_um = undersize_um * cosine(job.taper_deg)
     near = neighbours(data, job.area_mm2)
     least, greatest = _check(near, job, undersize_um)
     infer, notes = _Inference(seed), []
@@ -267,7 +280,7 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
     ip = infer(current_cell(near, job.area_mm2, job.depth_mm, undersize_um), "current")
     ip = min(max(ip, least), greatest)
     level = int(ip * job.steps + GRANTED)
-    alpha = level / job.steps
+    alpha = SINGLE(level) / job.steps
     if alpha < least:
         raise UserError(f"the supply has no step between the least current of the basic data, "
                         f"IP {least:g}, and what the undersize allows, IP {ip:.2f}.")
@@ -278,22 +291,22 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
     beta = infer(undersize_cell(near, job.area_mm2, job.depth_mm, alpha), "least undersize")
     beta = min(beta, undersize_um)
 
-    steps = [Step(alpha, int(job.depth_mm * 1000 + GRANTED))]
-    shallowest, inside = near[0].depth_mm[0], len(near[0].depth_mm) > 1
+    steps = [Step(level / job.steps, round(job.depth_mm * 1000))]
+    shallowest, inside = SINGLE(near[0].depth_mm[0]), len(near[0].depth_mm) > 1
     while inside:
         level += 1
-        if level / job.steps > greatest:
+        current = SINGLE(level) / job.steps
+        if current > greatest:
             notes.append(f"currents above IP {greatest:g} are not in the basic data")
             break
-        gamma = infer(depth_cell(near, job.area_mm2, level / job.steps, beta),
-                      f"depth at IP {level / job.steps:g}")
+        gamma = infer(depth_cell(near, job.area_mm2, current, beta), f"depth at IP {current:g}")
         depth_um = int(gamma * 1000 + GRANTED) if gamma > 0 else 0
         if depth_um == 0:
             break
         if depth_um >= steps[-1].depth_um:
             continue
         if gamma < shallowest:
-            notes.append(f"the depth of IP {level / job.steps:g} is inferred beyond the basic "
+            notes.append(f"the depth of IP {current:g} is inferred beyond the basic "
                          f"data, which begin at {shallowest:g} mm")
         steps.append(Step(level / job.steps, depth_um))
     if not inside:
@@ -302,5 +315,5 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
               for name in infer.untrusted]
     bottom_um, side_um = _stock(near, job, alpha)
     assert all(one.depth_um > other.depth_um for one, other in pairwise(steps))
-    return Staircase(job, undersize_um, ip, alpha, beta, tuple(reversed(steps)), bottom_um, side_um,
-                     tuple(notes))
+    return Staircase(job, float(undersize_um), float(ip), steps[0].ip, float(beta),
+                     tuple(reversed(steps)), bottom_um, side_um, tuple(notes))

@@ -9,7 +9,7 @@ from host.staircase import Job, Step
 from testbench.firmware import library
 
 RUNS = 33
-_DOUBLE, _UNSIGNED = ctypes.c_double, ctypes.c_uint32
+_SINGLE, _UNSIGNED = ctypes.c_float, ctypes.c_uint32
 
 
 class _Fault(ctypes.Structure):
@@ -18,8 +18,8 @@ class _Fault(ctypes.Structure):
 
 
 class _Job(ctypes.Structure):
-    _fields_ = [("area_mm2", _DOUBLE), ("undersize_um", _DOUBLE), ("depth_mm", _DOUBLE),
-                ("taper_deg", _DOUBLE), ("parts", _UNSIGNED), ("seed", _UNSIGNED)]
+    _fields_ = [(name, _UNSIGNED) for name in ("area", "undersize", "depth_um", "taper", "parts",
+                                               "seed")]
 
 
 class _Run(ctypes.Structure):
@@ -29,7 +29,7 @@ class _Run(ctypes.Structure):
 class Result(ctypes.Structure):
     """What was inferred: ``staircase_result`` of staircase.h."""
 
-    _fields_ = [("undersize_um", _DOUBLE), ("ip", _DOUBLE), ("beta_um", _DOUBLE),
+    _fields_ = [("undersize_um", _SINGLE), ("ip", _SINGLE), ("beta_um", _SINGLE),
                 ("runs", _Run * RUNS), ("count", _UNSIGNED), ("untrusted", _UNSIGNED),
                 ("beyond", _UNSIGNED), ("greatest", ctypes.c_bool), ("ended", ctypes.c_bool),
                 ("single", ctypes.c_bool)]
@@ -45,8 +45,8 @@ class Planner:
 
     def __init__(self, sanitize: str = "undefined"):
         self.library = library(sanitize)
-        self.library.network_sample.argtypes = [_DOUBLE] * 4
-        self.library.network_ask.argtypes = [_DOUBLE] * 3 + [ctypes.c_char_p]
+        self.library.network_sample.argtypes = [_SINGLE] * 4
+        self.library.network_ask.argtypes = [_SINGLE] * 3 + [ctypes.c_char_p]
         self.library.staircase_found.restype = ctypes.POINTER(Result)
         for name in ("network_step", "network_answer", "staircase_begin", "staircase_step",
                      "basic_depths", "basic_area", "basic_current"):
@@ -61,7 +61,7 @@ class Planner:
         self.library.network_ask(*inputs, bytes(sign % 256 for sign in signs))
         while self.library.network_step():
             pass
-        answer = _DOUBLE()
+        answer = _SINGLE()
         trusted = self.library.network_answer(ctypes.byref(answer))
         return answer.value, trusted, self.library.network_iterations()
 
@@ -98,7 +98,8 @@ class Planner:
     def plan(self, job: Job, seed: int) -> Result | str:
         """Staircase of a job from what was entered; or why there is none."""
         fault = _Fault()
-        wanted = _Job(job.area_mm2, job.undersize_um, job.depth_mm, job.taper_deg, job.steps, seed)
+        wanted = _Job(round(job.area_mm2 * 100), round(job.undersize_um * 10),
+                      round(job.depth_mm * 1000), round(job.taper_deg * 100), job.steps, seed)
         if not self.library.staircase_begin(ctypes.byref(wanted), ctypes.byref(fault)):
             return fault.text.decode()
         while self.library.staircase_step():

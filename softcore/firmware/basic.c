@@ -1,9 +1,14 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: Apache-2.0f
 #include "basic.h"
+
+/* Small rather than fast: nothing waits for the planner. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
 
 typedef struct {
     uint16_t ip;                        /* 1/100 */
-    uint16_t undersize[BASIC_DEPTHS];   /* 0.1 um */
+    uint16_t undersize[BASIC_DEPTHS];   /* 0.1f um */
 } row;
 
 static uint32_t depths[BASIC_DEPTHS];   /* um */
@@ -23,6 +28,8 @@ static bool lacks(fault *f) {
     return true;
 }
 
+void basic_forget(void) { depth_count = area_count = begins[0] = 0; }
+
 bool basic_depths(const uint32_t *values, unsigned count, fault *f) {
     if (!count || count > BASIC_DEPTHS)
         return fault_at(f, FAULT_TABLE, 0, "basic data: 1 to %u depths are needed",
@@ -31,10 +38,9 @@ bool basic_depths(const uint32_t *values, unsigned count, fault *f) {
         if (values[i] > 1000000 || (i && values[i] <= values[i - 1]))
             return fault_at(f, FAULT_TABLE, 0,
                             "basic data: the depths must rise, to 1000 mm at most (number %u)", i + 1);
-    for (unsigned i = 0; i < count; i++)
-        depths[i] = values[i];
-    depth_count = count;
-    area_count = begins[0] = 0;
+    basic_forget();
+    for (; depth_count < count; depth_count++)
+        depths[depth_count] = values[depth_count];
     return true;
 }
 
@@ -86,14 +92,22 @@ bool basic_ready(fault *f) {
     return !lacks(f);
 }
 
+float __attribute__((noinline)) basic_number(uint32_t value, int32_t unit) {
+    return (float)(int32_t)value / (float)unit;
+}
+
 unsigned basic_area_count(void) { return area_count; }
 unsigned basic_depth_count(void) { return depth_count; }
 unsigned basic_current_count(unsigned area) { return begins[area + 1] - begins[area]; }
-double basic_area_of(unsigned area) { return areas[area] / 100.0; }
-double basic_depth_of(unsigned depth) { return depths[depth] / 1000.0; }
-double basic_ip_of(unsigned area, unsigned current) {
-    return rows[begins[area] + current].ip / 100.0;
+float basic_area_of(unsigned area) { return basic_number(areas[area], 100); }
+float basic_depth_of(unsigned depth) { return basic_number(depths[depth], 1000); }
+float basic_ip_of(unsigned area, unsigned current) {
+    return basic_number(rows[begins[area] + current].ip, 100);
 }
-double basic_undersize_of(unsigned area, unsigned current, unsigned depth) {
-    return rows[begins[area] + current].undersize[depth] / 10.0;
+float basic_undersize_of(unsigned area, unsigned current, unsigned depth) {
+    return basic_number(rows[begins[area] + current].undersize[depth], 10);
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -9,9 +9,11 @@
 #include "fault.h"
 
 #define BASIC_AREAS 8
-#define BASIC_DEPTHS 16
+#define BASIC_DEPTHS 12
 #define BASIC_CURRENTS 16       /* of an area */
-#define BASIC_ROWS 80           /* currents of all areas */
+#define BASIC_ROWS 64           /* currents of all areas */
+
+void basic_forget(void);
 
 /* Begin anew with depths in um. */
 bool basic_depths(const uint32_t *depths, unsigned count, fault *f);
@@ -25,11 +27,14 @@ bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault
 /* Whether there is anything, and all of it is complete. */
 bool basic_ready(fault *f);
 
+/* A number that is kept whole, in its unit. */
+float basic_number(uint32_t value, int32_t unit);
+
 /* What is held, in mm2, mm, IP and um. */
 unsigned basic_area_count(void);
 unsigned basic_depth_count(void);
 unsigned basic_current_count(unsigned area);
-double basic_area_of(unsigned area);
-double basic_depth_of(unsigned depth);
-double basic_ip_of(unsigned area, unsigned current);
-double basic_undersize_of(unsigned area, unsigned current, unsigned depth);
+float basic_area_of(unsigned area);
+float basic_depth_of(unsigned depth);
+float basic_ip_of(unsigned area, unsigned current);
+float basic_undersize_of(unsigned area, unsigned current, unsigned depth);

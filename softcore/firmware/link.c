@@ -8,6 +8,7 @@
 #include "machine.h"
 #include "output.h"
 #include "path.h"
+#include "planner.h"
 #include "program.h"
 #include "reader.h"
 #include "settings.h"
@@ -42,6 +43,7 @@ static void forget(void) {
     status = STATUS_NONE;
     listing = SETTINGS;
     offset_row = OFFSET_ROWS;
+    planner_stop();
     frame_init();
 }
 
@@ -169,6 +171,12 @@ static void command(const char *line, uint32_t length) {
         offset_row = 0;
         return;
     }
+    if (c == 'B' && planner_line(line + 2, length - 2, &f))
+        return; /* answered when it has been carried out */
+    if (f.code != FAULT_NONE) {
+        link_answer(&f);
+        return;
+    }
     if (length == 2 && (c == 'X' || c == 'x'))
         machine_unlock(&f);
     else if (length == 2 && (c == 'I' || c == 'i'))
@@ -176,7 +184,7 @@ static void command(const char *line, uint32_t length) {
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $X $I $P ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $X $I $P $B ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -270,6 +278,8 @@ bool link_serve(void) {
         tell_setting();
     } else if (offset_row < OFFSET_ROWS) {
         tell_offset();
+    } else if (planner_busy()) {
+        return planner_serve();
     } else {
         return !line_open && take_line();
     }

@@ -1,56 +1,82 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: Apache-2.0f
 #include "network.h"
+
+/* Small rather than fast: nothing waits for the planner. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
 
 #define INPUTS NETWORK_INPUTS
 #define HIDDEN 6
 #define ROWS (NETWORK_SAMPLES + 1)  /* the samples, and behind them the question */
 #define COLUMNS (INPUTS + 1)
 #define ITERATIONS 40
-#define TOLERANCE 1e-7
-#define WEIGHT 0.25
-#define BEND 0.40625
-#define JITTER 0.1
-#define FAINT 0.01
-#define LEAST 0x1p-20
-#define FIRST_DAMPING 0x1p-7
-#define LEAST_DAMPING 0x1p-30
-#define TURN 3.0
-#define LOWEST_SLOPE (-0.125)
+#define TOLERANCE 1e-5f
+#define WEIGHT 0.25f
+#define BEND 0.40625f
+#define JITTER 0.1f
+#define FAINT 0.01f
+#define LEAST 0x1p-12f
+#define FIRST_DAMPING 0x1p-7f
+#define LEAST_DAMPING 0x1p-20f
+#define TURN 3.0f
+#define LOWEST_SLOPE (-0.125f)
 
 /* Start weights: one unit of each sign for every pair of inputs. */
 static const struct {
     uint8_t one, other;
-    double sign;
+    float sign;
 } PAIRS[HIDDEN] = {{0, 1, 1}, {0, 1, -1}, {0, 2, 1}, {0, 2, -1}, {1, 2, 1}, {1, 2, -1}};
 
+/* Places of the weights: of each unit those of its inputs, then the bends, the units' parts of the
+   output, and the linear part. */
+#define W(k) ((k) * INPUTS)
+#define B (HIDDEN * INPUTS)
+#define C (B + HIDDEN)
+#define A (C + HIDDEN)
+#define A0 (A + INPUTS)
+#define WEIGHTS (A0 + 1)
+
 typedef struct {
-    double w[HIDDEN][INPUTS], b[HIDDEN], c[HIDDEN], a[INPUTS], a0;
-    double hidden[ROWS][HIDDEN], slope[ROWS][HIDDEN];   /* for these weights */
-    double error[ROWS];                                 /* of the question: the output */
+    float weight[WEIGHTS];
+    float hidden[ROWS][HIDDEN], slope[ROWS][HIDDEN];   /* for these weights */
+    float error[ROWS];                                 /* of the question: the output */
 } trial;
 
 static trial trials[2];
 static trial *kept, *tried;
-static double x[ROWS][COLUMNS];     /* samples, then scaled; the question has no output */
-static double middle[COLUMNS], half[COLUMNS], slopes[2], inverse;
-static double matrix[NETWORK_SAMPLES][NETWORK_SAMPLES], v[NETWORK_SAMPLES];
-static double steep[NETWORK_SAMPLES][HIDDEN];   /* c times slope; then times v */
-static double along, across, damping, square;
-static double low[INPUTS], high[INPUTS], near[HIDDEN], far[HIDDEN], total[INPUTS];
+static float x[ROWS][COLUMNS];     /* samples, then scaled; the question has no output */
+static float middle[COLUMNS], half[COLUMNS], slopes[2], inverse;
+static float matrix[NETWORK_SAMPLES][NETWORK_SAMPLES], v[NETWORK_SAMPLES];
+static float steep[NETWORK_SAMPLES][HIDDEN];   /* c times slope; then times v */
+static float along, across, damping, square;
+static float low[INPUTS], high[INPUTS], near[HIDDEN], far[HIDDEN], total[INPUTS];
 static int8_t wanted[INPUTS];
 static uint32_t state;
 static unsigned samples, iterations;
 static bool converged, rises;
 
-static double magnitude(double value) { return value < 0 ? -value : value; }
+/* A sum and `count` products of two rows, whose numbers stand `a_step` and `b_step` apart; taken from
+   the sum if `less`. Out of line: a float is a call, and this is where nearly all of them are. */
+static float __attribute__((noinline)) add(float sum, const float *a, unsigned a_step,
+                                           const float *b, unsigned b_step, unsigned count,
+                                           bool less) {
+    for (; count; count--, a += a_step, b += b_step) {
+        float product = *a * *b;
+        sum = sum + (less ? -product : product);
+    }
+    return sum;
+}
 
-static double draw(void) {
+static float magnitude(float value) { return value < 0 ? -value : value; }
+
+static float draw(void) {
     state = state * 1664525u + 1013904223u;
-    return (double)((int32_t)(state >> 16) - 32768) * (1.0 / 32768);
+    return (float)((int32_t)(state >> 16) - 32768) * (1.0f / 32768);
 }
 
 /* Bounds of a column over the samples. */
-static void bounds(unsigned column, double *lowest, double *highest) {
+static void bounds(unsigned column, float *lowest, float *highest) {
     *lowest = *highest = x[0][column];
     for (unsigned i = 1; i < samples; i++) {
         if (x[i][column] < *lowest)
@@ -61,16 +87,16 @@ static void bounds(unsigned column, double *lowest, double *highest) {
 }
 
 static void measure(unsigned column) {
-    double lowest, highest;
+    float lowest, highest;
     bounds(column, &lowest, &highest);
-    middle[column] = (lowest + highest) * 0.5;
-    half[column] = (highest - lowest) * 0.5;
+    middle[column] = (lowest + highest) * 0.5f;
+    half[column] = (highest - lowest) * 0.5f;
     if (!(half[column] > 0))
         half[column] = 1;
 }
 
 static void scale(unsigned at) {
-    double *row = x[at / COLUMNS];
+    float *row = x[at / COLUMNS];
     unsigned column = at % COLUMNS;
     row[column] = (row[column] - middle[column]) / half[column];
 }
@@ -93,11 +119,11 @@ static void free_of_second(unsigned at) { free_of(at, 1); }
 
 static void widest(unsigned at) {
     (void)at;
-    double most = 0;
+    float most = 0;
     for (unsigned i = 0; i < samples; i++)
         if (magnitude(x[i][2]) > most)
             most = magnitude(x[i][2]);
-    inverse = most > LEAST ? 1.0 / most : 0;
+    inverse = most > LEAST ? 1.0f / most : 0;
 }
 
 static void stretch(unsigned at) { x[at][2] = x[at][2] * inverse; }
@@ -106,19 +132,18 @@ static void stretch(unsigned at) { x[at][2] = x[at][2] * inverse; }
 static void start(unsigned at) {
     unsigned k = at / 2;
     if (at % 2) {
-        tried->b[k] = BEND + JITTER * draw() * BEND;
-        tried->c[k] = FAINT * draw();
+        tried->weight[B + k] = BEND + JITTER * draw() * BEND;
+        tried->weight[C + k] = FAINT * draw();
         return;
     }
-    double *w = tried->w[k];
+    float *w = &tried->weight[W(k)];
     for (unsigned j = 0; j < INPUTS; j++)
         w[j] = JITTER * draw() * WEIGHT;
     w[PAIRS[k].one] = w[PAIRS[k].one] + WEIGHT;
     w[PAIRS[k].other] = w[PAIRS[k].other] + PAIRS[k].sign * WEIGHT;
     if (at == 0) {
-        for (unsigned j = 0; j < INPUTS; j++)
-            tried->a[j] = 0;
-        tried->a0 = 0;
+        for (unsigned p = A; p < WEIGHTS; p++)
+            tried->weight[p] = 0;
         damping = FIRST_DAMPING;
         iterations = 0;
         square = -1;
@@ -127,21 +152,15 @@ static void start(unsigned at) {
 
 static void forward(unsigned at) {
     unsigned i = at / HIDDEN, k = at % HIDDEN;
-    double z = tried->b[k];
-    for (unsigned j = 0; j < INPUTS; j++)
-        z = z + x[i][j] * tried->w[k][j];
-    double m = 1.0 / (1.0 + z * z);
+    float z = add(tried->weight[B + k], x[i], 1, &tried->weight[W(k)], 1, INPUTS, false);
+    float m = 1.0f / (1.0f + z * z);
     tried->hidden[i][k] = z * m;
-    tried->slope[i][k] = (1.0 - z * z) * m * m;
+    tried->slope[i][k] = (1.0f - z * z) * m * m;
 }
 
-static double output(const trial *of, unsigned i) {
-    double y = of->a0 + x[i][0] * of->a[0];
-    for (unsigned j = 1; j < INPUTS; j++)
-        y = y + x[i][j] * of->a[j];
-    for (unsigned k = 0; k < HIDDEN; k++)
-        y = y + of->c[k] * of->hidden[i][k];
-    return y;
+static float output(const trial *of, unsigned i) {
+    float y = add(of->weight[A0], x[i], 1, &of->weight[A], 1, INPUTS, false);
+    return add(y, &of->weight[C], 1, of->hidden[i], 1, HIDDEN, false);
 }
 
 static void compare(unsigned i) { tried->error[i] = output(tried, i) - x[i][INPUTS]; }
@@ -149,12 +168,10 @@ static void compare(unsigned i) { tried->error[i] = output(tried, i) - x[i][INPU
 /* Keep what was tried if it is better; the first is kept anyway. */
 static void judge(unsigned at) {
     (void)at;
-    double sum = 0;
-    for (unsigned i = 0; i < samples; i++)
-        sum = sum + tried->error[i] * tried->error[i];
+    float sum = add(0, tried->error, 1, tried->error, 1, samples, false);
     bool first = square < 0;
     if (!first && !(sum < square)) {
-        damping = damping * 8.0;
+        damping = damping * 8.0f;
         return;
     }
     trial *other = kept;
@@ -162,7 +179,7 @@ static void judge(unsigned at) {
     tried = other;
     square = sum;
     if (!first) {
-        damping = damping * 0.125;
+        damping = damping * 0.125f;
         if (damping < LEAST_DAMPING)
             damping = LEAST_DAMPING;
     }
@@ -179,7 +196,7 @@ static void test(unsigned at) {
 
 static void steepen(unsigned i) {
     for (unsigned k = 0; k < HIDDEN; k++)
-        steep[i][k] = kept->c[k] * kept->slope[i][k];
+        steep[i][k] = kept->weight[C + k] * kept->slope[i][k];
 }
 
 /* Two steps an element of the lower triangle. */
@@ -188,18 +205,12 @@ static void fill(unsigned at) {
     while (j > i)
         j -= ++i;
     if (at % 2) {
-        double sum = matrix[i][j];
-        for (unsigned k = 0; k < HIDDEN; k++)
-            sum = sum + kept->hidden[i][k] * kept->hidden[j][k];
+        float sum = add(matrix[i][j], kept->hidden[i], 1, kept->hidden[j], 1, HIDDEN, false);
         matrix[i][j] = i == j ? sum + damping : sum;
         return;
     }
-    double kernel = 1, sum = 1;
-    for (unsigned k = 0; k < INPUTS; k++)
-        kernel = kernel + x[i][k] * x[j][k];
-    for (unsigned k = 0; k < HIDDEN; k++)
-        sum = sum + steep[i][k] * steep[j][k];
-    matrix[i][j] = kernel * sum;
+    float kernel = add(1, x[i], 1, x[j], 1, INPUTS, false);
+    matrix[i][j] = kernel * add(1, steep[i], 1, steep[j], 1, HIDDEN, false);
 }
 
 /* L below the diagonal, D on it, the transpose of L D above. */
@@ -208,26 +219,22 @@ static void factor(unsigned at) {
     while (i >= samples - j)
         i -= samples - j++;
     i += j;
-    double rest = matrix[i][j];
-    for (unsigned k = 0; k < j; k++)
-        rest = rest - matrix[i][k] * matrix[k][j];
+    float rest = add(matrix[i][j], matrix[i], 1, &matrix[0][j], NETWORK_SAMPLES, j, true);
     matrix[j][i] = rest;
     if (i != j)
         matrix[i][j] = rest / matrix[j][j];
 }
 
 static void substitute(unsigned i) {
-    v[i] = kept->error[i];
-    for (unsigned k = 0; k < i; k++)
-        v[i] = v[i] - matrix[i][k] * v[k];
+    v[i] = add(kept->error[i], matrix[i], 1, v, 1, i, true);
 }
 
 static void divide(unsigned i) { v[i] = v[i] / matrix[i][i]; }
 
 static void substitute_back(unsigned at) {
     unsigned i = samples - 1 - at;
-    for (unsigned k = i + 1; k < samples; k++)
-        v[i] = v[i] - matrix[k][i] * v[k];
+    if (at)
+        v[i] = add(v[i], &matrix[i + 1][i], NETWORK_SAMPLES, &v[i + 1], 1, at, true);
 }
 
 static void back(unsigned i) {
@@ -235,23 +242,23 @@ static void back(unsigned i) {
         steep[i][k] = v[i] * steep[i][k];
 }
 
-/* A weight a step: of each unit those of its inputs, its bend, its part; then the linear ones. */
-static void update(unsigned at) {
-    unsigned k = at / (INPUTS + 2), j = at % (INPUTS + 2);
-    const double *old = k == HIDDEN ? j < INPUTS ? &kept->a[j] : &kept->a0
-                        : j < INPUTS ? &kept->w[k][j] : j == INPUTS ? &kept->b[k] : &kept->c[k];
-    double sum = *old;
-    for (unsigned i = 0; i < samples; i++) {
-        if (k == HIDDEN)
-            sum = sum - (j < INPUTS ? v[i] * x[i][j] : v[i]);
-        else if (j < INPUTS)
-            sum = sum - steep[i][k] * x[i][j];
-        else
-            sum = sum - (j == INPUTS ? steep[i][k] : v[i] * kept->hidden[i][k]);
+/* A weight a step. */
+static void update(unsigned p) {
+    static const float one = 1;
+    const float *a = v, *b = &one;
+    unsigned a_step = 1, b_step = 0;
+    if (p < C) {
+        a = &steep[0][p < B ? p / INPUTS : p - B];
+        a_step = HIDDEN;
     }
-    double *new = k == HIDDEN ? j < INPUTS ? &tried->a[j] : &tried->a0
-                  : j < INPUTS ? &tried->w[k][j] : j == INPUTS ? &tried->b[k] : &tried->c[k];
-    *new = sum;
+    if (p < B || (p >= A && p < A0)) {
+        b = &x[0][p < B ? p % INPUTS : p - A];
+        b_step = COLUMNS;
+    } else if (p >= C && p < A) {
+        b = &kept->hidden[0][p - C];
+        b_step = HIDDEN;
+    }
+    tried->weight[p] = add(kept->weight[p], a, a_step, b, b_step, samples, true);
 }
 
 /* The question is a row behind the samples, for the weights that are kept. */
@@ -279,7 +286,7 @@ static void widen(unsigned j) {
 }
 
 /* From weights of the third input as it was freed to weights of it as it came. */
-static void unmix(const double *weights, double out[INPUTS]) {
+static void unmix(const float *weights, float out[INPUTS]) {
     out[2] = weights[2] * inverse;
     for (unsigned j = 0; j < 2; j++)
         out[j] = weights[j] - slopes[j] * out[2];
@@ -287,27 +294,27 @@ static void unmix(const double *weights, double out[INPUTS]) {
 
 static void begin_slopes(unsigned at) {
     (void)at;
-    unmix(kept->a, total);
+    unmix(&kept->weight[A], total);
     for (unsigned j = 0; j < INPUTS; j++)
         total[j] = wanted[j] * total[j];
 }
 
 /* How near to 0 and how far from it a unit's argument can be over the box. */
 static void reach(unsigned k) {
-    double least = kept->b[k], greatest = kept->b[k];
+    float least = kept->weight[B + k], greatest = least;
     for (unsigned j = 0; j < INPUTS; j++) {
-        double one = kept->w[k][j] * low[j], other = kept->w[k][j] * high[j];
+        float w = kept->weight[W(k) + j], one = w * low[j], other = w * high[j];
         least = least + (one < other ? one : other);
         greatest = greatest + (one < other ? other : one);
     }
-    double one = magnitude(least), other = magnitude(greatest);
+    float one = magnitude(least), other = magnitude(greatest);
     near[k] = least <= 0 && greatest >= 0 ? 0 : one < other ? one : other;
     far[k] = one < other ? other : one;
 }
 
-static double slope_at(double z) {
-    double m = 1.0 / (1.0 + z * z);
-    return (1.0 - z * z) * m * m;
+static float slope_at(float z) {
+    float m = 1.0f / (1.0f + z * z);
+    return (1.0f - z * z) * m * m;
 }
 
 static void bound_slopes(unsigned k) {
@@ -316,10 +323,10 @@ static void bound_slopes(unsigned k) {
 }
 
 static void add_slopes(unsigned k) {
-    double weights[INPUTS];
-    unmix(kept->w[k], weights);
+    float weights[INPUTS];
+    unmix(&kept->weight[W(k)], weights);
     for (unsigned j = 0; j < INPUTS; j++) {
-        double part = wanted[j] * kept->c[k] * weights[j];
+        float part = wanted[j] * kept->weight[C + k] * weights[j];
         total[j] = total[j] + part * (part > 0 ? far[k] : near[k]);
     }
 }
@@ -349,7 +356,7 @@ static const struct {
 #define LEARNED 13
     {steepen, SAMPLE | 1}, {fill, TRIANGLE | 2}, {factor, TRIANGLE | 1},
     {substitute, SAMPLE | 1}, {divide, SAMPLE | 1}, {substitute_back, SAMPLE | 1},
-    {back, SAMPLE | 1}, {update, (HIDDEN + 1) * (INPUTS + 2) - 1},
+    {back, SAMPLE | 1}, {update, WEIGHTS},
 #define INFER 21
     {ask, HIDDEN}, {answer, ONCE}, {widen, INPUTS}, {begin_slopes, ONCE},
     {reach, HIDDEN}, {bound_slopes, HIDDEN}, {add_slopes, HIDDEN}, {prove, ONCE},
@@ -366,18 +373,18 @@ void network_begin(uint32_t seed) {
     converged = rises = false;
 }
 
-void network_sample(double first, double second, double third, double out) {
+void network_sample(float first, float second, float third, float out) {
     if (samples == NETWORK_SAMPLES)
         return;
-    double *row = x[samples++];
+    float *row = x[samples++];
     row[0] = first;
     row[1] = second;
     row[2] = third;
     row[INPUTS] = out;
 }
 
-void network_ask(double first, double second, double third, const int8_t signs[INPUTS]) {
-    double *row = x[samples];
+void network_ask(float first, float second, float third, const int8_t signs[INPUTS]) {
+    float *row = x[samples];
     row[0] = first;
     row[1] = second;
     row[2] = third;
@@ -413,9 +420,13 @@ bool network_step(void) {
     return stage < STAGE_COUNT;
 }
 
-bool network_answer(double *out) {
+bool network_answer(float *out) {
     *out = kept->error[samples];
     return converged && rises;
 }
 
 unsigned network_iterations(void) { return iterations; }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

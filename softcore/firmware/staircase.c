@@ -1,18 +1,23 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: Apache-2.0f
 #include "staircase.h"
 
 #include "basic.h"
 #include "network.h"
 
-#define GRANTED 0x1p-10
-#define DEGREE 0.017453292519943295
-#define TERMS 12
+/* Small rather than fast: nothing waits for the planner. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
+#define GRANTED 0x1p-10f
+#define DEGREE 0.017453292519943295f
+#define TERMS 8
 #define NEAR 2                  /* neighbours on every side */
 
 /* Places of the two neighbours of a value, and their values; `count` is 1 where there is but one. */
 typedef struct {
     unsigned at, count;
-    double value[NEAR];
+    float value[NEAR];
 } pair;
 
 static staircase_job job;
@@ -22,43 +27,44 @@ static fault refusal;
 static unsigned near_area;      /* the first of them */
 static pair areas, depths;
 static pair currents[NEAR];     /* of each area, next to `ip` */
-static double ip;               /* the current of the question */
-static double by_area[NEAR], by_depth[NEAR];
-static double needed[NEAR];     /* undersize at the two depths between which beta lies */
-static double least, greatest, between;
-static double cosine, square;
+static float area_mm2, depth_mm;
+static float ip;               /* the current of the question */
+static float by_area[NEAR], by_depth[NEAR];
+static float needed[NEAR];     /* undersize at the two depths between which beta lies */
+static float least, greatest, between;
+static float cosine, square;
 static uint32_t level;
 static unsigned column;         /* depth at which `needed[0]` is */
 
 static unsigned phase, turn;
 static bool over;               /* the last current reached no depth */
 
-static double line(const pair *x, const double *y, double at) {
+static float __attribute__((noinline)) line(const pair *x, const float *y, float at) {
     if (x->count == 1)
         return y[0];
     return y[0] + (y[1] - y[0]) * ((at - x->value[0]) / (x->value[1] - x->value[0]));
 }
 
 /* Values in which a neighbour is looked for: rising. */
-static double of_areas(unsigned i, unsigned unused, unsigned unused_too) {
+static float of_areas(unsigned i, unsigned unused, unsigned unused_too) {
     (void)unused, (void)unused_too;
     return basic_area_of(i);
 }
-static double of_depths(unsigned i, unsigned unused, unsigned unused_too) {
+static float of_depths(unsigned i, unsigned unused, unsigned unused_too) {
     (void)unused, (void)unused_too;
     return basic_depth_of(i);
 }
-static double of_currents(unsigned i, unsigned area, unsigned unused) {
+static float of_currents(unsigned i, unsigned area, unsigned unused) {
     (void)unused;
     return basic_ip_of(area, i);
 }
-static double of_column(unsigned i, unsigned area, unsigned depth) {
+static float of_column(unsigned i, unsigned area, unsigned depth) {
     return basic_undersize_of(area, i, depth);
 }
 
 /* By halves: each value is a division away. */
-static pair next_to(double (*of)(unsigned, unsigned, unsigned), unsigned a, unsigned b,
-                    unsigned count, double value) {
+static pair __attribute__((noinline)) next_to(float (*of)(unsigned, unsigned, unsigned), unsigned a, unsigned b,
+                    unsigned count, float value) {
     if (count == 1)
         return (pair){.count = 1, .value = {of(0, a, b)}};
     unsigned low = 0, high = count - 1;     /* the first neighbour is low to high - 1 */
@@ -72,13 +78,13 @@ static pair next_to(double (*of)(unsigned, unsigned, unsigned), unsigned a, unsi
     return (pair){low, 2, {of(low, a, b), of(high, a, b)}};
 }
 
-static void refuse(const char *why) {
+static void __attribute__((noinline)) refuse(const char *why) {
     fault_at(&refusal, FAULT_TABLE, 0, "%s", why);
 }
 
-static double undersize(unsigned area, unsigned depth) {
+static float __attribute__((noinline)) undersize(unsigned area, unsigned depth) {
     const pair *rows = &currents[area];
-    double y[NEAR];
+    float y[NEAR];
     for (unsigned i = 0; i < rows->count; i++)
         y[i] = basic_undersize_of(near_area + area, rows->at + i, depth);
     return line(rows, y, ip);
@@ -87,30 +93,30 @@ static double undersize(unsigned area, unsigned depth) {
 /* Phases. Each is told how often it has run, and says whether it has to run again. */
 
 static bool gradient(unsigned at) {
-    found.undersize_um = job.undersize_um;
-    if (job.taper_deg == 0)
-        return false;
     if (at == 0) {
-        double angle = job.taper_deg * DEGREE;
+        area_mm2 = basic_number(job.area, 100);
+        depth_mm = basic_number(job.depth_um, 1000);
+        found.undersize_um = basic_number(job.undersize, 10);
+        float angle = basic_number(job.taper, 100) * DEGREE;
         square = angle * angle;
         cosine = 1;
-        return true;
+        return job.taper != 0;
     }
     unsigned k = TERMS + 1 - at;
     if (k) {
-        cosine = 1.0 - square / ((2 * k - 1) * (2 * k)) * cosine;
+        cosine = 1.0f - square / (float)(int32_t)((2 * k - 1) * (2 * k)) * cosine;
         return true;
     }
-    found.undersize_um = job.undersize_um * cosine;
+    found.undersize_um = found.undersize_um * cosine;
     return false;
 }
 
 static bool choose_areas(unsigned at) {
     unsigned count = basic_area_count();
     (void)at;
-    if (job.area_mm2 < basic_area_of(0) || job.area_mm2 > basic_area_of(count - 1))
+    if (area_mm2 < basic_area_of(0) || area_mm2 > basic_area_of(count - 1))
         refuse("the area is outside of the basic data");
-    areas = next_to(of_areas, 0, 0, count, job.area_mm2);
+    areas = next_to(of_areas, 0, 0, count, area_mm2);
     near_area = areas.at;
     return false;
 }
@@ -118,16 +124,16 @@ static bool choose_areas(unsigned at) {
 static bool choose_depths(unsigned at) {
     unsigned count = basic_depth_count();
     (void)at;
-    if (job.depth_mm < basic_depth_of(0) || job.depth_mm > basic_depth_of(count - 1))
+    if (depth_mm < basic_depth_of(0) || depth_mm > basic_depth_of(count - 1))
         refuse("the depth is outside of the basic data");
-    depths = next_to(of_depths, 0, 0, count, job.depth_mm);
+    depths = next_to(of_depths, 0, 0, count, depth_mm);
     return false;
 }
 
 /* Currents that both areas have. */
 static bool common(unsigned at) {
-    double first = basic_ip_of(near_area + at, 0);
-    double last = basic_ip_of(near_area + at, basic_current_count(near_area + at) - 1);
+    float first = basic_ip_of(near_area + at, 0);
+    float last = basic_ip_of(near_area + at, basic_current_count(near_area + at) - 1);
     if (at == 0 || first > least)
         least = first;
     if (at == 0 || last < greatest)
@@ -151,10 +157,10 @@ static bool interpolate(unsigned at) {
     unsigned area = at / depths.count, depth = at % depths.count;
     by_depth[depth] = undersize(area, depths.at + depth);
     if (depth + 1 == depths.count)
-        by_area[area] = line(&depths, by_depth, job.depth_mm);
+        by_area[area] = line(&depths, by_depth, depth_mm);
     if (at + 1 < areas.count * depths.count)
         return true;
-    between = line(&areas, by_area, job.area_mm2);
+    between = line(&areas, by_area, area_mm2);
     return false;
 }
 
@@ -171,22 +177,22 @@ static bool sample_currents(unsigned at) {
         network_begin(job.seed);
     pair rows = next_to(of_column, of, depths.at + depth, basic_current_count(of),
                         found.undersize_um);
-    double y[NEAR];
+    float y[NEAR];
     for (unsigned i = 0; i < rows.count; i++) {
         y[i] = basic_ip_of(of, rows.at + i);
         network_sample(areas.value[area], depths.value[depth], rows.value[i], y[i]);
     }
     by_depth[depth] = line(&rows, y, found.undersize_um);
     if (depth + 1 == depths.count)
-        by_area[area] = line(&depths, by_depth, job.depth_mm);
+        by_area[area] = line(&depths, by_depth, depth_mm);
     return at + 1 < areas.count * depths.count;
 }
 
 static bool ask_current(unsigned at) {
     static const int8_t signs[NETWORK_INPUTS] = {0, -1, 1};
     (void)at;
-    between = line(&areas, by_area, job.area_mm2);
-    network_ask(job.area_mm2, job.depth_mm, found.undersize_um, signs);
+    between = line(&areas, by_area, area_mm2);
+    network_ask(area_mm2, depth_mm, found.undersize_um, signs);
     return false;
 }
 
@@ -195,8 +201,8 @@ static bool learn(unsigned at) {
     return network_step();
 }
 
-static double answer(void) {
-    double value;
+static float __attribute__((noinline)) answer(void) {
+    float value;
     if (network_answer(&value))
         return value;
     found.untrusted++;
@@ -206,12 +212,12 @@ static double answer(void) {
 /* A current that the supply can be set to, not above what was inferred. */
 static bool round_current(unsigned at) {
     (void)at;
-    double inferred = answer();
+    float inferred = answer();
     inferred = inferred > least ? inferred : least;
     found.ip = inferred < greatest ? inferred : greatest;
     found.greatest = found.ip == greatest;
-    level = (uint32_t)(found.ip * job.parts + GRANTED);
-    ip = (double)level / job.parts;
+    level = (uint32_t)(int32_t)(found.ip * (float)(int32_t)job.parts + GRANTED);
+    ip = basic_number(level, (int32_t)job.parts);
     if (ip < least)
         refuse("the supply has no step between the least current of the basic data and what the "
                "undersize allows");
@@ -232,15 +238,15 @@ static bool sample_undersizes(unsigned at) {
 static bool ask_undersize(unsigned at) {
     static const int8_t signs[NETWORK_INPUTS] = {0, 1, 1};
     (void)at;
-    network_ask(job.area_mm2, job.depth_mm, ip, signs);
+    network_ask(area_mm2, depth_mm, ip, signs);
     return false;
 }
 
 static bool keep_last(unsigned at) {
     (void)at;
-    double inferred = answer();
+    float inferred = answer();
     found.beta_um = inferred < found.undersize_um ? inferred : found.undersize_um;
-    found.runs[0] = (staircase_run){level, (uint32_t)(job.depth_mm * 1000 + GRANTED)};
+    found.runs[0] = (staircase_run){level, job.depth_um};
     found.count = 1;
     found.single = basic_depth_count() == 1;
     return false;
@@ -250,7 +256,7 @@ static bool keep_last(unsigned at) {
 static bool next_current(unsigned at) {
     (void)at;
     level++;
-    ip = (double)level / job.parts;
+    ip = basic_number(level, (int32_t)job.parts);
     found.ended = ip > greatest;
     return false;
 }
@@ -261,7 +267,7 @@ static bool search(unsigned at) {
     by_area[area] = undersize(area, depth);
     if (area + 1 < areas.count)
         return true;
-    double here = line(&areas, by_area, job.area_mm2);
+    float here = line(&areas, by_area, area_mm2);
     if (depth < NEAR) {
         needed[depth] = here;
         column = 0;
@@ -276,13 +282,13 @@ static bool search(unsigned at) {
 }
 
 static bool sample_depths(unsigned at) {
-    unsigned area = at / NEAR, depth = column + at % NEAR;
+    unsigned area = at / NEAR, row = at % NEAR;
     const pair *rows = &currents[area];
     if (at == 0)
         network_begin(job.seed);
-    for (unsigned i = 0; i < rows->count; i++)
-        network_sample(areas.value[area], rows->value[i],
-                       basic_undersize_of(near_area + area, rows->at + i, depth),
+    for (unsigned depth = column; depth < column + NEAR; depth++)
+        network_sample(areas.value[area], rows->value[row],
+                       basic_undersize_of(near_area + area, rows->at + row, depth),
                        basic_depth_of(depth));
     return at + 1 < areas.count * NEAR;
 }
@@ -291,17 +297,17 @@ static bool ask_depth(unsigned at) {
     static const int8_t signs[NETWORK_INPUTS] = {0, -1, 1};
     (void)at;
     pair x = {column, NEAR, {needed[0], needed[1]}};
-    double y[NEAR] = {basic_depth_of(column), basic_depth_of(column + 1)};
+    float y[NEAR] = {basic_depth_of(column), basic_depth_of(column + 1)};
     between = line(&x, y, found.beta_um);
-    network_ask(job.area_mm2, ip, found.beta_um, signs);
+    network_ask(area_mm2, ip, found.beta_um, signs);
     return false;
 }
 
 /* Steps S23 and S24. */
 static bool keep_depth(unsigned at) {
     (void)at;
-    double gamma = answer();
-    uint32_t depth_um = gamma > 0 ? (uint32_t)(gamma * 1000 + GRANTED) : 0;
+    float gamma = answer();
+    uint32_t depth_um = gamma > 0 ? (uint32_t)(int32_t)(gamma * 1000 + GRANTED) : 0;
     over = !depth_um;
     if (over || depth_um >= found.runs[found.count - 1].depth_um)
         return false;
@@ -356,3 +362,7 @@ const staircase_result *staircase_found(fault *f) {
     *f = refusal;
     return 0;
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -11,7 +11,10 @@
 #define STAIRCASE_STEPS 33      /* as many as a series has, and the first */
 
 typedef struct {
-    double area_mm2, undersize_um, depth_mm, taper_deg;
+    uint32_t area;              /* 1/100 mm2 */
+    uint32_t undersize;         /* 0.1 um */
+    uint32_t depth_um;
+    uint32_t taper;             /* 1/100 degree */
     uint32_t parts;             /* of an IP, into which the supply divides it */
     uint32_t seed;
 } staircase_job;
@@ -22,8 +25,8 @@ typedef struct {
 } staircase_run;
 
 typedef struct {
-    double undersize_um;        /* after the correction for the gradient */
-    double ip, beta_um;         /* of the last step: the current before rounding, and what it needs */
+    float undersize_um;        /* after the correction for the gradient */
+    float ip, beta_um;         /* of the last step: the current before rounding, and what it needs */
     staircase_run runs[STAIRCASE_STEPS];    /* from the last step, the deepest, up */
     uint32_t count;
     uint32_t untrusted;         /* networks for which the interpolation stood in */

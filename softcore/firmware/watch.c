@@ -8,6 +8,7 @@
 #include "machine.h"
 #include "output.h"
 #include "path.h"
+#include "planner.h"
 #include "program.h"
 #include "settings.h"
 #include "units.h"
@@ -45,6 +46,7 @@ void watch_boot(void) {
     path_init();
     machine_init();
     program_init();
+    planner_init();
     output_frame(program_offset());
     pet();
     hal_interrupts(true);

@@ -10,6 +10,7 @@ from host.basic import BasicData, read_all
 from host.errors import UserError
 from host.network import train
 from host.staircase import Job, plan
+from testbench.firmware import Machine
 from testbench.planner import RUNS, Planner
 
 DATA = read_all("copper", "steel")
@@ -98,12 +99,13 @@ def compare(planner, data, job, seed):
 
 
 def test_the_shipped_data_give_the_same_staircase(planner):
-    assert planner.enter(DATA) == ""
+    data = DATA[1:]     # the memory holds four of these five areas
+    assert planner.enter(data) == ""
     draw, outcomes = random.Random(5), []
     for job in (Job(70, 110, 15), Job(70, 110, 15, 10), Job(70, 150, 15)):
-        assert compare(planner, DATA, job, 1) == "planned"
+        assert compare(planner, data, job, 1) == "planned"
     for _ in range(40):
-        outcomes.append(compare(planner, DATA, random_job(draw, DATA), draw.randrange(2**32)))
+        outcomes.append(compare(planner, data, random_job(draw, data), draw.randrange(2**32)))
     assert outcomes.count("planned") > 20
 
 
@@ -145,8 +147,8 @@ def test_nothing_is_planned_without_data(planner):
 def test_data_that_do_not_rise_are_refused(planner):
     assert planner.depths([0, 1000, 1000]) == (
         "basic data: the depths must rise, to 1000 mm at most (number 3)")
-    assert planner.depths([]) == planner.depths(list(range(17))) == (
-        "basic data: 1 to 16 depths are needed")
+    assert planner.depths([]) == planner.depths(list(range(13))) == (
+        "basic data: 1 to 12 depths are needed")
     assert planner.depths([0, 1000]) == ""
     assert planner.current(100, [400, 410]) == "basic data: an area comes before its currents"
     assert planner.area(0) == "basic data: the areas must rise, to 100000 mm2 at most"
@@ -169,12 +171,97 @@ def test_a_full_memory_is_told(planner):
     assert planner.depths([0, 1000]) == ""
     for area in range(8):
         assert planner.area(100 + area) == ""
-        for ip in range(10):
+        for ip in range(8):
             assert planner.current(100 + ip, [400 + 2 * ip, 401 + 2 * ip]) == ""
-    full = "basic data: no more than 16 currents of an area and 80 of all can be entered"
+    full = "basic data: no more than 16 currents of an area and 64 of all can be entered"
     assert planner.current(200, [900, 901]) == full
     assert planner.area(200) == "basic data: no more than 8 areas can be entered"
     assert planner.depths([0]) == planner.area(100) == ""
     for ip in range(16):
         assert planner.current(100 + ip, [400 + ip]) == ""
     assert planner.current(200, [900]) == full
+
+
+# The lines that a host sends.
+
+def entered(machine, data):
+    """Send basic data; every line is answered at once."""
+    lines = ["$BD" + ",".join(f"{depth:g}" for depth in data[0].depth_mm)]
+    for one in data:
+        lines.append(f"$BA{one.area_mm2:g}")
+        lines += [f"$BI{ip:g}," + ",".join(f"{value:g}" for value in row)
+                  for ip, row in zip(one.ip, one.undersize_um, strict=True)]
+    for line in lines:
+        assert machine.line(line, 100) == ["ok"]
+
+
+@pytest.fixture(scope="module")
+def machine():
+    ready = Machine()
+    entered(ready, DATA[1:3])
+    return ready
+
+
+def test_a_line_plans_and_is_answered_from_the_surface_down(machine):
+    assert machine.line("$BP70,110,15", 60_000) == [
+        "[MSG:The last step needs an undersize of 107.8 um, of 110.0 um]",
+        "[MSG:IP 8 to 2.2030 mm]", "[MSG:IP 7 to 7.4990 mm]", "[MSG:IP 6 to 15.0000 mm]", "ok"]
+
+
+def test_gradient_and_seed_may_follow(machine):
+    found = plan(DATA, Job(70, 110, 15, 12.5), 77)
+    assert machine.line("$BP70,110,15,12.5,77", 60_000)[1:-1] == [
+        f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps]
+
+
+def test_what_is_to_be_known_is_said(machine):
+    assert machine.line("$BP70,400,15", 60_000)[2:] == [
+        "[MSG:The undersize allows the greatest current of the basic data, or more]",
+        "[MSG:The basic data have no greater current]", "ok"]
+
+
+def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
+    machine.send(b"$BP70,110,15\n$I\n?")
+    lines = machine.run(60_000)
+    assert lines[0].startswith("<")
+    assert lines[-2].startswith("[VER:")
+    assert lines.count("ok") == 2
+
+
+def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
+    machine.send(b"$BP70,110,15\n")
+    assert machine.run(50) == []
+    machine.send(b"\x18")
+    assert [line for line in machine.run(60_000) if "IP" in line] == []
+    assert machine.line("$BP70,110,15", 60_000)[-1] == "ok"
+
+
+DIGITS = "a number with at most 3 digits behind the point is needed."
+
+
+@pytest.mark.parametrize(("line", "why"), [
+    ("$B", "basic data are entered with $BD, $BA and $BI."),
+    ("$BX1", "basic data are entered with $BD, $BA and $BI."),
+    ("$BD1,,2", f"MDI, character 6: {DIGITS}"),
+    ("$BD0,1.2345", f"MDI, character 11: {DIGITS}"),
+    ("$BA1,2", "$BA takes one area."),
+    ("$BI1,2,3,4", "basic data: 3 undersizes for 12 depths."),
+    ("$BD" + "1," * 20 + "1", "MDI, character 30: more than 13 numbers."),
+    ("$BP70,110", "$BP needs area, undersize and depth; gradient and seed may follow."),
+    ("$BP70,110,15,61", "the gradient is at most 60 degrees."),
+    ("$BP7,110,15", "the area is outside of the basic data."),
+    ("$BP70,110,41", "the depth is outside of the basic data."),
+    ("$BP70,40,15",
+     "the undersize is too small: the least current of the basic data needs more."),
+])
+def test_bad_lines_get_one_sentence(machine, line, why):
+    told = machine.line(line, 4000)
+    assert told[0] == f"[MSG:{why}]"
+    assert told[1] in ("error:36", "error:39")
+    assert len(told) == 2
+
+
+def test_power_on_forgets(machine):
+    assert Machine().line("$BP70,110,15") == ["[MSG:basic data: none have been entered.]",
+                                              "error:39"]
+    entered(machine, DATA[1:3])

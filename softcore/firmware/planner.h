@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Lines for the roughing planner. They are the machine's own data, not part of a program, and lists of
+   numbers, which no block can have; so they begin with `$`, as settings do:
+
+   $BD0,0.5,1,2         depths in mm; what was entered before is forgotten
+   $BA50                an area in mm2
+   $BI6,84,86,88,92     a current in IP, and the undersize that it needs at each depth, in um
+   $BP70,110,15         plan: area, undersize, depth; gradient in degrees and seed may follow
+
+   The first three are answered at once, the last when the planning is over: a line for each current
+   from the surface down, then ok. Lines that come meanwhile wait. While a program runs, so does the
+   planning. The supply is set in whole IP. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fault.h"
+
+void planner_init(void);
+void planner_stop(void);    /* forget a planning that is not over; the data stay */
+
+/* A line from behind `$B` on; false if it is at fault. Otherwise it will be answered. */
+bool planner_line(const char *line, uint32_t length, fault *f);
+
+bool planner_busy(void);
+
+/* One step, or one line of the result; true if there was something to do. */
+bool planner_serve(void);
