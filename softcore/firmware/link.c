@@ -171,11 +171,9 @@ static void command(const char *line, uint32_t length) {
         offset_row = 0;
         return;
     }
-    if (c == 'B' && planner_line(line + 2, length - 2, &f))
+    if (c == 'B') {
+        planner_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
-    if (f.code != FAULT_NONE) {
-        link_answer(&f);
-        return;
     }
     if (length == 2 && (c == 'X' || c == 'x'))
         machine_unlock(&f);

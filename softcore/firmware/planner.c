@@ -18,11 +18,12 @@
 #define JOB_NUMBERS 5
 #define STEEPEST 6000       /* 1/100 degree */
 
-static enum { IDLE, ENTERING, PLANNING, TELLING } doing;
+static enum { IDLE, READING, ENTERING, PLANNING, TELLING } doing;
 static uint32_t told;       /* lines of the result */
 
-/* A line as read. It is carried out in another pass of the main loop: both take their time. */
-static char name;
+/* A line is taken, read and carried out in three passes of the main loop: each takes its time. */
+static const char *line;
+static uint32_t length;
 static uint32_t numbers[NUMBERS];
 static unsigned count;
 
@@ -41,8 +42,7 @@ static const struct {
 } LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
 
 /* A number in units of its last digit. */
-static bool read_number(const char *line, uint32_t length, uint32_t *at, unsigned decimals,
-                        uint32_t *value) {
+static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value) {
     unsigned digits = 0, behind = 0;
     bool point = false;
     *value = 0;
@@ -87,7 +87,13 @@ static bool begin(fault *f) {
     return true;
 }
 
-bool planner_line(const char *line, uint32_t length, fault *f) {
+void planner_line(const char *from, uint32_t characters) {
+    line = from;
+    length = characters;
+    doing = READING;
+}
+
+static bool read_line(fault *f) {
     uint32_t at = 1;
     unsigned kind = 0;
     while (kind < sizeof LINES / sizeof *LINES && (!length || LINES[kind].name != line[0]))
@@ -99,12 +105,10 @@ bool planner_line(const char *line, uint32_t length, fault *f) {
         unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
         if (count == NUMBERS)
             return fault_at(f, FAULT_SETTING, at + 3, "more than %u numbers", (uint32_t)NUMBERS);
-        if (!read_number(line, length, &at, decimals, &numbers[count++]))
+        if (!read_number(&at, decimals, &numbers[count++]))
             return fault_at(f, FAULT_SETTING, at + 3,
                             "a number with at most %u digits behind the point is needed", decimals);
     } while (at++ < length);
-    name = line[0];
-    doing = ENTERING;
     return true;
 }
 
@@ -112,7 +116,7 @@ bool planner_line(const char *line, uint32_t length, fault *f) {
 static void enter(void) {
     fault f = {0};
     doing = IDLE;
-    switch (name) {
+    switch (line[0]) {
     case 'D': basic_depths(numbers, count, &f); break;
     case 'A':
         if (count > 1)
@@ -157,6 +161,12 @@ static void tell(const staircase_result *found) {
 
 bool planner_serve(void) {
     fault f = {0};
+    if (doing == READING) {
+        doing = read_line(&f) ? ENTERING : IDLE;
+        if (doing == IDLE)
+            link_answer(&f);
+        return true;
+    }
     if (doing == ENTERING) {
         enter();
         return true;

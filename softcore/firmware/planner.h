@@ -14,13 +14,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "fault.h"
-
 void planner_init(void);
 void planner_stop(void);    /* forget a planning that is not over; the data stay */
 
-/* A line from behind `$B` on; false if it is at fault. Otherwise it will be answered. */
-bool planner_line(const char *line, uint32_t length, fault *f);
+/* A line from behind `$B` on, which must stay where it is as long as the planner is busy. It is answered
+   when it has been carried out. */
+void planner_line(const char *from, uint32_t characters);
 
 bool planner_busy(void);
 

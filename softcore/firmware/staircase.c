@@ -27,6 +27,7 @@ static fault refusal;
 static unsigned near_area;      /* the first of them */
 static pair areas, depths;
 static pair currents[NEAR];     /* of each area, next to `ip` */
+static pair chosen;             /* undersizes of an area at a depth */
 static float area_mm2, depth_mm;
 static float ip;               /* the current of the question */
 static float by_area[NEAR], by_depth[NEAR];
@@ -171,21 +172,25 @@ static bool large_enough(unsigned at) {
     return false;
 }
 
+/* Two steps an area and depth: finding the currents, taking them. */
 static bool sample_currents(unsigned at) {
-    unsigned area = at / depths.count, depth = at % depths.count, of = near_area + area;
+    unsigned area = at / 2 / depths.count, depth = at / 2 % depths.count, of = near_area + area;
     if (at == 0)
         network_begin(job.seed);
-    pair rows = next_to(of_column, of, depths.at + depth, basic_current_count(of),
-                        found.undersize_um);
-    float y[NEAR];
-    for (unsigned i = 0; i < rows.count; i++) {
-        y[i] = basic_ip_of(of, rows.at + i);
-        network_sample(areas.value[area], depths.value[depth], rows.value[i], y[i]);
+    if (at % 2 == 0) {
+        chosen = next_to(of_column, of, depths.at + depth, basic_current_count(of),
+                         found.undersize_um);
+        return true;
     }
-    by_depth[depth] = line(&rows, y, found.undersize_um);
+    float y[NEAR];
+    for (unsigned i = 0; i < chosen.count; i++) {
+        y[i] = basic_ip_of(of, chosen.at + i);
+        network_sample(areas.value[area], depths.value[depth], chosen.value[i], y[i]);
+    }
+    by_depth[depth] = line(&chosen, y, found.undersize_um);
     if (depth + 1 == depths.count)
         by_area[area] = line(&depths, by_depth, depth_mm);
-    return at + 1 < areas.count * depths.count;
+    return at + 1 < areas.count * depths.count * 2;
 }
 
 static bool ask_current(unsigned at) {
