@@ -179,6 +179,7 @@ class Machine(wiring.Component):
             retraction.load.eq(load),
             law.rate.eq(path.rate),
             retraction.feed.eq(law.feed),
+            retraction.highest.eq(path.highest),
             removal.pulse.eq(path.pulse & ~path.reverse & (retraction.state == State.FRONT)),
             retraction.ahead.eq(self.path_ahead),
             retraction.behind.eq(self.path_behind),

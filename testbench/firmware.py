@@ -39,7 +39,8 @@ class Segment(ctypes.Structure):
     """A segment as the gateware gets it: ``gk_segment`` of host.h."""
 
     _fields_ = [
-        ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("delta", ctypes.c_int32 * 3),
+        ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("highest", ctypes.c_uint32),
+        ("delta", ctypes.c_int32 * 3),
         ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("major", ctypes.c_uint32),
         ("minor", ctypes.c_uint32), ("shift", ctypes.c_uint32), ("change", ctypes.c_int32),
         ("start", ctypes.c_int32 * 4), ("end", ctypes.c_int32 * 4),

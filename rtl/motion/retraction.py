@@ -95,6 +95,10 @@ class Retraction(wiring.Component):
     that would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that strobes are
     lost on it: the servo is off, or the machine not at the front, or on hold.
 
+    No rate is above ``highest``, that of the segment in which the machine is, in 2**-28 pulse/clock
+    (0 bounds nothing). Like ``feed`` it is in force within the segment: what is faster than the
+    start/stop speed must have slowed down before (``fast_ahead`` and ``fast_behind``).
+
     From ``shorted`` to ``go`` low: the same clock. From there, at rest, to the reversed command:
     ``PREPARE + 2`` clocks.
 
@@ -125,7 +129,8 @@ class Retraction(wiring.Component):
             "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
             "in_position": In(1), "cycle": In(32),
             # the path
-            "load": In(1), "feed": In(rate), "ahead": In(coordinate), "behind": In(coordinate),
+            "load": In(1), "feed": In(rate), "highest": In(26),
+            "ahead": In(coordinate), "behind": In(coordinate),
             "floor": In(coordinate), "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
             "command": In(coordinate), "position": In(coordinate), "front": In(coordinate),
             # the ramp
@@ -200,18 +205,20 @@ class Retraction(wiring.Component):
                               | (state == State.HALTED))),
             self.quiet.eq(state == State.HALTED),
         ]
-        # In a register: the ramp has much to reckon with it.
+        wanted = Signal(30)
         with m.Switch(state):
             with m.Case(State.HIGH):
-                m.d.sync += self.target.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
-                                               force["high_rate"]))
+                m.d.comb += wanted.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
+                                          force["high_rate"]))
             with m.Case(State.LOW):
-                m.d.sync += self.target.eq(force["low_rate"])
+                m.d.comb += wanted.eq(force["low_rate"])
             with m.Case(State.RETRACTING):
-                m.d.sync += self.target.eq(Mux(cause == Cause.JUMP, force["jump_rate"],
-                                               force["rate"]))
+                m.d.comb += wanted.eq(Mux(cause == Cause.JUMP, force["jump_rate"], force["rate"]))
             with m.Default():
-                m.d.sync += self.target.eq(self.feed)
+                m.d.comb += wanted.eq(self.feed)
+        # In a register: the ramp has much to reckon with it.
+        bounded = self.highest.any() & (wanted[4:] > self.highest)
+        m.d.sync += self.target.eq(Mux(bounded, self.highest << 4, wanted))
 
         def order(why):
             """Come to rest, then go back."""

@@ -14,11 +14,12 @@
 
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
-    PART_BEFORE,        /* wait for the front if something acts before the motion */
-    PART_CONDITION, PART_CONDITION_TOLD, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT, PART_BOUNDS, PART_TELL,
+    PART_BEFORE,        /* wait for the front, if something acts before the motion */
+    PART_CONDITION, PART_CONDITION_TOLD, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT,
+    PART_BOUNDS, PART_TELL,
     PART_DWELL,
     PART_MOVE,
-    PART_AFTER,         /* wait for the front if something acts after the motion */
+    PART_AFTER,         /* wait for the front, if something acts after the motion */
     PART_MACHINING_OFF, PART_FLUID_OFF, PART_STOP, PART_PAUSED, PART_END, PART_DONE
 } part;
 
@@ -99,7 +100,7 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     text = source;
     length = source_length;
     told = manual || source_length == 0;
-    at = PART_BEFORE;
+    at = p->acts_before ? PART_BEFORE : PART_MOVE;
     m_index = 0;
     cornered = false;
     sent = resumed = false;
@@ -201,7 +202,7 @@ static part move(fault *f) {
         if (path_at_front() && events_idle() && events_tell_notice())
             return PART_MOVE;
         state = work->after;
-        return PART_AFTER;
+        return work->acts_after ? PART_AFTER : PART_DONE;
     }
     path_room room = path_has_room();
     if (room == PATH_UNCOVERED) {
@@ -223,7 +224,7 @@ static part move(fault *f) {
     path_append(&work->move, units_rate(work->speed));
     state = work->after;
     machine_run(true);
-    return PART_AFTER;
+    return work->acts_after ? PART_AFTER : PART_DONE;
 }
 
 static part stop(void) {
@@ -257,8 +258,6 @@ static void end(void) {
 static part advance(fault *f) {
     switch (at) {
     case PART_BEFORE:
-        if (!work->acts_before)
-            return PART_MOVE;
         if (!arrived())
             return at;
         tell();
@@ -307,8 +306,6 @@ static part advance(fault *f) {
     case PART_DWELL: return hal_cycle() >= dwell_end ? PART_MOVE : at;
     case PART_MOVE: return move(f);
     case PART_AFTER:
-        if (!work->acts_after)
-            return PART_DONE;
         if (!arrived())
             return at;
         if (!by_hand)

@@ -33,6 +33,7 @@ typedef struct {
 typedef struct {
     uint32_t length;            /* path pulses */
     uint32_t rate;              /* 2**-32 pulse/clock */
+    uint32_t highest;           /* either way; 0 for no bound */
     int32_t delta[HAL_AXES];    /* pulses */
     bool arc, outward;          /* a piece of an arc; its minor axis leads away from the centre */
     uint8_t major, minor, shift;

@@ -64,8 +64,12 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
         int32_t delta = segment->delta[axis];
         PATH->slot_data = delta < 0 ? 1u << 31 | (0u - (uint32_t)delta) : (uint32_t)delta;
     }
+    /* What is above 0 must not become no bound. */
+    uint32_t highest = segment->highest >> 4;
+    highest += !highest && segment->highest;
     PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
-                      (uint32_t)segment->minor << 3 | (uint32_t)segment->outward << 5;
+                      (uint32_t)segment->minor << 3 | (uint32_t)segment->outward << 5 |
+                      highest << 6;
     if (!segment->arc)
         return;
     PATH->slot_data = (uint32_t)segment->change;

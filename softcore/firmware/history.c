@@ -23,10 +23,15 @@ typedef struct {
     bool ready;
     unsigned known;             /* of the tangents */
     int32_t tangent[2][HAL_AXES];   /* at start and end, 2**-15 */
-    uint32_t rate;              /* highest one */
+    uint32_t highest;           /* rate */
     bool tight;
     arc arc;
 } bow;
+
+/* Clocks in which a piece of an arc is made anew, with all that the main loop does beside it: of one
+   cut out of a curve, and of a single step of a chain. */
+#define PIECE_CLOCKS 22000
+#define STEP_CLOCKS 5000
 
 #define BOWS 2
 #define NO_BLOCK UINT32_MAX
@@ -108,6 +113,15 @@ uint32_t history_oldest_length(void) {
     return length_of(line.delta);
 }
 
+/* The highest rate on an arc. It is no higher than pieces can be made: the machine goes evenly and
+   slower, rather than stop for each of them. */
+static uint32_t highest_rate(const arc *a) {
+    uint64_t clocks = (uint64_t)arc_pieces(a) * (a->chain ? STEP_CLOCKS : PIECE_CLOCKS);
+    uint64_t made = ((uint64_t)arc_length(a) << 32) / clocks;
+    uint32_t bent = settings_curve_rate(arc_radius(a));
+    return made < bent ? (uint32_t)made : bent;
+}
+
 /* The arc of a block, made ready; 0 after a step towards that. */
 static bow *bow_of(uint32_t block) {
     unsigned i = last_bow;
@@ -138,14 +152,8 @@ static bow *bow_of(uint32_t block) {
         b->known = 1;
         unit *rest = unit_of(block + 1);
         rest->word[3] = (uint32_t)ARC_REST << 30 | arc_length(&b->arc);
-        /* Speed squared over the radius is the acceleration: 2**-64 pulse**2/clock**2 are
-           2**-36 pulse/clock**2 times pulse times 2**28. */
-        uint32_t radius = arc_radius(&b->arc);
-        uint64_t square = (uint64_t)settings_acceleration() * radius;
-        uint32_t root = units_root(square << 8);
-        uint32_t most = root >= UNITS_RATE_LIMIT >> 10 ? UNITS_RATE_LIMIT : root << 10;
-        b->rate = most > settings_start_rate() ? most : settings_start_rate();
-        b->tight = b->rate < units_rate(settings_highest_speed());
+        b->highest = highest_rate(&b->arc);
+        b->tight = b->highest < settings_highest_rate();
     }
     return 0;
 }
@@ -160,8 +168,8 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
         if (!b || !arc_piece_ready(&b->arc, at.piece))
             return false;
         (void)arc_piece(&b->arc, at.piece, move);
+        move->highest = b->highest;
         s->tight = b->tight;
-        s->rate = s->rate < b->rate ? s->rate : b->rate;
         for (unsigned axis = 0; axis < HAL_AXES; axis++) {
             s->from[axis] = b->tangent[0][axis];
             s->to[axis] = b->tangent[1][axis];
@@ -176,6 +184,8 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
             s->to[axis] = s->from[axis];
     }
     move->rate = s->rate;
+    if (move->highest && s->rate > move->highest)
+        s->rate = move->highest;
     s->length = move->length;
     return true;
 }

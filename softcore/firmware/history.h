@@ -29,7 +29,7 @@ typedef struct {
 typedef struct {
     path_place at;
     int32_t start;              /* coordinate where it begins */
-    uint32_t length, rate;
+    uint32_t length, rate;      /* the rate at the front at most */
     bool tight;                 /* the highest speed is too much for its curve */
     bool corner;                /* the junction at its end is taken at the start/stop speed, */
     bool slows;                 /* or so only forward, because the next feed is lower */

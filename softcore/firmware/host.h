@@ -46,7 +46,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
 
 /* A segment as the gateware gets it: the words of its slot. */
 typedef struct {
-    uint32_t length, rate;
+    uint32_t length, rate, highest;
     int32_t delta[3];
     uint32_t arc, outward, major, minor, shift;
     int32_t change;

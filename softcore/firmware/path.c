@@ -42,6 +42,12 @@ static uint32_t limit;
 static bool ceiling;
 static int32_t height;
 static struct {
+    bool known;
+    uint32_t at;        /* looked at from this segment, */
+    uint32_t low, high; /* with this window: */
+    uint32_t from, to;  /* between their starts and ends the machine may be fast */
+} fast;
+static struct {
     bool active;
     path_place at;      /* segments from here on have been looked at */
     int32_t start;      /* coordinate and jump axis there */
@@ -69,7 +75,7 @@ static void forget(void) {
     low = high = loaded = entered = FIRST_NUMBER;
     oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
     fresh = (path_place){FIRST_NUMBER, 0};
-    scan.active = false;
+    scan.active = fast.known = false;
 }
 
 void path_init(void) {
@@ -91,8 +97,7 @@ static void write_bound(hal_bound bound, int32_t coordinate) {
 /* A junction is tangent if at the highest speed no axis changes its speed by more than the
    start/stop speed, which the machine can take at once. */
 static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
-    uint32_t highest = units_rate(settings_highest_speed());
-    uint32_t change = settings_start_rate() / ((highest >> 15) + 1);
+    uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int32_t step = a[axis] - b[axis];
         if ((uint32_t)(step < 0 ? -step : step) > change)
@@ -107,7 +112,9 @@ static void join(uint32_t number) {
     const path_segment *b = in_window(number + 1);
     /* Above the start/stop speed a lower feed, too, has to be reached before the junction. */
     a->slows = b->rate < a->rate && a->rate > settings_start_rate();
-    a->corner = a->tight || b->tight || (a->at.block != b->at.block && is_corner(b->from, a->to));
+    /* Within an arc the highest speed is the same. */
+    a->corner = a->at.block != b->at.block &&
+                (a->tight || b->tight || is_corner(b->from, a->to));
 }
 
 /* Has the major axis of a piece made `steps` after `count` pulses? */
@@ -388,14 +395,39 @@ static bool move_window(uint32_t at, bool backward) {
     return more_low && low + behind > at && (!full || high > at + ahead + 1) && load_low();
 }
 
+/* On from what is known, as far as the machine may be fast. */
+static void spread(void) {
+    if (fast.to >= high)
+        fast.to = high - 1;
+    if (fast.from < low)
+        fast.from = low;
+    while (fast.to + 1 < high && !in_window(fast.to)->corner && !in_window(fast.to)->slows)
+        fast.to++;
+    while (fast.from > low && !in_window(fast.from - 1)->corner)
+        fast.from--;
+}
+
+/* Where the machine must be slow next, each way. What was found before is kept: to look at the whole
+   window again after each segment would take longer than to make the segment. */
 static void update_corners(uint32_t at) {
-    uint32_t number = at;
-    while (number + 1 < high && !in_window(number)->corner && !in_window(number)->slows)
-        number++;
-    write_bound(BOUND_FAST_AHEAD, end_of(number));
-    for (number = at; number > low && !in_window(number - 1)->corner;)
-        number--;
-    write_bound(BOUND_FAST_BEHIND, in_window(number)->start);
+    if (!fast.known || fast.at != at || fast.low != low || fast.high != high) {
+        if (fast.known)
+            spread();
+        if (!fast.known || at < fast.from || at > fast.to) {
+            fast.from = fast.to = at;
+            spread();
+        }
+        /* Going back, lower feeds ahead come in between. */
+        for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
+            if (in_window(number)->slows)
+                fast.to = number;
+        fast.known = true;
+        fast.at = at;
+        fast.low = low;
+        fast.high = high;
+        write_bound(BOUND_FAST_AHEAD, end_of(fast.to));
+        write_bound(BOUND_FAST_BEHIND, in_window(fast.from)->start);
+    }
     hal_fast_slot(at % HAL_SLOTS);
 }
 

@@ -192,15 +192,6 @@ static void step_parse(void) {
     }
 }
 
-static void step_plan(void) {
-    if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
-                    settings_soft_limit(), hal_jump_axis(), &work, &trouble)) {
-        fail();
-        return;
-    }
-    at = STAGE_ARC;
-}
-
 static void step_arc(void) {
     switch (plan_arc_step(&work, settings_soft_limit(), hal_jump_axis(), &trouble)) {
     case PLAN_MORE: return;
@@ -218,12 +209,15 @@ static void step_arc(void) {
         fail();
 }
 
-static void step_compensate(void) {
-    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
-    case PLAN_FAULT: fail(); return;
-    case PLAN_DONE: at = STAGE_ANNOUNCE; return;
-    default: return;
+static void step_plan(void) {
+    if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
+                    settings_soft_limit(), hal_jump_axis(), &work, &trouble)) {
+        fail();
+        return;
     }
+    at = STAGE_ARC;
+    if (work.arc == ARC_NONE)
+        step_arc(); /* costs nothing */
 }
 
 static void next_block(void) {
@@ -234,6 +228,18 @@ static void next_block(void) {
     }
     execute_begin(current->p, by_hand, current->line, current->text, current->length);
     at = STAGE_EXECUTE;
+}
+
+static void step_compensate(void) {
+    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    case PLAN_FAULT: fail(); return;
+    case PLAN_DONE:
+        at = STAGE_ANNOUNCE;
+        if (by_hand || announced)
+            next_block();
+        return;
+    default: return;
+    }
 }
 
 static void step_announce(void) {
@@ -250,7 +256,11 @@ static void step_announce(void) {
 }
 
 static bool step_execute(void) {
-    trouble = (fault){.line = by_hand ? 0 : current->line, .block = current->number};
+    /* All of it takes as long as a step that waits. */
+    trouble.code = FAULT_NONE;
+    trouble.line = by_hand ? 0 : current->line;
+    trouble.block = current->number;
+    trouble.column = 0;
     execute_result result = execute_step(&trouble);
     switch (result) {
     case EXECUTE_DONE: next_block(); break;
@@ -281,7 +291,7 @@ bool program_step(void) {
     if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
         return false;
     spent += hal_cycle_low() - began;
-    if (was == STAGE_COMPENSATE && at == STAGE_ANNOUNCE) {
+    if (was == STAGE_COMPENSATE && at != STAGE_COMPENSATE) {
         cost.total += spent;
         cost.worst = spent > cost.worst ? spent : cost.worst;
         spent = 0;

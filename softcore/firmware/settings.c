@@ -65,10 +65,17 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000,
                                "arc: largest difference of start and end radius, nm"},
     [SET_CURRENT_STEP_MA] = {1500, 50, 15000, "power supply: one step of its current, mA"},
+    [SET_LOOP_GAIN] = {50, 1, 100000, "velocity gain of the position loop, 1/s"},
+    [SET_ARC_DEVIATION_NM] = {2000, 0, 1000000,
+                              "arc: how far the lag may lead inside, nm (0 no bound)"},
 };
 
 static uint32_t values[SETTINGS];
-static uint32_t start_rate, acceleration; /* kept: their conversions divide 64-bit numbers */
+/* Kept: their conversions divide 64-bit numbers. */
+static uint32_t start_rate, acceleration, highest_speed, highest_rate;
+static int32_t soft_limit;
+static uint64_t gain; /* of the position loop, 2**-32 pulse/clock per pulse */
+static uint32_t deviation; /* 1/64 pulse */
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
 
@@ -100,9 +107,18 @@ static void apply_motion(void) {
     start_rate = units_rate(values[SET_START_SPEED_UM_S] * 60);
     acceleration = units_acceleration(values[SET_ACCELERATION_MM_S2]);
     hal_ramp(start_rate, acceleration);
+    highest_speed = at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000,
+                            units_speed_of_rate(UNITS_RATE_LIMIT));
+    highest_rate = units_rate(highest_speed);
+}
+
+static void apply_arcs(void) {
+    gain = units_gain(values[SET_LOOP_GAIN]);
+    deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
 }
 
 static void apply_axes(void) {
+    soft_limit = units_pulses_of_um(values[SET_SOFT_LIMIT_UM]);
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
                         values[SET_WINDOW]);
@@ -125,6 +141,8 @@ void settings_init(void (*between)(void)) {
     apply_gap();
     between();
     apply_motion();
+    between();
+    apply_arcs();
     apply_axes();
     between();
     apply_machine();
@@ -140,7 +158,7 @@ bool settings_set(uint32_t which, uint32_t value) {
     /* Only the group of the setting: conversions take 64-bit divisions. */
     if (which <= SET_SENSE_OFF_NS)
         apply_gap();
-    else if (which <= SET_ACCELERATION_MM_S2)
+    else if (which <= SET_HIGHEST_SPEED_MM_MIN)
         apply_motion();
     else if (which <= SET_WINDOW)
         apply_axes();
@@ -150,15 +168,32 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_gap();
     else if (which <= SET_LAW_NO_LOAD)
         gap_settings();
+    else
+        apply_arcs();
     return true;
 }
 
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_acceleration(void) { return acceleration; }
 
-uint32_t settings_highest_speed(void) {
-    uint32_t bound = units_speed_of_rate(UNITS_RATE_LIMIT);
-    return at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000, bound);
+/* The acceleration v*v/R, which the start/stop speed has for nothing. And a loop of the gain K lags
+   by v/K: on an arc it then runs inside by R (1 - 1/sqrt(1 + (v/KR)**2)), which is less than
+   v*v/(2 R K*K); a speed loop behind it makes it less still. */
+uint32_t settings_curve_rate(uint32_t radius) {
+    /* 2**-64 pulse**2/clock**2 are 2**-36 pulse/clock**2 times pulse times 2**28. */
+    uint64_t square = (uint64_t)acceleration * radius;
+    uint32_t root = units_root(square << 8);
+    uint32_t most = root >= UNITS_RATE_LIMIT >> 10 ? UNITS_RATE_LIMIT : root << 10;
+    most = most > start_rate ? most : start_rate;
+    if (!values[SET_ARC_DEVIATION_NM])
+        return most;
+    /* Of 2 R times the deviation, in 2**-11 pulse. */
+    uint64_t rate = gain * units_root((uint64_t)radius * deviation << 17) >> 11;
+    rate = rate ? rate : 1;
+    return rate < most ? (uint32_t)rate : most;
 }
 
-int32_t settings_soft_limit(void) { return units_pulses_of_um(values[SET_SOFT_LIMIT_UM]); }
+uint32_t settings_highest_speed(void) { return highest_speed; }
+uint32_t settings_highest_rate(void) { return highest_rate; }
+
+int32_t settings_soft_limit(void) { return soft_limit; }

@@ -18,7 +18,7 @@ typedef enum {
     SET_NO_PROGRESS_S,
     SET_LAW_WINDOW_US, SET_LAW_GAIN_ZERO, SET_LAW_GAIN_FEED, SET_LAW_UNIT_UM, SET_LAW_LONGEST_MS,
     SET_LAW_LEAST_MV, SET_LAW_RATIO_LOWEST, SET_LAW_RATIO_HIGHEST, SET_LAW_NO_LOAD,
-    SET_ARC_DIFFERENCE_NM, SET_CURRENT_STEP_MA,
+    SET_ARC_DIFFERENCE_NM, SET_CURRENT_STEP_MA, SET_LOOP_GAIN, SET_ARC_DEVIATION_NM,
     SETTINGS
 } setting;
 
@@ -37,5 +37,7 @@ bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of 
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);
 uint32_t settings_acceleration(void);
-uint32_t settings_highest_speed(void);  /* um/min */
+uint32_t settings_highest_speed(void);  /* um/min, */
+uint32_t settings_highest_rate(void);   /* and its rate */
+uint32_t settings_curve_rate(uint32_t radius);  /* highest one on an arc; radius in pulses */
 int32_t settings_soft_limit(void);      /* pulses, machine frame */

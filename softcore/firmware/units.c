@@ -138,6 +138,8 @@ uint32_t units_acceleration(uint32_t mm_per_s2) {
     return acceleration ? (uint32_t)acceleration : 1;
 }
 
+uint64_t units_gain(uint32_t per_s) { return shifted_quotient(per_s, 32, clock_hz); }
+
 static uint32_t clocks_of(uint32_t time, uint32_t per_second) {
     uint64_t clocks = ((uint64_t)time * clock_hz + per_second - 1) / per_second;
     return clocks > UINT32_MAX ? UINT32_MAX : (uint32_t)clocks;

@@ -20,6 +20,12 @@
    wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
 #define SLEEP_CLOCKS 3000
 
+/* A task with more to do goes on for so long and so many steps: a short block or a piece of an arc
+   takes several, and the three other tasks must not come in between each time. It is little enough
+   for the bytes that come meanwhile to fit the gateware's queue. */
+#define STRETCH_CLOCKS 8000
+#define STRETCH_STEPS 4
+
 static unsigned turn;
 static bool busy;               /* something was done in this round */
 static uint32_t worst[WATCH_TASKS];
@@ -53,26 +59,46 @@ void watch_boot(void) {
     link_restart();
 }
 
-/* A pass serves the link and one other task: the watchdog's period bounds the longest of them, not
-   their sum. */
-void watch_pass(void) {
+/* One step of a task; true if there was something to do. */
+static bool step(unsigned task) {
+    switch (task) {
+    case 0: return events_step();
+    case 1: return path_step();
+    case 2: return program_step();
+    default: return link_serve();
+    }
+}
+
+/* The same between two calls of the watchdog: its period bounds the longest step, not their sum. */
+static bool watched(unsigned task, bool (*work)(unsigned)) {
     uint32_t began = hal_cycle_low();
     hal_pet(PET_START);
-    busy = link_step() || busy;
-    hal_pet(PET_END);
-    hal_pet(PET_START);
-    unsigned task = turn++ % WATCH_TASKS;
-    switch (task) {
-    case 0:
-        busy = gap_watch() || events_step() || busy;
-        break;
-    case 1: busy = path_step() || busy; break;
-    case 2: busy = program_step() || busy; break;
-    default: busy = link_serve() || busy; break;
-    }
+    bool more = work(task);
     hal_pet(PET_END);
     uint32_t spent = hal_cycle_low() - began;
     worst[task] = spent > worst[task] ? spent : worst[task];
+    busy = busy || more;
+    return more;
+}
+
+static bool serve_link(unsigned task) {
+    (void)task;
+    return link_step();
+}
+
+static bool look(unsigned task) {
+    return gap_watch() || step(task);
+}
+
+/* A pass serves the link and one other task. */
+void watch_pass(void) {
+    (void)watched(WATCH_TASKS - 1, serve_link);
+    unsigned task = turn++ % WATCH_TASKS;
+    uint32_t began = hal_cycle_low();
+    bool more = watched(task, task ? step : look);
+    for (unsigned count = 1; more && task != WATCH_TASKS - 1 && count < STRETCH_STEPS &&
+                             hal_cycle_low() - began < STRETCH_CLOCKS; count++)
+        more = watched(task, step);
     if (task == WATCH_TASKS - 1) {
         if (!busy) {
             hal_sleep(SLEEP_CLOCKS);

@@ -7,6 +7,6 @@
 void watch_boot(void);          /* bring everything up; calls the watchdog in between */
 void watch_pass(void);          /* one pass of the main loop */
 
-/* Clocks of the longest pass since boot with the task: events, path, program, link. */
+/* Clocks of the longest step since boot of a task: events, path, program, link. */
 #define WATCH_TASKS 4
 uint32_t watch_worst(unsigned task);

@@ -107,6 +107,7 @@ class Motion(wiring.Component):
             retraction.ready.eq(path.ready),
             retraction.load.eq(load),
             retraction.feed.eq(path.rate),
+            retraction.highest.eq(path.highest),
             retraction.command.eq(feed.command),
             retraction.position.eq(path.position),
             retraction.front.eq(path.front),

@@ -41,16 +41,18 @@ class Bench:
     """A machine on a path of up to 64 segments, with a scripted gap; everything it reports.
 
     ``segments`` are ``(length, rate, travel of each axis)``; the first ``before`` of them lie
-    before coordinate 0. ``offset`` moves all coordinates, to make them wrap.
+    before coordinate 0. ``offset`` moves all coordinates, to make them wrap. ``highest`` has the
+    bounds of segments by their number, 2**-28 pulse/clock.
     """
 
     def __init__(self, dut, segments, gap, *, before=0, offset=0, start_rate=START_RATE,
-                 acceleration=1, latency=0):
+                 acceleration=1, highest=None):
         self.dut = dut
         self.segments = segments
         self.before = before
         self.gap = gap
         self.offset = offset
+        self.highest = highest or {}
         self.ramp = start_rate, acceleration
         ends = list(accumulate(length for length, _, _ in segments))
         self.origin = ends[before - 1] if before else 0
@@ -100,7 +102,8 @@ class Bench:
             await ctx.tick()
             self.set(ctx, select_strobe=0, data_strobe=1)
             words = [abs(steps_) | (steps_ < 0) << 31 for steps_ in travel]
-            for word in (length, rate, *words, *[0] * (4 - len(words))):
+            shape = self.highest.get(slot, 0) << 6
+            for word in (length, rate, *words, *[0] * (3 - len(words)), shape):
                 self.set(ctx, data=word)
                 await ctx.tick()
             self.set(ctx, data_strobe=0)

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """An orbit sunk on the simulated machine: shorts of natural cause take it back along its helix."""
 
+import math
+
+import numpy as np
+
 from host import machine as machines
 from host.run import Run
 from host.simulation import Simulation as Piped
 from host.tape import load
+from rtl.motion.retraction import State
 from testbench.cosim.job import MM
 from testbench.cosim.wander import WATCHED, Train, places
 from testbench.native.simulation import Simulation
@@ -14,14 +19,30 @@ MACHINE = machines.load("sinker")
 STRAIGHT_MM = 0.5       # down before the orbit
 LIMIT_MM = 3.0
 TURN_PULSES = 3180
+ORBIT = 7500, 34_000    # path coordinates: off the corners at its start and its end
+DEVIATION_UM = 2.0      # setting 57
+NEAR = 3000             # pulses of the path along which the electrode may lag
+
+
+def off_path(trace, way, lowest, highest):
+    """Largest distance of the electrode, by its coders, from the path, um; feeds and states then.
+
+    Of every millisecond in which the path coordinate lies between two bounds.
+    """
+    way, found = np.array(way), []
+    rows = np.flatnonzero((trace["path"] > lowest) & (trace["path"] < highest))
+    for row in rows:
+        at, place = int(trace["path"][row]), [trace[axis][row] for axis in "xyz"]
+        around = way[max(0, at - NEAR):at + NEAR] - place
+        found.append(math.sqrt((around**2).sum(axis=1).min()) / 10)
+    return max(found), trace["feed"][rows], trace["state"][rows]
 
 
 def test_shorts_in_the_orbit_go_back_the_way_it_came():
     tape = load(TAPES / "sink_orbit.nc")
     drop = round(MACHINE.initial_gap_mm * MM)
     train = Train(places(tape.rows, above=drop))
-    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
-                    trace=False) as session:
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1) as session:
         session.watch(WATCHED)
         job = Run(MACHINE, tape, Piped(session),
                   watch=lambda _: train.take(session.changes()))
@@ -37,3 +58,11 @@ def test_shorts_in_the_orbit_go_back_the_way_it_came():
     assert any(event["pos"]["y"] for event in inside)
     assert train.backward > TURN_PULSES
     assert all(event["distance"] <= LIMIT_MM for event in ends)
+    # The electrode stays on the path that it has cut, at retraction speed, too.
+    off, feed, states = off_path(session.trace(), train.way, *ORBIT)
+    assert {State.FRONT.value, State.RETRACTING.value, State.HIGH.value} <= set(states)
+    assert off <= DEVIATION_UM
+    # Back over thousands of pulses, and not for a moment does it wait for the next piece.
+    back = np.abs(feed[states == State.RETRACTING.value])
+    assert back.size > 1000
+    assert np.quantile(back, 0.01) > 0.9 * np.median(back)

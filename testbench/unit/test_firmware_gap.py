@@ -166,9 +166,9 @@ def test_check_knows_the_rows_entered_by_hand_but_no_other_tapes():
 
 
 def test_servo_is_on_for_feed_motion_alone(machine):
-    machine.library.gk_speed(50)
-    rows = punched([DATA, "C130", "G95 P1", "M03", "G01 Z-.1 F60", "G00 Z.1", "G01 Z-.2",
-                    "G94 Z-.3", "M05", "M02"])
+    machine.library.gk_speed(2)
+    rows = punched([DATA, "C130", "G04 P200", "G95 P1", "M03", "G01 Z-.1 F60", "G00 Z.1",
+                    "G01 Z-.2", "G94 Z-.3", "M05", "M02"])
     seen = []
     machine.tape(rows, passes=0)
     for _ in range(6000):
@@ -188,7 +188,7 @@ def test_servo_without_discharge_pulses_is_refused(machine):
 
 def test_a_long_way_without_a_discharge_is_an_alarm(machine):
     machine.line("$35=500")
-    machine.library.gk_speed(30)
+    machine.library.gk_speed(15)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=250)
     assert "discharge" in machine.flags
     machine.library.gk_discharges(1)

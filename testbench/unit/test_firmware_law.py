@@ -67,9 +67,9 @@ def test_a_law_brings_references_and_settings(machine, law):
 
 
 def test_the_law_is_on_for_feed_motion_alone(machine):
-    machine.library.gk_speed(50)
-    rows = punched([DATA, ROW, "C900", "G95 P4", "M03", "G01 Z-.1 F60", "G00 Z.1", "G95 P2",
-                    "G01 Z-.2", "G95 P3", "Z-.3", "G94 Z-.4", "M05", "M02"])
+    machine.library.gk_speed(2)
+    rows = punched([DATA, ROW, "C900", "G04 P200", "G95 P4", "M03", "G01 Z-.1 F60", "G00 Z.1",
+                    "G95 P2", "G01 Z-.2", "G95 P3", "Z-.3", "G94 Z-.4", "M05", "M02"])
     seen = []
     machine.tape(rows, passes=0)
     for _ in range(9000):

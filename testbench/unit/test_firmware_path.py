@@ -337,7 +337,7 @@ def test_lines_and_arcs_are_walked_both_ways_to_the_pulse(machine, rng):
         machine.library.gk_go(-rng.randint(1, 400))
         machine.run(5)
         at = machine.library.gk_position()
-        assert machine.axes == trail[at]
+        assert machine.axes == (trail[at] if at >= 0 else (0, 0, -at))
 
 
 def test_five_thousand_blocks_back_to_the_start(machine, rng):
@@ -407,6 +407,7 @@ def test_blocks_are_numbered_by_their_first_segment(machine):
 
 def test_tangent_junctions_do_not_bound_the_speed(machine):
     """Line, quarter, line: only the last junction is a corner; inside the arc there is none."""
+    machine.line("$57=0")
     radius = 40_000
     program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0),
                                 line(1000, 0, 0)])
@@ -417,19 +418,49 @@ def test_tangent_junctions_do_not_bound_the_speed(machine):
     assert machine.bound("ahead") == pytest.approx(total + 1000, abs=1)
 
 
-def test_small_arc_is_taken_as_corners_and_at_a_speed_that_its_radius_allows(machine):
-    """The acceleration is the speed squared over the radius: here 1 m/s2."""
-    radius = 2500   # 0.25 mm: 15.8 mm/s; the machine's highest speed is 30
+def speed_on_arc(radius, *settings, clock_hz=50_000_000):
+    """Highest speed on an arc between lines, mm/s; its ends are corners, and it has no other."""
+    machine = Machine(clock_hz=clock_hz)
+    machine.unlock()
+    for setting in settings:
+        machine.line(setting)
     program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0)],
                       rate=(1 << 30) - 1)
     program.feed()
     machine.run(400)
     assert machine.bound("fast_ahead") == 1000
+    machine.library.gk_go(1001)
+    machine.run(50)
+    assert machine.bound("fast_ahead") == pytest.approx(1000 + radius * math.pi / 2, abs=1)
     slots = [machine.slot(slot) for slot in range(64)]
-    rates = {slot.rate for slot in slots if slot.arc}
-    assert len(rates) == 1
-    speed = rates.pop() / 2**32 * 2_000_000 / 10_000    # mm/s
-    assert speed == pytest.approx(math.sqrt(1000 * radius / 10_000), rel=0.02)
+    assert {slot.highest for slot in slots if not slot.arc} == {0}
+    (feed, highest), = {(slot.rate, slot.highest) for slot in slots if slot.arc}
+    assert feed == (1 << 30) - 1
+    return highest / 2**32 * clock_hz / 10_000
+
+
+@pytest.mark.parametrize(("radius", "speed"), [(2500, 15.8), (500, 10.0)])
+def test_speed_on_an_arc_is_bounded_by_the_acceleration(radius, speed):
+    """It is the speed squared over the radius, here 1 m/s2, and up to 10 mm/s there is no bound."""
+    assert speed_on_arc(radius, "$57=0") == pytest.approx(speed, rel=0.002)
+
+
+@pytest.mark.parametrize(("radius", "gain", "deviation_um"), [
+    (500, 50, 2), (500, 50, 10), (2500, 50, 2), (40_000, 30, 2), (35, 50, 0.5), (2500, 120, 2),
+])
+def test_lag_of_the_servo_leads_inside_an_arc_by_the_deviation_at_most(radius, gain, deviation_um):
+    """The lag of a loop of first order, in closed form."""
+    speed = speed_on_arc(radius, f"$56={gain}", f"$57={deviation_um * 1000:.0f}")
+    radius_um = radius / 10
+    inside = radius_um * (1 - 1 / math.hypot(1, speed * 1000 / radius_um / gain))
+    assert inside <= deviation_um
+    assert speed * 1000 == pytest.approx(gain * math.sqrt(2 * radius_um * deviation_um), rel=0.002)
+
+
+def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():
+    """In the simulation's slow clock: a piece of 1/32 of a turn in 22 000 clocks."""
+    speed = speed_on_arc(500, "$57=0", clock_hz=2_000_000)
+    assert speed == pytest.approx(math.tau * 0.05 / 32 / 22_000 * 2_000_000, rel=0.01)
 
 
 @pytest.mark.parametrize(("plane", "delta", "centre", "ccw"), [

@@ -308,12 +308,14 @@ def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
     before = machine.library.gk_sleeps()
     machine.run(400)
     assert machine.library.gk_sleeps() == before + 100, "once in every round"
-    machine.library.gk_speed(0)
-    machine.tape(punched(["G91 G01 F60", *["X.01"] * 20, "M02"]), passes=1)
+    # More than are read while they are sent.
+    machine.tape(punched(["G90 G01 F60", *["X1", "X2"] * 200, "M02"]), passes=1)
     before = machine.library.gk_sleeps()
-    machine.run(40)
+    machine.run(12)
     assert machine.library.gk_sleeps() == before, "blocks wait to be read"
     machine.run(4000)
+    machine.library.gk_speed(0)
+    run(machine, "G91 G01 F60", *["X.01"] * 20, "M02")
     before = machine.library.gk_sleeps()
     machine.run(400)
     assert machine.library.gk_sleeps() == before + 100, "the machine has not gone on"

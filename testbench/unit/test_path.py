@@ -41,16 +41,17 @@ class Segment:
     rate: int
     travel: list
     arc: Arc | None = None
+    highest: int = 0
 
     def words(self):
         """Its words in a slot."""
         travel = [abs(value) | (value < 0) << 31 for value in self.travel]
         words = [self.length, self.rate, *travel, *[0] * (3 - len(travel))]
         if self.arc is None:
-            return [*words, 0]
+            return [*words, self.highest << 6]
         arc = self.arc
-        return [*words, 1 | arc.major << 1 | arc.minor << 3 | arc.outward << 5, arc.change,
-                arc.divisor, *arc.start, *arc.end]
+        shape = 1 | arc.major << 1 | arc.minor << 3 | arc.outward << 5 | self.highest << 6
+        return [*words, shape, arc.change, arc.divisor, *arc.start, *arc.end]
 
 
 class Bench:
@@ -77,8 +78,8 @@ class Bench:
         """One clock. What is entered is told in the same clock as the slot, at the border."""
         dut = self.dut
         if self.busy:
-            ctx.set(dut.data, self.again[0])
-            self.again.append(self.again.pop(0))
+            ctx.set(dut.data, self.again[self.word])
+            self.word = (self.word + 1) % len(self.again)
         await ctx.tick()
         if ctx.get(dut.entered):
             self.entered.append((ctx.get(dut.slot), wrapped(ctx.get(dut.position) - self.offset)))
@@ -106,7 +107,7 @@ class Bench:
         ctx.set(self.dut.select_strobe, 1)
         await self.tick(ctx)
         ctx.set(self.dut.select_strobe, 0)
-        self.busy = busy
+        self.busy, self.word = busy, 0
         ctx.set(self.dut.data_strobe, busy)
 
     async def begin(self, ctx):
@@ -153,6 +154,7 @@ class Bench:
             return
         segment = self.segments[model.segment(more=self.more)]
         assert ctx.get(dut.rate) == segment.rate
+        assert ctx.get(dut.highest) == segment.highest
         assert ctx.get(dut.arc) == (segment.arc is not None)
         if segment.arc:
             for name in ("major", "minor", "outward", "change", "divisor"):
@@ -238,7 +240,7 @@ def random_segments(rng, count, longest=50):
 
     return [Segment(rng.choice((1, 1, 2, rng.randint(1, longest))), rng.getrandbits(30),
                     [rng.choice((1, -1)) * rng.randint(1, longest) for _ in range(2)],
-                    arc() if rng.random() < 0.4 else None)
+                    arc() if rng.random() < 0.4 else None, rng.choice((0, rng.getrandbits(26))))
             for _ in range(count)]
 
 

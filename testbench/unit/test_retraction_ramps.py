@@ -5,7 +5,7 @@ import pytest
 
 from rtl.motion.retraction import State
 from testbench.checkers.motion import Motion
-from testbench.checkers.motion_bench import ONE, Ordered, change
+from testbench.checkers.motion_bench import ONE, START_RATE, Ordered, change, ordered
 from testbench.models.retraction import (
     ADVANCE,
     AT_LIMIT,
@@ -109,6 +109,50 @@ def test_every_bound_is_reached_at_the_start_stop_speed(simulate, high, low):
     pulses, clocks = bench.events[1][3:5]
     assert abs(pulses / clocks * ONE / high - 1) < 0.01, "plateau"
     assert pulses > 260 - 2 * lead(high) - 40
+
+
+BOUND, FREE = ONE // 20, ONE // 40    # of a segment: below all rates, and above none
+
+
+@pytest.mark.parametrize("bound", [BOUND, FREE])
+@pytest.mark.parametrize(("kind", "low"), [
+    (SHORT, ONE // 10), (SHORT, ONE // 50), (JUMP, ONE // 9),
+])
+def test_no_way_is_faster_than_the_highest_rate_of_its_segment(simulate, kind, low, bound):
+    """Back and forward over three segments, of which the middle one has a bound."""
+    dut, bench = ordered([(60, ONE // 10, [60]), (40, ONE // 8, [40]), (60, ONE // 12, [60])],
+                         start_rate=START_RATE, highest={1: bound >> 4})
+    data = change(rate=ONE // 6, limit=80, high_rate=ONE // 7, low_rate=low, changeover=30,
+                  jump_distance=80, jump_rate=ONE // 5, jump_high_rate=ONE // 8)
+    gaps = {}    # clocks between pulses, by state and segment
+
+    async def run(ctx):
+        await bench.begin(ctx, data, jump_period=1)
+        before = since = ordered_jump = 0
+        while bench.clock < 12_000 and (RESUME, 0) not in [event[:2] for event in bench.events]:
+            state = ctx.get(dut.retraction.state)
+            bench.short = kind == SHORT and bench.position == 60 and state == State.FRONT
+            if kind == SHORT and state in (State.STOPPING, State.RETRACTING):
+                bench.short = bench.position > -15
+            if kind == JUMP and bench.position == 60 and state == State.FRONT and not ordered_jump:
+                bench.gap.order = ordered_jump = JUMP
+            await bench.tick(ctx)
+            if bench.position != before:
+                segment = (min(before, bench.position) >= 0) + (min(before, bench.position) >= 40)
+                if bench.clock - since < 300:
+                    gaps.setdefault((state, segment), []).append(bench.clock - since)
+                before, since = bench.position, bench.clock
+
+    simulate(dut, run)
+    back, high = ((data.rate, data.high_rate) if kind == SHORT
+                  else (data.jump_rate, data.jump_high_rate))
+    wanted = {State.RETRACTING: back, State.HIGH: high, State.LOW: low}
+    for state, rate in wanted.items():
+        for segment in ((0, 1, 2) if state == State.RETRACTING else (1,)):
+            rate_there = min(rate, bound) if segment == 1 else rate
+            seen = sorted(gaps[state, segment])
+            assert seen[len(seen) // 2] == pytest.approx(ONE / rate_there, abs=1), (state, segment)
+    assert min(gaps[State.FRONT, 1][1:]) >= ONE // min(ONE // 8, bound) - 1
 
 
 def test_a_retraction_that_reaches_no_plateau_reports_none(simulate):
