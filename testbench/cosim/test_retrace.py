@@ -15,9 +15,10 @@ from testbench.native.simulation import Simulation
 MACHINE = machines.load("sinker")
 BLOCK = 100             # pulses: 10 um
 LOOK_CLOCKS = 20_000    # between two looks at a condition
-# What the firmware keeps up with at the simulation's 2 MHz, mm/s: 48000 clocks for a block that is
-# read, 5300 for one that is remembered. The rapid feed is 30; a board's clock is 12 times as fast.
-FORWARD, BACK = 0.4, 3.5
+# What the firmware keeps up with at the simulation's 2 MHz, mm/s: 22000 clocks for a block that is
+# read, some 3000 for one that is remembered. The rapid feed is 30; a board's clock is 25 times as
+# fast.
+FORWARD, BACK = 0.8, 4.5
 
 
 @dataclass
