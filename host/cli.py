@@ -278,6 +278,25 @@ def experiment_removal(
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)
 
 
+@experiment_app.command("roughing")
+def experiment_roughing(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    depth: Annotated[float, typer.Option(
+        min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 15.0,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
+):
+    """Rough a cavity with one current all the way, and with the planned staircase of currents.
+
+    Both with the same seeds: time, the undersize that the currents consume by the basic data,
+    shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
+    """
+    from host.experiment_roughing import roughing
+    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+
+
 @app.command()
 def build(
     board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper experiment roughing``: one current all the way, against the planned staircase.
+
+The reference job of the planner (70 mm² to 15 mm with 110 um of undersize, copper on steel, the
+synthetic basic data) on the machine ``sinker`` with an electrode of that area. Constant: the
+planner's alpha, the current of its last step, from the surface to the end. Staircase: the planned
+currents, switched by the machine at their depths (G39). The same seeds, condition rows, servo
+(G95 P1), limit and periodic jumps in both arms; nothing else differs.
+
+The simulated machine does not know how wide a cavity becomes. So the undersize that a run consumes
+is reckoned: the most that the basic data ask for the current in force at the depth reached.
+"""
+
+import copy
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from host import figures, simulation
+from host import machine as machines
+from host.basic import BasicData, read_all
+from host.errors import UserError
+from host.experiment import in_parallel, value_with_spread
+from host.machine import Machine
+from host.roughing import AMPERES, program
+from host.run import Run, count_retractions
+from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+from host.tape import Tape, encode
+from host.words import counted
+
+__all__ = ["ARMS", "FIGURES", "Trial", "consumed", "machine_for", "measure", "plot", "roughing",
+           "sentences", "staircase_for", "statistics", "table", "tape_for"]
+
+MACHINE, ELECTRODE, WORKPIECE = "sinker", "copper", "steel"
+AREA_MM2, UNDERSIZE_UM, DEPTH_MM = 70.0, 110.0, 15.0
+SEED = 1                    # of the networks
+ARMS = ("constant", "staircase")
+JUMP = "G38 P400 L1. R900 H900"     # a deep cavity without flushing needs it
+LONGEST_S = 1200.0          # of the machine's time; a run that takes longer counts as stopped
+KINDS = ("ok", "open", "dame", "short")
+
+# Figure: its name in the table, and digits.
+FIGURES = {
+    "time_s": ("time, s", 1), "unscaled_min": ("unscaled, min", 0),
+    "consumed_um": ("undersize consumed, um", 1),
+    "ok": ("good, %", 1), "open": ("open, %", 1), "dame": ("arc, %", 1), "short": ("short, %", 2),
+    "retractions": ("retractions from shorts", 1),
+}
+COLOURS = {"constant": figures.FAINT, "staircase": figures.PATH}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: arm, seed, depth in mm."""
+
+    arm: str
+    seed: int
+    depth_mm: float = DEPTH_MM
+
+
+def _job(depth_mm):
+    return Job(AREA_MM2, UNDERSIZE_UM, depth_mm)
+
+
+def staircase_for(trial: Trial, data: list[BasicData]) -> Staircase:
+    """What the planner found; of the arm ``constant`` its last step alone."""
+    found = plan(data, _job(trial.depth_mm), SEED)
+    if trial.arm == "constant":
+        found = replace(found, steps=(Step(found.alpha, found.steps[-1].depth_um),))
+    return found
+
+
+def machine_for() -> Machine:
+    """The sinker, with an electrode of the job's area."""
+    tables = copy.deepcopy(machines.load(MACHINE).tables)
+    tables["gap"]["area_mm2"] = AREA_MM2
+    return Machine(MACHINE, tables)
+
+
+def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
+    """The program as the planner writes it, one block behind its series, with jumps."""
+    near = neighbours(data, AREA_MM2)
+    text = program(staircase_for(trial, data), near, series=True)
+    lines = text.splitlines()
+    begin = next(index for index, line in enumerate(lines) if line.endswith(" M03"))
+    end = next(index for index, line in enumerate(lines) if line.endswith(" M05"))
+    return encode("\n".join([*lines[:begin + 1], JUMP, *lines[begin + 1:end], "G38 P0",
+                             *lines[end:], ""]))
+
+
+def run(trial: Trial) -> dict:
+    """Run a trial; return its figures, with how it ended."""
+    machine, data = machine_for(), read_all(ELECTRODE, WORKPIECE)
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
+                                  progress=lambda _: None)
+    job = Run(machine, tape_for(trial, data), machine_on, until_s=LONGEST_S)
+    try:
+        job.execute()
+    finally:
+        machine_on.close()
+    causes = count_retractions(job.events)
+    return asdict(trial) | {
+        "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
+        **measure(machine_on.trace(), job.events, machine, neighbours(data, AREA_MM2)),
+        "retractions": causes["short"]}
+
+
+def consumed(t: np.ndarray, deepest_mm: np.ndarray, events: list[dict],
+             near: list[BasicData]) -> float:
+    """Undersize that a run consumes at least, um, by the basic data.
+
+    The most that they ask for the current in force at the depth reached, over all moments
+    ``t`` (s); ``events`` tell of the currents.
+    """
+    changes = [event for event in events if event["event"] == "condition"]
+    most = 0.0
+    for event, after in zip(changes, [*(one["t"] for one in changes[1:]), np.inf], strict=True):
+        held = deepest_mm[(t >= event["t"]) & (t < after)]
+        if held.size and held[-1] > 0:
+            most = max(most, undersize_cell(near, AREA_MM2, float(held[-1]), event["ip"]).between)
+    return most
+
+
+def measure(trace: dict, events: list[dict], machine: Machine, near: list[BasicData]) -> dict:
+    """Figures of a trace whose ``z`` is in pulses.
+
+    ``time_s``: from the first discharge to the last, jumps and retractions included;
+    ``unscaled_min`` without the plant's scaling of the removal. Shares of the classes in percent of
+    the main pulses. ``profile``: time at the first moment of each depth.
+
+    Raises
+    ------
+    UserError
+        If there was no discharge.
+    """
+    t = trace["t"]
+    sparks = np.flatnonzero(trace["ok"] + trace["dame"])
+    if not sparks.size:
+        raise UserError("a run of the experiment had no discharge.")
+    deepest = np.maximum.accumulate(-trace["z"] / machine.pulses_per_mm)
+    pulses = {kind: float(trace[kind].sum()) for kind in KINDS}
+    time_s = float(t[sparks[-1]] - t[sparks[0]])
+    depths = np.arange(0, deepest[-1], 0.05)
+    return {"time_s": time_s, "unscaled_min": time_s * machine.removal_scale / 60,
+            "depth_mm": float(deepest[-1]),
+            "consumed_um": consumed(t, deepest, events, near),
+            **{kind: 100 * number / sum(pulses.values()) for kind, number in pulses.items()},
+            "profile": {"depth_mm": depths.tolist(),
+                        "time_s": (t[np.searchsorted(deepest, depths)] - t[sparks[0]]).tolist()}}
+
+
+def _order(one):
+    return ARMS.index(one["arm"]), one["seed"]
+
+
+def statistics(runs: Iterable[dict]) -> list[dict]:
+    """One row for every arm.
+
+    ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
+    runs that ended, the spread being the sample's standard deviation, or None of a single run; None
+    where there is nothing.
+    """
+    rows = []
+    for arm in ARMS:
+        group = [one for one in sorted(runs, key=_order) if one["arm"] == arm]
+        outcomes = [one["outcome"] for one in group]
+        row = {"arm": arm,
+               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+        for name in FIGURES:
+            values = [one[name] for one in group if one["outcome"] == "end"]
+            row[name] = (float(np.mean(values)),
+                         float(np.std(values, ddof=1)) if len(values) > 1 else None
+                         ) if values else None
+        rows.append(row)
+    return rows
+
+
+def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+    """Figures down, arms across; mean and spread over the seeds."""
+    made = Table(box=style)
+    made.add_column("current", no_wrap=True)
+    for row in rows:
+        made.add_column(row["arm"], justify="right", no_wrap=True)
+    made.add_row("ended", *(", ".join(f"{number} {name}"
+                                      for name, number in row["outcomes"].items())
+                            for row in rows))
+    for name, (title, digits) in FIGURES.items():
+        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
+                              for row in rows))
+    return made
+
+
+def sentences(runs: list[dict], found: Staircase) -> list[str]:
+    """What was compared, and what the staircase changed, worse or better."""
+    steps = ", ".join(f"IP {step.ip:g} to {step.depth_um / 1000:.2f} mm" for step in found.steps)
+    said = [f"Planned: {steps}; constant: IP {found.alpha:g} ({found.alpha * AMPERES:g} A). The "
+            f"electrode has {found.undersize_um:g} um of undersize, of which the last step needs "
+            f"{found.beta_um:.1f} um."]
+    by_seed = {}
+    for one in runs:
+        if one["outcome"] == "end":
+            by_seed.setdefault(one["seed"], {})[one["arm"]] = one
+    pairs = [pair for pair in by_seed.values() if set(pair) == set(ARMS)]
+    if pairs:
+        ratio = (sum(pair["staircase"]["time_s"] for pair in pairs)
+                 / sum(pair["constant"]["time_s"] for pair in pairs))
+        sooner = sum(pair["staircase"]["time_s"] < pair["constant"]["time_s"] for pair in pairs)
+        said.append(f"The staircase takes {ratio:.2f} times as long as the constant current (less "
+                    f"with {sooner} of {counted(len(pairs), 'seed')}).")
+    return said
+
+
+def plot(runs: list[dict], found: Staircase, path: Path) -> None:
+    """Draw depth against time of every run, and the shares of the classes."""
+    rows = statistics(runs)
+    with matplotlib.rc_context(figures.STYLE):
+        figure = Figure(figsize=(9.6, 4.6), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=[3, 2])
+        for one in sorted(runs, key=_order):
+            left.plot(one["profile"]["time_s"], one["profile"]["depth_mm"], linewidth=1.4,
+                      color=COLOURS[one["arm"]], label=one["arm"] if one["seed"] == 1 else "")
+        for step in found.steps[:-1]:
+            left.axhline(step.depth_um / 1000, color=figures.INK, linewidth=0.8,
+                         linestyle=(0, (4, 3)))
+            left.annotate(f"IP {step.ip:g} until here", (1, step.depth_um / 1000), ha="right",
+                          xycoords=("axes fraction", "data"), xytext=(-4, 4), fontsize=8,
+                          textcoords="offset points")
+        left.set(xlabel="time, s", ylabel="depth, mm", title="furthest depth",
+                 ylim=(found.steps[-1].depth_um / 1000, 0), xlim=(0, None))
+        left.legend(loc="lower left")
+        mine = [row for row in rows if row["ok"]]
+        base = np.zeros(len(mine))
+        for kind, (title, colour) in figures.CLASSES.items():
+            share = np.array([row[kind][0] for row in mine])
+            right.bar([row["arm"] for row in mine], share, bottom=base, color=colour, label=title)
+            base += share
+        right.set(title="pulse classes, %", ylim=(0, 100))
+        right.legend(loc="lower left", frameon=True)
+        figure.savefig(path, dpi=120)
+
+
+def _page(rows, said, seeds, depth_mm):
+    """The table and what it says, as Markdown."""
+    page = Console(width=400, file=io.StringIO())
+    with page.capture() as text:
+        page.print(table(rows, box.MARKDOWN))
+    return "\n".join([
+        "# Roughing with one current, and with the planned staircase", "",
+        f"Machine {MACHINE} with {AREA_MM2:g} mm², to {depth_mm:g} mm, {counted(seeds, 'seed')}: "
+        "mean ± sample standard deviation over the seeds. The basic data are synthetic.", "",
+        *(f"* {one}" for one in said), "",
+        *filter(None, map(str.strip, text.get().splitlines())), ""])
+
+
+def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console) -> None:
+    """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
+    data = read_all(ELECTRODE, WORKPIECE)
+    found = staircase_for(Trial("staircase", 1, depth_mm), data)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    # Built once, before the processes would all do so.
+    machine = machine_for()
+    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
+                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    trials = [Trial(arm, seed, depth_mm) for seed, arm in product(range(1, seeds + 1), ARMS)]
+    with Progress(console=console) as bar:
+        task = bar.add_task("runs", total=len(trials))
+
+        def tell(one):
+            bar.advance(task)
+            bar.console.print(f"{one['arm']}, seed {one['seed']}: {one['outcome']} after "
+                              f"{one['time_s']:.1f} s at {one['depth_mm']:.3f} mm", soft_wrap=True)
+        runs = sorted(in_parallel(run, trials, tell), key=_order)
+    rows, said = statistics(runs), sentences(runs, found)
+    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
+    (folder / "table.md").write_text(_page(rows, said, seeds, depth_mm), encoding="utf-8")
+    plot(runs, found, folder / "plot.png")
+    console.print(table(rows))
+    for one in said:
+        console.print(one, soft_wrap=True)
+    console.print(f"{folder}: runs.json, table.md, plot.png", soft_wrap=True)
