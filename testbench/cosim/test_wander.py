@@ -4,6 +4,7 @@
 import pytest
 
 from host import machine as machines
+from testbench.cosim.runner import cosimulate
 from testbench.cosim.wander import wander
 from testbench.native.simulation import Simulation
 
@@ -28,6 +29,17 @@ def test_every_pulse_has_its_place(rng):
     assert figures["pulses"] > 10_000
     assert figures["backward"] > 1000
     assert figures["retractions"] > 10
+
+
+def test_the_same_natively_and_under_cocotb(rng, workdir):
+    program_seed = rng.getrandbits(32)
+    short = {"count": 4, "size": 200, "troubles": 6, "quiet": 20_000}
+    native = natively(program_seed, **short)
+    assert native["pulses"] > 500
+    assert native["backward"] > 100
+    assert native["retractions"] > 1
+    assert cosimulate(wander, workdir, machine=MACHINE.tables, seed=1,
+                      program_seed=program_seed, **short) == native
 
 
 @pytest.mark.soak
