@@ -40,8 +40,8 @@ class ArcDistributor(wiring.Component):
     * The minor axis depends on the major one alone: with each of its steps, of two neighbouring
       places the outer one is taken if and only if the curve passes outside their midpoint
       (``error`` there is below 0; ``outward`` says that minor steps lead away from the centre). So
-      the place is never further than half a pulse from the curve. A radius that runs evenly is
-      contained in ``along``, as a change of R**2 with every major step.
+      the place is never further than half a pulse from the curve, of which R**2 changes by whole
+      units with every major step, in ``along``. Firmware's ``arc.h`` says what that leaves open.
 
     Both numbers depend on k alone: a pulse back takes back the steps of the pulse forward, and the
     reversed train is the mirror of the forward one. At a border between pieces firmware's words are

@@ -2,9 +2,8 @@
 #include "arc_parts.h"
 #include "units.h"
 
-/* Radii (pulses) from which 45 degrees are cut in two and in four: below, the speed of the major axis
-   taken as running evenly over a piece puts no place off by more than about a quarter pulse. */
-#define HALVES 33
+/* 45 degrees are cut in two, and from this radius (pulses) on in four: below, the speed of the major
+   axis taken as running evenly over a piece puts no place off by more than about a quarter pulse. */
 #define QUARTERS 256
 #define PIECE_BITS 20               /* a piece has at most 2**20 path pulses */
 #define LEAST_BITS 4                /* nor is it cut shorter than 2**4 */
@@ -49,17 +48,17 @@ static int64_t lead_at(const arc *a, unsigned i) {
 }
 
 /* How finely 45 degrees are cut. The radius changes by a pulse at most in a piece, and by a quarter
-   in a large one: its square is taken as running evenly with the major coordinate. */
+   if the piece stays longer than 2**LEAST_BITS: its square is taken as running evenly with the major
+   coordinate. */
 static void cut(arc *a) {
     int64_t mean = (a->radius[0] + a->radius[1]) / 2;
     int64_t pulses = mean >> PULSE_BITS;
-    a->parts = pulses < HALVES ? 0 : pulses < QUARTERS ? 1 : 2;
+    a->parts = pulses < QUARTERS ? 1 : 2;
     /* Pi in 2**-62 is a quarter of it. */
     int64_t eighth = fixed_product(mean << 14, FIXED_PI) >> 14;
     if (a->slope) {
         int64_t even = ((int64_t)1 << (30 + PULSE_BITS)) / fixed_magnitude(a->slope);
-        while (a->parts < 2 && eighth >> a->parts > even / 4 &&
-               eighth >> (a->parts + LEAST_BITS) > PULSE)
+        while (eighth >> a->parts > even / 4 && eighth >> (a->parts + LEAST_BITS) > PULSE)
             a->parts++;
         while (eighth >> a->parts > even)
             a->parts++;
@@ -87,7 +86,15 @@ static const arc_border *border(arc *a, uint32_t index) {
     }
 }
 
-#define SMALLEST (4 * MOVE_FINE << 8) /* radius, 2**-8 of a fine pulse */
+#define SMALLEST (6 * MOVE_FINE << 8) /* radius, 2**-8 of a fine pulse */
+
+/* What a growth per radian comes to in the angle with the tangent across / along, to 0.005 radian. */
+static int64_t grown_in(int64_t growth, int32_t across, int32_t along) {
+    bool steep = across > along;
+    int64_t a = steep ? along : across, b = steep ? across : along;
+    int64_t grown = growth ? growth * a * b / (b * b + a * a * 9 / 32) : 0;
+    return steep ? growth * 355 / 226 - grown : grown;
+}
 
 /* Choose the next step of a chain: of the places ahead the one nearest to the curve. True at the end. */
 static bool choose_step(arc *a) {
@@ -106,15 +113,17 @@ static bool choose_step(arc *a) {
     int64_t radius = (a->radius[0] + fixed_product(a->radius[1] - a->radius[0],
                                              fixed_fraction(a->done, &a->by_turn))) >> 8;
     int64_t most = fixed_magnitude(along[major]);
+    int64_t growth = (a->slope >> 14) * ((a->radius[0] + a->radius[1]) >> 9) / (1 << 16);
     for (int i = 0; !last && i < 9; i++) {
         int32_t to[2] = {i / 3 - 1, i % 3 - 1};
         int64_t way = (int64_t)along[0] * to[0] + (int64_t)along[1] * to[1];
         /* On a circle that is hardly larger than a pulse, along the minor axis alone, too. */
         if (way <= most / 4 || (!to[major] && radius >= SMALLEST))
             continue;
-        /* The radius after the step, as far as it leads along the curve. */
-        int64_t gain = a->slope * (way >> 8) / (radius >> 8) / (1 << 24);
-        int64_t wanted = radius + gain;
+        /* The radius after the step, by the angle between before and after. */
+        int32_t sine = x * to[1] - y * to[0];
+        int32_t cosine = (x * x + y * y) / MOVE_FINE + x * to[0] + y * to[1];
+        int64_t wanted = radius + grown_in(growth, sine, cosine);
         uint64_t square = (uint64_t)arc_square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE);
         int64_t off = fixed_magnitude((int64_t)units_root(square << 16) - wanted);
         if (off < best) {
@@ -333,10 +342,11 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
     share_third(a, from.length, piece);
     set_pace(a, piece, (uint32_t)steps, to->tangent[major] - from.tangent[major]);
 
-    /* The square of the radius runs by whole units per step, so that it is met at one end only: where
-       the axes change their roles. At the other it must be on the same side of the middles around the
-       place as the true one. */
-    bool ends_exact = !(eighth & 1);
+    /* The square of the radius runs by whole units per step, so that it is met at one end only. That is
+       the one nearer to where an axis turns round: there the place may be half a pulse off, and where
+       the axes change their roles only 0.35. But a circle runs evenly up to a change of roles. At the
+       other end the square must be on the same side of the middles around the place as the true one. */
+    bool ends_exact = !(eighth & 1) != !!a->slope;
     int64_t grown = (to->square[major] - from.square[major]) / MOVE_FINE;
     int32_t half = (grown < 0 ? -steps : steps) / 2;
     int32_t grows = steps ? (int32_t)((grown + half) / steps) : 0;

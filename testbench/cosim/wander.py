@@ -30,8 +30,7 @@ WATCHED = ("path_position", *COMMANDS)
 # Clocks from a path pulse to its axis pulse: an arc is fetched, its distributor follows, the axis
 # counts.
 LAG = 17
-# Distance from the curve, pulses: see testbench/unit/test_firmware_arc.py.
-HALF, SMALL, OF_SMALL, OF_LARGE = 0.5, 16, 0.1, 0.01
+EXACT = 1e-9    # of the model's own arithmetic, pulses
 
 
 # ---- programs
@@ -134,16 +133,17 @@ def _arc_places(motion):
     arc = Arc(Move(motion.delta, True, motion.arc > 0, motion.plane, motion.centre))
     axes = PLANES[motion.plane][1]
     curve = Curve([motion.delta[axis] for axis in axes], tuple(motion.centre), ccw=motion.arc > 0)
-    bound = HALF + (OF_SMALL if curve.start_radius < SMALL else OF_LARGE)
+    turn = curve.sweep / arc.length
     found, near, start = [], 0, (0, 0, 0)
     for index in range(arc.pieces):
         before, piece = arc.piece(index)
         assert before == len(found)
+        bound = curve.bound(piece, axes, start, before * turn, turn) + EXACT
         for travel in piece.walk():
             at = tuple(a + b for a, b in zip(start, travel, strict=True))
             found.append(at)
             flat = tuple(at[axis] for axis in axes)
-            near = curve.swept(flat, near + curve.sweep / arc.length)
+            near = curve.swept(flat, near + turn)
             assert curve.distance(flat, near) <= bound, (at, list(motion.delta))
         start = found[-1]
     assert len(found) == arc.length

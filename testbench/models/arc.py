@@ -114,6 +114,7 @@ class Curve:
     def __init__(self, delta, centre, *, ccw):
         self.ccw = ccw
         self.turned = 1 if ccw else -1
+        self.fine = tuple(centre)
         self.centre = (centre[0] / FINE, self.turned * centre[1] / FINE)
         end = (delta[0], self.turned * delta[1])
         self.start_angle, self.start_radius = self._polar((0, 0))
@@ -180,3 +181,58 @@ class Curve:
             if abs(step) < 1e-14:
                 break
         return swept
+
+    def bound(self, piece: Piece, axes: tuple[int, int], start, near: float,
+              turn: float) -> float:
+        """How far from the curve the places of a piece may be, by the piece's words.
+
+        Half a pulse on a circle. Where the radius changes the place is half a pulse off along the
+        minor axis: half a pulse times the cosine of the angle to the major axis, and what the curve
+        bends within it. To that comes what the words' radius is off at the piece's flatter end, and
+        from there on with the angle: what it is off more at the other end, and the square of the
+        radius, which runs evenly with the major axis, less that of a radius that runs evenly with
+        the angle. In a chain, below 32 pulses of radius, it is twice what the angle of a step is
+        short by. See ``softcore/firmware/arc.h``.
+
+        Parameters
+        ----------
+        piece, axes
+            The piece, and the axes of its plane.
+        start
+            Its first place, by axis.
+        near : float
+            Angle there, roughly.
+        turn : float
+            Angle of a path pulse, roughly.
+
+        Raises
+        ------
+        AssertionError
+            If the words' radius is off by more than firmware changes it where the axes change
+            their roles.
+        """
+        if not self.growth:
+            return 0.5
+        if not piece.arc:
+            return 0.5 + 2 * (0.005 * abs(self.growth) + 1e-4)
+        least = min(self.start_radius, self.end_radius)
+        major = axes.index(piece.major)
+        ends = []
+        for steps, (_, error, _, _) in (((0, 0, 0), piece.start), (piece.travel, piece.end)):
+            at = [start[axis] + steps[axis] for axis in axes]
+            x, y = (FINE * value - centre for value, centre in zip(at, self.fine, strict=True))
+            swept = self.at_major(major, at[major], self.swept(at, near))
+            tangent = self.tangent(swept)
+            ends.append((math.atan2(abs(tangent[not major]), abs(tangent[major])),
+                         math.sqrt(x ** 2 + y ** 2 - FINE * error) / FINE - self.radius(swept)))
+            near += piece.length * turn
+        (flat, off), (steep, other) = sorted(ends)
+        angle = steep - flat
+        assert max(abs(off), abs(other)) <= 0.02 + 1 / least, (off, other)
+        chord = math.sin(steep) - math.sin(flat)
+        if not chord:
+            return 0.5 + abs(off)
+        leans = abs(other - off) / angle + abs(self.growth * (1 - angle * math.cos(flat) / chord))
+        worst = min(max(flat, leans / (0.5 - 0.25 / least)), steep)
+        return max(0.5, 0.5 * math.cos(worst) + worst ** 2 / (8 * least)
+                   + abs(off) + leans * (worst - flat))

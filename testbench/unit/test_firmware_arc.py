@@ -13,10 +13,11 @@ AXES = ((0, 1), (2, 0), (1, 2))     # of the planes XY, ZX, YZ
 LARGEST = 10_500_000                # radius, pulses: 1.05 m
 TOLERANCE = 20                      # of the two radii, pulses
 
-# Half a pulse, and what the curve's evaluation adds. The square of the radius runs evenly over a
-# piece, the radius with the angle: the more the radius changes, the more they differ.
 HALF = 0.5
-ALLOWED = {False: 0.004, True: 0.01}
+EXACT = 1e-9        # of the model's own arithmetic, at a radius of some thousand pulses
+# What a radius that changes adds to half a pulse: see softcore/firmware/arc.h. By rounding of the
+# end only, from a radius of 80 pulses on and below; and in the strongest spiral that is allowed.
+ROUNDED, ROUNDED_SMALL, STRONGEST = 0.0002, 0.001, 0.005
 
 
 def helix(plane, delta, third):
@@ -103,15 +104,18 @@ def check_words(piece, said):
 
 
 def check_walk(job, index, before, start, piece):
-    """Walk a piece both ways, every pulse; the furthest from the curve."""
+    """Walk a piece both ways, every pulse; the furthest from the curve, held to its bound."""
     worst, trail = 0, [(0, 0, 0)]
     near = before * job.curve.sweep / job.arc.length
+    turn = job.curve.sweep / job.arc.length
+    bound = job.curve.bound(piece, job.axes, start, near, turn) + EXACT
     for steps in piece.walk():
         at = job.in_plane([a + b for a, b in zip(start, steps, strict=True)])
         assert max(abs(a - b) for a, b in zip(steps, trail[-1], strict=True)) <= 1, job.said
         trail.append(steps)
         near = job.curve.swept(at, near + job.curve.sweep / job.arc.length)
         worst = max(worst, job.curve.distance(at, near))
+    assert worst <= bound, f"{job.said} piece {index}: {worst}, not {bound}"
     assert trail[-1] == piece.travel, f"{job.said} piece {index}"
     for axis in range(3):
         signs = {b[axis] - a[axis] for a, b in pairwise(trail)}
@@ -145,7 +149,8 @@ def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count
         for index, before, start, piece in job.pieces():
             check_words(piece, job.said)
             worst = max(worst, check_walk(job, index, before, start, piece))
-    assert worst <= HALF + ALLOWED[spiral], worst
+    rounded = ROUNDED if least >= 80 else ROUNDED_SMALL
+    assert worst <= HALF + (STRONGEST if spiral else rounded), worst
 
 
 def test_large_arcs_by_pieces(rng):
@@ -157,7 +162,7 @@ def test_large_arcs_by_pieces(rng):
             check_words(piece, job.said)
             assert piece.length <= 1 << 20
             if piece.length < 3000:
-                assert check_walk(job, index, before, start, piece) <= HALF + 0.002
+                check_walk(job, index, before, start, piece)
             near = job.curve.swept(job.in_plane(start), before * job.curve.sweep / job.arc.length)
             assert job.curve.distance(job.in_plane(start), near) <= HALF + 0.001, job.said
             assert job.curve.length_to(near) == pytest.approx(before, abs=1.3), job.said
@@ -238,7 +243,7 @@ def test_smallest_and_largest(delta, centre, ccw, third):
     for index, before, start, piece in job.pieces():
         check_words(piece, job.said)
         if piece.length < 30_000:
-            assert check_walk(job, index, before, start, piece) <= HALF + 0.004
+            check_walk(job, index, before, start, piece)
 
 
 def test_helix_spreads_its_third_axis_evenly(rng):
