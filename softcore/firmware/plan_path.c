@@ -47,6 +47,9 @@ bool enter_wire(context *c) {
         pulses > units_radius_limit() / 10)
         return fault_at(c->f, FAULT_TABLE, w->column, "the wire offset R must be 0 to %p mm",
                         units_radius_limit() / 10);
+    if (after->side && after->wire == number && after->wires[number] != pulses)
+        return fault_at(c->f, FAULT_CONFLICT, name->column,
+                        "the wire offset D%u is in force and cannot change before G40", number);
     after->wires[number] = pulses;
     after->wires_given |= (uint16_t)(1u << number);
     return true;

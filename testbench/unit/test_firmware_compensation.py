@@ -197,6 +197,7 @@ ROUND = ["G41 D1 G01 X1", "Y1"]
     (["G41 D1 G01 X1", "G40 X2"], 5, "no motion beside the path"),
     ([*ROUND, "G40", "G42 X2"], 7, "begins before the one before"),
     ([*ROUND, "G42 X2"], 6, "there must be G40"),
+    ([*ROUND, "G10 D1 R.2", "X2"], 6, "D1 is in force and cannot change before G40"),
     ([*ROUND, "G18 X2"], 6, "plane cannot change"),
     ([*ROUND, "G40", "G18 X2"], 7, "the plane changes"),
     (["G41 D1 G01 X1", "G03 X.8 I-.1"], 5, "0.1000 mm does not fit into the arc's radius of 0.10"),
@@ -209,6 +210,13 @@ def test_what_cannot_be_offset_is_refused(checker, blocks, line, words):
     assert isinstance(result, Fault)
     assert result.sentence.startswith(f"Block {line}")
     assert words in result.sentence
+
+
+def test_an_offset_in_force_may_be_entered_again_and_others_changed(checker):
+    between = ["G10 D1 R.1", "G10 D2 R.3"]
+    for block in between:
+        result = motions(checker, *ROUND, block, "X2", "G40 X0")
+        assert result[3].delta[:2] == [10_000, 0], result
 
 
 def test_travel_holds_beside_the_path(checker):
