@@ -12,7 +12,8 @@
 
    of the radius' growth per radian (pulses), the angle of the piece, and the whole units in which the
    square runs. It is below 0.0002 where only the end point's rounding makes the radii differ (0.001
-   below a radius of 80 pulses), 0.005 in the strongest spiral that plan.c lets pass.
+   below a radius of 80 pulses), 0.005 in the strongest spiral that plan.c lets pass. The third axis of a helix is at most half a
+   pulse off at the ends of a piece, and a pulse in between.
 
    Pieces end where the axes turn or change their roles and, in between, at equal angles. A piece is
    a function of its number: it may be asked for in any order and is always the same.
