@@ -2,6 +2,7 @@
 """The wire machine with its own controller: a first cut, a wire that breaks, the path's start."""
 
 import copy
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,9 +12,17 @@ from host import simulation
 from host.machine import Machine
 from host.run import Run
 from host.tape import encode, load
+from testbench.cosim.job import MM
+from testbench.cosim.wander import WATCHED, Train, places
+from testbench.models.wire_offset import Element, beside
+from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
 MACHINE = machines.load("wire")
+OFFSET_MM = 0.118        # of wire_punch
+CONTOUR = (               # its end points, mm, and centres of arcs: first one counter-clockwise
+    (0.5, 0.0), (0.5, 0.4), (0.6, 0.5, -1, 0.6, 0.4), (1.05, 0.5), (1.55, 0.5, 1, 1.3, 0.6),
+    (2.1, 0.5), (2.1, -0.3), (1.9, -0.5), (0.6, -0.5), (0.5, -0.4, -1, 0.6, -0.4), (0.5, 0.0))
 SHORT_CUT = """%
 N10 G21 G90 G94
 N20 C500
@@ -78,3 +87,58 @@ def test_a_short_that_lasts_ends_at_the_start_of_the_path():
     end = next(event for event in job.events if event["event"] == "retraction_end")
     assert end["reason"] == "path_start"
     assert abs(machine_on.positions()["x"]) <= 1
+
+
+def contour():
+    """What wire_punch says, in pulses."""
+    made = []
+    for (x, y, *_), (u, v, *arc) in pairwise(CONTOUR):
+        start, end = MM * complex(x, y), MM * complex(u, v)
+        turn, *centre = arc or (0, 0, 0)
+        centre = MM * complex(*centre)
+        made.append(Element(start, end, turn, centre, abs(start - centre) if turn else 0.0))
+    return made
+
+
+def test_the_path_of_the_punch_is_its_contour_offset():
+    path = beside(contour(), OFFSET_MM * MM, 1)
+    path = [Element(0j, path[0].start), *path, Element(path[-1].end, 0j)]
+    way = [complex(x, y) for x, y, _ in places(load(TAPES / "wire_punch.nc").rows)]
+    # Half a pulse from what the machine goes along, whose ends and centres are rounded, too.
+    assert max(min(element.distance(place) for element in path) for place in way[::7]) < 1.5
+    missed = [min(abs(place - element.end) for place in way) for element in path]
+    assert max(missed) < 1.5
+    assert len(way) == pytest.approx(sum(element.length for element in path), abs=len(path))
+
+
+@pytest.mark.soak
+def test_punch_is_cut_round():
+    tape = load(TAPES / "wire_punch.nc")
+    train = Train(places(tape.rows))
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        session.watch(WATCHED)
+        job = Run(MACHINE, tape, simulation.Simulation(session),
+                  watch=lambda _: train.take(session.changes()))
+        assert job.execute() == "end", job.alarm
+        train.take(session.changes())
+        assert train.settled()
+        assert session.probe("path_position") == len(train.way) - 1
+        plan = session.workpiece()
+    starts = [event for event in job.events if event["event"] == "retraction_start"]
+    assert all(event["cause"] == "short" for event in starts)
+    # Some of them in the arcs of the hollow.
+    assert any(0 < 0.6 - event["pos"]["y"] < 0.2 and 1.1 < event["pos"]["x"] < 1.5
+               for event in starts)
+    assert train.backward > 500
+    # The punch that is left, within two craters of its contour.
+    x, y = np.meshgrid(plan["x"], plan["y"])
+    left = plan["left"] > 0.5
+    edge = left & ~(np.roll(left, 1, 0) & np.roll(left, -1, 0) & np.roll(left, 1, 1)
+                    & np.roll(left, -1, 1))
+    punch = (np.abs(x - 1.3) < 0.85) & (np.abs(y) < 0.55)
+    surface = MM * (x + 1j * y)[edge & punch]
+    off = [min(element.distance(place) for element in contour()) for place in surface]
+    assert len(off) > 2000
+    assert np.mean(off) < 0.006 * MM
+    assert max(off) < 0.020 * MM
