@@ -20,8 +20,8 @@ from testbench.firmware import ITEMS, Checker
 DATA = read_all("copper", "steel")
 LIMIT = ITEMS.index("L")
 PULSES_PER_UM = 10
-MEASURED = re.compile(r"\.number = (\d+), \.ip = (\d+), \.on_us = (\d+), \.off_us = (\d+), "
-                      r"\.rest_us = (\d+), USUAL")
+MEASURED = re.compile(r"\.number = (\d+), \.milli_ip = (\d+)000, \.on_us = (\d+), "
+                      r"\.off_us = (\d+), \.rest_us = (\d+), USUAL")
 
 
 @pytest.fixture(scope="module")
