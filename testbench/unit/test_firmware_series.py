@@ -28,12 +28,14 @@ def switched(lines):
 def levels(machine, rows, passes=30_000):
     """Run a tape; the currents in force and the depth at which each was seen first."""
     seen = []
+    machine.library.gk_speed(0)     # it moves when all of the tape has come
     machine.tape(punched(rows), passes=0)
+    machine.library.gk_speed(10)
     for _ in range(passes):
-        machine.run(1)
         level = machine.power["level"]
         if level != (seen[-1][0] if seen else 0):
             seen.append((level, machine.axes[2]))
+        machine.run(1)
         if any(line.startswith("[E:end") for line in machine.lines[-3:]):
             break
     return seen
