@@ -10,7 +10,7 @@ from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
-        "series")
+        "series", "planned")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",

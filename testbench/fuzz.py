@@ -23,6 +23,8 @@ from testbench.firmware import STATES, Checker, Machine
 
 KEPT = 400      # tapes that are grown further
 WHOLE = 25      # every so many cases the whole firmware gets the tape
+PLAN = ("$BD0,1,3", "$BA50", "$BI4,66,70,76", "$BI8,102,110,122", "$BP50,100,3")
+PLAN_PASSES = 20_000
 
 
 def damaged_rows(rng, rows):
@@ -66,6 +68,10 @@ def whole(rng, rows, sanitize):
     machine.line("$X")
     machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
     machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$22=1")))
+    if rng.random() < 0.2:
+        for line in PLAN:
+            machine.line(line, PLAN_PASSES if line.startswith("$BP") else 100)
+        machine.line(rng.choice(("G39 P1", "$BP50,1,3", "$55=500")))
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):
@@ -87,7 +93,8 @@ def _disturb(rng, machine):
     elif kind == 1:
         machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")
     elif kind == 2:
-        machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$7=3\n", b"$\n")))
+        machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$7=3\n", b"$\n", b"$BI4,9\n",
+                                 b"G39 P1\n", b"$BP50,100,3\n")))
     elif kind == 3:
         machine.library.gk_event(rng.randrange(10), rng.randrange(6), rng.randrange(1 << 31),
                                  rng.randrange(1 << 31))

@@ -59,8 +59,9 @@ def block(rng: random.Random) -> str:
                  *([f"Z{number(rng)}"] if rng.random() < 0.3 else [])],
         lambda: ["G36", f"R{rng.randint(1, 90)}"],
         lambda: ["G38", f"P{rng.randint(0, 900)}", f"L{number(rng, signed=False)}1", "R90", "H8."],
-        lambda: ["G39", *rng.choice(([], [f"Z-{number(rng, signed=False)}", "C110"], [
-            f"Z-{rng.randint(1, 9)}{number(rng, signed=False)}", f"C{rng.choice((120, 900))}"]))],
+        lambda: ["G39", *rng.choice((
+            [rng.choice(("", "", "", "P1"))], [f"Z-{number(rng, signed=False)}", "C110"],
+            [f"Z-{rng.randint(1, 9)}{number(rng, signed=False)}", f"C{rng.choice((120, 900))}"]))],
         lambda: ["G92", *move],
         lambda: [rng.choice(("G94", "G94", "G95 P1", "G95P01", f"G95 P{rng.randint(1, 4)}"))],
         lambda: ["G10", f"C{rng.choice((130, 900))}", "P50", "Q50", f"V{rng.randint(0, 4)}.5",

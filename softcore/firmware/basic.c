@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0f
+// SPDX-License-Identifier: Apache-2.0
 #include "basic.h"
 
 /* Small rather than fast: nothing waits for the planner. */
@@ -8,7 +8,7 @@
 
 typedef struct {
     uint16_t ip;                        /* 1/100 */
-    uint16_t undersize[BASIC_DEPTHS];   /* 0.1f um */
+    uint16_t undersize[BASIC_DEPTHS];   /* 0.1 um */
 } row;
 
 static uint32_t depths[BASIC_DEPTHS];   /* um */

@@ -7,6 +7,7 @@
 #include "machine.h"
 #include "output.h"
 #include "path.h"
+#include "planned.h"
 #include "series.h"
 #include "settings.h"
 #include "text.h"
@@ -34,6 +35,7 @@ static bool cornered;       /* the corner before the motion has been appended */
 static bool told;           /* the block's event is out, or waits as a notice */
 static part at;
 static unsigned m_index;
+static unsigned step_index;  /* of a planned series */
 static bool sent;           /* waiting for FIN */
 static uint64_t dwell_end;
 static bool resumed, was_machining;
@@ -102,6 +104,7 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     told = manual || source_length == 0;
     at = p->acts_before ? PART_BEFORE : PART_MOVE;
     m_index = 0;
+    step_index = 1;
     cornered = false;
     sent = resumed = false;
     if (manual)
@@ -186,6 +189,12 @@ static part act(void) {
         else if (!series_end())
             return PART_ACT;
         return PART_MOVE;
+    case ACT_PLANNED:
+        if (step_index >= planned_count())
+            return PART_MOVE;
+        series_add(work->series_depth - planned_depth(step_index), planned_row(step_index));
+        step_index++;
+        return PART_ACT;
     default: return PART_MOVE;
     }
 }

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "plan.h"
+#include "planned.h"
 #include "reader.h"
 #include "series.h"
 #include "settings.h"
@@ -38,6 +39,7 @@ static void prepare(void) {
 void gk_check_forget(void) {
     prepare();
     gap_init();
+    planned_forget();
     entered = fresh();
 }
 

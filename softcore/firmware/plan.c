@@ -465,7 +465,7 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
     if (!plan_plane(&c) || !plan_wire(&c, mdi) || !plan_once(&c, mdi, highest_speed, jump_axis) ||
         !plan_feed_mode(&c) ||
         !plan_feed(&c, highest_speed) ||
-        (p->act != ACT_TABLE && p->act != ACT_SERIES && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
+        (p->act < ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;

@@ -43,7 +43,7 @@ typedef struct {
 
 typedef enum {
     ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION, ACT_TABLE,
-    ACT_SERIES
+    ACT_SERIES, ACT_PLANNED
 } plan_act;
 
 typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
@@ -65,7 +65,7 @@ typedef struct {
     unsigned class_number;          /* of ACT_TABLE, */
     gap_class class_row;            /* and its row; GAP_CLASSES for none */
     const technology_row *series;   /* of ACT_SERIES: the step's condition, 0 for the end, */
-    int32_t series_depth;           /* and its depth, machine frame */
+    int32_t series_depth;           /* and its depth, machine frame; of ACT_PLANNED: Z 0 */
     bool machining_on, machining_off;
     int32_t s, t;                   /* codes, -1 for none */
     int32_t m[BLOCK_CODES];         /* M codes for the machine side before the motion, -1 ends */

@@ -4,6 +4,7 @@
 #include "basic.h"
 #include "link.h"
 #include "output.h"
+#include "planned.h"
 #include "program.h"
 #include "staircase.h"
 #include "units.h"
@@ -29,6 +30,7 @@ static unsigned count;
 
 void planner_init(void) {
     basic_forget();
+    planned_forget();
     planner_stop();
 }
 
@@ -82,6 +84,7 @@ static bool begin(fault *f) {
     };
     if (!staircase_begin(&job, f))
         return false;
+    planned_forget();
     doing = PLANNING;
     told = 0;
     return true;
@@ -141,6 +144,7 @@ static void tell(const staircase_result *found) {
                     needs % 10, has / 10, has % 10);
     } else if (at <= found->count) {
         const staircase_run *run = &found->runs[found->count - at];
+        planned_add(run->level, run->depth_um);
         output_line("[MSG:IP %u to %p mm]", run->level, units_pulses_of_um(run->depth_um));
     } else {
         if (found->greatest)
@@ -154,6 +158,8 @@ static void tell(const staircase_result *found) {
         if (found->untrusted)
             output_line("[MSG:%u networks were not trusted, and interpolation stood in]",
                         found->untrusted);
+        if (!planned_hold())
+            output_line("[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]");
         doing = IDLE;
         link_answer(0);
     }

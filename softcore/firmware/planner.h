@@ -7,6 +7,8 @@
    $BI6,84,86,88,92     a current in IP, and the undersize that it needs at each depth, in um
    $BP70,110,15         plan: area, undersize, depth; gradient in degrees and seed may follow
 
+   What has been planned last is what G39 P1 puts in force (planned.h).
+
    The first three are answered at once, the last when the planning is over: a line for each current
    from the surface down, then ok. Lines that come meanwhile wait. While a program runs, so does the
    planning. The supply is set in whole IP. */

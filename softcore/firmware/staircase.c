@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0f
+// SPDX-License-Identifier: Apache-2.0
 #include "staircase.h"
 
 #include "basic.h"

@@ -66,6 +66,37 @@ technology_row technology_draft(uint32_t number) {
     return row ? *row : (technology_row){.number = number, USUAL};
 }
 
+/* A time of a current `more` above the lower of two that are `apart`. */
+static uint16_t between(uint32_t lower, uint32_t upper, uint32_t more, uint32_t apart) {
+    return (uint16_t)(lower + ((upper - lower) * more * 2 + apart) / (apart * 2));
+}
+
+technology_row technology_planned(uint32_t ip) {
+    uint32_t milli_ip = ip * 1000;
+    const technology_row *lower = BUILT_IN, *upper = 0;
+    for (const technology_row *row = BUILT_IN; !upper && !row->negative; row++) {
+        if (row->milli_ip <= milli_ip)
+            lower = row;
+        else
+            upper = row;
+    }
+    bool known = lower->milli_ip == milli_ip;
+    uint32_t number = known ? lower->number : TECHNOLOGY_PLANNED + ip;
+    unsigned at = place(number, BY_HAND);
+    technology_row row = known ? *lower : (technology_row){.number = number, USUAL};
+    if (at < TECHNOLOGY_ENTERED)
+        row = entered[at];
+    if (known)
+        return row;
+    uint32_t apart = upper ? upper->milli_ip - lower->milli_ip : lower->milli_ip;
+    uint32_t more = milli_ip - lower->milli_ip;
+    row.milli_ip = (uint16_t)milli_ip;
+    row.on_us = between(lower->on_us, upper ? upper->on_us : 2 * lower->on_us, more, apart);
+    row.off_us = between(lower->off_us, upper ? upper->off_us : 2 * lower->off_us, more, apart);
+    row.rest_us = row.off_us;
+    return row;
+}
+
 bool technology_enter(const technology_row *row, bool by_hand) {
     unsigned hidden = by_hand ? place(row->number, BY_TAPE) : TECHNOLOGY_ENTERED;
     if (hidden < TECHNOLOGY_ENTERED)

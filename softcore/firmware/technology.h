@@ -38,6 +38,12 @@ technology_row technology_draft(uint32_t number);
 /* Enter a row; false if there is no room. By hand also instead of the tape's. */
 bool technology_enter(const technology_row *row, bool by_hand);
 
+/* The condition of a planned current, in IP from 1 on: host/roughing.py's. A built-in one that has it;
+   else number 900 + IP with times between those of its neighbours, or in proportion beyond the last.
+   What has been entered by hand under its number counts as it does for C and G10. */
+#define TECHNOLOGY_PLANNED 900
+technology_row technology_planned(uint32_t ip);
+
 /* Current of a row in steps of the power supply (a setting); false if it has no such step, by more than
    1/100 IP, or the gateware does not let it through. */
 bool technology_level(const technology_row *row, uint32_t *level);

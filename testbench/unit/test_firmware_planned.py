@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From the planning into the series: G39 P1 puts in force what ``$BP`` has found."""
+
+import ctypes
+
+import pytest
+
+from host.basic import read_all
+from host.roughing import condition, program
+from host.staircase import Job, plan
+from testbench.firmware import Checker, Machine, events
+from testbench.programs import punched
+
+DATA = read_all("copper", "steel")[1:3]
+JOB = Job(70, 110, 15)
+PLAN = "$BP70,110,15"
+RETRACTION = "G36 R300 L.5 H600 E60 Q.1"
+NOTHING = "G39 P1 without a staircase that has been planned ($BP)."
+PASSES = 60_000     # of the main loop that a planning takes at most
+
+
+class Row(ctypes.Structure):
+    """``technology_row`` of technology.h."""
+
+    _fields_ = [
+        ("number", ctypes.c_uint32), ("milli_ip", ctypes.c_uint16), ("negative", ctypes.c_bool),
+        *((name, ctypes.c_uint16) for name in ("on_us", "off_us", "rest_us", "open_v")),
+        *((name, ctypes.c_uint8) for name in ("open_percent", "arc_v", "short_v", "dame", "open",
+                                              "ok")),
+        ("step", ctypes.c_uint16), ("reference_mv", ctypes.c_uint32), ("drop_mv", ctypes.c_uint32)]
+
+    def told(self):
+        """Every field by name."""
+        return {name: getattr(self, name) for name, _ in self._fields_}
+
+
+@pytest.fixture
+def checker():
+    made = Checker()
+    made.library.technology_find.restype = ctypes.POINTER(Row)
+    made.library.technology_planned.restype = Row
+    yield made
+    made.library.technology_reset()
+
+
+@pytest.fixture
+def machine():
+    """A machine with basic data."""
+    ready = Machine()
+    ready.unlock()
+    ready.library.gk_speed(100)
+    lines = ["$BD" + ",".join(f"{depth:g}" for depth in DATA[0].depth_mm)]
+    for one in DATA:
+        lines.append(f"$BA{one.area_mm2:g}")
+        lines += [f"$BI{ip:g}," + ",".join(f"{value:g}" for value in row)
+                  for ip, row in zip(one.ip, one.undersize_um, strict=True)]
+    for line in lines:
+        assert ready.line(line, 100) == ["ok"]
+    return ready
+
+
+def entered(checker, ip):
+    """The row of the condition that a planned program has for a current."""
+    number, block = condition(ip)
+    assert not block or checker.enter(block) == ""
+    return checker.library.technology_find(number).contents
+
+
+@pytest.mark.parametrize("kept", ["", "G10 C{number} E100 K-1 H60 L.003 X3 Y5 Z18 V5 U2.5"])
+def test_a_planned_current_has_the_condition_of_a_planned_program(checker, kept):
+    """Also when one of its number has been entered by hand, with more than the planner says."""
+    for ip in range(1, 21):
+        wanted = entered(checker, ip).told()
+        checker.library.technology_reset()
+        if kept:
+            number, block = condition(ip)
+            more = " I1 P9 Q99 R9" if block else ""
+            assert checker.enter(kept.format(number=number) + more) == ""
+            found = checker.library.technology_planned(ip).told()
+            wanted = entered(checker, ip).told()
+            assert wanted["drop_mv"] == 2500
+        else:
+            found = checker.library.technology_planned(ip).told()
+        assert found == wanted
+        assert found["milli_ip"] == 1000 * ip
+        checker.library.technology_reset()
+
+
+def machined(machine, blocks, passes=4000):
+    """Run a tape: the conditions told, and what the power supply was told while it machined."""
+    powers = []
+    count = len(machine.lines)
+    machine.tape(punched(blocks), passes=0)
+    for _ in range(passes):
+        machine.run(1)
+        if machine.power not in powers[-1:]:
+            powers.append(machine.power)
+    lines = machine.lines[count:]
+    assert events(lines, "end"), lines[-3:]
+    told = [tuple(map(int, event[1:])) for event in events(lines, "condition")]
+    return told, [power for power in powers if power["level"]]
+
+
+def test_it_machines_what_the_planned_program_machines(machine):
+    found = plan(DATA, JOB)
+    body = [line.split(" ", 1)[1] for line in program(found, DATA, series=True).splitlines()
+            if line.startswith("N")]
+    steps = [block for block in body if block.startswith(("G10", "C", "G39 Z"))]
+    assert len([block for block in steps if block.startswith("G39")]) == 2
+    way = ["M03", "G01 Z-15 F60", "M02"]
+    wanted = machined(machine, [RETRACTION, *steps, *way])
+    assert wanted[0] == [(908, 8000), (907, 7000, -22_030), (130, 6000, -74_990)]
+    # The power-on condition would hide what the first one does.
+    for line in ("G92 Z0", "C150", PLAN):
+        assert machine.line(line, PASSES)[-1] == "ok"
+    assert machined(machine, [RETRACTION, "G39 P1", *way]) == wanted
+    assert [power["level"] for power in wanted[1]] == [8, 7, 6]
+
+
+def test_depths_count_from_the_zero_in_force_and_by_hand_it_works_too(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    assert machine.line("G92 Z3.5")[-1] == "ok"
+    assert events(machine.line("G39 P1"), "condition") == [["condition", "908", "8000"]]
+    assert machine.power["level"] == 8
+    assert machine.line("G01 Z1 F60", 4000)[-1] == "ok"
+    assert machine.power["level"] == 8, "zero was declared 3.5 mm lower"
+    lines = machine.line("G01 Z-2.5 F60", 4000)
+    assert events(lines, "condition") == [["condition", "907", "7000", "-22030"]]
+    assert machine.axes[2] == -60_000
+
+
+def test_it_ends_a_series_and_is_ended_like_one(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    for line in ("C150", "G39 Z-1 C140", "G39 P1", "G39 Z-14 C100"):
+        assert machine.line(line)[-1] == "ok"
+    assert "must lie deeper" in machine.line("G39 Z-14 C110")[0]
+    lines = machine.line("G01 Z-5 F60", 4000)
+    assert [event[1] for event in events(lines, "condition")] == ["907"]
+    assert machine.line("G39")[-1] == "ok"
+    assert events(machine.line("G01 Z-15 F60", 8000), "condition") == []
+    assert machine.power["level"] == 7
+
+
+def test_a_plan_outlives_a_reset_and_other_data_but_not_another_planning(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    machine.send(b"\x18")
+    machine.run(400)
+    machine.unlock()
+    assert machine.line("$BD0,1")[-1] == "ok"
+    assert machine.line("G39 P1")[-1] == "ok"
+    assert machine.line(PLAN)[-1] == "error:39"
+    assert machine.line("G39 P1")[-1] == "ok", "nothing was planned instead"
+
+
+def test_while_a_planning_is_not_over_there_is_nothing(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    machine.send(PLAN.encode() + b"\n")
+    machine.run(50)
+    machine.send(b"\x18")
+    machine.run(400)
+    machine.unlock()
+    assert machine.line("G39 P1") == [f"[MSG:MDI, character 5: {NOTHING}]", "error:33"]
+    assert machine.line("$BP70,40,15", PASSES)[-1] == "error:39"
+    assert machine.line("G39 P1")[-1] == "error:33"
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    assert machine.line("G39 P1")[-1] == "ok"
+
+
+def test_a_supply_that_lacks_a_current_has_no_series(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    machine.line("$55=1000")
+    assert machine.line("G39 P1")[-1] == "error:33", "planned for another supply"
+    assert machine.line(PLAN, PASSES)[-2:] == [
+        "[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]", "ok"]
+    assert machine.line("G39 P1")[-1] == "error:33"
+    machine.line("$55=750")
+    assert machine.line(PLAN, PASSES)[-2] == "[MSG:IP 6 to 15.0000 mm]"
+    assert events(machine.line("G39 P1"), "condition") == [["condition", "908", "8000"]]
+    assert machine.power["level"] == 16
+    machine.line("$55=1500")
+    machine.line("G10 C130 I5")
+    assert "not set to all" in machine.line(PLAN, PASSES)[-2], "C130 has another current by hand"
+
+
+@pytest.mark.parametrize(("block", "code", "words"), [
+    ("G39 P1", 33, f"MDI, character 5: {NOTHING}"),
+    ("G39 P2", 11, "MDI, character 5: G39 takes P1 only: what has been planned last."),
+    ("G39 P1.5", 11, "G39 takes P1 only"),
+    ("G39 P-1", 11, "MDI, character 6: the word P takes no sign."),
+    ("G39 P1 Z-1", 14, "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
+    ("G39 P1 C100", 14, "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
+    ("G39 P1 M03", 17, "a G39 block carries no other word"),
+])
+def test_bad_words_get_one_sentence(block, code, words):
+    ready = Machine()
+    ready.unlock()
+    lines = ready.line(block)
+    assert lines[-1] == f"error:{code}"
+    assert words in lines[0]
+    assert len(lines) == 2
+
+
+def test_a_law_needs_its_reference_in_every_step(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    for line in ("G10 C900 I1 P20 Q60 V9", "C900", "G95 P2"):
+        assert machine.line(line)[-1] == "ok"
+    lines = machine.line("G39 P1")
+    assert lines[-1] == "error:33"
+    assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in lines[0]
+
+
+def test_a_checked_tape_has_no_plan(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    assert NOTHING in Checker().check(punched(["G39 P1", "M02"])).sentence
