@@ -1,48 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Planned programs on the simulated sinker: every current from its depth on, by jumps and shorts.
 
-The staircases are the planner's. The short job has basic data of its own, whose undersize rises
-within 0.8 mm as that of the synthetic data does within 15: so a shallow cavity has several steps,
-of currents that are built in and of ones that are not.
+The staircases are the planner's, on the host or on the controller itself.
 """
 
-from bisect import bisect_left, bisect_right
 from collections import Counter
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 
 import pytest
 
-from host.basic import BasicData, read_all
+from host.basic import read_all
 from host.experiment_roughing import JUMP, machine_for
 from host.roughing import condition, program
 from host.run import Run
 from host.simulation import Simulation as Piped
 from host.staircase import Job, neighbours, plan
-from host.synthetic import undersize_um
 from host.tape import encode
-from testbench.cosim.job import MM
+from testbench.cosim.job import HEIGHT_MM, MM
+from testbench.cosim.planning import WATCHED, check_currents, check_switches, plan_on, steep
 from testbench.cosim.record import Record
 from testbench.native.simulation import Simulation
 
-STEEPER = 18.75     # 15 mm of the synthetic data are 0.8 mm of the made-up ones
-DEPTHS_MM = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2)
-CURRENTS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0)
-WATCHED = ("condition_switched", "axis_z_position", "gap_ma", "gap_on")
-SENSING_MA = 1000   # more than this flows in main pulses only
+LONGEST_STEP = 5000     # clocks of the firmware's main loop
 AT_REST = 1         # pulses from the end of a block at which the electrode is taken to be there
 OVERSHOOT = 3       # pulses that the electrode may be deeper than the end of its block meanwhile
-
-
-def steep(area_mm2):
-    """Basic data of an area, made up."""
-    stock = tuple(3 * ip for ip in CURRENTS)
-    return BasicData(
-        name=f"steep_{area_mm2:g}", electrode="copper", workpiece="steel", area_mm2=area_mm2,
-        source="made up", depth_mm=DEPTHS_MM, ip=CURRENTS, bottom_um=stock, side_um=stock,
-        undersize_um=tuple(tuple(round(undersize_um(area_mm2, ip, STEEPER * depth), 1)
-                                 for depth in DEPTHS_MM) for ip in CURRENTS),
-        finish_um=((1.0, 0.0),))
 
 
 def planned(data, job):
@@ -117,37 +98,6 @@ def check_events(events, steps, by):
     assert causes["short"] >= 1
 
 
-def check_switches(record, steps, origin):
-    """The gateware's switches, to the pulse of the encoder and never before."""
-    clocks = record.rises("condition_switched")
-    assert len(clocks) == len(steps) - 1
-    for clock, step in zip(clocks, steps, strict=False):
-        reached = -step.depth_um * MM // 1000 - origin
-        assert record.at("axis_z_position", clock - 2) == reached
-        assert record.lowest("axis_z_position", 0, clock - 2) == reached + 1
-
-
-def check_currents(record, steps, origin, step_ma, margin):
-    """What flows in the gap is the planned current of the furthest depth reached so far.
-
-    Pulses that begin within ``margin`` pulses of a border may have the current of either side.
-    """
-    clocks, places = record.signals["axis_z_position"]
-    lowest = list(accumulate(places, min))
-    borders = [-step.depth_um * MM // 1000 - origin for step in steps[:-1]]
-    begins = [clock for clock, on in record.changes("gap_on") if on]
-    flow_clocks, flows = record.signals["gap_ma"]
-    seen = [set() for _ in steps]
-    for begin, until in pairwise(begins):
-        deepest = lowest[max(0, bisect_right(clocks, begin) - 1)]
-        if any(abs(deepest - border) <= margin for border in borders):
-            continue
-        number = sum(deepest < border for border in borders)
-        main = flows[bisect_right(flow_clocks, begin):bisect_left(flow_clocks, until)]
-        seen[number].update(current for current in main if current > SENSING_MA)
-    assert seen == [{step_ma * step.ip} for step in steps]
-
-
 def run_and_check(machine, found, data, *, series, jump, forced):
     """Run the program of a staircase in one of its two forms and check it all."""
     tape = jumping(program(found, data, series=series), jump)
@@ -182,3 +132,37 @@ def test_the_reference_job_has_each_current_from_its_depth_on(series):
     first = -found.steps[0].depth_um / 1000
     run_and_check(machine_for(), found, neighbours(data, 70), series=series, jump=JUMP,
                   forced=(first - 0.2, first + 0.1))
+
+
+def planned_on_the_controller(data, roughing, feed):
+    """Let the controller plan, go down by what it found, and hold both against the host's."""
+    found, machine = planned(data, roughing), machine_for()
+    with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1,
+                    trace=False) as session:
+        job, told = plan_on(session, data, roughing)
+        job.start("\n".join(["%", "G21 G90 G94", "G39 P1", "M03",
+                             f"G01 Z-{roughing.depth_mm:g} F{feed}", "M05", "M02", "%", ""]))
+        job.finish()
+    assert told["steps"] == found.steps
+    assert (told["needs_um"], told["has_um"]) == (round(found.beta_um, 1), roughing.undersize_um)
+    assert told["longest"] < LONGEST_STEP
+    conditions = job.told("condition")
+    assert [(event["number"], event["ip"]) for event in conditions] == [
+        (condition(int(step.ip))[0], step.ip) for step in found.steps]
+    assert [event["depth"] for event in conditions[1:]] == [
+        -step.depth_um / 1000 for step in found.steps[:-1]]
+    origin = round(HEIGHT_MM * MM)
+    check_switches(job.record, found.steps, origin)
+    check_currents(job.record, found.steps, origin, 1000 * machine.tables["source"]["step_a"],
+                   margin=1)
+
+
+def test_the_controller_plans_what_the_host_does_and_switches_by_it():
+    planned_on_the_controller([steep(70.0)], Job(70, 150, 0.8), feed=240)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("undersize_um", [110, 150])
+def test_the_controller_plans_the_reference_job(undersize_um):
+    data = read_all("copper", "steel")[1:3]
+    planned_on_the_controller(data, Job(70, undersize_um, 15), feed=1200)

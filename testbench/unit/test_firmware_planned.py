@@ -9,6 +9,7 @@ from host.basic import read_all
 from host.roughing import condition, program
 from host.staircase import Job, plan
 from testbench.firmware import Checker, Machine, events
+from testbench.planner import lines
 from testbench.programs import punched
 
 DATA = read_all("copper", "steel")[1:3]
@@ -49,12 +50,7 @@ def machine():
     ready = Machine()
     ready.unlock()
     ready.library.gk_speed(100)
-    lines = ["$BD" + ",".join(f"{depth:g}" for depth in DATA[0].depth_mm)]
-    for one in DATA:
-        lines.append(f"$BA{one.area_mm2:g}")
-        lines += [f"$BI{ip:g}," + ",".join(f"{value:g}" for value in row)
-                  for ip, row in zip(one.ip, one.undersize_um, strict=True)]
-    for line in lines:
+    for line in lines(DATA):
         assert ready.line(line, 100) == ["ok"]
     return ready
 
@@ -95,9 +91,9 @@ def machined(machine, blocks, passes=4000):
         machine.run(1)
         if machine.power not in powers[-1:]:
             powers.append(machine.power)
-    lines = machine.lines[count:]
-    assert events(lines, "end"), lines[-3:]
-    told = [tuple(map(int, event[1:])) for event in events(lines, "condition")]
+    said = machine.lines[count:]
+    assert events(said, "end"), said[-3:]
+    told = [tuple(map(int, event[1:])) for event in events(said, "condition")]
     return told, [power for power in powers if power["level"]]
 
 
@@ -124,8 +120,8 @@ def test_depths_count_from_the_zero_in_force_and_by_hand_it_works_too(machine):
     assert machine.power["level"] == 8
     assert machine.line("G01 Z1 F60", 4000)[-1] == "ok"
     assert machine.power["level"] == 8, "zero was declared 3.5 mm lower"
-    lines = machine.line("G01 Z-2.5 F60", 4000)
-    assert events(lines, "condition") == [["condition", "907", "7000", "-22030"]]
+    said = machine.line("G01 Z-2.5 F60", 4000)
+    assert events(said, "condition") == [["condition", "907", "7000", "-22030"]]
     assert machine.axes[2] == -60_000
 
 
@@ -134,8 +130,8 @@ def test_it_ends_a_series_and_is_ended_like_one(machine):
     for line in ("C150", "G39 Z-1 C140", "G39 P1", "G39 Z-14 C100"):
         assert machine.line(line)[-1] == "ok"
     assert "must lie deeper" in machine.line("G39 Z-14 C110")[0]
-    lines = machine.line("G01 Z-5 F60", 4000)
-    assert [event[1] for event in events(lines, "condition")] == ["907"]
+    said = machine.line("G01 Z-5 F60", 4000)
+    assert [event[1] for event in events(said, "condition")] == ["907"]
     assert machine.line("G39")[-1] == "ok"
     assert events(machine.line("G01 Z-15 F60", 8000), "condition") == []
     assert machine.power["level"] == 7
@@ -194,19 +190,19 @@ def test_a_supply_that_lacks_a_current_has_no_series(machine):
 def test_bad_words_get_one_sentence(block, code, words):
     ready = Machine()
     ready.unlock()
-    lines = ready.line(block)
-    assert lines[-1] == f"error:{code}"
-    assert words in lines[0]
-    assert len(lines) == 2
+    said = ready.line(block)
+    assert said[-1] == f"error:{code}"
+    assert words in said[0]
+    assert len(said) == 2
 
 
 def test_a_law_needs_its_reference_in_every_step(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     for line in ("G10 C900 I1 P20 Q60 V9", "C900", "G95 P2"):
         assert machine.line(line)[-1] == "ok"
-    lines = machine.line("G39 P1")
-    assert lines[-1] == "error:33"
-    assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in lines[0]
+    said = machine.line("G39 P1")
+    assert said[-1] == "error:33"
+    assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in said[0]
 
 
 def test_a_checked_tape_has_no_plan(machine):

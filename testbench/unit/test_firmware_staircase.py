@@ -11,7 +11,7 @@ from host.errors import UserError
 from host.network import train
 from host.staircase import Job, plan
 from testbench.firmware import Machine
-from testbench.planner import RUNS, Planner
+from testbench.planner import RUNS, Planner, lines
 
 DATA = read_all("copper", "steel")
 
@@ -186,12 +186,7 @@ def test_a_full_memory_is_told(planner):
 
 def entered(machine, data):
     """Send basic data; every line is answered at once."""
-    lines = ["$BD" + ",".join(f"{depth:g}" for depth in data[0].depth_mm)]
-    for one in data:
-        lines.append(f"$BA{one.area_mm2:g}")
-        lines += [f"$BI{ip:g}," + ",".join(f"{value:g}" for value in row)
-                  for ip, row in zip(one.ip, one.undersize_um, strict=True)]
-    for line in lines:
+    for line in lines(data):
         assert machine.line(line, 100) == ["ok"]
 
 
@@ -222,10 +217,10 @@ def test_what_is_to_be_known_is_said(machine):
 
 def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
     machine.send(b"$BP70,110,15\n$I\n?")
-    lines = machine.run(60_000)
-    assert lines[0].startswith("<")
-    assert lines[-2].startswith("[VER:")
-    assert lines.count("ok") == 2
+    said = machine.run(60_000)
+    assert said[0].startswith("<")
+    assert said[-2].startswith("[VER:")
+    assert said.count("ok") == 2
 
 
 def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
