@@ -98,7 +98,8 @@ def _run(command):
 def _cached(name, command, build):
     """Path of ``name`` in the folder of its digest; ``build(folder)`` makes it if it is not there.
 
-    It is made under another name and moved, so that two processes may build at once.
+    It is made under another name and moved, so that two processes may build at once; what else was
+    made before it.
     """
     folder = BUILD / _digest(command)
     result = folder / name
@@ -106,7 +107,8 @@ def _cached(name, command, build):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as place:
             build(Path(place))
-            (Path(place) / name).replace(result)
+            for made in sorted(Path(place).iterdir(), key=lambda path: path.name == name):
+                made.replace(folder / made.name)
     return result
 
 

@@ -2,21 +2,38 @@
 """The figures of ``make bench``, as one table: ``python -m testbench.bench``."""
 
 import argparse
+import shutil
 import sys
+import tempfile
 import time
+from pathlib import Path
+from unittest.mock import patch
 
 from host import machine as machines
+from host.basic import read_all
 from host.run import Run
 from host.simulation import Simulation as Piped
+from host.staircase import Job
 from host.tape import encode, load
+from softcore import image
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
+from testbench.cosim.planning import plan_on
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
 SPEED_S = 6.0        # of the machine's time: setting up, the tape, discharges, retractions
 ROUNDS = 3
 BLOCKS = 400
+BOARD_HZ = 50e6
+# The planner's calls, for firmware without one.
+NO_PLANNER = """#include "planner.h"
+void planner_init(void) {}
+void planner_stop(void) {}
+void planner_line(const char *from, uint32_t characters) { (void)from, (void)characters; }
+bool planner_busy(void) { return false; }
+bool planner_serve(void) { return false; }
+"""
 
 
 def _say(text):
@@ -76,6 +93,39 @@ def firmware_cost():
     yield "event of the gateware to the end of its interrupt, worst", f"{found['interrupt']} clocks"
 
 
+def _memory(sources):
+    """Bytes of code and constants, and of data, that firmware takes."""
+    with (tempfile.TemporaryDirectory() as place, patch.object(image, "SOURCES", sources),
+          patch.object(image, "BUILD", Path(place))):
+        made = image.target_image()
+        elf = made.with_suffix(".elf").read_bytes()
+        code = made.stat().st_size
+    # ELF32, little-endian: place of the program headers, their size and number; sizes in each.
+    table, size, number = (int.from_bytes(elf[at:at + width], "little")
+                           for at, width in ((28, 4), (42, 2), (44, 2)))
+    headers = [[int.from_bytes(elf[at + 4 * word:at + 4 * word + 4], "little") for word in range(8)]
+               for at in range(table, table + size * number, size)]
+    end = max(address + taken for kind, _, address, _, _, taken, *_ in headers if kind == 1)
+    return code, end - code
+
+
+def planning():
+    """Rows on roughing planned by the controller: its clocks, and what of the memory it takes."""
+    data = read_all("copper", "steel")[1:3]
+    for undersize_um in (110, 150):
+        with _native() as native:
+            _, found = plan_on(native, data, Job(70, undersize_um, 15))
+        yield (f"planning 70 mm2, {undersize_um} um, 15 mm: {len(found['steps'])} steps",
+               f"{found['clocks'] / 1e6:.1f} million clocks, {found['clocks'] / BOARD_HZ:.2f} s at "
+               f"{BOARD_HZ / 1e6:.0f} MHz; longest step {found['longest']} clocks")
+    with tempfile.TemporaryDirectory() as place:
+        without = shutil.copytree(image.SOURCES, Path(place) / "firmware")
+        (without / "planner.c").write_text(NO_PLANNER)
+        code, data = (one - other for one, other in zip(_memory(image.SOURCES), _memory(without),
+                                                        strict=True))
+    yield "memory of the planner", f"{code} bytes of code, {data} of data"
+
+
 def reaction_times():
     """Rows on the clocks from the sample that completes a short to what follows it."""
     for speed, shorts in reaction.SPEEDS:
@@ -95,8 +145,8 @@ def resources():
                f"{cells.bram} DP16KD, {cells.dsp} MULT18{clock}")
 
 
-SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "reaction": reaction_times,
-            "resources": resources}
+SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "planning": planning,
+            "reaction": reaction_times, "resources": resources}
 
 
 def main() -> None:
