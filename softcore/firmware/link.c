@@ -69,7 +69,7 @@ static const char *state_name(void) {
         return "Alarm";
     if (machine_held() || program_paused())
         return "Hold";
-    return program_running() || !path_at_front() ? "Run" : "Idle";
+    return program_running() || !path_at_front() || planner_busy() ? "Run" : "Idle";
 }
 
 /* In two steps: all of it at once would take too long for one pass of the main loop. */

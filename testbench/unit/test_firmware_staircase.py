@@ -216,9 +216,12 @@ def test_what_is_to_be_known_is_said(machine):
 
 
 def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
-    machine.send(b"$BP70,110,15\n$I\n?")
+    machine.unlock()
+    machine.send(b"$BP70,110,15\n$I\n")
+    assert machine.run(50) == []
+    machine.send(b"?")
     said = machine.run(60_000)
-    assert said[0].startswith("<")
+    assert said[0].startswith("<Run|"), "a host that waits for the answer asks"
     assert said[-2].startswith("[VER:")
     assert said.count("ok") == 2
 
