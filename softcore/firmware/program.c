@@ -11,7 +11,10 @@
 #include "path.h"
 #include "reader.h"
 #include "settings.h"
+#include "units.h"
 
+/* What follows the program's end on the tape is still a tape's; a sender may as well stop there. */
+#define TRAILER_US 300000
 #define READ_BUDGET 12      /* bytes of tape per step: some 300 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
@@ -20,7 +23,8 @@ typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
 
 static uint8_t tape[PROGRAM_TAPE];
 static uint32_t tape_head, tape_tail;
-static enum { TAPE_NONE, TAPE_OPEN, TAPE_RUNNING } tape_state;
+static enum { TAPE_NONE, TAPE_OPEN, TAPE_RUNNING, TAPE_OVER } tape_state;
+static uint32_t tape_over;  /* clock of the program's end, while the tape's own is to come */
 static bool tape_ended;     /* no more bytes will come */
 static bool announced;      /* `start` has been told */
 static reader tape_reader;
@@ -90,7 +94,7 @@ bool program_tape_begin(void) {
 uint32_t program_tape_room(void) { return PROGRAM_TAPE - (tape_head - tape_tail); }
 
 void program_tape_byte(uint8_t byte) {
-    if (tape_state != TAPE_NONE)
+    if (tape_state == TAPE_OPEN || tape_state == TAPE_RUNNING)
         tape[tape_head++ % PROGRAM_TAPE] = byte;
 }
 
@@ -265,7 +269,10 @@ static bool step_execute(void) {
     switch (result) {
     case EXECUTE_DONE: next_block(); break;
     case EXECUTE_END:
-        tape_state = by_hand ? tape_state : TAPE_NONE;
+        if (!by_hand) {
+            tape_state = TAPE_OVER;
+            tape_over = hal_cycle_low();
+        }
         finish_block();
         break;
     case EXECUTE_FAULT: machine_alarm(&trouble); break;
@@ -279,6 +286,9 @@ bool program_step(void) {
         return false;
     uint32_t began = hal_cycle_low(), tail = tape_tail;
     stage was = at;
+    if (tape_state == TAPE_OVER &&
+        (tape_ended || began - tape_over > units_clocks_of_us(TRAILER_US)))
+        tape_state = TAPE_NONE;
     switch (at) {
     case STAGE_READ: step_read(); break;
     case STAGE_PARSE: step_parse(); break;

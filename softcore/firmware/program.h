@@ -27,7 +27,7 @@ bool program_tape_begin(void);      /* false while another tape runs */
 uint32_t program_tape_room(void);
 void program_tape_byte(uint8_t byte);
 void program_tape_end(void);        /* there are no more bytes */
-bool program_tape_due(void);        /* there will be more */
+bool program_tape_due(void);        /* there will be more: for a while after the program's end, too */
 
 /* A line entered by hand; false if one is still being carried out. The answer comes by link_answer. */
 bool program_line(const char *text, uint32_t length);

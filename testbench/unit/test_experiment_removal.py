@@ -227,4 +227,6 @@ def test_a_short_wall_is_finished():
     # The stock of 20 um, and what is taken of the surface.
     feed_mm_s = (0.9 * 0.3 - 0.08) / found["time_s"]
     assert 0.02 < found["removal_mm3_s"] / feed_mm_s / 10 < 0.035
-    assert found["variation"] > found["noise"] > 2
+    # The number of craters alone makes so much; a deviation of n means scatters by 1 / sqrt(2 n).
+    scatter = (2 * found["time_s"] / removal.BIN_S) ** -0.5
+    assert found["variation"] > (1 - 2 * scatter) * found["noise"] > 2
