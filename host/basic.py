@@ -19,6 +19,7 @@ from host.machine import ROOT
 __all__ = ["FOLDER", "BasicData", "file_name", "read_all", "read_file"]
 
 FOLDER = ROOT / "tapes" / "basic"
+FILES = "*_*_*mm2.toml"
 TABLE = "current"
 MOST_CURRENTS, MOST_DEPTHS = 16, 12     # what the memory of the soft core holds for an area
 # Largest value and digits behind the point; the soft core keeps whole numbers of the last digit.
@@ -54,7 +55,12 @@ class BasicData:
 
 def file_name(electrode: str, workpiece: str, area_mm2: float) -> str:
     """Name that a file of basic data must have."""
-    return f"{electrode}_{workpiece}_{area_mm2:g}mm2.toml"
+    return f"{electrode}_{workpiece}_{area_mm2:.8g}mm2.toml"
+
+
+def _materials(path):
+    """What the name of a file has before its area."""
+    return path.name.rsplit("_", 1)[0]
 
 
 class _Reader:
@@ -86,7 +92,7 @@ class _Reader:
                 seen += here == table
             if here == table and (not table or table != TABLE or seen == row):
                 at = at or number
-                if re.match(rf"\s*{key}\s*=", line) and key:
+                if key and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
                     return number
         return at or 1
 
@@ -96,7 +102,8 @@ class _Reader:
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(f"{name} must be a number, not {value!r}", key, **place)
         if not 0 <= value <= limit:
-            self.refuse(f"{name} must be 0 to {limit:g}, not {value:g}", key, **place)
+            told = f"{value:g}" if abs(value) < 1e300 else "a number of more than 300 digits"
+            self.refuse(f"{name} must be 0 to {limit:g}, not {told}", key, **place)
         if round(value, digits) != value:
             self.refuse(f"{name} has at most {digits} digits behind the point, unlike {value!r}",
                         key, **place)
@@ -149,6 +156,8 @@ def _rows(read, depths):
     undersizes = []
     for index, row in enumerate(rows):
         place = {"table": TABLE, "row": index}
+        if not isinstance(row, dict):
+            read.refuse(f"current must be tables [[{TABLE}]], not {row!r}", TABLE)
         for key, values in found.items():
             if key not in row:
                 read.refuse(f"{key} is missing", key, **place)
@@ -226,15 +235,20 @@ def read_all(electrode: str, workpiece: str, folder: Path = FOLDER) -> list[Basi
     Raises
     ------
     UserError
-        If there are none, one of the files is refused, or their depths differ.
+        If there are none, one of the files is refused, or their depths or finishes differ.
     """
-    known = sorted({path.name.rsplit("_", 1)[0] for path in folder.glob("*_*_*mm2.toml")})
+    known = sorted({_materials(path) for path in folder.glob(FILES)})
     if f"{electrode}_{workpiece}" not in known:
         have = ", ".join(" on ".join(pair.split("_", 1)) for pair in known) or "nothing"
         raise UserError(f"there are no basic data of {electrode} on {workpiece} in {folder}, "
                         f"only of {have}.")
-    data = sorted((read_file(path) for path in folder.glob(f"{electrode}_{workpiece}_*mm2.toml")),
+    data = sorted((read_file(path) for path in folder.glob(FILES)
+                   if _materials(path) == f"{electrode}_{workpiece}"),
                   key=lambda one: one.area_mm2)
+    for one in data:
+        if (one.electrode, one.workpiece) != (electrode, workpiece):
+            raise UserError(f"{one.name} is of {one.electrode} on {one.workpiece}, not of "
+                            f"{electrode} on {workpiece}.")
     for one in data[1:]:
         if one.depth_mm != data[0].depth_mm:
             raise UserError(f"{one.name} has other depths than {data[0].name}: the files of a pair "

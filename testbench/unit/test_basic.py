@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from host import synthetic
-from host.basic import FOLDER, read_all, read_file
+from host.basic import FOLDER, file_name, read_all, read_file
 from host.errors import UserError
 
 GOOD = """\
@@ -103,6 +103,9 @@ def test_finishes_may_be_left_out(tmp_path):
      "undersize_um must rise with the current (at 0 mm), but 66 follows 66"),
     ("84, 86, 99.5", "-1, 86, 99.5", 21, "undersize_um must be 0 to 6000, not -1"),
     ("[finish]", "[finsh]", 7, "finsh is not known"),
+    ('source = "a test"', '"a (b" = 1', 4, "a (b is not known"),
+    ("area_mm2 = 50", "area_mm2 = 5" + 400 * "0", 3,
+     "area_mm2 must be 0 to 100000, not a number of more than 300 digits"),
 ])
 def test_bad_data_are_refused_by_name_and_line(tmp_path, old, new, line, why):
     assert old in GOOD
@@ -117,6 +120,12 @@ def test_a_single_current_is_refused(tmp_path):
         read_file(path)
 
 
+def test_currents_that_are_no_tables_are_refused(tmp_path):
+    path = written(tmp_path, GOOD[:GOOD.index("[finish]")] + "current = [4, 6]\n")
+    with pytest.raises(UserError, match=r"line 7: current must be tables \[\[current\]\], not 4"):
+        read_file(path)
+
+
 def test_what_is_no_toml_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"copper_steel_50mm2\.toml is no TOML: .*line 3"):
         read_file(written(tmp_path, GOOD.replace("= 50", "=")))
@@ -128,6 +137,27 @@ def test_materials_without_data_are_refused(tmp_path):
         read_all("graphite", "steel")
     with pytest.raises(UserError, match=r"only of nothing\.$"):
         read_all("copper", "steel", tmp_path)
+
+
+def test_a_longer_name_is_another_material(tmp_path):
+    written(tmp_path)
+    hard = GOOD.replace('"steel"', '"steel_hard"').replace("area_mm2 = 50", "area_mm2 = 60")
+    written(tmp_path, hard, "copper_steel_hard_60mm2.toml")
+    assert [one.area_mm2 for one in read_all("copper", "steel", tmp_path)] == [50]
+    assert [one.area_mm2 for one in read_all("copper", "steel_hard", tmp_path)] == [60]
+    with pytest.raises(UserError, match=r"^copper_steel_hard_60mm2\.toml is of copper on "
+                                        r"steel_hard, not of copper_steel on hard\.$"):
+        read_all("copper_steel", "hard", tmp_path)
+
+
+def test_a_large_area_is_named_to_its_last_digit():
+    assert file_name("copper", "steel", 100_000.0) == "copper_steel_100000mm2.toml"
+    assert file_name("copper", "steel", 12345.67) == "copper_steel_12345.67mm2.toml"
+
+
+def test_a_name_is_no_pattern(tmp_path):
+    written(tmp_path, GOOD.replace('"steel"', '"st[1]*"'), "copper_st[1]*_50mm2.toml")
+    assert len(read_all("copper", "st[1]*", tmp_path)) == 1
 
 
 @pytest.mark.parametrize(("old", "new", "what"), [("[0, 1, 10]", "[0, 1, 11]", "depths"),
