@@ -194,7 +194,7 @@ def plan(
     area: Annotated[float, typer.Option(metavar="MM2", min=0.01, show_default=False,
                                         help="Machined area.")],
     undersize: Annotated[float, typer.Option(
-        metavar="UM", min=0.1, show_default=False,
+        metavar="UM", min=0.1, max=100_000.0, show_default=False,
         help="Undersize of the electrode, on each side.")],
     depth: Annotated[float, typer.Option(metavar="MM", min=0.001, show_default=False,
                                          help="Depth to rough to.")],
@@ -234,8 +234,10 @@ def plan(
         raise UsageError("--series needs a program to be written (-o).")
     if picture is None and target is not None:
         picture = target.with_suffix(".png")
-    if picture is not None and picture == target:
+    if target is not None and os.path.realpath(picture) == os.path.realpath(target):
         raise UsageError(f"{target} cannot be the program and its plot.")
+    if picture is not None and picture.suffix.lower() != ".png":
+        raise UsageError(f"{picture} must end with .png: the plot is a PNG.")
     roughing(electrode=electrode, workpiece=workpiece,
              job=Job(area, undersize, depth, taper, parts_of_step(step), finish),
              seed=seed, folder=folder, target=target, picture=picture, series=series, console=out)

@@ -14,6 +14,7 @@ the electrode rise more than 0.5 mm above the workpiece. Speeds and changeover a
 it where that would leave the fluid.
 """
 
+import warnings
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -42,6 +43,7 @@ LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "
 SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
 MOST_LABELS = 8     # in the plot
+MOST_COMMENT = 250  # a block has 256 characters, its brackets and its end among them
 
 
 def parts_of_step(step_ip: float) -> int:
@@ -52,7 +54,7 @@ def parts_of_step(step_ip: float) -> int:
     UsageError
         If the step is not 1 IP or a whole part of it.
     """
-    parts = round(1 / step_ip) if step_ip > 0 else 0
+    parts = round(1 / step_ip) if step_ip * (MOST_PARTS + 1) > 1 else 0
     if not 1 <= parts <= MOST_PARTS or abs(parts * step_ip - 1) > 0.005:
         raise UsageError(f"the supply's step must be 1 IP or a whole part of it, down to "
                          f"1/{MOST_PARTS}, not {step_ip:g}.")
@@ -148,9 +150,9 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
 
 
 def _plain(comment):
-    """Capitals, and only what both tape codes have."""
+    """Capitals, only what both tape codes have, and no more than a block takes."""
     return "".join(char if char in "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789+-., /" else " "
-                   for char in comment.upper())
+                   for char in comment.upper())[:MOST_COMMENT]
 
 
 def _pieces(steps):
@@ -207,8 +209,10 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
         left.plot(currents, depths, color=figures.PATH, linewidth=1.8)
         left.axvline(found.alpha, color=figures.FAINT, linestyle=(0, (4, 3)), zorder=0)
         left.set(xlabel=f"current, IP of {AMPERES:g} A", ylabel="depth, mm",
-                 xlim=(0, found.steps[0].ip + 1), ylim=(job.depth_mm, 0),
-                 title=f"{data[0].electrode} on {data[0].workpiece}, {job.area_mm2:g} mm²")
+                 xlim=(0, found.steps[0].ip + 1), ylim=(job.depth_mm, 0))
+        # A material is a name, and no formula between two $.
+        left.set_title(f"{data[0].electrode} on {data[0].workpiece}, {job.area_mm2:g} mm²",
+                       parse_math=False)
         for step in found.steps if len(found.steps) <= MOST_LABELS else ():
             left.annotate(f"IP {step.ip:.4g} to {step.depth_um / 1000:.2f} mm",
                           (step.ip, step.depth_um / 1000), xytext=(-4, 5), ha="right",
@@ -225,7 +229,20 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
         if any(one.source == "synthetic" for one in data):
             figure.suptitle("synthetic basic data", fontsize=8, color=figures.FAINT, x=0.99,
                             ha="right")
-        figure.savefig(path, dpi=120)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing")   # of a material's name
+            figure.savefig(path, dpi=120, format="png")
+
+
+def _write(path, write):
+    """Write a file, and its folder if there is none."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write()
+    except OSError as error:
+        # Where a disk is full, the error has no name of a file.
+        raise UserError(f"{error.filename or path} cannot be written: {error.strerror}."
+                        ) from error
 
 
 def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Path,
@@ -236,15 +253,10 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
     console.print(table(found, neighbours(data, job.area_mm2)))
     for one in _sentences(found, data):
         console.print(one, soft_wrap=True)
-    try:
-        if target is not None:
-            text = program(found, neighbours(data, job.area_mm2), series=series)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(text, encoding="utf-8")
-            console.print(f"{target}: {text.count(chr(10))} lines", soft_wrap=True, markup=False)
-        if picture is not None:
-            picture.parent.mkdir(parents=True, exist_ok=True)
-            plot(found, data, picture)
-            console.print(f"{picture}: plot", soft_wrap=True, markup=False)
-    except OSError as error:
-        raise UserError(f"{error.filename} cannot be written: {error.strerror}.") from error
+    if target is not None:
+        text = program(found, neighbours(data, job.area_mm2), series=series)
+        _write(target, lambda: target.write_text(text, encoding="utf-8"))
+        console.print(f"{target}: {text.count(chr(10))} lines", soft_wrap=True, markup=False)
+    if picture is not None:
+        _write(picture, lambda: plot(found, data, picture))
+        console.print(f"{picture}: plot", soft_wrap=True, markup=False)

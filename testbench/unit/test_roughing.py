@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper plan``: the program it writes, by the firmware's own reader, and what it says."""
 
+import math
 import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 from matplotlib.image import imread
@@ -12,7 +14,7 @@ from matplotlib.image import imread
 from host.basic import read_all
 from host.errors import UsageError, UserError
 from host.machine import ROOT
-from host.roughing import BUILT_IN, LIMITS, condition, parts_of_step, program
+from host.roughing import BUILT_IN, LIMITS, condition, parts_of_step, plot, program
 from host.staircase import Job, Staircase, Step, plan
 from host.tape import encode
 from testbench.firmware import ITEMS, Checker
@@ -105,6 +107,12 @@ def test_as_a_series_the_way_is_one_block():
     assert sum(line.startswith("G36") for line in body) == 1
 
 
+def test_a_long_source_is_no_longer_than_a_block(checker):
+    data = [replace(one, source="own trials, May " * 40) for one in DATA]
+    records = checker.check(encode(program(made((6, 15_000)), data)).rows)
+    assert isinstance(records, list), records
+
+
 def test_a_single_step_needs_no_series_but_may_have_one():
     text = program(made((6, 15_000)), DATA, series=True)
     assert text.count("G39") == 1
@@ -127,7 +135,7 @@ def test_the_supply_divides_an_ip_into_whole_parts(step, parts):
     assert parts_of_step(step) == parts
 
 
-@pytest.mark.parametrize("step", [0, -1, 0.4, 2, 0.01])
+@pytest.mark.parametrize("step", [0, -1, 0.4, 2, 0.01, 1e-320, math.inf, math.nan])
 def test_other_steps_are_refused(step):
     with pytest.raises(UsageError, match=r"^the supply's step must be 1 IP or a whole part of it, "
                                          rf"down to 1/20, not {step:g}\.$"):
@@ -157,6 +165,15 @@ def test_the_command_shows_and_writes(tmp_path):
     assert picture[:, :, :3].std() > 0.02
 
 
+def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):
+    data = [replace(one, electrode="$\\no", workpiece="\u9ec4$ (x)") for one in DATA]
+    found = plan(data, Job(70, 110, 15))
+    assert "(ROUGHING,   NO ON     X , 70 MM2" in program(found, data)
+    plot(found, data, tmp_path / "made.png")
+    assert imread(tmp_path / "made.png").shape[0] > 400
+    assert not recwarn.list
+
+
 @pytest.mark.parametrize(("arguments", "status", "words"), [
     (["--area", 0.5], 1, "the area of 0.5 mm2 is outside of the basic data (20 to 400 mm2)."),
     (["--electrode", "silver"], 1, "there are no basic data of silver on steel in "),
@@ -164,10 +181,23 @@ def test_the_command_shows_and_writes(tmp_path):
     (["--step", 0.4], 2, "the supply's step must be 1 IP or a whole part of it"),
     (["--step", 0.5, "-o", "build/never.nc"], 1, "set in whole IP up to 63"),
     (["-o", "/dev/null/x.nc"], 1, "/dev/null cannot be written"),
+    (["-o", "/dev/full", "--plot", "build/never.png"], 1,
+     "/dev/full cannot be written: No space left on device."),
     (["-o", "build/one.png"], 2, "build/one.png cannot be the program and its plot."),
+    (["-o", "build/one.nc", "--plot", "build/../build/one.nc"], 2,
+     "build/one.nc cannot be the program and its plot."),
+    (["--plot", "build/one.svg"], 2, "build/one.svg must end with .png: the plot is a PNG."),
+    (["--plot", "build/one"], 2, "build/one must end with .png: the plot is a PNG."),
 ])
 def test_failures_are_one_sentence(arguments, status, words):
     result = gapkeeper(*JOB, *arguments)
     assert result.returncode == status
     assert words in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_an_undersize_without_bounds_is_refused():
+    result = gapkeeper(*JOB, "--undersize", "inf")
+    assert result.returncode == 2
+    assert "--undersize" in result.stderr
+    assert gapkeeper(*JOB, "--undersize", 100_000).stderr == ""
