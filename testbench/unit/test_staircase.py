@@ -120,6 +120,16 @@ def test_a_staircase_can_be_repeated_and_a_seed_changes_little():
     assert [step.ip for step in one.steps] == [step.ip for step in two.steps]
 
 
+def test_a_current_that_would_reach_no_less_deep_is_left_out():
+    """With fine steps, where the networks of two of them learn from other rows of the data."""
+    data = [basic(area, (2, 6, 10, 14)) for area in (50.0, 100.0)]
+    found = plan(data, Job(70, 110, 15, steps=20))
+    levels = [round(step.ip * 20) for step in reversed(found.steps)]
+    assert set(range(levels[0], levels[-1])) - set(levels)
+    assert all(one.ip > two.ip and one.depth_um < two.depth_um
+               for one, two in pairwise(found.steps))
+
+
 def test_neighbours_are_eight_samples_on_either_side():
     cell = current_cell(DATA[1:3], 70, 14, 110)
     assert len(set(cell.samples)) == 8
