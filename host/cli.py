@@ -285,7 +285,7 @@ def experiment_roughing(
     seeds: Annotated[int, typer.Option(
         min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
     depth: Annotated[float, typer.Option(
-        min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 15.0,
+        min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),

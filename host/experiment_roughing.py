@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper experiment roughing``: one current all the way, against the planned staircase.
 
-The reference job of the planner (70 mm² to 15 mm with 110 um of undersize, copper on steel, the
-synthetic basic data) on the machine ``sinker`` with an electrode of that area. Constant: the
+A job of 70 mm² with 110 um of undersize, copper on steel, by the synthetic basic data, on the
+machine ``sinker`` with an electrode of that area. Constant: the
 planner's alpha, the current of its last step, from the surface to the end. Staircase: the planned
 currents, switched by the machine at their depths (G39). The same seeds, condition rows, servo
 (G95 P1), limit and periodic jumps in both arms; nothing else differs.
@@ -43,7 +43,7 @@ __all__ = ["ARMS", "FIGURES", "Trial", "consumed", "machine_for", "measure", "pl
            "sentences", "staircase_for", "statistics", "table", "tape_for"]
 
 MACHINE, ELECTRODE, WORKPIECE = "sinker", "copper", "steel"
-AREA_MM2, UNDERSIZE_UM, DEPTH_MM = 70.0, 110.0, 15.0
+AREA_MM2, UNDERSIZE_UM, DEPTH_MM = 70.0, 110.0, 8.0
 SEED = 1                    # of the networks
 ARMS = ("constant", "staircase")
 JUMP = "G38 P400 L1. R900 H900"     # a deep cavity without flushing needs it

@@ -38,8 +38,8 @@ NEAR = neighbours(DATA, AREA_MM2)
 MACHINE = machine_for()
 
 
-def text_of(arm, depth_mm=15.0):
-    return decode(tape_for(Trial(arm, 1, depth_mm), DATA).rows)[0]
+def text_of(arm):
+    return decode(tape_for(Trial(arm, 1, 15.0), DATA).rows)[0]
 
 
 def made_up(speed_mm_s=0.5, depth_mm=4.0, dwell_s=1.0):
@@ -60,7 +60,8 @@ def switched(*pairs):
 def test_both_arms_are_one_tape_but_for_the_currents():
     constant, staircase = text_of("constant"), text_of("staircase")
     assert "G39 Z" not in constant
-    assert staircase.count("G39 Z") == len(staircase_for(Trial("staircase", 1), DATA).steps) - 1
+    planned = staircase_for(Trial("staircase", 1, 15.0), DATA)
+    assert staircase.count("G39 Z") == len(planned.steps) - 1
 
     def same(text):
         blocks = [re.sub(r"^N\d+ ", "", line) for line in text.splitlines() if "(" not in line]
@@ -72,7 +73,7 @@ def test_both_arms_are_one_tape_but_for_the_currents():
 
 
 def test_the_constant_current_is_that_of_the_last_step():
-    constant, staircase = (staircase_for(Trial(arm, 1), DATA) for arm in ARMS)
+    constant, staircase = (staircase_for(Trial(arm, 1, 15.0), DATA) for arm in ARMS)
     assert [step.ip for step in constant.steps] == [staircase.steps[-1].ip] == [staircase.alpha]
     assert constant.steps[-1].depth_um == staircase.steps[-1].depth_um == 15_000
     assert len(staircase.steps) == 3
@@ -134,7 +135,7 @@ def test_statistics_and_table():
 
 
 def test_sentences_compare_seeds_that_ended_in_both_arms():
-    found = staircase_for(Trial("staircase", 1), DATA)
+    found = staircase_for(Trial("staircase", 1, 15.0), DATA)
     said = sentences([*RUNS, one_run("constant", 3, 1000.0),
                       one_run("staircase", 3, 5.0, "alarm")], found)
     assert "takes 0.80 times as long" in said[1]
@@ -159,6 +160,6 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
 
 
 def test_plot_is_drawn_of_runs_that_failed(workdir):
-    plot([one_run("constant", 1, 9.0, "alarm")], staircase_for(Trial("staircase", 1), DATA),
+    plot([one_run("constant", 1, 9.0, "alarm")], staircase_for(Trial("staircase", 1, 15.0), DATA),
          workdir / "plot.png")
     assert (workdir / "plot.png").read_bytes()[:4] == b"\x89PNG"
