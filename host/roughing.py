@@ -250,13 +250,17 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
     """Infer the staircase of a job and show it; write its program and its plot if asked for."""
     data = read_all(electrode, workpiece, folder)
     found = plan(data, job, seed)
-    console.print(table(found, neighbours(data, job.area_mm2)))
-    for one in _sentences(found, data):
-        console.print(one, soft_wrap=True)
+    # Written before a word is said: whoever reads the words may stop listening.
+    written = []
     if target is not None:
         text = program(found, neighbours(data, job.area_mm2), series=series)
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
-        console.print(f"{target}: {text.count(chr(10))} lines", soft_wrap=True, markup=False)
+        written.append(f"{target}: {text.count(chr(10))} lines")
     if picture is not None:
         _write(picture, lambda: plot(found, data, picture))
-        console.print(f"{picture}: plot", soft_wrap=True, markup=False)
+        written.append(f"{picture}: plot")
+    console.print(table(found, neighbours(data, job.area_mm2)))
+    for one in _sentences(found, data):
+        console.print(one, soft_wrap=True)
+    for one in written:
+        console.print(one, soft_wrap=True, markup=False)

@@ -69,6 +69,8 @@ static bool begin(fault *f) {
     if (count < JOB_LEAST || count > JOB_NUMBERS)
         return fault_at(f, FAULT_SETTING, 0,
                         "$BP needs area, undersize and depth; gradient and seed may follow");
+    if (!numbers[0] || !numbers[1] || !numbers[2])
+        return fault_at(f, FAULT_SETTING, 0, "area, undersize and depth must be above 0");
     if (program_running())
         return fault_at(f, FAULT_BUSY, 0, "nothing is planned while a program runs");
     uint32_t gradient = count > 3 ? numbers[3] : 0;

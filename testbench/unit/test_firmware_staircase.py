@@ -247,6 +247,8 @@ DIGITS = "a number with at most 3 digits behind the point is needed."
     ("$BD" + "1," * 20 + "1", "MDI, character 30: more than 13 numbers."),
     ("$BP70,110", "$BP needs area, undersize and depth; gradient and seed may follow."),
     ("$BP70,110,15,61", "the gradient is at most 60 degrees."),
+    ("$BP70,110,0", "area, undersize and depth must be above 0."),
+    ("$BP0,110,15", "area, undersize and depth must be above 0."),
     ("$BP7,110,15", "the area is outside of the basic data."),
     ("$BP70,110,41", "the depth is outside of the basic data."),
     ("$BP70,40,15",
