@@ -96,8 +96,11 @@ static int64_t grown_in(int64_t growth, int32_t across, int32_t along) {
     return steep ? growth * 355 / 226 - grown : grown;
 }
 
-/* Choose the next step of a chain: of the places ahead the one nearest to the curve. True at the end. */
-static bool choose_step(arc *a) {
+/* Choose the next step of a chain: of the places ahead the one nearest to the curve. A call looks at
+   so many of them, as each takes a root and two divisions. */
+#define PLACES_A_CALL 2
+
+static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
     int32_t x = arc_fine_at(a, 0, a->place[0]), y = arc_fine_at(a, 1, a->place[1]);
     int32_t slope = (int32_t)(a->slope >> 14);
     int32_t along[2] = {-y * (1 << 16) + slope * x, x * (1 << 16) + slope * y};
@@ -105,29 +108,34 @@ static bool choose_step(arc *a) {
     int32_t ahead[2] = {a->to[0] - a->place[0], a->to[1] - a->place[1]};
     int64_t rest = a->sweep - a->done;
     int64_t left = fixed_product(fixed_product(a->radius[1] << 14, rest), FIXED_PI) >> 11;
-    int8_t *step = a->steps[a->pieces++];
+    a->pieces += !a->tried;
+    int8_t *step = a->steps[a->pieces - 1];
     bool last = a->pieces == ARC_CHAIN ||
                 (fixed_magnitude(ahead[0]) <= 1 && fixed_magnitude(ahead[1]) <= 1 &&
                  left < 9 * PULSE / 4);
-    int64_t best = INT64_MAX;
+    a->off = a->tried ? a->off : INT64_MAX;
     int64_t radius = (a->radius[0] + fixed_product(a->radius[1] - a->radius[0],
                                              fixed_fraction(a->done, &a->by_turn))) >> 8;
     int64_t most = fixed_magnitude(along[major]);
     int64_t growth = (a->slope >> 14) * ((a->radius[0] + a->radius[1]) >> 9) / (1 << 16);
-    for (int i = 0; !last && i < 9; i++) {
-        int32_t to[2] = {i / 3 - 1, i % 3 - 1};
+    unsigned looked = 0;
+    for (; !last && a->tried < 9; a->tried++) {
+        if (looked == PLACES_A_CALL)
+            return STEP_SOUGHT;
+        int32_t to[2] = {(int32_t)a->tried / 3 - 1, (int32_t)a->tried % 3 - 1};
         int64_t way = (int64_t)along[0] * to[0] + (int64_t)along[1] * to[1];
         /* On a circle that is hardly larger than a pulse, along the minor axis alone, too. */
         if (way <= most / 4 || (!to[major] && radius >= SMALLEST))
             continue;
+        looked++;
         /* The radius after the step, by the angle between before and after. */
         int32_t sine = x * to[1] - y * to[0];
         int32_t cosine = (x * x + y * y) / MOVE_FINE + x * to[0] + y * to[1];
         int64_t wanted = radius + grown_in(growth, sine, cosine);
         uint64_t square = (uint64_t)arc_square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE);
         int64_t off = fixed_magnitude((int64_t)units_root(square << 16) - wanted);
-        if (off < best) {
-            best = off;
+        if (off < a->off) {
+            a->off = off;
             step[0] = (int8_t)to[0];
             step[1] = (int8_t)to[1];
         }
@@ -136,7 +144,8 @@ static bool choose_step(arc *a) {
         step[0] = (int8_t)ahead[0];
         step[1] = (int8_t)ahead[1];
     }
-    return last;
+    a->tried = 0;
+    return last ? STEP_LAST : STEP_CHOSEN;
 }
 
 /* Make the step: where it leads, and how far along the curve. */
@@ -217,8 +226,9 @@ bool arc_prepare(arc *a) {
             a->phase--;
         } else {
             /* The phases end with the chain. */
-            a->chosen = !choose_step(a);
-            a->phase -= a->chosen;
+            int found = choose_step(a);
+            a->chosen = found == STEP_CHOSEN;
+            a->phase -= found != STEP_LAST;
         }
         return false;
     case 6:
