@@ -128,7 +128,8 @@ def consumed(t: np.ndarray, deepest_mm: np.ndarray, events: list[dict],
     for event, after in zip(changes, [*(one["t"] for one in changes[1:]), np.inf], strict=True):
         held = deepest_mm[(t >= event["t"]) & (t < after)]
         if held.size and held[-1] > 0:
-            most = max(most, undersize_cell(near, AREA_MM2, float(held[-1]), event["ip"]).between)
+            cell = undersize_cell(near, AREA_MM2, float(held[-1]), event["ip"])
+            most = max(most, float(cell.between))
     return most
 
 
@@ -148,7 +149,9 @@ def measure(trace: dict, events: list[dict], machine: Machine, near: list[BasicD
     sparks = np.flatnonzero(trace["ok"] + trace["dame"])
     if not sparks.size:
         raise UserError("a run of the experiment had no discharge.")
-    deepest = np.maximum.accumulate(-trace["z"] / machine.pulses_per_mm)
+    # The trace counts from where the machine was switched on, above the workpiece.
+    deepest = np.maximum.accumulate(
+        -trace["z"] / machine.pulses_per_mm - machine.start_mm["z"])
     pulses = {kind: float(trace[kind].sum()) for kind in KINDS}
     time_s = float(t[sparks[-1]] - t[sparks[0]])
     depths = np.arange(0, deepest[-1], 0.05)

@@ -48,7 +48,8 @@ def made_up(speed_mm_s=0.5, depth_mm=4.0, dwell_s=1.0):
     z = -np.clip((t - dwell_s) * speed_mm_s, 0, depth_mm)
     sparks = (z < 0) & (z > -depth_mm)
     middle = np.abs(z + depth_mm / 2) < 0.1
-    return {"t": t, "z": (z + 1.0 * middle) * MACHINE.pulses_per_mm,
+    place = z + 1.0 * middle - MACHINE.start_mm["z"]
+    return {"t": t, "z": place * MACHINE.pulses_per_mm,
             "ok": 3.0 * sparks, "dame": 1.0 * sparks, "open": np.zeros(len(t)),
             "short": np.zeros(len(t))}
 
@@ -97,6 +98,7 @@ def test_figures_of_a_run_made_up():
     assert found["unscaled_min"] == pytest.approx(found["time_s"] * MACHINE.removal_scale / 60)
     assert found["depth_mm"] == pytest.approx(4.0)
     assert (found["ok"], found["dame"], found["open"], found["short"]) == (75, 25, 0, 0)
+    assert json.loads(json.dumps(found)) == found
     assert found["consumed_um"] == pytest.approx(undersize_um(AREA_MM2, 6, 4.0), abs=0.5)
     # The way back counts as time, and not as depth.
     depths, times = (np.array(found["profile"][name]) for name in ("depth_mm", "time_s"))
