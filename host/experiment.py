@@ -41,8 +41,8 @@ from host.run import Run, count_retractions
 from host.tape import load
 from host.words import counted
 
-__all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "fluid", "in_parallel", "measure",
-           "plot", "sentences", "statistics", "table", "value_with_spread"]
+__all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "add_figures", "fluid", "in_parallel",
+           "measure", "plot", "sentences", "statistics", "summed_up", "table", "value_with_spread"]
 
 MACHINE, TAPE = "small", ROOT / "tapes" / "sink_servo.nc"
 OHM_CM = (1e6, 1.25e5, 4e4, 1e3)
@@ -149,17 +149,23 @@ def statistics(runs: Iterable[dict]) -> list[dict]:
     groups = {}
     for one in sorted(runs, key=_order):
         groups.setdefault((one["pulse"], one["ohm_cm"], one["arm"]), []).append(one)
-    rows = []
-    for (pulse, ohm_cm, arm), group in groups.items():
-        outcomes = [one["outcome"] for one in group]
-        row = {"pulse": pulse, "ohm_cm": ohm_cm, "arm": arm,
-               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
-        for name in FIGURES:
-            values = np.array([one[name] for one in group], dtype=float)
-            row[name] = (float(values.mean()),
-                         float(values.std(ddof=1)) if len(values) > 1 else None)
-        rows.append(row)
-    return rows
+    return [{"pulse": pulse, "ohm_cm": ohm_cm, "arm": arm, **summed_up(group, FIGURES)}
+            for (pulse, ohm_cm, arm), group in groups.items()]
+
+
+def summed_up(runs: list[dict], names: Iterable[str]) -> dict:
+    """``outcomes`` of runs of one kind, and mean and spread of each figure, as in ``statistics``.
+
+    Runs without a figure do not count for it; None where there is none.
+    """
+    outcomes = [one["outcome"] for one in runs]
+    found = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+    for name in names:
+        values = [one[name] for one in runs if one.get(name) is not None]
+        found[name] = (float(np.mean(values)),
+                       float(np.std(values, ddof=1)) if len(values) > 1 else None
+                       ) if values else None
+    return found
 
 
 def _ohm_cm(row):
@@ -172,6 +178,16 @@ def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
     return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
 
 
+def add_figures(made: Table, rows: list[dict], titles: dict[str, tuple[str, int]]) -> None:
+    """Rows of a table of what ``summed_up`` found: how the runs ended, and every figure."""
+    made.add_row("ended", *(", ".join(f"{number} {name}"
+                                      for name, number in row["outcomes"].items())
+                            for row in rows))
+    for name, (title, digits) in titles.items():
+        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
+                              for row in rows))
+
+
 def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
     """Figures down, pulses, resistivities and arms across; mean and spread over the seeds."""
     made = Table(box=style)
@@ -180,11 +196,7 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
         made.add_column(_ohm_cm(row), justify="right", no_wrap=True)
     made.add_row("pulse", *(row["pulse"] for row in rows))
     made.add_row("presets", *(row["arm"] for row in rows))
-    made.add_row("ended", *(", ".join(f"{number} {name}"
-                                      for name, number in row["outcomes"].items())
-                            for row in rows))
-    for name, (title, digits) in FIGURES.items():
-        made.add_row(title, *(value_with_spread(row[name], digits) for row in rows))
+    add_figures(made, rows, FIGURES)
     return made
 
 

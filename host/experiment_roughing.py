@@ -31,7 +31,7 @@ from host import figures, simulation
 from host import machine as machines
 from host.basic import BasicData, read_all
 from host.errors import UserError
-from host.experiment import in_parallel, value_with_spread
+from host.experiment import add_figures, in_parallel, summed_up
 from host.machine import Machine
 from host.roughing import AMPERES, program
 from host.run import Run, count_retractions
@@ -177,15 +177,9 @@ def statistics(runs: Iterable[dict]) -> list[dict]:
     rows = []
     for arm in ARMS:
         group = [one for one in sorted(runs, key=_order) if one["arm"] == arm]
-        outcomes = [one["outcome"] for one in group]
-        row = {"arm": arm,
-               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
-        for name in FIGURES:
-            values = [one[name] for one in group if one["outcome"] == "end"]
-            row[name] = (float(np.mean(values)),
-                         float(np.std(values, ddof=1)) if len(values) > 1 else None
-                         ) if values else None
-        rows.append(row)
+        ended = [one for one in group if one["outcome"] == "end"]
+        rows.append({"arm": arm, **summed_up(ended, FIGURES),
+                     "outcomes": summed_up(group, ())["outcomes"]})
     return rows
 
 
@@ -195,12 +189,7 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
     made.add_column("current", no_wrap=True)
     for row in rows:
         made.add_column(row["arm"], justify="right", no_wrap=True)
-    made.add_row("ended", *(", ".join(f"{number} {name}"
-                                      for name, number in row["outcomes"].items())
-                            for row in rows))
-    for name, (title, digits) in FIGURES.items():
-        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
-                              for row in rows))
+    add_figures(made, rows, FIGURES)
     return made
 
 

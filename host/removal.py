@@ -33,7 +33,7 @@ from rich.table import Table
 from host import figures, simulation
 from host import machine as machines
 from host.errors import UserError
-from host.experiment import in_parallel, value_with_spread
+from host.experiment import add_figures, in_parallel, summed_up
 from host.machine import Machine
 from host.run import Run, count_retractions
 from host.tape import Tape, encode
@@ -221,18 +221,8 @@ def statistics(runs: Iterable[dict]) -> list[dict]:
     groups = {}
     for one in sorted(runs, key=_order):
         groups.setdefault((one["wall"], one["law"], one["gain"]), []).append(one)
-    rows = []
-    for (wall, law, gain), group in groups.items():
-        outcomes = [one["outcome"] for one in group]
-        row = {"wall": wall, "law": law, "gain": gain,
-               "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
-        for name in FIGURES:
-            values = [one[name] for one in group if one.get(name) is not None]
-            row[name] = (float(np.mean(values)),
-                         float(np.std(values, ddof=1)) if len(values) > 1 else None
-                         ) if values else None
-        rows.append(row)
-    return rows
+    return [{"wall": wall, "law": law, "gain": gain, **summed_up(group, FIGURES)}
+            for (wall, law, gain), group in groups.items()]
 
 
 def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
@@ -242,12 +232,7 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
     for row in rows:
         made.add_column(row["wall"], justify="right", no_wrap=True)
     made.add_row("law", *(row["law"] for row in rows))
-    made.add_row("ended", *(", ".join(f"{number} {name}"
-                                      for name, number in row["outcomes"].items())
-                            for row in rows))
-    for name, (title, digits) in FIGURES.items():
-        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
-                              for row in rows))
+    add_figures(made, rows, FIGURES)
     return made
 
 
