@@ -218,6 +218,15 @@ static bool plan_dwell(context *c) {
     return true;
 }
 
+bool seen_condition(context *c, const technology_row *row, uint32_t column) {
+    return technology_seen(row) ||
+           fault_at(c->f, FAULT_CONDITION, column,
+                    "a pulse of the condition C%u takes %u us, and the gap is looked at after %u ns only "
+                    "($%u, $%u)", row->number, (uint32_t)row->on_us,
+                    settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS),
+                    (uint32_t)SET_BLANKING_NS, (uint32_t)SET_SETTLE_NS);
+}
+
 bool find_condition(context *c, const word *w, const technology_row **row) {
     uint32_t number = (uint32_t)w->number.digits, level;
     *row = technology_find(number);
@@ -227,7 +236,7 @@ bool find_condition(context *c, const word *w, const technology_row **row) {
     if (!technology_level(*row, &level))
         return fault_at(c->f, FAULT_CONDITION, w->column,
                         "the power supply cannot give the current of the condition C%u", number);
-    return true;
+    return seen_condition(c, *row, w->column);
 }
 
 static bool plan_condition(context *c) {
@@ -274,10 +283,13 @@ static bool plan_auxiliary(context *c) {
     if (passed < BLOCK_CODES)
         p->m[passed] = -1;
     p->after.machining = p->machining_on || (p->after.machining && !p->machining_off);
-    if (p->machining_on && !p->after.condition)
+    if (!p->machining_on)
+        return true;
+    if (!p->after.condition)
         return fault_at(c->f, FAULT_CONDITION, machining_column,
                         "M03 without a machining condition (C) before it");
-    return true;
+    /* The settings may have changed since the C. */
+    return seen_condition(c, p->after.condition, machining_column);
 }
 
 /* A whole number of a word, up to a limit; `what` says what it is. */

@@ -19,7 +19,8 @@ static bool plan_planned(context *c, const word *which, const word *other, unsig
         return fault_at(c->f, FAULT_CONDITION, which->column,
                         "G39 P1 without a staircase that has been planned ($BP)");
     for (unsigned step = 0; step < steps; step++)
-        if (!law_check(p->after.servo, planned_row(step), which->column, c->f))
+        if (!law_check(p->after.servo, planned_row(step), which->column, c->f) ||
+            !seen_condition(c, planned_row(step), which->column))
             return false;
     p->act = ACT_PLANNED;
     p->changes_condition = true;

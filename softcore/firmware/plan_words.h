@@ -33,6 +33,9 @@ bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const cha
 /* The block carries no motion and no word but these letters. */
 bool alone(context *c, uint32_t allowed);
 
+/* The gap is looked at before a pulse of the condition ends. */
+bool seen_condition(context *c, const technology_row *row, uint32_t column);
+
 /* The condition that a word names. */
 bool find_condition(context *c, const word *w, const technology_row **row);
 

@@ -118,3 +118,7 @@ bool technology_level(const technology_row *row, uint32_t *level) {
     uint32_t nearest_ua = *level * step_ua, off = nearest_ua < ua ? ua - nearest_ua : nearest_ua - ua;
     return *level <= hal_level_limit() && off <= 10 * TECHNOLOGY_IP_MA;
 }
+
+bool technology_seen(const technology_row *row) {
+    return row->on_us * 1000u > settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS);
+}

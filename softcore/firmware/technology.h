@@ -47,3 +47,7 @@ technology_row technology_planned(uint32_t ip);
 /* Current of a row in steps of the power supply (a setting); false if it has no such step, by more than
    1/100 IP, or the gateware does not let it through. */
 bool technology_level(const technology_row *row, uint32_t *level);
+
+/* A pulse of the row lasts longer than the gap is not looked at after its start and after its ignition
+   (settings): else no short would be seen. */
+bool technology_seen(const technology_row *row);

@@ -37,6 +37,32 @@ def test_condition_reaches_supply_and_comparators(machine):
     assert machine.gap["step"] == 50
 
 
+def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
+    """3000 ns from the start of a pulse and 1000 ns from its ignition nothing is seen of the gap."""
+    refused = ("a pulse of the condition C900 takes 4 us, and the gap is looked at after 4000 ns only "
+               "($4, $27).")
+    assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
+    assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", "error:33"]
+    assert machine.line("C130")[-1] == "ok"
+    assert machine.line("G39 Z-1 C900") == [f"[MSG:MDI, character 9: {refused}]", "error:33"]
+    assert machine.line("G10 C900 P5") == ["ok"]
+    assert machine.line("C900")[-1] == "ok"
+    assert machine.line("C510")[-1] == "error:33", "3 us"
+    machine.line("$4=600")
+    machine.line("$27=300")
+    assert machine.line("C510")[-1] == "ok"
+
+
+def test_machining_does_not_begin_unseen(machine):
+    """The setting has changed since the condition."""
+    assert machine.line("G10 C900 I1 P5 Q40") == ["ok"]
+    assert machine.line("C900")[-1] == "ok"
+    machine.line("$27=2000")
+    assert machine.line("M03")[-1] == "error:33"
+    machine.line("$27=1999")
+    assert machine.line("M03")[-1] == "ok"
+
+
 def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
     machine.line("$36=1")
     run(machine, "C130", "M02")

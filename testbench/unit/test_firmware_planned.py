@@ -208,3 +208,11 @@ def test_a_law_needs_its_reference_in_every_step(machine):
 def test_a_checked_tape_has_no_plan(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     assert NOTHING in Checker().check(punched(["G39 P1", "M02"])).sentence
+
+
+def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
+    assert machine.line(PLAN, PASSES)[-1] == "ok"
+    machine.line("$4=1000000")
+    assert machine.line("G39 P1")[-1] == "error:33"
+    machine.line("$4=3000")
+    assert machine.line("G39 P1")[-1] == "ok"
