@@ -38,7 +38,7 @@ def test_condition_reaches_supply_and_comparators(machine):
 
 
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
-    """For 3000 ns from the start of a pulse and 1000 ns from its ignition the gap is not looked at."""
+    """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
     refused = ("a pulse of the condition C900 takes 4 us, and the gap is looked at after 4000 ns "
                "only ($4, $27).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
