@@ -2,6 +2,7 @@
 """The wire machine with its own controller: a first cut, a wire that breaks, the path's start."""
 
 import copy
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -111,9 +112,9 @@ def test_the_path_of_the_punch_is_its_contour_offset():
     assert len(way) == pytest.approx(sum(element.length for element in path), abs=len(path))
 
 
-@pytest.mark.soak
-def test_punch_is_cut_round():
-    tape = load(TAPES / "wire_punch.nc")
+def followed(name):
+    """Run a tape, every axis pulse in its place. Starts of retractions, plan, pulses backward."""
+    tape = load(TAPES / name)
     train = Train(places(tape.rows))
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
@@ -127,10 +128,32 @@ def test_punch_is_cut_round():
         plan = session.workpiece()
     starts = [event for event in job.events if event["event"] == "retraction_start"]
     assert all(event["cause"] == "short" for event in starts)
+    return starts, plan, train.backward
+
+
+def test_shorts_amid_arcs_go_back_along_them():
+    starts, plan, backward = followed("wire_arcs.nc")
+    for x_mm, y_mm in ((0.4, 0.4), (1.2, 0.4)):
+        # The arcs about this place: below it and beyond, above it.
+        there = [event["pos"] for event in starts
+                 if (event["pos"]["y"] > 0.41) == (x_mm > 1) and event["pos"]["x"] > 0.41]
+        assert len(there) > 2
+        # Within the lag of the motors, which leads inside.
+        assert all(abs(math.hypot(at["x"] - x_mm, at["y"] - y_mm) - 0.4) < 0.002 for at in there)
+    assert backward > 500
+    # Nothing was cut beside the path by more than the wire's half, its gap and a crater.
+    x, y = np.meshgrid(plan["x"], plan["y"])
+    beside = np.abs(np.hypot(x - 1.2, y - 0.4) - 0.4) > 0.14
+    assert np.all(plan["left"][beside & (y > 0.45) & (x > 0.82)] == 1)
+
+
+@pytest.mark.soak
+def test_punch_is_cut_round():
+    starts, plan, backward = followed("wire_punch.nc")
     # Some of them in the arcs of the hollow.
     assert any(0 < 0.6 - event["pos"]["y"] < 0.2 and 1.1 < event["pos"]["x"] < 1.5
                for event in starts)
-    assert train.backward > 500
+    assert backward > 500
     # The punch that is left, within two craters of its contour.
     x, y = np.meshgrid(plan["x"], plan["y"])
     left = plan["left"] > 0.5
