@@ -20,8 +20,14 @@
 #define CHECK_CLOCK_HZ 2000000
 #define CHECK_PULSES_PER_MM 10000
 #define CHECK_JUMP_AXIS 2
+#define CHECK_SETTINGS 64       /* entered by hand */
 
-static modal entered; /* what lines by hand have left */
+/* What lines by hand have left. */
+static modal entered;
+static struct {
+    uint32_t which, value;
+} assigned[CHECK_SETTINGS];
+static unsigned assignments;
 
 static modal fresh(void) {
     modal state = {0};
@@ -34,12 +40,15 @@ static void nothing(void) {}
 static void prepare(void) {
     units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
     settings_init(nothing);
+    for (unsigned i = 0; i < assignments; i++)
+        settings_set(assigned[i].which, assigned[i].value);
+    planned_presume();
 }
 
 void gk_check_forget(void) {
+    assignments = 0;
     prepare();
     gap_init();
-    planned_forget();
     entered = fresh();
 }
 
@@ -69,12 +78,30 @@ static void follow_series(const plan *p) {
         series_add(p->series_depth, p->series);
 }
 
+/* A line that begins with `$`: only settings mean anything without a machine. */
+static bool assign(const char *line, uint32_t length, fault *f) {
+    uint32_t which, value;
+    if (length < 2 || line[1] < '0' || line[1] > '9')
+        return fault_at(f, FAULT_REFUSED, 0, "of the lines with $ a check takes settings only");
+    if (!settings_read(line, length, &which, &value, f) || !settings_enter(which, value, f))
+        return false;
+    if (assignments == CHECK_SETTINGS)
+        return fault_at(f, FAULT_SETTING, 0, "a check takes no more than %u settings",
+                        (uint32_t)CHECK_SETTINGS);
+    assigned[assignments].which = which;
+    assigned[assignments++].value = value;
+    return true;
+}
+
 int gk_check_line(const char *line, char *message, uint32_t size) {
     block words;
     plan p;
     fault f = {0};
     prepare();
-    if (parse(&words, line, (uint32_t)strlen(line), &f) &&
+    if (line[0] == '$') {
+        if (assign(line, (uint32_t)strlen(line), &f))
+            return 0;
+    } else if (parse(&words, line, (uint32_t)strlen(line), &f) &&
         judge(&words, &entered, true, &p, &f)) {
         entered = p.after;
         follow_series(&p);

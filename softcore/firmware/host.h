@@ -31,7 +31,7 @@ typedef struct {
     int32_t skipped;
 } gk_record;
 
-/* Enter a line by hand before a check, such as the defaults of the retraction data. 0, or -1 with one
+/* Enter a line by hand before a check, such as the defaults of the retraction data, or a setting. 0, or -1 with one
    sentence in `message`. gk_check_forget takes back what was entered. */
 void gk_check_forget(void);
 int gk_check_line(const char *line, char *message, uint32_t size);

@@ -129,25 +129,14 @@ static void line_byte(uint8_t byte) {
         typed_head--;
 }
 
-static bool read_unsigned(const char *line, uint32_t length, uint32_t *at, uint32_t *value) {
-    uint32_t from = *at;
-    *value = 0;
-    while (*at < length && line[*at] >= '0' && line[*at] <= '9' && *at - from < 9)
-        *value = *value * 10 + (uint32_t)(line[(*at)++] - '0');
-    return *at > from;
-}
-
 static void assign(const char *line, uint32_t length, fault *f) {
-    uint32_t at = 1, which, value;
-    if (!read_unsigned(line, length, &at, &which) || at >= length || line[at++] != '=' ||
-        !read_unsigned(line, length, &at, &value) || at != length) {
-        fault_at(f, FAULT_SETTING, at, "a setting reads $number=value");
+    uint32_t which, value;
+    if (!settings_read(line, length, &which, &value, f))
         return;
-    }
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if (!settings_set(which, value))
-        fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", which);
+    else
+        settings_enter(which, value, f);
 }
 
 /* `$P`: blocks read and clocks per block, longest pass of the main loop by task, and longest time

@@ -37,6 +37,14 @@ bool planned_hold(void) {
     return held;
 }
 
+void planned_presume(void) {
+    rows[0] = technology_planned(1);
+    rows[0].reference_mv = rows[0].drop_mv = 1;     /* as entered by hand, for any law */
+    depths[1] = 0;
+    step_ma = settings_get(SET_CURRENT_STEP_MA);
+    added = held = 1;
+}
+
 unsigned planned_count(void) { return step_ma == settings_get(SET_CURRENT_STEP_MA) ? held : 0; }
 const technology_row *planned_row(unsigned step) { return &rows[step]; }
 int32_t planned_depth(unsigned step) { return depths[step]; }

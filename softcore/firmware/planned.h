@@ -18,6 +18,10 @@ void planned_add(uint32_t ip, uint32_t depth_um);
 /* All are there: hold them. False if there is none, or the supply cannot be set to one of them. */
 bool planned_hold(void);
 
+/* For a check without a machine, which cannot know what will have been planned: hold one step that
+   any block goes with. */
+void planned_presume(void);
+
 /* Steps held; none after a change of the supply's setting. */
 unsigned planned_count(void);
 const technology_row *planned_row(unsigned step);

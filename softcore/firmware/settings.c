@@ -173,6 +173,26 @@ bool settings_set(uint32_t which, uint32_t value) {
     return true;
 }
 
+static bool read_unsigned(const char *line, uint32_t length, uint32_t *at, uint32_t *value) {
+    uint32_t from = *at;
+    *value = 0;
+    while (*at < length && line[*at] >= '0' && line[*at] <= '9' && *at - from < 9)
+        *value = *value * 10 + (uint32_t)(line[(*at)++] - '0');
+    return *at > from;
+}
+
+bool settings_read(const char *line, uint32_t length, uint32_t *which, uint32_t *value, fault *f) {
+    uint32_t at = 1;
+    return (read_unsigned(line, length, &at, which) && at < length && line[at++] == '=' &&
+            read_unsigned(line, length, &at, value) && at == length) ||
+           fault_at(f, FAULT_SETTING, at, "a setting reads $number=value");
+}
+
+bool settings_enter(uint32_t which, uint32_t value, fault *f) {
+    return settings_set(which, value) ||
+           fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", which);
+}
+
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_acceleration(void) { return acceleration; }
 

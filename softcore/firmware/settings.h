@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "fault.h"
+
 typedef enum {
     SET_SHORT_NEEDED, SET_SHORT_WINDOW, SET_SHORT_DURATION_US, SET_CLEAR_NEEDED, SET_BLANKING_NS,
     SET_SENSE_ON_NS, SET_SENSE_OFF_NS, SET_GAIN_PULSES, SET_REPEATS, SET_SETTLE_US,
@@ -33,6 +35,10 @@ extern const setting_row SETTING_ROWS[SETTINGS];
 void settings_init(void (*between)(void));
 uint32_t settings_get(setting which);
 bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of range */
+
+/* A line `$n=value`, and what it says. */
+bool settings_read(const char *line, uint32_t length, uint32_t *which, uint32_t *value, fault *f);
+bool settings_enter(uint32_t which, uint32_t value, fault *f);
 
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);

@@ -361,6 +361,13 @@ class Dialect:
         if not words:
             self.series = []
             return
+        if "P" in words:
+            _whole(words, "P", 1, 1)
+            _require(not words and self.side == 40, "planned")
+            # A check knows no plan: one condition, with any reference, stands for it.
+            meaning.act, meaning.condition, self.condition = "planned", 100, 100
+            self.references, self.series = (1, 1), []
+            return
         _require({"Z", "C"} == set(words), "depth and condition")
         _require(self.condition and self.side == 40, "when")
         depth = self._distance(words.pop("Z")) + self.offset[2]

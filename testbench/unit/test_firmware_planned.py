@@ -8,7 +8,7 @@ import pytest
 from host.basic import read_all
 from host.roughing import condition, program
 from host.staircase import Job, plan
-from testbench.firmware import Checker, Machine, events
+from testbench.firmware import ACTS, Checker, Machine, events
 from testbench.planner import lines
 from testbench.programs import punched
 
@@ -41,6 +41,7 @@ def checker():
     made.library.technology_find.restype = ctypes.POINTER(Row)
     made.library.technology_planned.restype = Row
     yield made
+    made.forget()
     made.library.technology_reset()
 
 
@@ -205,14 +206,53 @@ def test_a_law_needs_its_reference_in_every_step(machine):
     assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in said[0]
 
 
-def test_a_checked_tape_has_no_plan(machine):
-    assert machine.line(PLAN, PASSES)[-1] == "ok"
-    assert NOTHING in Checker().check(punched(["G39 P1", "M02"])).sentence
-
-
 def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     machine.line("$4=1000000")
     assert machine.line("G39 P1")[-1] == "error:33"
     machine.line("$4=3000")
     assert machine.line("G39 P1")[-1] == "ok"
+
+
+@pytest.mark.parametrize("law", ["G94", "G95 P1", "G95 P2", "G95 P3", "G95 P4"])
+def test_a_checked_tape_may_count_on_a_plan(checker, law):
+    """Only the machine knows whether there is one; it is a condition, and its series is empty."""
+    tape = [RETRACTION, law, "G39 P1", "M03", "G01 Z-1 F60", "M05", "G39 Z-14 C130", "M02"]
+    if law in ("G95 P2", "G95 P3", "G95 P4"):
+        tape.remove("G39 Z-14 C130")    # which has no reference
+    records = checker.check(punched(tape))
+    assert isinstance(records, list), records
+    assert [one.act for one in records].count(ACTS.index("planned")) == 1
+
+
+@pytest.mark.parametrize(("tape", "words"), [
+    (["G39 P2"], "Block 2, character 5: G39 takes P1 only: what has been planned last."),
+    (["G39 P1 Z-1"], "takes depths and conditions from what has been planned"),
+    (["G39 P1 M03"], "a G39 block carries no other word"),
+    (["G10 D1 R.1", "G41 D1", "G39 P1"], "G39 and a wire offset (G41, G42) exclude each other"),
+])
+def test_a_checked_tape_is_refused_for_what_is_wrong_without_a_plan_too(checker, tape, words):
+    assert words in checker.check(punched([*tape, "M02"])).sentence
+
+
+def test_settings_by_hand_are_in_force_in_a_check(checker):
+    rows = punched(["G10 C900 I6.5 P20 Q60", "C900", "M02"])
+    assert "1500 mA each" in checker.check(rows).sentence
+    assert checker.enter("$55=750") == ""
+    assert isinstance(checker.check(rows), list)
+    assert checker.enter("G10 C901 I.5 P20 Q60") == ""
+    assert isinstance(checker.check(rows), list), "a line by hand leaves them"
+    checker.forget()
+    assert "1500 mA each" in checker.check(rows).sentence
+
+
+@pytest.mark.parametrize(("line", "why"), [
+    ("$55", "MDI, character 3: a setting reads $number=value."),
+    ("$55=7x", "MDI, character 5: a setting reads $number=value."),
+    ("$55=0", "setting 55 does not exist or is out of range."),
+    ("$999=1", "setting 999 does not exist or is out of range."),
+    ("$BP70,110,15", "of the lines with $ a check takes settings only."),
+    ("$", "of the lines with $ a check takes settings only."),
+])
+def test_other_lines_with_a_dollar_are_refused_in_a_check(checker, line, why):
+    assert checker.enter(line) == why
