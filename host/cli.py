@@ -171,7 +171,8 @@ def tape_check(
     mdi: Annotated[list[str] | None, typer.Option(
         metavar='"G36 …"', show_default=False,
         help="A line that `run` would be given by hand before the tape starts, such as retraction "
-             "data for what the tape leaves out. May be given several times.",
+             "data for what the tape leaves out, or a setting (`$55=750`). May be given several "
+             "times.",
     )] = None,
 ):
     """Check a tape with the controller's own reader, without a machine.
@@ -204,8 +205,8 @@ def plan(
         metavar="UM", min=0.1, help="Roughness Rmax of the finished surface. It corrects the "
                                     "stock left on the side.")] = 1.0,
     step: Annotated[float, typer.Option(
-        metavar="IP", help="Step of the power supply: 1 IP (1.5 A) or a whole part of it. "
-                           "Programs can only be written with whole IP.")] = 1.0,
+        metavar="IP", help="Step of the power supply: 1 IP (1.5 A) or a whole part of it. A "
+                           "program then names the setting that the controller needs.")] = 1.0,
     seed: Annotated[int, typer.Option(
         metavar="N", min=0, max=2**32 - 1,
         help="Seed of the networks. The same seed gives the same staircase.")] = 1,

@@ -3,7 +3,8 @@
 
 The program has a condition for each current: a built-in one of the controller (``technology.c``),
 or a row that it enters with G10, whose pulse lies between those of the built-in ones. They are for
-copper on steel, electrode positive; for other materials enter rows of your own instead.
+copper on steel, electrode positive; for other materials enter rows of your own instead. Where the
+supply divides an IP, so do the rows; a comment then names the setting that the controller needs.
 
 The gap is held by counted pulse classes (G95 P1). The retractable limit follows the depth: 0.5 mm
 to Zr = -1.5 mm, where the electrode stands near the surface of the fluid; 2 mm from there on, and 5
@@ -15,8 +16,8 @@ it where that would leave the fluid.
 """
 
 import warnings
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from itertools import count, pairwise
 from pathlib import Path
 
 import matplotlib
@@ -31,14 +32,17 @@ from host.basic import BasicData, read_all
 from host.errors import UsageError, UserError
 from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 
-__all__ = ["BUILT_IN", "condition", "parts_of_step", "plot", "program", "roughing", "table"]
+__all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
+           "table"]
 
 # Of the controller's own conditions: current (IP), number, on- and off-time (us).
 BUILT_IN = ((1, 100, 15, 25), (2, 110, 30, 30), (4, 120, 60, 40), (6, 130, 100, 50),
             (9, 140, 150, 75), (12, 150, 200, 100))
-FIRST_ENTERED, MOST_ENTERED, MOST_SERIES = 900, 16, 32
-GREATEST_IP = 63
-AMPERES = 1.5   # of one IP
+# Whole IP have the number 900 + IP, as on the controller (technology_planned); parts of one follow.
+FIRST_ENTERED, FIRST_PART = 900, 964
+MOST_ENTERED, MOST_SERIES = 16, 32
+MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
+AMPERES = 1.5       # of one IP
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
 SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
@@ -61,21 +65,41 @@ def parts_of_step(step_ip: float) -> int:
     return parts
 
 
-def condition(ip: int) -> tuple[int, str]:
-    """Number of the condition for a current, and the G10 block that enters it, if it needs one."""
-    for known, number, *_ in BUILT_IN:
+def _step_ma(parts):
+    """Step of a supply that divides one IP, as the controller takes it: a whole number."""
+    return round(1000 * AMPERES / parts)
+
+
+def _current(ip):
+    """A current as a word's number, and for people: to 1/1000 IP."""
+    return f"{ip:.3f}".rstrip("0").rstrip(".")
+
+
+def condition(ip: float, number: int | None = None) -> tuple[int, str]:
+    """Number of the condition for a current, and the G10 block that enters it, if it needs one.
+
+    ``number`` is for a current that is no whole IP.
+    """
+    for known, built_in, *_ in BUILT_IN:
         if ip == known:
-            return number, ""
+            return built_in, ""
     lower = max((row for row in BUILT_IN if row[0] < ip), default=BUILT_IN[0])
     upper = min((row for row in BUILT_IN if row[0] > ip), default=None)
-    if upper is None:
-        on, off = (round(time * ip / lower[0]) for time in lower[2:])
+    if upper is None or ip < lower[0]:
+        on, off = (max(1, round(time * ip / lower[0])) for time in lower[2:])
     else:
         share = (ip - lower[0]) / (upper[0] - lower[0])
         on, off = (round(one + (other - one) * share)
                    for one, other in zip(lower[2:], upper[2:], strict=True))
-    number = FIRST_ENTERED + ip
-    return number, f"G10 C{number} I{ip} P{on} Q{off} R{off}"
+    number = FIRST_ENTERED + round(ip) if number is None else number
+    return number, f"G10 C{number} I{_current(ip)} P{on} Q{off} R{off}"
+
+
+def conditions(steps: Sequence[Step]) -> list[tuple[int, str]]:
+    """``condition`` of each step, those of parts of an IP numbered as they come."""
+    part = count(FIRST_PART)
+    return [condition(step.ip, None if step.ip == round(step.ip) else next(part))
+            for step in steps]
 
 
 def _millimetres(depth_um):
@@ -83,13 +107,15 @@ def _millimetres(depth_um):
     return f"{depth_um / 1000:.3f}".rstrip("0")
 
 
-def _conditions(steps):
+def _conditions(steps, parts):
     """Number of each step's condition, and the blocks that enter them."""
     for step in steps:
-        if step.ip != round(step.ip) or step.ip > GREATEST_IP:
-            raise UserError(f"this controller's power supply is set in whole IP up to {GREATEST_IP}"
-                            f", so no program can be written with IP {step.ip:.4g}.")
-    found = [condition(round(step.ip)) for step in steps]
+        if step.ip * parts > MOST_LEVELS:
+            raise UserError(
+                f"the controller sets the power supply to {MOST_LEVELS} of its steps at most, IP "
+                f"{_current(MOST_LEVELS / parts)}, so no program can be written with IP "
+                f"{_current(step.ip)}.")
+    found = conditions(steps)
     entered = [block for _, block in found if block]
     if len(entered) > MOST_ENTERED:
         raise UserError(f"the staircase needs {len(entered)} conditions of its own, and the "
@@ -132,15 +158,18 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
         If the controller cannot be set to one of the currents, or has no room for them.
     """
     job, steps = found.job, found.steps
-    numbers, entered = _conditions(steps)
+    numbers, entered = _conditions(steps, job.steps)
     sources = ", ".join(sorted({one.source for one in data}))
     taper = f", {job.taper_deg:g} DEG" if job.taper_deg else ""
-    comments = (
+    comments = [
         f"ROUGHING, {data[0].electrode} ON {data[0].workpiece}, {job.area_mm2:g} MM2 TO "
         f"{job.depth_mm:g} MM, UNDERSIZE {job.undersize_um:g} UM{taper}",
         f"BASIC DATA {sources}",
         f"LEAVES {found.bottom_um:.0f} UM ON THE BOTTOM AND {found.side_um:.0f} UM ON THE SIDE",
-    )
+    ]
+    if job.steps > 1:
+        comments.append(f"NEEDS SETTING 55 AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE POWER "
+                        "SUPPLY")
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
               f"G36 {SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
               *(_series(steps, numbers) if series else _way(steps, numbers)),
@@ -166,11 +195,11 @@ def table(found: Staircase, data: list[BasicData], style=box.SIMPLE_HEAD) -> Tab
     made = Table(box=style)
     for title in ("from, mm", "to, mm", "IP", "current, A", "condition", "needs there, um"):
         made.add_column(title, justify="right", no_wrap=True)
-    for begin, step in _pieces(found.steps):
+    for (begin, step), (number, _) in zip(_pieces(found.steps), conditions(found.steps),
+                                          strict=True):
         needs = undersize_cell(near, found.job.area_mm2, step.depth_um / 1000, step.ip).between
-        name = f"C{condition(round(step.ip))[0]}" if step.ip == round(step.ip) else ""
-        made.add_row(f"{begin / 1000:.3f}", f"{step.depth_um / 1000:.3f}", f"{step.ip:.4g}",
-                     f"{step.ip * AMPERES:.4g}", name, f"{needs:.1f}")
+        made.add_row(f"{begin / 1000:.3f}", f"{step.depth_um / 1000:.3f}", _current(step.ip),
+                     _current(step.ip * AMPERES), f"C{number}", f"{needs:.1f}")
     return made
 
 
@@ -182,7 +211,7 @@ def _sentences(found, data):
         yield (f"A gradient of {job.taper_deg:g} degrees makes the undersize count as "
                f"{found.undersize_um:.2f} um.")
     yield (f"The undersize allows IP {found.ip:.2f} at {job.depth_mm:g} mm: the last step has IP "
-           f"{found.alpha:.4g}, which needs {found.beta_um:.2f} um.")
+           f"{_current(found.alpha)}, which needs {found.beta_um:.2f} um.")
     yield (f"It leaves {found.bottom_um:.0f} um on the bottom and {found.side_um:.0f} um on the "
            f"side, to finish to {job.rmax_um:g} um Rmax.")
     for note in found.notes:
@@ -214,12 +243,12 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
         left.set_title(f"{data[0].electrode} on {data[0].workpiece}, {job.area_mm2:g} mm²",
                        parse_math=False)
         for step in found.steps if len(found.steps) <= MOST_LABELS else ():
-            left.annotate(f"IP {step.ip:.4g} to {step.depth_um / 1000:.2f} mm",
+            left.annotate(f"IP {_current(step.ip)} to {step.depth_um / 1000:.2f} mm",
                           (step.ip, step.depth_um / 1000), xytext=(-4, 5), ha="right",
                           textcoords="offset points", fontsize=8,
                           bbox={"facecolor": "white", "linewidth": 0, "pad": 0.5})
         right.plot(*needed(found.alpha, 0, job.depth_mm), color=figures.FAINT,
-                   linestyle=(0, (4, 3)), zorder=1, label=f"IP {found.alpha:.4g} all the way")
+                   linestyle=(0, (4, 3)), zorder=1, label=f"IP {_current(found.alpha)} all the way")
         right.axvline(found.beta_um, color=figures.FEED, linewidth=0.9,
                       label=f"what the last step needs, {found.beta_um:.1f} µm")
         right.axvline(found.undersize_um, color=figures.CAUSES["short"], linewidth=0.9,
@@ -256,6 +285,9 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
         text = program(found, neighbours(data, job.area_mm2), series=series)
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
         written.append(f"{target}: {text.count(chr(10))} lines")
+        if job.steps > 1:
+            written.append(f"It needs the setting $55={_step_ma(job.steps)} (one step of the power "
+                           "supply, mA).")
     if picture is not None:
         _write(picture, lambda: plot(found, data, picture))
         written.append(f"{picture}: plot")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper plan``: the program it writes, by the firmware's own reader, and what it says."""
 
+import inspect
 import math
 import os
 import re
@@ -12,11 +13,22 @@ import pytest
 from matplotlib.image import imread
 
 from host.basic import read_all
+from host.codes import EIA, ISO
 from host.errors import UsageError, UserError
 from host.machine import ROOT
-from host.roughing import BUILT_IN, LIMITS, condition, parts_of_step, plot, program
+from host.roughing import (
+    BUILT_IN,
+    LIMITS,
+    MOST_LEVELS,
+    condition,
+    conditions,
+    parts_of_step,
+    plot,
+    program,
+)
 from host.staircase import Job, Staircase, Step, plan
 from host.tape import encode
+from rtl.machine import Machine
 from testbench.firmware import ITEMS, Checker
 
 DATA = read_all("copper", "steel")
@@ -31,9 +43,9 @@ def checker():
     return Checker()
 
 
-def made(*steps):
+def made(*steps, parts=1):
     """A staircase of these steps; nothing else of it matters for a program."""
-    job = Job(70, 110, steps[-1][1] / 1000)
+    job = Job(70, 110, steps[-1][1] / 1000, steps=parts)
     return Staircase(job, 110, 6.2, steps[-1][0], 107.8, tuple(Step(*one) for one in steps), 30,
                      25, ())
 
@@ -119,15 +131,53 @@ def test_a_single_step_needs_no_series_but_may_have_one():
 
 
 def test_what_the_controller_cannot_be_set_to_is_refused():
-    with pytest.raises(UserError, match=r"^this controller's power supply is set in whole IP up to "
-                                        r"63, so no program can be written with IP 6\.5\.$"):
-        program(made((6.5, 1000), (6, 2000)), DATA)
-    with pytest.raises(UserError, match=r"with IP 64\.$"):
-        program(made((64, 1000), (6, 2000)), DATA)
-    many = [(40 - n, 100 * (n + 1)) for n in range(25)]
-    with pytest.raises(UserError, match=r"^the staircase needs 25 conditions of its own, and the "
+    bound = r"^the controller sets the power supply to 20 of its steps at most, IP {}, so no "
+    with pytest.raises(UserError, match=bound.format("20") + r"program .* with IP 21\.$"):
+        program(made((21, 1000), (20, 2000)), DATA)
+    with pytest.raises(UserError, match=bound.format("6.667") + r"program .* with IP 7\.$"):
+        program(made((7, 1000), (20 / 3, 2000), parts=3), DATA)
+    many = [((20 - n) / 4, 100 * (n + 1)) for n in range(20)]
+    with pytest.raises(UserError, match=r"^the staircase needs 17 conditions of its own, and the "
                                         r"controller takes 16\.$"):
-        program(made(*many), DATA)
+        program(made(*many, parts=4), DATA)
+
+
+def test_the_bound_is_that_of_the_gateware():
+    assert inspect.signature(Machine).parameters["level_max"].default == MOST_LEVELS
+
+
+def test_parts_of_an_ip_have_rows_of_their_own():
+    steps = [Step(ip, 1000 * n) for n, ip in enumerate((8.5, 8, 7.5, 0.5), 1)]
+    assert conditions(steps) == [
+        (964, "G10 C964 I8.5 P142 Q71 R71"), condition(8), (965, "G10 C965 I7.5 P125 Q62 R62"),
+        (966, "G10 C966 I0.5 P8 Q12 R12")]
+    assert condition(0.05, 970) == (970, "G10 C970 I0.05 P1 Q1 R1")
+
+
+@pytest.mark.parametrize("series", [False, True])
+@pytest.mark.parametrize("parts", range(2, 21))
+def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, parts, series):
+    """With the setting that it names, and not without; every level that the gateware has."""
+    setting = f"$55={round(1500 / parts)}"
+    ends = [(20, 16, 12, 8, 4), (19, 15, 11, 7, 3), (18, 14, 10, 6, 2), (17, 13, 9, 5, 1)]
+    for levels in ends:
+        steps = [(level / parts, 300 * n) for n, level in enumerate(levels, 1)]
+        text = program(made(*steps, parts=parts), DATA, series=series)
+        assert f"NEEDS SETTING 55 AT {setting[4:]}, MA OF ONE STEP" in text
+        for code in (ISO, EIA):
+            rows = encode(text, code).rows
+            checker.forget()
+            if any(level % parts for level in levels):
+                words = "steps of the power supply, 1500 mA each"
+                assert words in checker.check(rows).sentence
+            assert checker.enter(setting) == ""
+            records = checker.check(rows)
+            assert isinstance(records, list), records
+    checker.forget()
+
+
+def test_without_finer_steps_no_setting_is_named():
+    assert "SETTING" not in program(made((8, 2203), (6, 15_000)), DATA)
 
 
 @pytest.mark.parametrize(("step", "parts"), [(1, 1), (0.5, 2), (0.333, 3), (1 / 3, 3), (0.05, 20)])
@@ -165,6 +215,17 @@ def test_the_command_shows_and_writes(tmp_path):
     assert picture[:, :, :3].std() > 0.02
 
 
+def test_the_command_writes_for_a_supply_of_finer_steps(tmp_path):
+    target = tmp_path / "job.nc"
+    result = gapkeeper(*JOB, "--step", 0.5, "-o", target)
+    assert result.returncode == 0, result.stderr
+    assert "It needs the setting $55=750 (one step of the power supply, mA)." in result.stdout
+    assert re.search(r"7\.5  +11\.25  +C965 ", result.stdout)
+    text = target.read_text()
+    assert "G10 C965 I7.5 " in text
+    assert "NEEDS SETTING 55 AT 750," in text
+
+
 def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):
     data = [replace(one, electrode="$\\no", workpiece="\u9ec4$ (x)") for one in DATA]
     found = plan(data, Job(70, 110, 15))
@@ -179,7 +240,9 @@ def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):
     (["--electrode", "silver"], 1, "there are no basic data of silver on steel in "),
     (["--series"], 2, "--series needs a program to be written (-o)."),
     (["--step", 0.4], 2, "the supply's step must be 1 IP or a whole part of it"),
-    (["--step", 0.5, "-o", "build/never.nc"], 1, "set in whole IP up to 63"),
+    (["--undersize", 150, "--step", 0.5, "-o", "build/never.nc"], 1,
+     "the controller sets the power supply to 20 of its steps at most, IP 10, so no program can be "
+     "written with IP 13."),
     (["-o", "/dev/null/x.nc"], 1, "/dev/null cannot be written"),
     (["-o", "/dev/full", "--plot", "build/never.png"], 1,
      "/dev/full cannot be written: No space left on device."),
@@ -194,6 +257,7 @@ def test_failures_are_one_sentence(arguments, status, words):
     assert result.returncode == status
     assert words in result.stderr
     assert result.stderr.count("\n") == 1
+    assert result.stdout == ""
 
 
 def test_an_undersize_without_bounds_is_refused():
