@@ -15,12 +15,17 @@ from pathlib import Path
 
 from host.errors import UserError
 from host.machine import ROOT
+from host.words import exact
 
 __all__ = ["FOLDER", "BasicData", "file_name", "read_all", "read_file"]
 
 FOLDER = ROOT / "tapes" / "basic"
 FILES = "*_*_*mm2.toml"
 TABLE = "current"
+KEYS = {"": {"electrode", "workpiece", "area_mm2", "source", "depth_mm", "finish", TABLE},
+        "finish": {"rmax_um", "side_um"},
+        TABLE: {"ip", "bottom_um", "side_um", "undersize_um"}}
+TITLES = {"finish": "[finish]", TABLE: f"[[{TABLE}]]"}
 MOST_CURRENTS, MOST_DEPTHS = 16, 12     # what the memory of the soft core holds for an area
 # Largest value and digits behind the point; the soft core keeps whole numbers of the last digit.
 BOUNDS = {"area_mm2": (100_000, 2), "depth_mm": (1000, 3), "ip": (63, 2), "bottom_um": (6000, 1),
@@ -29,7 +34,7 @@ BOUNDS = {"area_mm2": (100_000, 2), "depth_mm": (1000, 3), "ip": (63, 2), "botto
 
 @dataclass(frozen=True)
 class BasicData:
-    """Basic data of one area.
+    """Basic data of one area, and the path of their file as it was given.
 
     ``undersize_um[row][column]`` is the least undersize of ``ip[row]`` at ``depth_mm[column]``.
     ``finish_um`` has pairs of a roughness (um Rmax) and by how much the side stock differs from
@@ -63,6 +68,17 @@ def _materials(path):
     return path.name.rsplit("_", 1)[0]
 
 
+def _pair(path):
+    """Electrode and workpiece of a file: a name alone does not tell copper_tungsten on steel."""
+    named = _materials(path)
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        values = {}
+    pair = values.get("electrode"), values.get("workpiece")
+    return pair if f"{pair[0]}_{pair[1]}" == named else tuple(named.split("_", 1))
+
+
 class _Reader:
     """Takes values out of a file, and refuses them by name and line."""
 
@@ -81,7 +97,7 @@ class _Reader:
 
     def refuse(self, why, key="", table="", row=0):
         """Raise, with the line of a key: of the file, of a table, or of its row from 0."""
-        raise UserError(f"{self.path.name}, line {self._line(key, table, row)}: {why}.")
+        raise UserError(f"{self.path}, line {self._line(key, table, row)}: {why}.")
 
     def _line(self, key, table, row):
         at, here, seen = 0, "", -1
@@ -92,18 +108,29 @@ class _Reader:
                 seen += here == table
             if here == table and (not table or table != TABLE or seen == row):
                 at = at or number
-                if key and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+                if key and re.match(rf"\s*(\[.*\.\s*)?[\"']?{re.escape(key)}[\"']?\s*[]=]", line):
                     return number
-        return at or 1
+        # A table within a line, or key by key.
+        return at or next((number for number, line in enumerate(self.lines, 1)
+                           if table and re.match(rf"\s*{table}\b", line)), 1)
 
-    def number(self, name, value, key, **place):
+    def known(self, values, table="", **place):
+        """Refuse a key that a table does not have."""
+        for name in sorted(set(values) - KEYS[table]):
+            of_table = not table and isinstance(values[name], dict | list)
+            key = name or '""'
+            self.refuse(f"{key} is not known" + (f" in {TITLES[table]}" if table else ""), key,
+                        table=name if of_table else table, **place)
+
+    def number(self, name, value, key, signed=False, **place):
         """Check one number against its bounds."""
         limit, digits = BOUNDS[name]
+        least = -limit if signed else 0
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(f"{name} must be a number, not {value!r}", key, **place)
-        if not 0 <= value <= limit:
-            told = f"{value:g}" if abs(value) < 1e300 else "a number of more than 300 digits"
-            self.refuse(f"{name} must be 0 to {limit:g}, not {told}", key, **place)
+        if not least <= value <= limit:
+            told = exact(value) if abs(value) < 1e300 else "a number of more than 300 digits"
+            self.refuse(f"{name} must be {least} to {limit}, not {told}", key, **place)
         if round(value, digits) != value:
             self.refuse(f"{name} has at most {digits} digits behind the point, unlike {value!r}",
                         key, **place)
@@ -117,11 +144,12 @@ class _Reader:
                         else f"{name} is missing", name, table=table, **place)
         return found
 
-    def rising(self, name, values, key, *, strictly=True, what="", **place):
-        """Check that numbers rise."""
+    def ordered(self, name, values, key, must="rise", what="", **place):
+        """Check that numbers rise, do not fall or do not rise."""
         for one, two in pairwise(values):
-            if two < one or (strictly and two == one):
-                self.refuse(f"{name} must rise{what}, but {two:g} follows {one:g}", key, **place)
+            if {"rise": two <= one, "not fall": two < one, "not rise": two > one}[must]:
+                self.refuse(f"{name} must {must}{what}, but {exact(two)} follows {exact(one)}",
+                            key, **place)
 
 
 def _head(read):
@@ -137,7 +165,7 @@ def _head(read):
         read.refuse("area_mm2 must not be 0", "area_mm2")
     depths = [read.number("depth_mm", one, "depth_mm")
               for one in read.numbers("depth_mm", "", read.values)]
-    read.rising("depth_mm", depths, "depth_mm")
+    read.ordered("depth_mm", depths, "depth_mm")
     if len(depths) > MOST_DEPTHS:
         read.refuse(f"more than {MOST_DEPTHS} depths", "depth_mm")
     name = file_name(read.values["electrode"], read.values["workpiece"], area)
@@ -158,12 +186,13 @@ def _rows(read, depths):
         place = {"table": TABLE, "row": index}
         if not isinstance(row, dict):
             read.refuse(f"current must be tables [[{TABLE}]], not {row!r}", TABLE)
+        read.known(row, TABLE, row=index)
         for key, values in found.items():
             if key not in row:
                 read.refuse(f"{key} is missing", key, **place)
             values.append(read.number(key, row[key], key, **place))
-            read.rising(key, values[-2:], key, strictly=key == "ip",
-                        what=" from current to current", **place)
+            read.ordered(key, values[-2:], key, "rise" if key == "ip" else "not fall",
+                         " from current to current", **place)
         if not found["ip"][-1]:
             read.refuse("ip must not be 0", "ip", **place)
         values = [read.number("undersize_um", one, "undersize_um", **place)
@@ -171,11 +200,11 @@ def _rows(read, depths):
         if len(values) != len(depths):
             read.refuse(f"undersize_um has {len(values)} values for {len(depths)} depths",
                         "undersize_um", **place)
-        read.rising("undersize_um", values, "undersize_um", what=" with the depth", **place)
+        read.ordered("undersize_um", values, "undersize_um", what=" with the depth", **place)
         for depth, value in enumerate(values):
-            read.rising("undersize_um", [row[depth] for row in undersizes[-1:]] + [value],
-                        "undersize_um", what=f" with the current (at {depths[depth]:g} mm)",
-                        **place)
+            read.ordered("undersize_um", [row[depth] for row in undersizes[-1:]] + [value],
+                         "undersize_um", what=f" with the current (at {exact(depths[depth])} mm)",
+                         **place)
         undersizes.append(tuple(values))
     return found, undersizes
 
@@ -186,18 +215,17 @@ def _finish(read):
         read.refuse("finish must be a table", "finish")
     if not table:
         return ((1.0, 0.0),)
+    read.known(table, "finish")
     rough = [read.number("rmax_um", one, "rmax_um", table="finish")
              for one in read.numbers("rmax_um", "finish", table)]
     side = read.numbers("side_um", "finish", table)
     for one in side:
-        read.number("side_um", abs(one) if isinstance(one, int | float) else one, "side_um",
-                    table="finish")
+        read.number("side_um", one, "side_um", signed=True, table="finish")
     if len(side) != len(rough):
         read.refuse(f"side_um has {len(side)} values for {len(rough)} roughnesses", "side_um",
                     table="finish")
-    read.rising("rmax_um", rough, "rmax_um", table="finish")
-    read.rising("side_um", [-one for one in side], "side_um", strictly=False, table="finish",
-                what=" (without its sign)")
+    read.ordered("rmax_um", rough, "rmax_um", table="finish")
+    read.ordered("side_um", side, "side_um", "not rise", " with the roughness", table="finish")
     pairs = tuple(zip(rough, map(float, side), strict=True))
     if (1.0, 0.0) not in pairs:
         read.refuse("side_um must be 0 at an rmax_um of 1, against which it is told", "side_um",
@@ -214,16 +242,11 @@ def read_file(path: Path) -> BasicData:
         If it cannot be read, is incomplete, or has numbers that do not rise where they must.
     """
     read = _Reader(path)
-    unknown = set(read.values) - {"electrode", "workpiece", "area_mm2", "source", "depth_mm",
-                                  "finish", TABLE}
-    if unknown:
-        name = min(unknown)
-        of_table = isinstance(read.values[name], dict | list)
-        read.refuse(f"{name} is not known", name, table=name if of_table else "")
+    read.known(read.values)
     area, depths = _head(read)
     found, undersizes = _rows(read, depths)
     return BasicData(
-        name=path.name, electrode=read.values["electrode"], workpiece=read.values["workpiece"],
+        name=str(path), electrode=read.values["electrode"], workpiece=read.values["workpiece"],
         area_mm2=area, source=read.values["source"], depth_mm=tuple(depths), ip=tuple(found["ip"]),
         bottom_um=tuple(found["bottom_um"]), side_um=tuple(found["side_um"]),
         undersize_um=tuple(undersizes), finish_um=_finish(read))
@@ -237,18 +260,13 @@ def read_all(electrode: str, workpiece: str, folder: Path = FOLDER) -> list[Basi
     UserError
         If there are none, one of the files is refused, or their depths or finishes differ.
     """
-    known = sorted({_materials(path) for path in folder.glob(FILES)})
-    if f"{electrode}_{workpiece}" not in known:
-        have = ", ".join(" on ".join(pair.split("_", 1)) for pair in known) or "nothing"
+    pairs = {path: _pair(path) for path in folder.glob(FILES)}
+    if (electrode, workpiece) not in pairs.values():
+        have = ", ".join(sorted({" on ".join(pair) for pair in pairs.values()})) or "nothing"
         raise UserError(f"there are no basic data of {electrode} on {workpiece} in {folder}, "
                         f"only of {have}.")
-    data = sorted((read_file(path) for path in folder.glob(FILES)
-                   if _materials(path) == f"{electrode}_{workpiece}"),
-                  key=lambda one: one.area_mm2)
-    for one in data:
-        if (one.electrode, one.workpiece) != (electrode, workpiece):
-            raise UserError(f"{one.name} is of {one.electrode} on {one.workpiece}, not of "
-                            f"{electrode} on {workpiece}.")
+    data = sorted((read_file(path) for path, pair in pairs.items()
+                   if pair == (electrode, workpiece)), key=lambda one: one.area_mm2)
     for one in data[1:]:
         if one.depth_mm != data[0].depth_mm:
             raise UserError(f"{one.name} has other depths than {data[0].name}: the files of a pair "

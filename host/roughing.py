@@ -31,6 +31,7 @@ from host import figures
 from host.basic import BasicData, read_all
 from host.errors import UsageError, UserError
 from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+from host.words import exact
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
            "table"]
@@ -61,7 +62,7 @@ def parts_of_step(step_ip: float) -> int:
     parts = round(1 / step_ip) if step_ip * (MOST_PARTS + 1) > 1 else 0
     if not 1 <= parts <= MOST_PARTS or abs(parts * step_ip - 1) > 0.005:
         raise UsageError(f"the supply's step must be 1 IP or a whole part of it, down to "
-                         f"1/{MOST_PARTS}, not {step_ip:g}.")
+                         f"1/{MOST_PARTS}, not {exact(step_ip)}.")
     return parts
 
 
@@ -160,10 +161,10 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
     job, steps = found.job, found.steps
     numbers, entered = _conditions(steps, job.steps)
     sources = ", ".join(sorted({one.source for one in data}))
-    taper = f", {job.taper_deg:g} DEG" if job.taper_deg else ""
+    taper = f", {exact(job.taper_deg)} DEG" if job.taper_deg else ""
     comments = [
-        f"ROUGHING, {data[0].electrode} ON {data[0].workpiece}, {job.area_mm2:g} MM2 TO "
-        f"{job.depth_mm:g} MM, UNDERSIZE {job.undersize_um:g} UM{taper}",
+        f"ROUGHING, {data[0].electrode} ON {data[0].workpiece}, {exact(job.area_mm2)} MM2 TO "
+        f"{exact(job.depth_mm)} MM, UNDERSIZE {exact(job.undersize_um)} UM{taper}",
         f"BASIC DATA {sources}",
         f"LEAVES {found.bottom_um:.0f} UM ON THE BOTTOM AND {found.side_um:.0f} UM ON THE SIDE",
     ]
@@ -208,12 +209,12 @@ def _sentences(found, data):
     if any(one.source == "synthetic" for one in data):
         yield "The basic data are synthetic: do not machine by them."
     if job.taper_deg:
-        yield (f"A gradient of {job.taper_deg:g} degrees makes the undersize count as "
+        yield (f"A gradient of {exact(job.taper_deg)} degrees makes the undersize count as "
                f"{found.undersize_um:.2f} um.")
-    yield (f"The undersize allows IP {found.ip:.2f} at {job.depth_mm:g} mm: the last step has IP "
-           f"{_current(found.alpha)}, which needs {found.beta_um:.2f} um.")
+    yield (f"The undersize allows IP {found.ip:.2f} at {exact(job.depth_mm)} mm: the last step has "
+           f"IP {_current(found.alpha)}, which needs {found.beta_um:.2f} um.")
     yield (f"It leaves {found.bottom_um:.0f} um on the bottom and {found.side_um:.0f} um on the "
-           f"side, to finish to {job.rmax_um:g} um Rmax.")
+           f"side, to finish to {exact(job.rmax_um)} um Rmax.")
     for note in found.notes:
         yield f"Note: {note}."
 
@@ -240,7 +241,7 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
         left.set(xlabel=f"current, IP of {AMPERES:g} A", ylabel="depth, mm",
                  xlim=(0, found.steps[0].ip + 1), ylim=(job.depth_mm, 0))
         # A material is a name, and no formula between two $.
-        left.set_title(f"{data[0].electrode} on {data[0].workpiece}, {job.area_mm2:g} mm²",
+        left.set_title(f"{data[0].electrode} on {data[0].workpiece}, {exact(job.area_mm2)} mm²",
                        parse_math=False)
         for step in found.steps if len(found.steps) <= MOST_LABELS else ():
             left.annotate(f"IP {_current(step.ip)} to {step.depth_um / 1000:.2f} mm",

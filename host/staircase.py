@@ -35,12 +35,14 @@ the multilinear interpolation between the same samples stands in, and a note say
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import ceil
 
 import numpy as np
 
 from host.basic import BasicData
 from host.errors import UserError
 from host.network import train
+from host.words import exact
 
 __all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",
            "plan", "undersize_cell"]
@@ -215,26 +217,30 @@ def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
         If the area is outside of them.
     """
     if not data[0].area_mm2 <= area_mm2 <= data[-1].area_mm2:
-        held = (f"{data[0].area_mm2:g} to {data[-1].area_mm2:g} mm2" if len(data) > 1
-                else f"{data[0].area_mm2:g} mm2 only")
-        raise UserError(f"the area of {area_mm2:g} mm2 is outside of the basic data ({held}).")
+        held = (f"{exact(data[0].area_mm2)} to {exact(data[-1].area_mm2)} mm2" if len(data) > 1
+                else f"{exact(data[0].area_mm2)} mm2 only")
+        raise UserError(f"the area of {exact(area_mm2)} mm2 is outside of the basic data ({held}).")
     return [data[place] for place in _next_to([one.area_mm2 for one in data], area_mm2)]
 
 
 def _check(near, job, undersize_um):
     depths = near[0].depth_mm
     if not depths[0] <= job.depth_mm <= depths[-1]:
-        held = (f"{depths[0]:g} to {depths[-1]:g} mm" if len(depths) > 1
-                else f"{depths[0]:g} mm only")
-        raise UserError(f"the depth of {job.depth_mm:g} mm is outside of the basic data ({held}).")
+        held = (f"{exact(depths[0])} to {exact(depths[-1])} mm" if len(depths) > 1
+                else f"{exact(depths[0])} mm only")
+        raise UserError(f"the depth of {exact(job.depth_mm)} mm is outside of the basic data "
+                        f"({held}).")
     least = SINGLE(max(one.ip[0] for one in near))
     greatest = SINGLE(min(one.ip[-1] for one in near))
     if least > greatest:
         raise UserError(f"{near[0].name} and {near[1].name} have no current in common.")
     needed = undersize_cell(near, job.area_mm2, job.depth_mm, least).between
     if undersize_um < needed:
-        raise UserError(f"an undersize of {undersize_um:.1f} um is too small: the least current, "
-                        f"IP {least:g}, needs {needed:.1f} um at {job.depth_mm:g} mm.")
+        counts = (f", which a gradient of {exact(job.taper_deg)} degrees makes "
+                  f"{undersize_um:.3f} um," if job.taper_deg else "")
+        raise UserError(f"an undersize of {exact(job.undersize_um)} um{counts} is too small: the "
+                        f"least current, IP {least:g}, needs {ceil(needed * 10) / 10:.1f} um at "
+                        f"{exact(job.depth_mm)} mm.")
     return least, greatest
 
 
@@ -243,8 +249,8 @@ def _stock(near, job, alpha):
     areas, finish = [one.area_mm2 for one in near], near[0].finish_um
     rough = [one[0] for one in finish]
     if not rough[0] <= job.rmax_um <= rough[-1]:
-        held = (f"{rough[0]:g} to {rough[-1]:g} um" if len(rough) > 1 else "1 um only")
-        raise UserError(f"a finish of {job.rmax_um:g} um Rmax is outside of the basic data "
+        held = (f"{exact(rough[0])} to {exact(rough[-1])} um" if len(rough) > 1 else "1 um only")
+        raise UserError(f"a finish of {exact(job.rmax_um)} um Rmax is outside of the basic data "
                         f"({held}).")
     places = _next_to(rough, job.rmax_um)
     less = _line([rough[place] for place in places], [finish[place][1] for place in places],
@@ -286,7 +292,8 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
                         f"IP {least:g}, and what the undersize allows, IP {ip:.2f}.")
     if ip == greatest:
         notes.append(f"the undersize allows the greatest current of the basic data, IP "
-                     f"{greatest:g}, at {job.depth_mm:g} mm; whether it allows more is not known")
+                     f"{greatest:g}, at {exact(job.depth_mm)} mm; whether it allows more is not "
+                     "known")
 
     beta = infer(undersize_cell(near, job.area_mm2, job.depth_mm, alpha), "least undersize")
     beta = min(beta, undersize_um)

@@ -92,7 +92,18 @@ def test_finishes_may_be_left_out(tmp_path):
     ("[0, -4]", "[0]", 9, "side_um has 1 values for 2 roughnesses"),
     ("bottom_um = 30\n", "", 17, "bottom_um is missing"),
     ("bottom_um = 30", "bottom_um = 20", 19,
-     "bottom_um must rise from current to current, but 20 follows 24"),
+     "bottom_um must not fall from current to current, but 20 follows 24"),
+    ("[0, -4]", "[0, 4]", 9, "side_um must not rise with the roughness, but 4 follows 0"),
+    ("[0, -4]", "[0, -9000]", 9, "side_um must be -6000 to 6000, not -9000"),
+    ("[0, -4]", "[0, true]", 9, "side_um must be a number, not True"),
+    ("84, 86, 99.5", "84, 86, 6000.0001", 21,
+     "undersize_um must be 0 to 6000, not 6000.0001"),
+    ("area_mm2 = 50", "area_mm2 = 1000000.25", 3, "area_mm2 must be 0 to 100000, not 1000000.25"),
+    ("ip = 6", "ip = 6\nbotom_um = 30", 19, "botom_um is not known in [[current]]"),
+    ("ip = 6", 'ip = 6\n"" = 30', 19, '"" is not known in [[current]]'),
+    ("99.5]", "99.5]\n[current.more]", 22, "more is not known in [[current]]"),
+    ("[0, -4]", "[0, -4]\nbottom_um = 0", 10, "bottom_um is not known in [finish]"),
+    ('source = "a test"', 'source = "a test"\nelectrod = 1', 5, "electrod is not known"),
     ("ip = 6", "ip = 4", 18, "ip must rise from current to current, but 4 follows 4"),
     ("ip = 4", "ip = 0", 12, "ip must not be 0"),
     ("undersize_um = [84, 86, 99.5]", "", 17, "undersize_um is missing"),
@@ -110,8 +121,9 @@ def test_finishes_may_be_left_out(tmp_path):
 def test_bad_data_are_refused_by_name_and_line(tmp_path, old, new, line, why):
     assert old in GOOD
     path = written(tmp_path, GOOD.replace(old, new))
-    with pytest.raises(UserError, match=rf"^{path.name}, line {line}: {re.escape(why)}\.$"):
+    with pytest.raises(UserError) as told:
         read_file(path)
+    assert str(told.value) == f"{path}, line {line}: {why}."
 
 
 def test_a_single_current_is_refused(tmp_path):
@@ -145,9 +157,38 @@ def test_a_longer_name_is_another_material(tmp_path):
     written(tmp_path, hard, "copper_steel_hard_60mm2.toml")
     assert [one.area_mm2 for one in read_all("copper", "steel", tmp_path)] == [50]
     assert [one.area_mm2 for one in read_all("copper", "steel_hard", tmp_path)] == [60]
-    with pytest.raises(UserError, match=r"^copper_steel_hard_60mm2\.toml is of copper on "
-                                        r"steel_hard, not of copper_steel on hard\.$"):
+    with pytest.raises(UserError, match=r"^there are no basic data of copper_steel on hard in .*, "
+                                        r"only of copper on steel, copper on steel_hard\.$"):
         read_all("copper_steel", "hard", tmp_path)
+
+
+def test_a_name_with_two_lines_is_told_by_what_the_file_says(tmp_path):
+    """Electrodes of copper-tungsten, beside a workpiece of tungsten steel."""
+    alloy = GOOD.replace('"copper"', '"copper_tungsten"')
+    hard = GOOD.replace('"steel"', '"tungsten_steel"').replace("area_mm2 = 50", "area_mm2 = 60")
+    written(tmp_path, alloy, "copper_tungsten_steel_50mm2.toml")
+    written(tmp_path, hard, "copper_tungsten_steel_60mm2.toml")
+    for pair, area in ((("copper_tungsten", "steel"), 50), (("copper", "tungsten_steel"), 60)):
+        assert [one.area_mm2 for one in read_all(*pair, tmp_path)] == [area]
+    with pytest.raises(UserError, match=r", only of copper on tungsten_steel, copper_tungsten on "
+                                        r"steel\.$"):
+        read_all("copper", "steel", tmp_path)
+
+
+def test_a_table_within_a_line_is_found(tmp_path):
+    text = re.sub(r"\[finish\](.|\n)*?\n\n", "", GOOD).replace(
+        "depth_mm", "finish = {rmax_um = [1], side_um = [0], x = 1}\ndepth_mm")
+    with pytest.raises(UserError, match=r"line 5: x is not known in \[finish\]\.$"):
+        read_file(written(tmp_path, text))
+    text = text.replace("finish = {rmax_um = [1], side_um = [0], x = 1}", "finish.x = 1")
+    with pytest.raises(UserError, match=r"line 5: x is not known in \[finish\]\.$"):
+        read_file(written(tmp_path, text))
+
+
+def test_a_broken_file_of_another_pair_is_no_harm(tmp_path):
+    written(tmp_path)
+    written(tmp_path, "nothing", "copper_tungsten_steel_50mm2.toml")
+    assert len(read_all("copper", "steel", tmp_path)) == 1
 
 
 def test_a_large_area_is_named_to_its_last_digit():
@@ -166,6 +207,6 @@ def test_files_that_do_not_fit_each_other_are_refused(tmp_path, old, new, what):
     written(tmp_path)
     other = GOOD.replace(old, new).replace("area_mm2 = 50", "area_mm2 = 90")
     written(tmp_path, other, "copper_steel_90mm2.toml")
-    with pytest.raises(UserError, match=rf"^copper_steel_90mm2\.toml has another? {what}|"
-                                        rf"^copper_steel_90mm2\.toml has other {what}"):
+    with pytest.raises(UserError, match=rf"^{re.escape(str(tmp_path))}/copper_steel_90mm2\.toml "
+                                        rf"has (an)?other {what}"):
         read_all("copper", "steel", tmp_path)

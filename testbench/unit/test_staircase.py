@@ -175,8 +175,18 @@ def test_borders_of_the_data_belong_to_them(area, depth):
     (Job(19.9, 110, 15), "the area of 19.9 mm2 is outside of the basic data (20 to 400 mm2)."),
     (Job(401, 110, 15), "the area of 401 mm2 is outside of the basic data (20 to 400 mm2)."),
     (Job(70, 110, 41), "the depth of 41 mm is outside of the basic data (0 to 40 mm)."),
-    (Job(70, 47, 15), "an undersize of 47.0 um is too small: the least current, IP 1, needs 48.2 "
-                      "um at 15 mm."),
+    (Job(70, 47, 15), "an undersize of 47 um is too small: the least current, IP 1, needs 48.2 um "
+                      "at 15 mm."),
+    (Job(70, 48.0001, 15), "an undersize of 48.0001 um is too small: the least current, IP 1, "
+                           "needs 48.2 um at 15 mm."),
+    (Job(70, 49, 15, 12.3456789), "an undersize of 49 um, which a gradient of 12.3456789 degrees "
+                                  "makes 47.867 um, is too small: the least current, IP 1, needs "
+                                  "48.2 um at 15 mm."),
+    (Job(400.0001, 110, 15),
+     "the area of 400.0001 mm2 is outside of the basic data (20 to 400 mm2)."),
+    (Job(70, 110, 40.00001), "the depth of 40.00001 mm is outside of the basic data (0 to 40 mm)."),
+    (Job(70, 110, 15, rmax_um=10.000001),
+     "a finish of 10.000001 um Rmax is outside of the basic data (1 to 10 um)."),
     (Job(70, 110, 15, rmax_um=20),
      "a finish of 20 um Rmax is outside of the basic data (1 to 10 um)."),
 ])
