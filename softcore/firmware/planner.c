@@ -43,26 +43,42 @@ static const struct {
     uint8_t decimals[JOB_NUMBERS];
 } LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
 
+/* One more digit, if it fits: only a seed takes all bits, floats come from signed numbers. */
+static bool append(uint32_t *value, uint32_t digit, unsigned decimals) {
+    uint32_t limit = decimals ? INT32_MAX : UINT32_MAX;
+    if (*value > (limit - digit) / 10)
+        return false;
+    *value = *value * 10 + digit;
+    return true;
+}
+
 /* A number in units of its last digit. */
-static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value) {
+static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value, fault *f) {
     unsigned digits = 0, behind = 0;
-    bool point = false;
+    bool point = false, fits = true;
     *value = 0;
-    for (; *at < length; (*at)++) {
+    for (; fits && *at < length; (*at)++) {
         char c = line[*at];
-        if (c == '.' && !point)
+        if (c == '.' && !point && decimals) {
             point = true;
-        else if (c < '0' || c > '9' || ++digits > 9 || (point && ++behind > decimals))
+            continue;
+        }
+        if (c < '0' || c > '9' || (point && ++behind > decimals))
             break;
-        else
-            *value = *value * 10 + (uint32_t)(c - '0');
+        digits++;
+        fits = append(value, (uint32_t)(c - '0'), decimals);
     }
-    for (; behind < decimals; behind++) {
-        if (*value > UINT32_MAX / 10)
-            return false;
-        *value *= 10;
-    }
-    return digits && (*at == length || line[*at] == ',');
+    bool ended = digits && (*at == length || line[*at] == ',');
+    for (; ended && behind < decimals; behind++)
+        fits = fits && append(value, 0, decimals);
+    if (!fits)
+        return fault_at(f, FAULT_SETTING, *at + 2, "the number is too large");
+    if (!ended)
+        return decimals ? fault_at(f, FAULT_SETTING, *at + 3,
+                                   "a number with at most %u digits behind the point is needed",
+                                   decimals)
+                        : fault_at(f, FAULT_SETTING, *at + 3, "a whole number is needed");
+    return true;
 }
 
 static bool begin(fault *f) {
@@ -110,9 +126,8 @@ static bool read_line(fault *f) {
         unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
         if (count == NUMBERS)
             return fault_at(f, FAULT_SETTING, at + 3, "more than %u numbers", (uint32_t)NUMBERS);
-        if (!read_number(&at, decimals, &numbers[count++]))
-            return fault_at(f, FAULT_SETTING, at + 3,
-                            "a number with at most %u digits behind the point is needed", decimals);
+        if (!read_number(&at, decimals, &numbers[count++], f))
+            return false;
     } while (at++ < length);
     return true;
 }

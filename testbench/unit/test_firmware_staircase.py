@@ -209,6 +209,16 @@ def test_gradient_and_seed_may_follow(machine):
         f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps]
 
 
+def test_a_seed_may_be_as_large_as_the_host_s(machine):
+    for seed in (1_234_567_890, 2**32 - 1):
+        found = plan(DATA, Job(70, 110, 15), seed)
+        needs = round(float(found.beta_um), 1)
+        assert machine.line(f"$BP70,110,15,0,{seed:013}", 60_000) == [
+            f"[MSG:The last step needs an undersize of {needs} um, of 110.0 um]",
+            *(f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps),
+            "ok"]
+
+
 def test_what_is_to_be_known_is_said(machine):
     assert machine.line("$BP70,400,15", 60_000)[2:] == [
         "[MSG:The undersize allows the greatest current of the basic data, or more]",
@@ -249,6 +259,15 @@ DIGITS = "a number with at most 3 digits behind the point is needed."
     ("$BP70,110,15,61", "the gradient is at most 60 degrees."),
     ("$BP70,110,0", "area, undersize and depth must be above 0."),
     ("$BP0,110,15", "area, undersize and depth must be above 0."),
+    ("$BP42949673,110,15", "MDI, character 11: the number is too large."),
+    ("$BP21474836.48,110,15", "MDI, character 14: the number is too large."),
+    ("$BP21474836.47,110,15", "the area is outside of the basic data."),
+    ("$BP12345678901234567890,110,15", "MDI, character 14: the number is too large."),
+    ("$BP70,300000000,15", "MDI, character 15: the number is too large."),
+    ("$BP70,110,9999999999", "MDI, character 20: the number is too large."),
+    ("$BP70,110,15,0,4294967296", "MDI, character 25: the number is too large."),
+    ("$BP70,110,15,0,1.5", "MDI, character 17: a whole number is needed."),
+    ("$BP70,110,15,0,", "MDI, character 16: a whole number is needed."),
     ("$BP7,110,15", "the area is outside of the basic data."),
     ("$BP70,110,41", "the depth is outside of the basic data."),
     ("$BP70,40,15",
