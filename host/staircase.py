@@ -25,8 +25,9 @@ comes to the same staircase.
 Where the patent says nothing: area and depth outside of the data are refused, and an undersize too
 small for the least current. An undersize larger than the greatest current needs gives that current;
 a gamma above the shallowest depth of the data is inferred beyond them. Both are told as a note.
-Depths are rounded down to 1 um. beta is never taken above X. A current that would reach no less
-deep than the one below it is left out.
+The last step ends at the job's depth, which is a whole number of um; the depths of the others are
+rounded down to one. beta is never taken above X. A current that would reach no less deep than the
+one below it is left out.
 
 A network that did not learn all its samples, or is not proved monotone over them, is not trusted:
 the multilinear interpolation between the same samples stands in, and a note says so.
@@ -230,6 +231,9 @@ def _check(near, job, undersize_um):
                 else f"{exact(depths[0])} mm only")
         raise UserError(f"the depth of {exact(job.depth_mm)} mm is outside of the basic data "
                         f"({held}).")
+    if round(job.depth_mm, 3) != job.depth_mm:
+        raise UserError(f"the depth of {exact(job.depth_mm)} mm has more than 3 digits behind the "
+                        "point.")
     least = SINGLE(max(one.ip[0] for one in near))
     greatest = SINGLE(min(one.ip[-1] for one in near))
     if least > greatest:

@@ -13,6 +13,7 @@ from host.basic import BasicData, read_all
 from host.errors import UserError
 from host.staircase import (
     Job,
+    Step,
     cosine,
     current_cell,
     depth_cell,
@@ -175,6 +176,7 @@ def test_borders_of_the_data_belong_to_them(area, depth):
     (Job(19.9, 110, 15), "the area of 19.9 mm2 is outside of the basic data (20 to 400 mm2)."),
     (Job(401, 110, 15), "the area of 401 mm2 is outside of the basic data (20 to 400 mm2)."),
     (Job(70, 110, 41), "the depth of 41 mm is outside of the basic data (0 to 40 mm)."),
+    (Job(70, 110, 15.0005), "the depth of 15.0005 mm has more than 3 digits behind the point."),
     (Job(70, 47, 15), "an undersize of 47 um is too small: the least current, IP 1, needs 48.2 um "
                       "at 15 mm."),
     (Job(70, 48.0001, 15), "an undersize of 48.0001 um is too small: the least current, IP 1, "
@@ -193,6 +195,14 @@ def test_borders_of_the_data_belong_to_them(area, depth):
 def test_jobs_outside_of_the_data_are_refused(job, why):
     with pytest.raises(UserError, match="^" + re.escape(why) + "$"):
         plan(DATA, job)
+
+
+def test_the_last_step_ends_at_the_programmed_depth():
+    """To the micrometre, whatever single or double precision make of it in mm."""
+    draw = random.Random(9)
+    for depth_um in (1, 500, 2203, 4_035, 39_999, *(draw.randrange(1, 40_000) for _ in range(12))):
+        found = plan(DATA, Job(70, 160, depth_um / 1000))
+        assert found.steps[-1] == Step(found.alpha, depth_um)
 
 
 def test_an_undersize_for_more_than_the_greatest_current_is_told():
