@@ -30,11 +30,19 @@ rounded down to one. beta is never taken above X. A current that would reach no 
 one below it is left out.
 
 A network that did not learn all its samples, or is not proved monotone over them, is not trusted:
-the multilinear interpolation between the same samples stands in, and a note says so.
+the multilinear interpolation between the same samples stands in, and a note says so. Nor is one
+whose answer departs from the interpolation by more than 0.1 settable step of the current, or 5 % of
+the depth; of the depth the interpolation is that for a beta that was interpolated too. Near the
+surface the depth hangs on the last digit of the data: 0.1 um of beta move a depth of 0.3 mm by 20
+um. Of 900 random jobs on the shipped data, with steps of 1 to 1/10 IP, the interpolation stood in
+for 3 % of the depths, and for the current in a fifth of the jobs with 1/10 IP.
+
+Neither network nor interpolation knows what the data do not hold: the undersize of the shipped data
+bends between two areas, and by its formula steps of those jobs need up to 1.15 um more than beta.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 
@@ -53,6 +61,7 @@ GRANTED = 2.0**-10      # of a settable step, and of 1 um: an answer that lacks 
 DEGREE = 0.017453292519943295
 STEEPEST_DEG = 60.0
 TERMS = 8
+CURRENT_SHARE, DEPTH_SHARE = 0.1, 0.05
 NEIGHBOUR = tuple[int, ...]
 
 
@@ -201,12 +210,25 @@ class _Inference:
         self.seed = seed
         self.untrusted = []
 
-    def __call__(self, cell, name):
+    def __call__(self, cell, name, agree=None):
+        """Answer of a network, or the interpolation; ``agree`` compares the two."""
         network = train(cell.samples, self.seed)
-        if network.converged and network.rises(cell.signs, cell.inputs):
-            return network.infer(cell.inputs)
-        self.untrusted.append(name)
+        inferred = network.infer(cell.inputs)
+        if not network.converged:
+            why = "did not learn all samples"
+        elif not network.rises(cell.signs, cell.inputs):
+            why = "was not proved monotone"
+        elif agree is not None and not agree(inferred, cell.between):
+            why = "departs from that"
+        else:
+            return inferred
+        self.untrusted.append(f"{name}: interpolated, since its network {why}")
         return cell.between
+
+
+def _same_depth(one, two):
+    """Whether two depths agree; above the surface there is none."""
+    return (one <= 0 and two <= 0) or abs(one - two) <= DEPTH_SHARE * two
 
 
 def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
@@ -287,8 +309,14 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
     least, greatest = _check(near, job, undersize_um)
     infer, notes = _Inference(seed), []
 
-    ip = infer(current_cell(near, job.area_mm2, job.depth_mm, undersize_um), "current")
-    ip = min(max(ip, least), greatest)
+    def inside_data(ip):
+        return min(max(ip, least), greatest)
+
+    def same_current(one, two):
+        return abs(inside_data(one) - inside_data(two)) * job.steps <= CURRENT_SHARE
+
+    ip = inside_data(infer(current_cell(near, job.area_mm2, job.depth_mm, undersize_um), "current",
+                           same_current))
     level = int(ip * job.steps + GRANTED)
     alpha = SINGLE(level) / job.steps
     if alpha < least:
@@ -299,18 +327,21 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
                      f"{greatest:g}, at {exact(job.depth_mm)} mm; whether it allows more is not "
                      "known")
 
-    beta = infer(undersize_cell(near, job.area_mm2, job.depth_mm, alpha), "least undersize")
-    beta = min(beta, undersize_um)
+    needs = undersize_cell(near, job.area_mm2, job.depth_mm, alpha)
+    beta = min(infer(needs, "least undersize"), undersize_um)
+    interpolated = min(needs.between, undersize_um)
 
     steps = [Step(level / job.steps, round(job.depth_mm * 1000))]
-    shallowest, inside = SINGLE(near[0].depth_mm[0]), len(near[0].depth_mm) > 1
-    while inside:
+    shallowest, several = SINGLE(near[0].depth_mm[0]), len(near[0].depth_mm) > 1
+    while several:
         level += 1
         current = SINGLE(level) / job.steps
         if current > greatest:
             notes.append(f"currents above IP {greatest:g} are not in the basic data")
             break
-        gamma = infer(depth_cell(near, job.area_mm2, current, beta), f"depth at IP {current:g}")
+        between = depth_cell(near, job.area_mm2, current, interpolated).between
+        cell = replace(depth_cell(near, job.area_mm2, current, beta), between=between)
+        gamma = infer(cell, f"depth at IP {current:g}", _same_depth)
         depth_um = int(gamma * 1000 + GRANTED) if gamma > 0 else 0
         if depth_um == 0:
             break
@@ -320,10 +351,9 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
             notes.append(f"the depth of IP {current:g} is inferred beyond the basic "
                          f"data, which begin at {shallowest:g} mm")
         steps.append(Step(level / job.steps, depth_um))
-    if not inside:
+    if not several:
         notes.append("the basic data have one depth only, from which no other can be inferred")
-    notes += [f"{name}: interpolated, since its network was not proved monotone"
-              for name in infer.untrusted]
+    notes += infer.untrusted
     bottom_um, side_um = _stock(near, job, alpha)
     assert all(one.depth_um > other.depth_um for one, other in pairwise(steps))
     return Staircase(job, float(undersize_um), float(ip), steps[0].ip, float(beta),

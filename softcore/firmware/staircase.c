@@ -12,6 +12,8 @@
 #define GRANTED 0x1p-10f
 #define DEGREE 0.017453292519943295f
 #define TERMS 8
+#define CURRENT_SHARE 0.1f
+#define DEPTH_SHARE 0.05f
 #define NEAR 2                  /* neighbours on every side */
 
 /* Places of the two neighbours of a value, and their values; `count` is 1 where there is but one. */
@@ -32,7 +34,9 @@ static float area_mm2, depth_mm;
 static float ip;               /* the current of the question */
 static float by_area[NEAR], by_depth[NEAR];
 static float needed[NEAR];     /* undersize at the two depths between which beta lies */
+static float sought;           /* of which these are the neighbours */
 static float least, greatest, between;
+static float interpolated_um;  /* beta, if the interpolation had been asked */
 static float cosine, square;
 static uint32_t level;
 static unsigned column;         /* depth at which `needed[0]` is */
@@ -206,9 +210,28 @@ static bool learn(unsigned at) {
     return network_step();
 }
 
-static float __attribute__((noinline)) answer(void) {
+static float magnitude(float value) { return value < 0 ? -value : value; }
+static float inside_data(float current) {
+    current = current > least ? current : least;
+    return current < greatest ? current : greatest;
+}
+
+/* How an answer is compared with the interpolation. */
+static bool any(float one, float two) {
+    (void)one, (void)two;
+    return true;
+}
+static bool same_current(float one, float two) {
+    return magnitude(inside_data(one) - inside_data(two)) * (float)(int32_t)job.parts <=
+           CURRENT_SHARE;
+}
+static bool same_depth(float one, float two) {
+    return (one <= 0 && two <= 0) || magnitude(one - two) <= DEPTH_SHARE * two;
+}
+
+static float __attribute__((noinline)) answer(bool (*agree)(float, float)) {
     float value;
-    if (network_answer(&value))
+    if (network_answer(&value) && agree(value, between))
         return value;
     found.untrusted++;
     return between;
@@ -217,9 +240,7 @@ static float __attribute__((noinline)) answer(void) {
 /* A current that the supply can be set to, not above what was inferred. */
 static bool round_current(unsigned at) {
     (void)at;
-    float inferred = answer();
-    inferred = inferred > least ? inferred : least;
-    found.ip = inferred < greatest ? inferred : greatest;
+    found.ip = inside_data(answer(same_current));
     found.greatest = found.ip == greatest;
     level = (uint32_t)(int32_t)(found.ip * (float)(int32_t)job.parts + GRANTED);
     ip = basic_number(level, (int32_t)job.parts);
@@ -249,24 +270,26 @@ static bool ask_undersize(unsigned at) {
 
 static bool keep_last(unsigned at) {
     (void)at;
-    float inferred = answer();
-    found.beta_um = inferred < found.undersize_um ? inferred : found.undersize_um;
+    float inferred = answer(any), has = found.undersize_um;
+    found.beta_um = inferred < has ? inferred : has;
+    interpolated_um = between < has ? between : has;
     found.runs[0] = (staircase_run){level, job.depth_um};
     found.count = 1;
     found.single = basic_depth_count() == 1;
     return false;
 }
 
-/* Step S20: the next current, if the data have it. */
+/* Step S20: the next current, if the data have it. First how deep it goes by interpolation alone. */
 static bool next_current(unsigned at) {
     (void)at;
     level++;
     ip = basic_number(level, (int32_t)job.parts);
     found.ended = ip > greatest;
+    sought = interpolated_um;
     return false;
 }
 
-/* From the shallowest depth on, until two lie on either side of beta: an area a step. */
+/* From the shallowest depth on, until two lie on either side of an undersize: an area a step. */
 static bool search(unsigned at) {
     unsigned depth = at / areas.count, area = at % areas.count;
     by_area[area] = undersize(area, depth);
@@ -283,7 +306,16 @@ static bool search(unsigned at) {
         needed[1] = here;
         column = depth - 1;
     }
-    return !(needed[1] > found.beta_um) && depth + 1 < basic_depth_count();
+    return !(needed[1] > sought) && depth + 1 < basic_depth_count();
+}
+
+static bool interpolate_depth(unsigned at) {
+    (void)at;
+    pair x = {column, NEAR, {needed[0], needed[1]}};
+    float y[NEAR] = {basic_depth_of(column), basic_depth_of(column + 1)};
+    between = line(&x, y, sought);
+    sought = found.beta_um;
+    return false;
 }
 
 static bool sample_depths(unsigned at) {
@@ -301,9 +333,6 @@ static bool sample_depths(unsigned at) {
 static bool ask_depth(unsigned at) {
     static const int8_t signs[NETWORK_INPUTS] = {0, -1, 1};
     (void)at;
-    pair x = {column, NEAR, {needed[0], needed[1]}};
-    float y[NEAR] = {basic_depth_of(column), basic_depth_of(column + 1)};
-    between = line(&x, y, found.beta_um);
     network_ask(area_mm2, ip, found.beta_um, signs);
     return false;
 }
@@ -311,7 +340,7 @@ static bool ask_depth(unsigned at) {
 /* Steps S23 and S24. */
 static bool keep_depth(unsigned at) {
     (void)at;
-    float gamma = answer();
+    float gamma = answer(same_depth);
     uint32_t depth_um = gamma > 0 ? (uint32_t)(int32_t)(gamma * 1000 + GRANTED) : 0;
     over = !depth_um;
     if (over || depth_um >= found.runs[found.count - 1].depth_um)
@@ -332,7 +361,7 @@ static bool (*const PHASES[])(unsigned at) = {
 #define STAIRS 17
     next_current,
 #define STAIR 18
-    choose_currents, search, sample_depths, ask_depth, learn, keep_depth,
+    choose_currents, search, interpolate_depth, search, sample_depths, ask_depth, learn, keep_depth,
 };
 #define PHASE_COUNT (sizeof PHASES / sizeof *PHASES)
 
