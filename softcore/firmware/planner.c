@@ -43,12 +43,13 @@ static const struct {
     uint8_t decimals[JOB_NUMBERS];
 } LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
 
-/* One more digit, if it fits: only a seed takes all bits, floats come from signed numbers. */
+/* One more digit, if it fits: only a seed takes all bits, floats come from signed numbers. Without a
+   division: a line has many digits, and one pass of the main loop. */
 static bool append(uint32_t *value, uint32_t digit, unsigned decimals) {
-    uint32_t limit = decimals ? INT32_MAX : UINT32_MAX;
-    if (*value > (limit - digit) / 10)
+    uint32_t limit = decimals ? INT32_MAX : UINT32_MAX, before = *value * 10;
+    if (*value > UINT32_MAX / 10 || before > limit - digit)
         return false;
-    *value = *value * 10 + digit;
+    *value = before + digit;
     return true;
 }
 
