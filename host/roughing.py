@@ -44,6 +44,7 @@ FIRST_ENTERED, FIRST_PART = 900, 964
 MOST_ENTERED, MOST_SERIES = 16, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
 AMPERES = 1.5       # of one IP
+LEAST_ON_US = 5     # the gap is looked at 4 us after a pulse begins (settings 4 and 27)
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
 SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
@@ -86,8 +87,11 @@ def condition(ip: float, number: int | None = None) -> tuple[int, str]:
             return built_in, ""
     lower = max((row for row in BUILT_IN if row[0] < ip), default=BUILT_IN[0])
     upper = min((row for row in BUILT_IN if row[0] > ip), default=None)
-    if upper is None or ip < lower[0]:
-        on, off = (max(1, round(time * ip / lower[0])) for time in lower[2:])
+    if ip < lower[0]:
+        on = max(LEAST_ON_US, round(lower[2] * ip / lower[0]))
+        off = round(on * lower[3] / lower[2])
+    elif upper is None:
+        on, off = (round(time * ip / lower[0]) for time in lower[2:])
     else:
         share = (ip - lower[0]) / (upper[0] - lower[0])
         on, off = (round(one + (other - one) * share)

@@ -150,8 +150,8 @@ def test_parts_of_an_ip_have_rows_of_their_own():
     steps = [Step(ip, 1000 * n) for n, ip in enumerate((8.5, 8, 7.5, 0.5), 1)]
     assert conditions(steps) == [
         (964, "G10 C964 I8.5 P142 Q71 R71"), condition(8), (965, "G10 C965 I7.5 P125 Q62 R62"),
-        (966, "G10 C966 I0.5 P8 Q12 R12")]
-    assert condition(0.05, 970) == (970, "G10 C970 I0.05 P1 Q1 R1")
+        (966, "G10 C966 I0.5 P8 Q13 R13")]
+    assert condition(0.05, 970) == (970, "G10 C970 I0.05 P5 Q8 R8")
 
 
 @pytest.mark.parametrize("series", [False, True])
