@@ -22,6 +22,7 @@ from binascii import crc_hqx
 from collections.abc import Callable
 from typing import Protocol
 
+from host.brief import Expander
 from host.errors import UsageError, UserError
 
 FRAME, TAKEN, AGAIN = 0x02, 0x06, 0x15
@@ -109,14 +110,16 @@ def frames(rows: bytes):
 class Link:
     """One controller at the other end of ``pipe``.
 
-    ``on_line`` is called with every line that is no answer to a command: events, messages, alarms,
-    status reports, greetings; in the order in which they came, from within the call that waited.
+    ``on_line`` is called with every line that is no answer to a command: events (in full, see
+    ``host.brief``), messages, alarms, status reports, greetings; in the order in which they came,
+    from within the call that waited.
     """
 
     def __init__(self, pipe: BytePipe, on_line: Callable[[str], None]):
         self.pipe = pipe
         self.on_line = on_line
         self._line = bytearray()
+        self._full = Expander()
         self._mark = 0        # TAKEN or AGAIN, if its sequence number has not come yet
         self._marks = []      # answers to frames, oldest first
         self._answers = None  # answers to a command, while one waits for them
@@ -257,7 +260,7 @@ class Link:
             line = self._line.decode("ascii", "replace").strip()
             self._line.clear()
             if line:
-                self._dispatch(line)
+                self._dispatch(self._full(line))
         else:
             self._line.append(byte)
 

@@ -5,6 +5,7 @@ import ctypes
 from binascii import crc_hqx
 from dataclasses import dataclass
 
+from host.brief import Expander
 from softcore.image import host_library
 from testbench.models.arc import Piece
 
@@ -160,6 +161,7 @@ class Machine:
         self.library = library(sanitize)
         self.lines, self.marks = [], []
         self._open = bytearray()
+        self._full = Expander()
         self.library.gk_boot(clock_hz, pulses_per_mm, jump_axis)
         self.run(100)
 
@@ -181,7 +183,7 @@ class Machine:
                 self.marks.append(tuple(self._open))
                 self._open.clear()
             elif self._open.endswith(b"\r\n"):
-                came.append(self._open[:-2].decode("ascii"))
+                came.append(self._full(self._open[:-2].decode("ascii")))
                 self._open.clear()
         return came
 
@@ -211,12 +213,17 @@ class Machine:
         self.run(passes)
         return self.lines[count:]
 
+    @staticmethod
+    def framed(length: int, sequence: int, payload: bytes = b"") -> bytes:
+        """Bytes of a frame."""
+        body = bytes([length, sequence]) + payload
+        return b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+
     def frame(self, length: int, sequence: int, payload: bytes = b"") -> None:
         """Send a frame until it is acknowledged."""
-        body = bytes([length, sequence]) + payload
         for _ in range(200):
             self.marks.clear()
-            self.send(b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2))
+            self.send(self.framed(length, sequence, payload))
             for _ in range(20):
                 self.run(40)
                 if (0x06, sequence) in self.marks:

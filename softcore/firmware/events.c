@@ -108,7 +108,7 @@ void events_notice(uint32_t number, uint32_t line_number, const char *text, uint
 static void tell_notice(uint64_t cycle, const int32_t *position) {
     notice *n = &notices[notice_tail++ % NOTICES];
     line = n->line;
-    output_event("block", cycle, line, position, ",%s", n->text);
+    output_block(cycle, line, position, n->text);
 }
 
 static void here(int32_t position[HAL_AXES]) {
@@ -238,9 +238,8 @@ bool events_step(void) {
         return due;
     }
     if (head != tail) {
-        record r = ring[tail % RING];
-        tail++;
-        tell(&r);
+        /* Its place is not filled again before this has ended: no more than BUSY are taken. */
+        tell(&ring[tail++ % RING]);
         return true;
     }
     /* A segment of which the gateware has not told. */

@@ -22,5 +22,11 @@ void output_event(const char *name, uint64_t cycle, uint32_t line, const int32_t
 void output_vevent(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,
                    const char *format, va_list arguments);
 
+/* Event `block`. Where cycle, line and place are near those of the event before, its line is short, as
+   short blocks would else be bounded by it: `[B`, the low bits of cycle (24), line (6) and x, y, z (12
+   each), 6 a character from `0` on with the highest first, then the text and `]`. Who reads it takes
+   the numbers that are nearest to those of the event before; every 32nd line at the latest is full. */
+void output_block(uint64_t cycle, uint32_t line, const int32_t *position, const char *text);
+
 /* Origin of the program frame, subtracted from every event's place. */
 void output_frame(const int32_t *offset);

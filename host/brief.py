@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Short event lines of the controller, made long again.
+
+Where blocks are short their events would bound the speed of a contour. So the controller tells
+event ``block`` in fewer characters where clock, line and place are near those of the event before::
+
+    [Bcccclxxyyzztext]
+
+with the low bits of each number, 6 a character from ``0`` on, the highest first: nearest to the
+event before are the clock (24 bits), line (6) and place (12 each) that are meant. Every 32nd line
+at the latest is a full one; see ``softcore/firmware/output.h``.
+"""
+
+import re
+
+_FULL = re.compile(r"\[E:\w+,(\d+),(\d+),(-?\d+),(-?\d+),(-?\d+)[],]")
+_SHORT = re.compile(r"\[B([0-o]{4})([0-o])([0-o]{2})([0-o]{2})([0-o]{2})(.*)\]", re.DOTALL)
+
+
+def _nearest(last: int, low: str) -> int:
+    """The number nearest to ``last`` with these low bits."""
+    bits = 6 * len(low)
+    value = sum((ord(digit) - ord("0")) << 6 * place for place, digit in enumerate(reversed(low)))
+    half = 1 << bits - 1
+    return last + (value - last + half) % (1 << bits) - half
+
+
+class Expander:
+    """What goes through it, line by line: short event lines become long ones."""
+
+    def __init__(self):
+        self._last = None  # cycle, line, x, y, z of the event before
+
+    def __call__(self, line: str) -> str:
+        """The line in full. One that is no event, or follows none, stays as it is."""
+        if full := _FULL.match(line):
+            self._last = [int(number) for number in full.groups()]
+        elif self._last and (short := _SHORT.fullmatch(line)):
+            *numbers, text = short.groups()
+            self._last = [_nearest(*pair) for pair in zip(self._last, numbers, strict=True)]
+            return f"[E:block,{','.join(map(str, self._last))},{text}]"
+        return line
