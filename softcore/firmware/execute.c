@@ -210,7 +210,7 @@ static part move(fault *f) {
         }
         if (path_at_front() && events_idle() && events_tell_notice())
             return PART_MOVE;
-        state = work->after;
+        plan_copy(&state, &work->after);
         return work->acts_after ? PART_AFTER : PART_DONE;
     }
     path_room room = path_has_room();
@@ -231,7 +231,7 @@ static part move(fault *f) {
         return PART_MOVE;
     }
     path_append(&work->move, units_rate(work->speed));
-    state = work->after;
+    plan_copy(&state, &work->after);
     machine_run(true);
     return work->acts_after ? PART_AFTER : PART_DONE;
 }
@@ -258,6 +258,7 @@ static void end(void) {
     gap_servo(0);
     machine_run(false);
     state.jump.period = 0;
+    plan_edit(&state);
     hal_jump_period(0);
     if (!by_hand)
         events_now("end", "");
@@ -271,7 +272,7 @@ static part advance(fault *f) {
             return at;
         tell();
         if (!work->moves)
-            state = work->after;
+            plan_copy(&state, &work->after);
         return PART_CONDITION;
     case PART_CONDITION:
         if (work->changes_condition) {

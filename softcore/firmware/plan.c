@@ -7,6 +7,10 @@
 #include "settings.h"
 #include "units.h"
 
+#include <stddef.h>
+
+_Static_assert(offsetof(plan, after) == 0, "plan_block clears what follows the state");
+
 typedef struct {
     uint16_t tenths;
     uint8_t group;
@@ -26,6 +30,10 @@ typedef struct {
     const char *name;
 } refused_row;
 
+/* A block of these words and no code goes on along the path, and does nothing else. */
+#define PATH_LETTERS (AXIS_LETTERS | BLOCK_BIT('F') | BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | \
+                      BLOCK_BIT('N') | BLOCK_BIT('R'))
+
 /* Codes of the dialect that this version does not carry out: named, so that nobody looks for a
    typing error. */
 static const refused_row REFUSED[] = {
@@ -33,6 +41,7 @@ static const refused_row REFUSED[] = {
 };
 
 void plan_start(modal *state) {
+    plan_edit(state);
     state->inch = state->incremental = false;
     state->mode = MODE_NONE;
     state->plane = PLANE_XY;
@@ -431,6 +440,8 @@ static bool plan_law(context *c) {
 }
 
 static bool plan_once(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
+    if (c->g[G_ONCE] >= 100 && c->g[G_ONCE] <= 380)
+        plan_edit(&c->p->after);
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
     case 100: c->p->act = ACT_TABLE; return plan_table(c, mdi);
@@ -455,8 +466,12 @@ static bool nothing_left(context *c) {
 bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
                 int32_t soft_limit, unsigned jump_axis, plan *p, fault *f) {
     context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
-    *p = (plan){.after = *state, .s = -1, .t = -1, .m = {-1}, .name = -1,
-                .class_number = GAP_CLASSES};
+    plan_copy(&p->after, state);
+    /* All but the state is as good as nothing. */
+    __builtin_memset((char *)p + sizeof p->after, 0, sizeof *p - sizeof p->after);
+    p->s = p->t = p->m[0] = -1;
+    p->name = -1;
+    p->class_number = GAP_CLASSES;
     f->block = block_has(b, 'N') ? block_name(b, 'N') : 0;
     take(&c, 'N');
     if (take(&c, 'O'))
@@ -474,10 +489,12 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
     if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
-    if (!plan_plane(&c) || !plan_wire(&c, mdi) || !plan_once(&c, mdi, highest_speed, jump_axis) ||
-        !plan_feed_mode(&c) ||
+    bool coded = b->g_count || b->m_count || b->present & ~PATH_LETTERS;
+    if ((coded && (!plan_plane(&c) || !plan_wire(&c, mdi) ||
+                   !plan_once(&c, mdi, highest_speed, jump_axis) || !plan_feed_mode(&c))) ||
         !plan_feed(&c, highest_speed) ||
-        (p->act < ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) || !plan_auxiliary(&c) ||
+        (coded && ((p->act < ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) ||
+                   !plan_auxiliary(&c))) ||
         (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
         !nothing_left(&c))
         return false;

@@ -6,7 +6,19 @@
 #include "settings.h"
 #include "units.h"
 
+#include <stddef.h>
+
 static const char AXIS[HAL_AXES] = {'X', 'Y', 'Z'}, CENTRE[HAL_AXES] = {'I', 'J', 'K'};
+
+void plan_copy(modal *to, const modal *from) {
+    __builtin_memcpy(to, from,
+                     to->edition == from->edition ? offsetof(modal, edition) : sizeof *to);
+}
+
+void plan_edit(modal *state) {
+    static uint32_t editions;
+    state->edition = ++editions;
+}
 
 /* The work offset in force becomes another; what G92 has set stays on top. */
 void select_system(modal *state, unsigned system) {
