@@ -360,6 +360,8 @@ static bool turn_to_fresh(int32_t soft_limit, unsigned jump_axis, fault *f) {
     return true;
 }
 
+bool compensation_ready(void) { return step == STEP_NONE; }
+
 plan_result compensation_step(int32_t soft_limit, unsigned jump_axis, fault *f) {
     bool right = true;
     switch (step) {

@@ -32,14 +32,12 @@ void frame_init(void) {
 
 bool frame_open(void) { return state != CLOSED; }
 
-/* CRC-16/CCITT-FALSE by half bytes: polynomial 0x1021, start 0xFFFF. */
+/* CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF. The polynomial has so few terms that what a
+   byte adds is three shifts of it, after its upper half has gone round once. */
 static uint16_t crc_step(uint16_t value, uint8_t byte) {
-    static const uint16_t table[16] = {
-        0x0000, 0x1021, 0x2042, 0x3063, 0x4084, 0x50a5, 0x60c6, 0x70e7,
-        0x8108, 0x9129, 0xa14a, 0xb16b, 0xc18c, 0xd1ad, 0xe1ce, 0xf1ef,
-    };
-    value = (uint16_t)(value << 4 ^ table[(value >> 12 ^ byte >> 4) & 15]);
-    return (uint16_t)(value << 4 ^ table[(value >> 12 ^ byte) & 15]);
+    uint32_t x = (uint32_t)(value >> 8 ^ byte);
+    x ^= x >> 4;
+    return (uint16_t)((uint32_t)value << 8 ^ x << 12 ^ x << 5 ^ x);
 }
 
 void frame_begin(void) {

@@ -16,7 +16,7 @@
 #include "watch.h"
 
 #define VERSION "0.1"
-#define BURST 12            /* bytes taken per step; the gateware's queue holds 256 */
+#define BURST 24            /* bytes taken per step; the gateware's queue holds 256 */
 #define TYPED 256           /* characters of lines that wait; a power of two */
 
 /* Rows of `$#`: work offsets, G92, wire offsets. */

@@ -15,7 +15,7 @@
 
 /* What follows the program's end on the tape is still a tape's; a sender may as well stop there. */
 #define TRAILER_US 300000
-#define READ_BUDGET 12      /* bytes of tape per step: some 300 clocks each */
+#define READ_BUDGET 20      /* bytes of tape per step: some 150 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
@@ -39,7 +39,8 @@ static plan work;
 static const compensation_block *current;   /* being carried out */
 static fault trouble;
 static program_cost cost;
-static uint32_t spent;      /* clocks on the block at work */
+static uint32_t spent;      /* clocks on the block at work, */
+static bool judged;         /* and whether they are all */
 
 void program_init(void) {
     tape_head = tape_tail = 0;
@@ -48,6 +49,7 @@ void program_init(void) {
     at = STAGE_READ;
     compensation_reset();
     cost = (program_cost){0};
+    judged = false;
     execute_init();
 }
 
@@ -196,6 +198,29 @@ static void step_parse(void) {
     }
 }
 
+static void next_block(void) {
+    current = compensation_next();
+    if (!current) {
+        finish_block();
+        return;
+    }
+    execute_begin(current->p, by_hand, current->line, current->text, current->length);
+    at = STAGE_EXECUTE;
+}
+
+static void step_compensate(void) {
+    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    case PLAN_FAULT: fail(); return;
+    case PLAN_DONE:
+        judged = true;
+        at = STAGE_ANNOUNCE;
+        if (by_hand || announced)
+            next_block();
+        return;
+    default: return;
+    }
+}
+
 static void step_arc(void) {
     switch (plan_arc_step(&work, settings_soft_limit(), hal_jump_axis(), &trouble)) {
     case PLAN_MORE: return;
@@ -211,6 +236,8 @@ static void step_arc(void) {
     if (!compensation_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
                            trouble.block, &trouble))
         fail();
+    else if (compensation_ready())
+        step_compensate(); /* costs little */
 }
 
 static void step_plan(void) {
@@ -222,28 +249,6 @@ static void step_plan(void) {
     at = STAGE_ARC;
     if (work.arc == ARC_NONE)
         step_arc(); /* costs nothing */
-}
-
-static void next_block(void) {
-    current = compensation_next();
-    if (!current) {
-        finish_block();
-        return;
-    }
-    execute_begin(current->p, by_hand, current->line, current->text, current->length);
-    at = STAGE_EXECUTE;
-}
-
-static void step_compensate(void) {
-    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
-    case PLAN_FAULT: fail(); return;
-    case PLAN_DONE:
-        at = STAGE_ANNOUNCE;
-        if (by_hand || announced)
-            next_block();
-        return;
-    default: return;
-    }
 }
 
 static void step_announce(void) {
@@ -301,7 +306,8 @@ bool program_step(void) {
     if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
         return false;
     spent += hal_cycle_low() - began;
-    if (was == STAGE_COMPENSATE && at != STAGE_COMPENSATE) {
+    if (judged) {
+        judged = false;
         cost.total += spent;
         cost.worst = spent > cost.worst ? spent : cost.worst;
         spent = 0;

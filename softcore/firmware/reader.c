@@ -22,10 +22,7 @@ static const char EIA[128] = {
 };
 
 static bool odd_parity(uint8_t byte) {
-    byte ^= byte >> 4;
-    byte ^= byte >> 2;
-    byte ^= byte >> 1;
-    return byte & 1;
+    return 0x6996 >> ((byte ^ byte >> 4) & 15) & 1; /* bit n: parity of n */
 }
 
 /* Character of a byte with good ISO parity; 0 is not in the code, 1 is read and ignored. */
@@ -100,7 +97,13 @@ static reader_result data_byte(reader *r, uint8_t byte, fault *f) {
         fault_at(f, FAULT_PARITY, r->column, "parity error (TH) in the byte %x", byte);
         return damaged(r, f);
     }
-    char c = r->eia ? (byte == EIA_END ? '\n' : byte < 0x80 ? EIA[byte] : 0) : iso_character(byte);
+    char c = byte & 0x7f;
+    /* Most are such: what stands for itself, and no end. */
+    if (!r->eia && (c > '%' || c == ' ') && r->length < READER_BLOCK_SIZE) {
+        r->text[r->length++] = c;
+        return READER_MORE;
+    }
+    c = r->eia ? (byte == EIA_END ? '\n' : byte < 0x80 ? EIA[byte] : 0) : iso_character(byte);
     if (c == 0) {
         fault_at(f, FAULT_CODE, r->column, "the byte %x is not a character of the %s code", byte,
                  r->eia ? "EIA" : "ISO");

@@ -173,7 +173,25 @@ uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration
     return pulses / acceleration + 2;
 }
 
+/* The same for the short way of a short block: a tenth of the time. */
+static uint32_t root_32(uint32_t square) {
+    uint32_t rest = square, root = 0, bit = 1u << 30;
+    while (bit > rest)
+        bit >>= 2;
+    for (; bit; bit >>= 2) {
+        if (rest >= root + bit) {
+            rest -= root + bit;
+            root = (root >> 1) + bit;
+        } else {
+            root >>= 1;
+        }
+    }
+    return rest > root ? root + 1 : root;
+}
+
 uint32_t units_root(uint64_t square) {
+    if (!(square >> 32))
+        return root_32((uint32_t)square);
     uint64_t rest = square, root = 0, bit = (uint64_t)1 << 62;
     while (bit > rest)
         bit >>= 2;

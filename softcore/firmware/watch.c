@@ -23,8 +23,8 @@
 /* A task with more to do goes on for so long and so many steps: a short block or a piece of an arc
    takes several, and the three other tasks must not come in between each time. It is little enough
    for the bytes that come meanwhile to fit the gateware's queue. */
-#define STRETCH_CLOCKS 8000
-#define STRETCH_STEPS 4
+#define STRETCH_CLOCKS 12000
+#define STRETCH_STEPS 8
 
 static unsigned turn;
 static bool busy;               /* something was done in this round */
@@ -69,13 +69,15 @@ static bool step(unsigned task) {
     }
 }
 
-/* The same between two calls of the watchdog: its period bounds the longest step, not their sum. */
-static bool watched(unsigned task, bool (*work)(unsigned)) {
-    uint32_t began = hal_cycle_low();
+/* The same between two calls of the watchdog: its period bounds the longest step, not their sum. It
+   begins in clock `now`, which becomes that of its end. */
+static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
+    uint32_t began = *now;
     hal_pet(PET_START);
     bool more = work(task);
     hal_pet(PET_END);
-    uint32_t spent = hal_cycle_low() - began;
+    *now = hal_cycle_low();
+    uint32_t spent = *now - began;
     worst[task] = spent > worst[task] ? spent : worst[task];
     busy = busy || more;
     return more;
@@ -92,13 +94,14 @@ static bool look(unsigned task) {
 
 /* A pass serves the link and one other task. */
 void watch_pass(void) {
-    (void)watched(WATCH_TASKS - 1, serve_link);
+    uint32_t now = hal_cycle_low();
+    (void)watched(WATCH_TASKS - 1, serve_link, &now);
     unsigned task = turn++ % WATCH_TASKS;
-    uint32_t began = hal_cycle_low();
-    bool more = watched(task, task ? step : look);
+    uint32_t began = now;
+    bool more = watched(task, task ? step : look, &now);
     for (unsigned count = 1; more && task != WATCH_TASKS - 1 && count < STRETCH_STEPS &&
-                             hal_cycle_low() - began < STRETCH_CLOCKS; count++)
-        more = watched(task, step);
+                             now - began < STRETCH_CLOCKS; count++)
+        more = watched(task, step, &now);
     if (task == WATCH_TASKS - 1) {
         if (!busy) {
             hal_sleep(SLEEP_CLOCKS);

@@ -215,7 +215,7 @@ def test_servo_without_discharge_pulses_is_refused(machine):
 def test_a_long_way_without_a_discharge_is_an_alarm(machine):
     machine.line("$35=500")
     machine.library.gk_speed(15)
-    machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=250)
+    machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=150)
     assert "discharge" in machine.flags
     machine.library.gk_discharges(1)
     at = -machine.axes[2]

@@ -309,11 +309,16 @@ def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
     machine.run(400)
     assert machine.library.gk_sleeps() == before + 100, "once in every round"
     # More than are read while they are sent.
-    machine.tape(punched(["G90 G01 F60", *["X1", "X2"] * 200, "M02"]), passes=1)
+    rows = punched(["G90 G01 F60", *["X1", "X2"] * 25, "M02"])
+    machine.frame(0, 0)
+    machine.send(b"".join(machine.framed(len(rows[at:at + 64]), 1 + at // 64, rows[at:at + 64])
+                          for at in range(0, len(rows), 64)))
+    machine.run(4)
     before = machine.library.gk_sleeps()
     machine.run(12)
     assert machine.library.gk_sleeps() == before, "blocks wait to be read"
     machine.run(4000)
+    machine.frame(0xFF, 1 + -(-len(rows) // 64))
     machine.library.gk_speed(0)
     run(machine, "G91 G01 F60", *["X.01"] * 20, "M02")
     before = machine.library.gk_sleeps()
