@@ -19,13 +19,16 @@ from softcore import image
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
 from testbench.cosim.planning import plan_on
+from testbench.cosim.short_blocks import BLOCK, first_pass, retrace
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
 SPEED_S = 6.0        # of the machine's time: setting up, the tape, discharges, retractions
 ROUNDS = 3
 BLOCKS = 400
+SHORT = 160          # blocks of 10 um, 120 of which are gone back over
 BOARD_HZ = 50e6
+LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
 # The planner's calls, for firmware without one.
 NO_PLANNER = """#include "planner.h"
 void planner_init(void) {}
@@ -93,6 +96,21 @@ def firmware_cost():
     yield "event of the gateware to the end of its interrupt, worst", f"{found['interrupt']} clocks"
 
 
+def short_blocks():
+    """Rows on blocks of 10 um: the first pass at two clocks, and the way back."""
+    mm = BLOCK / 10_000
+    for text, circle in (("X.01", False), ("X-0.1234 Y1.2345", True)):
+        for clock_hz in (2_000_000, int(BOARD_HZ)):
+            cost = first_pass(SHORT, clock_hz, circle=circle)
+            yield (f"{SHORT} blocks of 10 um as {text} at {clock_hz / 1e6:.0f} MHz, first pass",
+                   f"{clock_hz / cost.clocks * mm:.1f} mm/s, {cost.clocks:.0f} clocks a block; "
+                   f"{cost.said:.1f} bytes of events, 1 Mbaud takes them at "
+                   f"{LINE_BYTES / cost.said * mm:.0f} mm/s")
+    forward, back, again = retrace(SHORT, 120)
+    yield (f"{SHORT} blocks of 10 um with rapid feed at 2 MHz: first pass, way back over 120, and "
+           "forward again", f"{forward:.2f}, {back.mean:.1f} and {again.mean:.1f} mm/s")
+
+
 def _memory(sources):
     """Bytes of code and constants, and of data, that firmware takes."""
     with (tempfile.TemporaryDirectory() as place, patch.object(image, "SOURCES", sources),
@@ -145,8 +163,8 @@ def resources():
                f"{cells.bram} DP16KD, {cells.dsp} MULT18{clock}")
 
 
-SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "planning": planning,
-            "reaction": reaction_times, "resources": resources}
+SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "blocks": short_blocks,
+            "planning": planning, "reaction": reaction_times, "resources": resources}
 
 
 def main() -> None:
