@@ -173,36 +173,36 @@ uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration
     return pulses / acceleration + 2;
 }
 
-/* The same for the short way of a short block: a tenth of the time. */
-static uint32_t root_32(uint32_t square) {
-    uint32_t rest = square, root = 0, bit = 1u << 30;
-    while (bit > rest)
-        bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (rest >= root + bit) {
-            rest -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
-    }
-    return rest > root ? root + 1 : root;
-}
-
+/* Two bits of the square make one of the root. What is left of the bits taken is at most twice the
+   root, so that 32 bits hold it until the last three. */
 uint32_t units_root(uint64_t square) {
-    if (!(square >> 32))
-        return root_32((uint32_t)square);
-    uint64_t rest = square, root = 0, bit = (uint64_t)1 << 62;
-    while (bit > rest)
-        bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (rest >= root + bit) {
-            rest -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
+    unsigned count = 32;
+    while (count > 8 && !(square >> 48)) {
+        square <<= 16;
+        count -= 8;
+    }
+    uint32_t root = 0, rest = 0;
+    for (; count > 3; count--) {
+        rest = rest << 2 | (uint32_t)(square >> 62);
+        square <<= 2;
+        uint32_t trial = root << 2 | 1;
+        root <<= 1;
+        if (rest >= trial) {
+            rest -= trial;
+            root |= 1;
         }
     }
-    /* square = root**2 + rest; beyond root**2 + root the root is nearer to root + 1. */
-    return (uint32_t)(rest > root ? root + 1 : root);
+    uint64_t left = rest;
+    for (; count; count--) {
+        left = left << 2 | square >> 62;
+        square <<= 2;
+        uint64_t trial = (uint64_t)root << 2 | 1;
+        root <<= 1;
+        if (left >= trial) {
+            left -= trial;
+            root |= 1;
+        }
+    }
+    /* square = root**2 + left; beyond root**2 + root the root is nearer to root + 1. */
+    return left > root ? root + 1 : root;
 }
