@@ -2,11 +2,14 @@
 #include "arc_parts.h"
 #include "units.h"
 
-/* 45 degrees are cut in two, and from this radius (pulses) on in four: below, the speed of the major
-   axis taken as running evenly over a piece puts no place off by more than about a quarter pulse. */
-#define QUARTERS 256
+/* 45 degrees are cut in two, and from this radius (pulses) on in four: the speed of the major axis
+   taken as running evenly over a piece puts no place off by more than 1/30 pulse (radius * angle**3 /
+   125), which adds to what the borders' rounding does to the speed. */
+#define QUARTERS 64
 #define PIECE_BITS 20               /* a piece has at most 2**20 path pulses */
-#define LEAST_BITS 4                /* nor is it cut shorter than 2**4 */
+#define LEAST_BITS 4                /* nor is it cut shorter than 2**4, but for the strongest spirals */
+#define ROOM 8                      /* borders are moved by so many pulses at most, */
+#define ROOM_BITS 3                 /* and 2**-3 of a piece */
 
 /* A border nearer to the start or the end than so many path pulses is left out. */
 #define NEAR 2
@@ -47,9 +50,19 @@ static int64_t lead_at(const arc *a, unsigned i) {
     return fixed_product(fixed_scaled(t, 32), FIXED_PER_RADIAN);
 }
 
+/* Is a piece of the length so strong a spiral that its places would leave the curve? The limit is
+   six times the first part of k in arc.h, with room for borders that lie a little off. */
+#define EIGHTH 843314857            /* of a turn, radian, 2**-30 */
+#define LEANING (PULSE / 13)
+static bool leans(const arc *a, int64_t length) {
+    int64_t slope = fixed_magnitude(a->slope);
+    int64_t grown = (length >> FINE_BITS) * slope >> FINE_BITS;
+    return grown * ((EIGHTH >> a->parts) + 2 * slope) >> (60 - 2 * FINE_BITS) > LEANING;
+}
+
 /* How finely 45 degrees are cut. The radius changes by a pulse at most in a piece, and by a quarter
    if the piece stays longer than 2**LEAST_BITS: its square is taken as running evenly with the major
-   coordinate. */
+   coordinate. Where that is not enough it is cut further, down to 4 path pulses. */
 static void cut(arc *a) {
     int64_t mean = (a->radius[0] + a->radius[1]) / 2;
     int64_t pulses = mean >> PULSE_BITS;
@@ -62,10 +75,14 @@ static void cut(arc *a) {
             a->parts++;
         while (eighth >> a->parts > even)
             a->parts++;
+        while (leans(a, eighth >> a->parts))
+            a->parts++;
     }
     int64_t longest = fixed_product(PULSE << PIECE_BITS, fixed_ratio(a->plane, a->total));
     while (eighth >> a->parts > longest && eighth >> (a->parts + LEAST_BITS + 1) > PULSE)
         a->parts++;
+    int64_t room = eighth >> (a->parts + PULSE_BITS + ROOM_BITS);
+    a->room = (unsigned)(room < ROOM ? room : ROOM);
 }
 
 static void remember(arc *a, uint32_t index, const arc_border *b) {
@@ -386,8 +403,13 @@ void arc_direction(const arc *a, bool end, int32_t direction[HAL_AXES]) {
     uint64_t tangent = (uint64_t)a->bend + (uint64_t)(end ? a->turn : 0);
     fixed_sine_cosine((int64_t)(tangent % (uint64_t)FIXED_TURN), &sine, &cosine);
     if (a->total != a->plane) {
-        plane = ((a->plane >> 16) << 15) / (a->total >> 16);
-        third = fixed_scaled(a->move.delta[a->axis[2]], 21) / (a->total >> 16);
+        /* As many bits as 64 hold: of the shortest helix the length has but 22 behind the point. */
+        unsigned shift = 0;
+        while (a->total >> shift >= (int64_t)1 << 31)
+            shift++;
+        int64_t total = a->total >> shift;
+        plane = ((a->plane >> shift) << 15) / total;
+        third = (fixed_scaled(a->move.delta[a->axis[2]], PULSE_BITS) >> shift) * (1 << 15) / total;
     }
     direction[a->axis[0]] = (int32_t)(-plane * (sine >> 32) >> 30);
     direction[a->axis[1]] = (int32_t)(outer_sign(a, 1) * (plane * (cosine >> 32) >> 30));

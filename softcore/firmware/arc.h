@@ -8,15 +8,21 @@
    from it. If the two radii differ the square of the radius runs evenly with the major axis where
    the radius itself should with the angle: half a pulse and k**2 pulses, with
 
-       k = growth * angle**2 / 6 + 1/256
+       k = growth * angle * (angle / 6 + slope / 2) + angle / 256
 
-   of the radius' growth per radian (pulses), the angle of the piece, and the whole units in which the
-   square runs. It is below 0.0002 where only the end point's rounding makes the radii differ (0.001
-   below a radius of 80 pulses), 0.005 in the strongest spiral that plan.c lets pass. The third axis of a helix is at most half a
-   pulse off at the ends of a piece, and a pulse in between.
+   of the radius' growth per radian (pulses) and along the path (slope), the angle of the piece, and
+   the whole units in which the square runs. The first part is that of the major axis against the
+   angle, the second that of the square against the radius. Spirals are cut so finely that k**2 is
+   below 0.0005 in the strongest that plan.c lets pass. In a chain, below ARC_LEAST_RADIUS, it is 0.001
+   where only the end point's rounding makes the radii differ, 0.005 in the strongest. The third axis
+   of a helix is at most half a pulse off at the ends of a piece, and a pulse in between.
 
-   Pieces end where the axes turn or change their roles and, in between, at equal angles. A piece is
-   a function of its number: it may be asked for in any order and is always the same.
+   A border's path length is rounded to a whole pulse; of a few places next to it one is taken for
+   which it nearly is one. So the speed over 100 path pulses is true to 1 %. Where an axis turns
+   there is no choice: there, and at the end, it is off by up to half a pulse.
+
+   Pieces end where the axes turn or change their roles and, in between, at nearly equal angles. A
+   piece is a function of its number: it may be asked for in any order and is always the same.
 
    Angles and factors are those of fixed.h, lengths 2**-16 of a fine pulse, that is 2**-22 pulse. At a
    radius of 1 m an end of a piece is better than 1/1000 pulse. */
@@ -71,9 +77,10 @@ typedef struct {
     arc_border half;            /* a border half worked out, */
     arc_ideal ideal;
     uint32_t half_of;           /* and its number; */
-    unsigned tried;             /* where the axes change their roles, places tried for it, */
+    unsigned tried, tries;      /* where the axes change their roles, places tried for it (a set), */
     arc_border best;            /* the best of them, */
-    int64_t path, off, enough;  /* its path length, what that is off, and what will do */
+    int64_t path, off;          /* its path length, and what that is off */
+    unsigned room;              /* pulses by which borders between may be moved */
     bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */
     int64_t done;               /* angle behind the last step of the chain */
     int64_t reached;

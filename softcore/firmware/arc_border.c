@@ -53,6 +53,20 @@ static void settle(const arc *a, int32_t at[2], unsigned axis, int64_t square) {
     }
 }
 
+static int32_t magnitude_of(int64_t tangent) {
+    int64_t size = fixed_magnitude(tangent);
+    return (int32_t)(size < 1 << 30 ? size : 1 << 30);
+}
+
+/* Tangent of a border whose place is so much further along the curve than the ideal one. */
+static void turn_on(const arc *a, int64_t along, arc_border *b) {
+    const arc_ideal *p = &a->ideal;
+    int64_t angle = (int32_t)along / (int32_t)(p->radius >> PULSE_BITS);
+    int64_t turned[2] = {-angle * p->tangent[1], angle * p->tangent[0]};
+    for (unsigned i = 0; i < 2; i++)
+        b->tangent[i] = magnitude_of(p->tangent[i] + (turned[i] >> PULSE_BITS));
+}
+
 /* How far a place is from the ideal one, along an axis of the plane. */
 static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned axis) {
     return fixed_scaled(arc_fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
@@ -60,15 +74,17 @@ static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], 
 
 /* How much further along the curve it passes the place's coordinate of the major axis. */
 static int32_t passes(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
-    int32_t off = (int32_t)off_along(a, p, at, major);
-    return off * (1 << 6) / (int32_t)(p->tangent[major] >> 21) * (1 << 3);
+    int32_t slant = (1 << 29) / (int32_t)(p->tangent[major] >> 16);
+    return (int32_t)(off_along(a, p, at, major) * slant >> 15);
 }
 
-/* The square of the radius there. */
+/* The square of the radius there. It runs along the curve as the product of radius and slope, which is
+   the same everywhere: the slope is that at the mean radius. */
 static int64_t square_at(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
     if (!a->slope)
         return p->square;
-    int64_t grown = (p->radius >> FINE_BITS) * (a->slope * passes(a, p, at, major) >> 30);
+    int64_t mean = (a->radius[0] + a->radius[1]) >> (FINE_BITS + 1);
+    int64_t grown = mean * (a->slope * passes(a, p, at, major) >> 30);
     return p->square + fixed_rounded(grown, FINE_BITS - 1 + 6) * MOVE_FINE;
 }
 
@@ -119,7 +135,7 @@ static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
 
 /* Along a diagonal the error runs by less than DRIFT in three steps from where the axes change their
    roles. Is a place so much nearer than its neighbours, both ways? */
-#define DRIFT 2500
+#define DRIFT 3300
 static bool comfortable(const arc *a, const arc_border *b) {
     int64_t x = fixed_magnitude(arc_fine_at(a, 0, b->at[0]));
     int64_t y = fixed_magnitude(arc_fine_at(a, 1, b->at[1]));
@@ -129,22 +145,58 @@ static bool comfortable(const arc *a, const arc_border *b) {
     return (error > other ? error : other) + DRIFT + least / 12 < least;
 }
 
+/* How far a path length is from a whole number. */
+static int32_t off_whole(int64_t path) {
+    return (int32_t)fixed_magnitude(path - fixed_scaled(fixed_rounded(path, PULSE_BITS), PULSE_BITS));
+}
+
 /* Where the axes change their roles, before `eighth`, the place must be the nearer one along both, and
-   no step be left out. Of three places one is taken whose path length is nearly a whole number. If
-   there is none, because the curve goes through the middle between places again and again, one is
-   taken that lacks little: about a pulse over the radius. */
-static const int8_t TRIES[3] = {0, 1, -1};
+   no step be left out. Of the places next to it along the diagonal those are tried first whose path
+   length is nearly a whole number: one of five is to 1/8. If none of the tried ones will do, because
+   the curve goes through the middle between places again and again, one is taken that lacks little:
+   about a pulse over the radius. */
+#define DIAGONAL 2
+#define TRIES 5
+#define ENOUGH (PULSE / 7)          /* by which the path length may be off */
+/* What a unit of the error that it lacks counts as. With two pieces or more on either side of where an
+   axis turns none that lacks comes near to half a pulse, and an even speed goes before. */
+#define LACKING(a) ((a)->parts < 2 ? PULSE / 32 : PULSE / 1024)
+
+/* Number of the place along the diagonal to be tried next. */
+static int32_t next_try(arc *a) {
+    const arc_ideal *p = &a->ideal;
+    int64_t foot = p->plane + foot_of(a, p, a->half.at);
+    int64_t path = path_to(a, foot);
+    int64_t step = path_to(a, foot + ((fixed_magnitude(p->tangent[0]) +
+                                       fixed_magnitude(p->tangent[1])) >> (30 - PULSE_BITS))) - path;
+    int32_t best = 0, least = INT32_MAX;
+    int32_t room = a->room ? DIAGONAL : 1;
+    for (int32_t i = -room; i <= room; i++) {
+        int32_t off = off_whole(path + i * step);
+        if (!(a->tried >> (DIAGONAL + i) & 1) && off < least) {
+            least = off;
+            best = i;
+        }
+    }
+    a->tried |= 1u << (DIAGONAL + best);
+    return best;
+}
 
 /* One of the tries; true if it was the last. */
 static bool change_over(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
     unsigned major = arc_major_of(eighth);
     int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
+    if (!a->tried)
+        settle(a, a->half.at, 1, square_at(a, p, a->half.at, 0));
     arc_border c = a->half;
+    int32_t way = next_try(a);
     for (unsigned axis = 0; axis < 2; axis++)
-        c.at[axis] += TRIES[a->tried] * travel[axis];
+        c.at[axis] += way * travel[axis];
     c.square[0] = square_at(a, p, c.at, 0);
+    int32_t before = c.at[1];
     settle(a, c.at, 1, c.square[0]);
+    a->half.at[1] += c.at[1] - before; /* The next try is on the diagonal that is nearer there. */
     c.square[1] = square_at(a, p, c.at, 1);
     int64_t lacks = 0;
     if (!comfortable(a, &c)) {
@@ -154,17 +206,46 @@ static bool change_over(arc *a, unsigned eighth) {
         if (lacks && (arc_neighbour(a, c.at, 1, c.square[0]) ||
                       arc_neighbour(a, c.at, 0, c.square[1])))
             lacks += HOPELESS;
-        a->enough = PULSE; /* It has taken long. */
     }
-    int64_t foot = path_to(a, p->plane + foot_of(a, p, c.at));
-    int64_t whole = fixed_scaled(fixed_rounded(foot, PULSE_BITS), PULSE_BITS);
-    int64_t off = fixed_magnitude(whole - foot) + lacks * PULSE;
+    int64_t along = foot_of(a, p, c.at), foot = path_to(a, p->plane + along);
+    int64_t off = off_whole(foot) + lacks * LACKING(a);
     if (off < a->off) {
         a->off = off;
         a->path = foot;
+        turn_on(a, along, &c);
         a->best = c;
     }
-    return ++a->tried == sizeof TRIES || a->off <= a->enough;
+    return ++a->tries == TRIES || a->off <= ENOUGH;
+}
+
+/* Between where axes turn and change their roles a border may lie a few pulses off: where its path
+   length is nearly a whole number. */
+#define CLOSE (PULSE / 16)
+static void make_whole(const arc *a, arc_border *b, unsigned eighth) {
+    const arc_ideal *p = &a->ideal;
+    unsigned major = arc_major_of(eighth), minor = !major;
+    int32_t travel = arc_travel_of(eighth, major);
+    int32_t to_end = (int32_t)((a->plane - p->plane) >> PULSE_BITS);
+    int32_t to_start = (int32_t)(p->plane >> PULSE_BITS);
+    int32_t room = (to_end < to_start ? to_end : to_start) / 2;
+    room = room < (int32_t)a->room ? room : (int32_t)a->room;
+    int32_t next[2] = {b->at[0], b->at[1]};
+    next[major] += travel;
+    int64_t path = path_to(a, p->plane + passes(a, p, b->at, major));
+    int64_t step = path_to(a, p->plane + passes(a, p, next, major)) - path;
+    int32_t least = off_whole(path), best = 0;
+    for (int32_t i = 1; i <= room && least > CLOSE; i++) {
+        for (int32_t way = -i; way <= i; way += 2 * i) {
+            int32_t off = off_whole(path + way * step);
+            if (off < least) {
+                least = off;
+                best = way;
+            }
+        }
+    }
+    int32_t across = (int32_t)(p->tangent[minor] >> 15) * best * travel;
+    b->at[major] += best * travel;
+    b->at[minor] += across / (int32_t)(p->tangent[major] >> 15);
 }
 
 /* The curve at border number `index`, from 0, the start, to the number of pieces, the end. */
@@ -187,10 +268,8 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     int64_t slope = fixed_scaled(a->slope, 32);
     arc_ideal p = {.tangent = {(-sine + fixed_product(slope, cosine)) >> 32,
                                (cosine + fixed_product(slope, sine)) >> 32}};
-    for (unsigned i = 0; i < 2; i++) {
-        int64_t size = fixed_magnitude(p.tangent[i]);
-        b.tangent[i] = (int32_t)(size < 1 << 30 ? size : 1 << 30);
-    }
+    for (unsigned i = 0; i < 2; i++)
+        b.tangent[i] = magnitude_of(p.tangent[i]);
     if (!index || ends) {
         b.square[0] = b.square[1] = a->square[ends];
         b.at[0] = ends ? a->to[0] : 0;
@@ -228,9 +307,13 @@ static bool place_at(arc *a, uint32_t index, arc_border *b) {
         path = a->path;
     } else {
         unsigned major = arc_major_of(eighth);
+        if (multiple != eighth << a->parts)
+            make_whole(a, b, eighth);
         b->square[major] = square_at(a, p, b->at, major);
         settle(a, b->at, !major, b->square[major]);
-        path = path_to(a, p->plane + passes(a, p, b->at, major));
+        int32_t along = passes(a, p, b->at, major);
+        turn_on(a, along, b);
+        path = path_to(a, p->plane + along);
     }
     b->length = (uint32_t)fixed_rounded(path, PULSE_BITS);
     return true;
@@ -240,9 +323,8 @@ bool arc_border_step(arc *a, uint32_t index, arc_border *b) {
     if (a->half_of != index) {
         a->half = curve_at(a, index, &a->ideal);
         a->half_of = index;
-        a->tried = 0;
+        a->tried = a->tries = 0;
         a->off = INT64_MAX;
-        a->enough = PULSE / 8;
         return false;
     }
     *b = a->half;
