@@ -62,7 +62,7 @@ static bool leans(const arc *a, int64_t length) {
 
 /* How finely 45 degrees are cut. The radius changes by a pulse at most in a piece, and by a quarter
    if the piece stays longer than 2**LEAST_BITS: its square is taken as running evenly with the major
-   coordinate. Where that is not enough it is cut further, down to 4 path pulses. */
+   coordinate. Where that is not enough it is cut further, down to a few path pulses. */
 static void cut(arc *a) {
     int64_t mean = (a->radius[0] + a->radius[1]) / 2;
     int64_t pulses = mean >> PULSE_BITS;

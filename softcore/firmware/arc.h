@@ -18,8 +18,9 @@
    of a helix is at most half a pulse off at the ends of a piece, and a pulse in between.
 
    A border's path length is rounded to a whole pulse; of a few places next to it one is taken for
-   which it nearly is one. So the speed over 100 path pulses is true to 1 %. Where an axis turns
-   there is no choice: there, and at the end, it is off by up to half a pulse.
+   which it nearly is one. So the speed over 100 path pulses is true to 1 %; of 3000 arcs of radii from
+   64 to 256 pulses one was off by 1.05 %. Where an axis turns there is no choice: there, and at the
+   end, a border's length is off by up to half a pulse.
 
    Pieces end where the axes turn or change their roles and, in between, at nearly equal angles. A
    piece is a function of its number: it may be asked for in any order and is always the same.
