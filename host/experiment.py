@@ -266,7 +266,7 @@ def plot(rows: list[dict], path: Path) -> None:
                 base += share
             ax.set(title=f"classes, %, presets {arm}, pulse of {pulse}", ylim=(0, 100))
             ax.set_xticks(range(len(mine)), [_ohm_cm(row) for row in mine])
-        axes[4].legend(loc="lower left", frameon=True)
+        figure.legend(*axes[4].get_legend_handles_labels(), loc="outside lower center", ncol=4)
         for ax in axes[6:]:
             ax.set_xlabel("resistivity of the fluid, ohm cm")
         figure.savefig(path, dpi=120)

@@ -238,7 +238,7 @@ def plot(runs: list[dict], found: Staircase, path: Path) -> None:
             right.bar([row["arm"] for row in mine], share, bottom=base, color=colour, label=title)
             base += share
         right.set(title="pulse classes, %", ylim=(0, 100))
-        right.legend(loc="lower left", frameon=True)
+        right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncol=4, columnspacing=1)
         figure.savefig(path, dpi=120)
 
 
