@@ -21,7 +21,8 @@ typedef struct {
     vector normal;      /* to the side of the offset, 2**-30, */
     vector away;        /* and by the offset */
     vector centre;      /* of an arc, */
-    int32_t radius;     /* and that of the arc beside it */
+    int32_t radius;     /* and that of the arc beside it; */
+    int64_t bend;       /* its own curvature, to the left: 2**-53 a pulse */
 } edge;
 
 static held_block held[HELD];
@@ -44,6 +45,7 @@ static bool trimmed;                    /* by the inside of a corner */
 static edge ending, beginning;          /* of the held move and of the fresh one */
 static vector meeting;                  /* where they meet, from the corner */
 static bool meets, rounds;              /* inside the corner; outside in an arc */
+static bool cusp;                       /* the fresh move goes back beside the held one */
 static vector next_shift;
 static int32_t start[HAL_AXES];         /* of the move whose travel is looked at */
 
@@ -156,6 +158,8 @@ static bool find_edge(edge *e, const path_move *m, bool at_end, fault *f) {
         e->centre = vector_times(radius, -1);
         e->direction = vector_times(vector_left(radius), m->ccw ? 1 : -1);
         e->radius = length + (m->ccw == (side > 0) ? -offset : offset);
+        e->bend = (int64_t)units_quotient((uint64_t)1 << (PLANE_UNIT + 29), (uint32_t)length);
+        e->bend = m->ccw ? e->bend : -e->bend;
         if (e->radius < MOVE_FINE)
             return fault_at(f, FAULT_CORNER, 0,
                             "the wire offset of %p mm does not fit into the arc's radius of %p mm",
@@ -194,14 +198,16 @@ static bool line_meets(const edge *line, const edge *arc) {
     if (square < 0)
         return false;
     int64_t half = units_root((uint64_t)square);
-    int64_t along = vector_part(centre, to) + (vector_part(arc->centre, to) > 0 ? -half : half);
+    bool behind = cusp ? line == &ending : vector_part(arc->centre, to) > 0;
+    int64_t along = vector_part(centre, to) + (behind ? -half : half);
     meeting = vector_sum(line->away, vector_along(to, (int32_t)along));
     /* Before the end of the held move, or after the start of the fresh one. */
     return line == &ending ? along <= 0 : along >= 0;
 }
 
-/* Two arcs: on the side of the line through the centres where the corner is. Seen from the smaller
-   one, as the rounding of a foot near a large circle would move the point far along it. */
+/* Two arcs: on the side of the line through the centres where the corner is; at a cusp, where it is on
+   that line, on the side that they come from. Seen from the smaller one, as the rounding of a foot near
+   a large circle would move the point far along it. */
 static bool arcs_meet(void) {
     bool swap = beginning.radius < ending.radius;
     const edge *base = swap ? &beginning : &ending, *other = swap ? &ending : &beginning;
@@ -222,21 +228,25 @@ static bool arcs_meet(void) {
         return false;
     int64_t across = units_root((uint64_t)(a * a - foot * foot));
     vector to = vector_unit(line);
-    if (vector_cross(line, base->centre) > 0)
+    if (cusp ? vector_cross(line, ending.direction) > 0 : vector_cross(line, base->centre) > 0)
         across = -across;
     meeting = vector_sum(base->centre, vector_along(to, (int32_t)(twice < 0 ? -foot : foot)));
     meeting = vector_sum(meeting, vector_along(vector_left(to), (int32_t)across));
     return true;
 }
 
-/* Is the meeting point on what is left of the held move and on the fresh one? */
+/* Is the meeting point on what is left of the held move and on the fresh one? It is within half a turn
+   of the corner: of a circle the point just beyond its end is not one of its start. */
 static bool on_both(void) {
-    if (ending.arc && !vector_within(sector, vector_times(ending.centre, -1), ending.ccw,
-                                     vector_difference(meeting, ending.centre)))
+    vector to = vector_times(ending.centre, -1), from = vector_times(beginning.centre, -1);
+    vector last = vector_difference(meeting, ending.centre);
+    vector first = vector_difference(meeting, beginning.centre);
+    int64_t before = vector_cross(last, to), after = vector_cross(from, first);
+    if (ending.arc && ((ending.ccw ? before : -before) < 0 ||
+                       !vector_within(sector, to, ending.ccw, last)))
         return false;
-    return !beginning.arc || vector_within(vector_times(beginning.centre, -1), end_radius(&fresh->move),
-                                           beginning.ccw,
-                                           vector_difference(meeting, beginning.centre));
+    return !beginning.arc || ((beginning.ccw ? after : -after) >= 0 &&
+                              vector_within(from, end_radius(&fresh->move), beginning.ccw, first));
 }
 
 /* At a shallow corner the last place of a radius moves the point by more than the corner takes. Where
@@ -247,6 +257,18 @@ static bool tangents_meet(void) {
     int64_t back = lines_meet();
     return back >= 0 && (!ending.arc || back * back <= ending.radius * (int64_t)MOVE_FINE) &&
            (!beginning.arc || back * back <= beginning.radius * (int64_t)MOVE_FINE);
+}
+
+/* Is the corner a cusp? Of two moves that go back beside each other it is not the directions that tell
+   the inside, but how they bend apart. What the fresh one bends to the left of the held one, going back.
+   They are tangent if, where the bend takes them across each other again, what they enclose on the way
+   there is no wider than a pulse. */
+static int64_t find_cusp(void) {
+    int64_t bend = ending.bend + beginning.bend;
+    int64_t sine = vector_cross(ending.normal, beginning.normal) / (1 << PLANE_UNIT);
+    cusp = vector_dot(ending.normal, beginning.normal) < 0 &&
+           sine * sine < (bend < 0 ? -bend : bend) * (1 << 8);
+    return bend;
 }
 
 static bool find_corner(fault *f) {
@@ -262,7 +284,8 @@ static bool find_corner(fault *f) {
         return true;
     if (!offset)
         return true;
-    rounds = turn <= 0;
+    int64_t bend = find_cusp();
+    rounds = cusp ? bend * side > 0 : turn <= 0;
     meets = !rounds;
     if (rounds)
         return true;
@@ -304,25 +327,40 @@ static bool is_speck(const path_move *m, bool whole_turn) {
            (turn == 0 || (turn > 0) == m->ccw) && vector_dot(sector, last) > 0;
 }
 
+/* Has the inside of its corners cut off more than all of the held arc? It would go round the circle. */
+static bool is_used_up(const path_move *m, bool whole_turn) {
+    vector from = vector_times(plane_centre(m), -1), to = vector_times(ending.centre, -1);
+    vector last = meets ? vector_difference(meeting, ending.centre) : to;
+    return !vector_within(from, to, m->ccw, sector) || !vector_within(from, to, m->ccw, last) ||
+           (trimmed && meets && vector_cross(from, sector) &&
+            (!whole_turn || vector_cross(from, last)) &&
+            vector_within(from, sector, m->ccw, last));
+}
+
 /* Both ends of the held move are known now. */
 static bool finish_move(fault *f) {
     plan *p = &held[0].p;
     path_move *m = &p->move;
     vector programmed = plane_delta(m), end = rounded(rounds ? ending.away : meeting);
-    bool whole_turn = m->arc && !programmed.u && !programmed.v && !trimmed && !meets;
+    bool whole_turn = m->arc && !programmed.u && !programmed.v &&
+                      vector_dot(sector, plane_centre(m)) < 0;
     next_shift = rounds ? rounded(beginning.away) : end;
     /* A circle stays one: its ends must not come to lie a pulse beside each other. */
-    if (whole_turn && near(end, shift, JOINED)) {
+    bool closed = whole_turn && near(end, shift, JOINED);
+    if (closed) {
         next_shift = rounds ? next_shift : shift;
         end = shift;
     }
+    bool gone = m->arc && !closed && is_used_up(m, whole_turn);
     find_start(p, shift);
     shift_move(m, shift, end);
     vector left = plane_delta(m);
-    if (m->arc && is_speck(m, whole_turn))
+    bool no_more = near(left, (vector){0, 0}, JOINED);
+    if (!m->arc)
+        gone = !leads_in && vector_dot(left, programmed) < 0;
+    if (m->arc && !closed && ((gone && no_more) || is_speck(m, whole_turn)))
         m->arc = false;
-    else if (!m->arc && !leads_in && vector_dot(left, programmed) < 0 &&
-             !near(left, (vector){0, 0}, JOINED))
+    else if (gone && !no_more)
         return fault_at(of_held(f), FAULT_CORNER, 0,
                         "the wire offset of %p mm leaves nothing of this move between its corners",
                         offset / MOVE_FINE);

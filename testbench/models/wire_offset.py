@@ -34,6 +34,11 @@ class Element:
     radius: float = 0.0
 
     @property
+    def bend(self) -> float:
+        """Curvature to the left, 1/pulse."""
+        return self.turn / self.radius if self.turn else 0.0
+
+    @property
     def length(self) -> float:
         """Of the way along the element."""
         return self.reach(self.end) if self.turn else abs(self.end - self.start)
@@ -121,16 +126,24 @@ def beside(path: list[Element], offset: float, side: int) -> list[Element]:
             continue
         before, corner = result[-1], programmed.start
         turn = path[number - 1].tangent(corner).conjugate() * programmed.tangent(corner)
+        outside = turn.imag * side <= 0
+        bend = path[number - 1].bend + programmed.bend
+        if turn.real < 0 and turn.imag**2 < 2 * abs(bend):
+            # A cusp: the bends open it to one side, whatever the last place makes of the angle.
+            outside = bend * side > 0
         gap = element.start - before.end
         if not offset or (max(abs(gap.real), abs(gap.imag)) <= JOINED and turn.real > 0):
             middle = (before.end + element.start) / 2
             result[-1], element = replace(before, end=middle), replace(element, start=middle)
-        elif turn.imag * side <= 0:
+        elif outside:
             result.append(Element(before.end, element.start, -side, corner, offset))
         else:
             both = [point for point in _crossings(before, element)
                     if 0 <= before.reach(point) <= before.length
-                    and 0 <= element.reach(point) <= element.length]
+                    and 0 <= element.reach(point) <= element.length
+                    and not (before.turn and before.length - before.reach(point)
+                             > pi * before.radius)
+                    and not (element.turn and element.reach(point) > pi * element.radius)]
             if not both:
                 raise NoOffsetError("corner")
             point = max(both, key=before.reach)

@@ -153,6 +153,61 @@ def test_no_point_is_nearer_than_the_offset(checker, rng):
     assert right > 100
 
 
+def test_cusps_are_inside_or_outside_by_their_bends(checker, rng):
+    """Back beside the move before: of the angle only the last place is left."""
+    made = {True: 0, False: 0}
+    for _ in range(200):
+        ahead = cmath.exp(2j * pi * rng.random())
+        corner = complex(rng.randint(-50, 50), rng.randint(-50, 50)) * 1000
+        path, bends = [], 0.0
+        for back in (True, False):
+            if back and rng.random() < 0.4:
+                start = corner - ahead * rng.uniform(20_000, 50_000)
+                path.append(Element(complex(round(start.real), round(start.imag)), corner))
+                continue
+            turn, radius = rng.choice((1, -1)), rng.uniform(10_000, 60_000)
+            away = (1j if back else -1j) * turn * ahead * radius
+            swept = turn * rng.uniform(1.5, 3)
+            other = corner + away - away * cmath.exp(-1j * swept if back else 1j * swept)
+            other = complex(round(other.real), round(other.imag))
+            chord = corner - other
+            side = 1j * chord / abs(chord) * (radius**2 - abs(chord)**2 / 4) ** 0.5
+            middle = (corner + other) / 2
+            centre = min((middle + side, middle - side), key=lambda c: abs(c - corner - away))
+            centre = complex(round(centre.real * 64), round(centre.imag * 64)) / 64
+            ends = (other, corner) if back else (corner, other)
+            path.append(Element(*ends, turn, centre, abs(centre - corner)))
+            bends += turn / radius
+        if abs(bends) < 1e-6:
+            continue
+        side = rng.choice((1, -1))
+        agrees, motion = compared(checker, path, rng.choice((100, 1250, 2000)), side)
+        assert agrees
+        if motion:
+            assert (len(motion) == 3) == (bends * side > 0), "round it outside alone"
+            made[bends * side > 0] += 1
+    assert min(made.values()) > 50
+
+
+def test_circle_is_gone_round_whatever_the_last_place_of_the_line_before(checker, rng):
+    """On whole micrometres a line is tangent to a circle but for a small angle."""
+    for _ in range(200):
+        ahead, turn = cmath.exp(2j * pi * rng.random()), rng.choice((1, -1))
+        side, offset = rng.choice((1, -1)), rng.choice((1000, 1250, 2000))
+        way = ahead * rng.choice((1000, 3000, 10_000))
+        at = 30_000 * cmath.exp(2j * pi * rng.random())
+        away = 1j * ahead * turn * rng.choice((3000, 10_000, 50_000))
+        start, corner, end, centre = (complex(round(p.real, -1), round(p.imag, -1))
+                                      for p in (at - way, at, at + way, at + away))
+        radius = abs(centre - corner)
+        path = [Element(start, corner), Element(corner, corner, turn, centre, radius),
+                Element(corner, end)]
+        made = elements(checker.motions(programs.punched(program(path, offset, side))))
+        arcs = [arc for arc in made if arc.turn and abs(arc.centre - centre) < 1]
+        whole = 2 * pi * (radius - side * turn * offset)
+        assert sum(arc.length for arc in arcs) == pytest.approx(whole, rel=0.02)
+
+
 @pytest.mark.parametrize("side", [41, 42])
 def test_circle_stays_a_circle(checker, side):
     result = motions(checker, f"G{side} D1 G01 X1", "G02 I5", "G40 G01 X0")
@@ -204,6 +259,8 @@ ROUND = ["G41 D1 G01 X1", "Y1"]
     (["G41 D1 G01 X1", "X1.05", "Y1", "G40 X0"], 5, "leaves nothing of this move"),
     (["G41 D1 G01 X1", "X3", "X1 Y.01", "G40 X0"], 5, "leaves nothing of this move"),
     (["G41 D1 G01 X1", "X3", "G03 X2.89 Y.11 I-.11"], 6, "of 0.1000 mm do not meet"),
+    (["G41 D1 G01 X-1", "X0", "G03 X.0095 Y.001 R10", "G01 X.989 Y.2036", "G40 Y5"], 6,
+     "leaves nothing of this move"),
 ])
 def test_what_cannot_be_offset_is_refused(checker, blocks, line, words):
     result = motions(checker, *blocks)
