@@ -134,7 +134,7 @@ bool alone(context *c, uint32_t allowed) {
     return true;
 }
 
-static bool plan_retraction(context *c, bool mdi, uint32_t highest_speed) {
+static bool plan_retraction(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
     uint32_t letters = BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | BLOCK_BIT('E') |
                        BLOCK_BIT('Q') | BLOCK_BIT('Z');
     if (!alone(c, letters))
@@ -148,6 +148,9 @@ static bool plan_retraction(context *c, bool mdi, uint32_t highest_speed) {
         if (!w)
             continue;
         columns[item] = w->column;
+        if (item == ITEM_Z && jump_axis >= HAL_AXES)
+            return fault_at(c->f, FAULT_REFUSED, w->column,
+                            "the ceiling Z is for machines with a jump axis (sinkers)");
         int32_t pulses;
         uint32_t um_per_min;
         if (item == ITEM_L || item == ITEM_Q || item == ITEM_Z) {
@@ -445,7 +448,7 @@ static bool plan_once(context *c, bool mdi, uint32_t highest_speed, unsigned jum
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return plan_dwell(c);
     case 100: c->p->act = ACT_TABLE; return plan_table(c, mdi);
-    case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed);
+    case 360: c->p->act = ACT_RETRACTION; return plan_retraction(c, mdi, highest_speed, jump_axis);
     case 370: c->p->act = ACT_DEFAULTS; return plan_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return plan_jump(c, highest_speed);
     case 390: c->p->act = ACT_SERIES; return plan_series(c, jump_axis);

@@ -132,3 +132,15 @@ def test_jump_ends_with_its_tape(machine):
                  passes=400)
     assert events(machine.lines, "end")
     assert machine.data["jump_period"] == 0
+
+
+def test_a_machine_without_a_jump_axis_has_no_ceiling():
+    wire = Machine(jump_axis=15)
+    wire.unlock()
+    lines = wire.line("G36 R300 L1 H600 E60 Q.1 Z5")
+    assert lines[-1] == "error:19"
+    assert "character 26: the ceiling Z is for machines with a jump axis (sinkers)" in lines[0]
+    assert wire.line("G36 R300 L1 H600 E60 Q.1")[-1] == "ok"
+    wire.tape(punched(["G36 L.5", "G36 Z1", "M02"]), passes=400)
+    assert in_force(wire) == expected(300, 0.5, 600, 60, 0.1)
+    assert "the ceiling Z is" in events(wire.lines, "alarm")[0][-1]
