@@ -7,6 +7,7 @@
 #define HELD_TEXT 96    /* characters of a block, more than an event shows */
 #define HELD 2          /* a move, and a block without motion in the plane */
 #define JOINED 2        /* pulses by axis between two ends that are joined midway */
+#define ALIKE 16        /* pulses by which radii differ of an arc that is gone along both ways */
 
 typedef struct {
     plan p;
@@ -22,7 +23,7 @@ typedef struct {
     vector away;        /* and by the offset */
     vector centre;      /* of an arc, */
     int32_t radius;     /* and that of the arc beside it; */
-    int64_t bend;       /* its own curvature, to the left: 2**-53 a pulse */
+    int32_t bow;        /* its own radius, below zero if it bends to the right; 0 of a line */
 } edge;
 
 static held_block held[HELD];
@@ -158,8 +159,7 @@ static bool find_edge(edge *e, const path_move *m, bool at_end, fault *f) {
         e->centre = vector_times(radius, -1);
         e->direction = vector_times(vector_left(radius), m->ccw ? 1 : -1);
         e->radius = length + (m->ccw == (side > 0) ? -offset : offset);
-        e->bend = (int64_t)units_quotient((uint64_t)1 << (PLANE_UNIT + 29), (uint32_t)length);
-        e->bend = m->ccw ? e->bend : -e->bend;
+        e->bow = m->ccw ? length : -length;
         if (e->radius < MOVE_FINE)
             return fault_at(f, FAULT_CORNER, 0,
                             "the wire offset of %p mm does not fit into the arc's radius of %p mm",
@@ -259,16 +259,28 @@ static bool tangents_meet(void) {
            (!beginning.arc || back * back <= beginning.radius * (int64_t)MOVE_FINE);
 }
 
+static int64_t size(int64_t value) { return value < 0 ? -value : value; }
+
 /* Is the corner a cusp? Of two moves that go back beside each other it is not the directions that tell
-   the inside, but how they bend apart. What the fresh one bends to the left of the held one, going back.
-   They are tangent if, where the bend takes them across each other again, what they enclose on the way
-   there is no wider than a pulse. */
-static int64_t find_cusp(void) {
-    int64_t bend = ending.bend + beginning.bend;
+   the inside, but to which side they bend apart: left (1) or right of the held one. They are tangent if,
+   where the bend takes them across each other again, what they enclose on the way there is no wider
+   than a pulse: if the square of the sine is less than twice the sum of their curvatures. An arc of
+   much the same radius is the way back, and the corner its outer end. */
+static int find_cusp(void) {
+    int64_t a = ending.bow, b = beginning.bow, sum = size(a + b);
     int64_t sine = vector_cross(ending.normal, beginning.normal) / (1 << PLANE_UNIT);
-    cusp = vector_dot(ending.normal, beginning.normal) < 0 &&
-           sine * sine < (bend < 0 ? -bend : bend) * (1 << 8);
-    return bend;
+    cusp = false;
+    if (vector_dot(ending.normal, beginning.normal) >= 0 || (!a && !b))
+        return 0;
+    if (sum <= ALIKE * MOVE_FINE) {
+        cusp = size(sine) * size(a) <= (int64_t)ALIKE * MOVE_FINE << PLANE_UNIT;
+        return side;
+    }
+    sine /= 1 << 15;
+    int64_t square = sine * sine;
+    cusp = a && b ? (square * size(a) >> 30) * size(b) < 2 * MOVE_FINE * sum
+                  : square * sum >> 30 < 2 * MOVE_FINE;
+    return (a + b > 0) != (a && b && (a > 0) != (b > 0)) ? 1 : -1;
 }
 
 static bool find_corner(fault *f) {
@@ -284,8 +296,8 @@ static bool find_corner(fault *f) {
         return true;
     if (!offset)
         return true;
-    int64_t bend = find_cusp();
-    rounds = cusp ? bend * side > 0 : turn <= 0;
+    int bend = find_cusp();
+    rounds = cusp ? bend == side : turn <= 0;
     meets = !rounds;
     if (rounds)
         return true;

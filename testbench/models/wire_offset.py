@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from math import pi
 
 JOINED = 2      # pulses: offset ends so close are joined midway
+ALIKE = 16      # pulses: an arc back whose radius differs by no more is the same one
 
 
 class NoOffsetError(Exception):
@@ -127,10 +128,14 @@ def beside(path: list[Element], offset: float, side: int) -> list[Element]:
         before, corner = result[-1], programmed.start
         turn = path[number - 1].tangent(corner).conjugate() * programmed.tangent(corner)
         outside = turn.imag * side <= 0
-        bend = path[number - 1].bend + programmed.bend
-        if turn.real < 0 and turn.imag**2 < 2 * abs(bend):
+        if turn.real < 0:
             # A cusp: the bends open it to one side, whatever the last place makes of the angle.
-            outside = bend * side > 0
+            bows = [e.turn * e.radius for e in (path[number - 1], programmed)]
+            bend = path[number - 1].bend + programmed.bend
+            if any(bows) and abs(sum(bows)) <= ALIKE:
+                outside |= abs(turn.imag * bows[0]) <= ALIKE
+            elif turn.imag**2 < 2 * abs(bend):
+                outside = bend * side > 0
         gap = element.start - before.end
         if not offset or (max(abs(gap.real), abs(gap.imag)) <= JOINED and turn.real > 0):
             middle = (before.end + element.start) / 2

@@ -189,6 +189,15 @@ def test_cusps_are_inside_or_outside_by_their_bends(checker, rng):
     assert min(made.values()) > 50
 
 
+@pytest.mark.parametrize("back", ["R3", "R2.9995", "R3.0005", "I-1.5 J-2.598", "I-1.501 J-2.598"])
+def test_way_back_along_an_arc_is_round_its_end(checker, back):
+    for side in (41, 42):
+        made = motions(checker, f"G{side} D1 G01 X3 Y0", "G03 X1.5 Y2.598 R3", f"G02 X3 Y0 {back}",
+                       "G40 G01 X5")
+        assert [(motion.line, motion.arc) for motion in made] == [
+            (4, 0), (5, 1), (6, -1 if side == 41 else 1), (6, -1), (7, 0)]
+
+
 def test_circle_is_gone_round_whatever_the_last_place_of_the_line_before(checker, rng):
     """On whole micrometres a line is tangent to a circle but for a small angle."""
     for _ in range(200):
