@@ -7,6 +7,7 @@
 #define HELD_TEXT 96    /* characters of a block, more than an event shows */
 #define HELD 2          /* a move, and a block without motion in the plane */
 #define JOINED 2        /* pulses by axis between two ends that are joined midway */
+#define LEAST 4         /* pulses of radius that an arc keeps: its ends are rounded to whole ones */
 #define ALIKE 16        /* pulses by which radii differ of an arc that is gone along both ways */
 
 typedef struct {
@@ -160,7 +161,7 @@ static bool find_edge(edge *e, const path_move *m, bool at_end, fault *f) {
         e->direction = vector_times(vector_left(radius), m->ccw ? 1 : -1);
         e->radius = length + (m->ccw == (side > 0) ? -offset : offset);
         e->bow = m->ccw ? length : -length;
-        if (e->radius < MOVE_FINE)
+        if (e->radius < (offset ? LEAST : 1) * MOVE_FINE)
             return fault_at(f, FAULT_CORNER, 0,
                             "the wire offset of %p mm does not fit into the arc's radius of %p mm",
                             offset / MOVE_FINE, length / MOVE_FINE);
@@ -331,21 +332,39 @@ static void find_start(const plan *p, vector by) {
     start[axes.second] += by.v;
 }
 
-/* The held arc, of which a piece is left that is not longer than the rounding of its ends. */
-static bool is_speck(const path_move *m, bool whole_turn) {
-    vector last = meets ? vector_difference(meeting, ending.centre) : vector_times(ending.centre, -1);
+/* Direction from the centre of what is left of the held arc to its end. */
+static vector last_radius(void) {
+    return meets ? vector_difference(meeting, ending.centre) : vector_times(ending.centre, -1);
+}
+
+static bool is_circle(const path_move *m) {
+    vector delta = plane_delta(m);
+    return !delta.u && !delta.v;
+}
+
+/* The held arc, of which a piece is left that is not longer than the rounding of its ends? */
+static bool is_speck(const path_move *m) {
+    vector last = last_radius();
     int64_t turn = vector_cross(sector, last);
-    return near(plane_delta(m), (vector){0, 0}, JOINED) && !whole_turn &&
-           (turn == 0 || (turn > 0) == m->ccw) && vector_dot(sector, last) > 0;
+    return (turn == 0 || (turn > 0) == m->ccw) && vector_dot(sector, last) > 0;
+}
+
+/* Does what is left of the held arc end just before its start, or there? */
+static bool goes_round(const path_move *m) {
+    vector last = last_radius();
+    int64_t turn = vector_cross(sector, last);
+    if (vector_dot(sector, last) <= 0)
+        return false;
+    return is_circle(m) ? vector_dot(sector, plane_centre(m)) < 0 : turn && (turn > 0) != m->ccw;
 }
 
 /* Has the inside of its corners cut off more than all of the held arc? It would go round the circle. */
-static bool is_used_up(const path_move *m, bool whole_turn) {
+static bool is_used_up(const path_move *m) {
     vector from = vector_times(plane_centre(m), -1), to = vector_times(ending.centre, -1);
-    vector last = meets ? vector_difference(meeting, ending.centre) : to;
+    vector last = last_radius();
     return !vector_within(from, to, m->ccw, sector) || !vector_within(from, to, m->ccw, last) ||
            (trimmed && meets && vector_cross(from, sector) &&
-            (!whole_turn || vector_cross(from, last)) &&
+            (!is_circle(m) || vector_cross(from, last)) &&
             vector_within(from, sector, m->ccw, last));
 }
 
@@ -354,23 +373,18 @@ static bool finish_move(fault *f) {
     plan *p = &held[0].p;
     path_move *m = &p->move;
     vector programmed = plane_delta(m), end = rounded(rounds ? ending.away : meeting);
-    bool whole_turn = m->arc && !programmed.u && !programmed.v &&
-                      vector_dot(sector, plane_centre(m)) < 0;
+    vector left = vector_sum(programmed, vector_difference(end, shift));
+    bool no_more = near(left, (vector){0, 0}, JOINED);
+    bool gone = m->arc ? is_used_up(m) : !leads_in && vector_dot(left, programmed) < 0;
+    /* A circle stays one, and what is nearly one becomes one: its ends must not come to lie a pulse
+       beside each other in the wrong order. */
+    bool closed = m->arc && no_more && !gone && goes_round(m);
+    if (closed)
+        end = vector_difference(shift, programmed);
     next_shift = rounds ? rounded(beginning.away) : end;
-    /* A circle stays one: its ends must not come to lie a pulse beside each other. */
-    bool closed = whole_turn && near(end, shift, JOINED);
-    if (closed) {
-        next_shift = rounds ? next_shift : shift;
-        end = shift;
-    }
-    bool gone = m->arc && !closed && is_used_up(m, whole_turn);
     find_start(p, shift);
     shift_move(m, shift, end);
-    vector left = plane_delta(m);
-    bool no_more = near(left, (vector){0, 0}, JOINED);
-    if (!m->arc)
-        gone = !leads_in && vector_dot(left, programmed) < 0;
-    if (m->arc && !closed && ((gone && no_more) || is_speck(m, whole_turn)))
+    if (m->arc && !closed && no_more && (gone || is_speck(m)))
         m->arc = false;
     else if (gone && !no_more)
         return fault_at(of_held(f), FAULT_CORNER, 0,
@@ -379,7 +393,7 @@ static bool finish_move(fault *f) {
     p->moves = m->arc || leads_away(m);
     if (!rounds)
         return true;
-    fresh->corner = (path_move){.arc = true, .ccw = side < 0, .plane = plane};
+    fresh->corner = (path_move){.arc = offset >= LEAST * MOVE_FINE, .ccw = side < 0, .plane = plane};
     shift_move(&fresh->corner, end, next_shift);
     fresh->corners = leads_away(&fresh->corner);
     fresh->corner_speed = fresh->speed < p->speed ? fresh->speed : p->speed;

@@ -10,12 +10,12 @@
      start of the next move. The first one after G40 must be a line too: it leads from the point
      beside the end of the move before to its own end.
    * Inside a corner the path ends and begins where the two offset curves meet. Outside it goes round
-     the corner in an arc of the offset. Where the ends of the offset curves are at most two pulses
-     apart in each axis, as at tangents, they are joined midway. A move that goes straight back beside
-     the one before is inside or outside by how they bend apart.
-   * It is an error if they do not meet on what is left of both moves, if an arc would keep no radius,
-     or if two blocks in a row have no motion in the plane. Only neighbours are looked at: a slot
-     narrower than the wire is not found if its walls are not neighbours. */
+     the corner in an arc of the offset, or of less than 4 pulses in a line. Where the ends of the
+     offset curves are at most two pulses apart in each axis, as at tangents, they are joined midway.
+     A move that goes straight back beside the one before is inside or outside by how they bend apart.
+   * It is an error if they do not meet on what is left of both moves, if an arc would keep a radius of
+     less than 4 pulses, or if two blocks in a row have no motion in the plane. Only neighbours are
+     looked at: a slot narrower than the wire is not found if its walls are not neighbours. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from math import pi
 
 JOINED = 2      # pulses: offset ends so close are joined midway
+LEAST = 4       # pulses of radius that an arc keeps, its ends being rounded
 ALIKE = 16      # pulses: an arc back whose radius differs by no more is the same one
 
 
@@ -83,7 +84,7 @@ class Element:
     def beside(self, offset: float, side: int) -> "Element":
         """The element beside this one, to the left (``side`` 1) or right (-1)."""
         radius = self.radius - side * self.turn * offset
-        if self.turn and radius < 1:
+        if self.turn and radius < (LEAST if offset else 1):
             raise NoOffsetError("radius")
         start, end = (p + 1j * side * offset * self.tangent(p) for p in (self.start, self.end))
         return replace(self, start=start, end=end, radius=radius)
@@ -141,7 +142,8 @@ def beside(path: list[Element], offset: float, side: int) -> list[Element]:
             middle = (before.end + element.start) / 2
             result[-1], element = replace(before, end=middle), replace(element, start=middle)
         elif outside:
-            result.append(Element(before.end, element.start, -side, corner, offset))
+            turn = -side if offset >= LEAST else 0
+            result.append(Element(before.end, element.start, turn, corner, offset))
         else:
             both = [point for point in _crossings(before, element)
                     if 0 <= before.reach(point) <= before.length

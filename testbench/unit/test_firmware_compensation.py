@@ -189,6 +189,36 @@ def test_cusps_are_inside_or_outside_by_their_bends(checker, rng):
     assert min(made.values()) > 50
 
 
+def test_most_of_a_turn_stays_it_however_near_its_ends_come(checker, rng):
+    for _ in range(400):
+        left, angle = rng.uniform(4.5, 60), rng.uniform(5.5, 6.28)
+        radius, begin = 1234 + left, rng.uniform(0, 2 * pi)
+        centre = 20_000 + 5000j
+        ends = [centre + cmath.rect(radius, begin + part) for part in (0, angle)]
+        start, end = (complex(round(p.real), round(p.imag)) for p in ends)
+        tangents = [cmath.rect(5000, begin + part + pi / 2) for part in (0, angle)]
+        path = [Element(start - tangents[0], start),
+                Element(start, end, 1, centre, abs(centre - start)),
+                Element(end, end + tangents[1])]
+        arc, = (made for made in elements(checker.motions(programs.punched(
+            program(path, 1234, 1)))) if made.turn and abs(made.centre - centre) < 1)
+        assert 0.8 * left * angle < arc.length < 1.25 * left * angle
+
+
+@pytest.mark.parametrize(("offset", "turn"), [(1, 0), (2, 0), (3, 0), (4, 1), (5, 1)])
+def test_a_corner_is_rounded_by_an_arc_that_whole_pulses_still_make(checker, rng, offset, turn):
+    count = 0
+    while count < 30:
+        ahead = 20_000 * cmath.exp(2j * pi * rng.random())
+        ends = [10_000j, 10_000j + ahead]
+        ends.append(ends[-1] + ahead * cmath.exp(1j * rng.uniform(1.6, 3)))
+        ends = [complex(round(end.real), round(end.imag)) for end in ends]
+        _, made = compared(checker, [Element(*pair) for pair in pairwise(ends)], offset, -1)
+        if made:    # not just where the last place decides
+            assert [element.turn for element in made] == [0, turn, 0]
+            count += 1
+
+
 @pytest.mark.parametrize("back", ["R3", "R2.9995", "R3.0005", "I-1.5 J-2.598", "I-1.501 J-2.598"])
 def test_way_back_along_an_arc_is_round_its_end(checker, back):
     for side in (41, 42):
@@ -265,6 +295,7 @@ ROUND = ["G41 D1 G01 X1", "Y1"]
     ([*ROUND, "G18 X2"], 6, "plane cannot change"),
     ([*ROUND, "G40", "G18 X2"], 7, "the plane changes"),
     (["G41 D1 G01 X1", "G03 X.8 I-.1"], 5, "0.1000 mm does not fit into the arc's radius of 0.10"),
+    (["G41 D1 G01 X1", "G03 X1.2006 I.1003"], 5, "does not fit into the arc's radius of 0.1003 mm"),
     (["G41 D1 G01 X1", "X1.05", "Y1", "G40 X0"], 5, "leaves nothing of this move"),
     (["G41 D1 G01 X1", "X3", "X1 Y.01", "G40 X0"], 5, "leaves nothing of this move"),
     (["G41 D1 G01 X1", "X3", "G03 X2.89 Y.11 I-.11"], 6, "of 0.1000 mm do not meet"),
