@@ -79,7 +79,8 @@ typedef struct {
     arc_ideal ideal;
     uint32_t half_of;           /* and its number; */
     unsigned tried, tries;      /* where the axes change their roles, places tried for it (a set), */
-    arc_border best;            /* the best of them, */
+    bool sought;                /* ... the next one has been sought, */
+    arc_border candidate, best; /* it and the best of them, */
     int64_t path, off;          /* its path length, and what that is off */
     unsigned room;              /* pulses by which borders between may be moved */
     bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */

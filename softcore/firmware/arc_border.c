@@ -182,22 +182,29 @@ static int32_t next_try(arc *a) {
     return best;
 }
 
-/* One of the tries; true if it was the last. */
-static bool change_over(arc *a, unsigned eighth) {
+/* The place of the next try. */
+static void seek(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
-    unsigned major = arc_major_of(eighth);
-    int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
     if (!a->tried)
         settle(a, a->half.at, 1, square_at(a, p, a->half.at, 0));
     arc_border c = a->half;
     int32_t way = next_try(a);
     for (unsigned axis = 0; axis < 2; axis++)
-        c.at[axis] += way * travel[axis];
+        c.at[axis] += way * arc_travel_of(eighth, axis);
     c.square[0] = square_at(a, p, c.at, 0);
     int32_t before = c.at[1];
     settle(a, c.at, 1, c.square[0]);
     a->half.at[1] += c.at[1] - before; /* The next try is on the diagonal that is nearer there. */
     c.square[1] = square_at(a, p, c.at, 1);
+    a->candidate = c;
+}
+
+/* What comes of it; true if it was the last. */
+static bool judge(arc *a, unsigned eighth) {
+    const arc_ideal *p = &a->ideal;
+    unsigned major = arc_major_of(eighth);
+    int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
+    arc_border c = a->candidate;
     int64_t lacks = 0;
     if (!comfortable(a, &c)) {
         lacks = yield(a, c.at, 0, &c.square[1]);
@@ -294,21 +301,30 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     return b;
 }
 
-/* The place on a border between start and end that lies next to the curve; true if it is there. */
+/* The place on a border between start and end that lies next to the curve; true if it is there. Where
+   it is sought and what comes of it are two steps. */
 static bool place_at(arc *a, uint32_t index, arc_border *b) {
     const arc_ideal *p = &a->ideal;
     uint32_t multiple = a->first + index - 1;
     unsigned eighth = multiple >> a->parts;
+    bool turns = multiple == eighth << a->parts, changes = turns && eighth & 1;
     int64_t path;
-    if (eighth & 1 && multiple == eighth << a->parts) {
-        if (!change_over(a, eighth))
+    a->sought = !a->sought;
+    if (a->sought) {
+        if (changes)
+            seek(a, eighth);
+        else if (!turns)
+            make_whole(a, &a->half, eighth);
+        return false;
+    }
+    if (changes) {
+        if (!judge(a, eighth))
             return false;
         *b = a->best;
         path = a->path;
     } else {
         unsigned major = arc_major_of(eighth);
-        if (multiple != eighth << a->parts)
-            make_whole(a, b, eighth);
+        *b = a->half;
         b->square[major] = square_at(a, p, b->at, major);
         settle(a, b->at, !major, b->square[major]);
         int32_t along = passes(a, p, b->at, major);
@@ -324,6 +340,7 @@ bool arc_border_step(arc *a, uint32_t index, arc_border *b) {
         a->half = curve_at(a, index, &a->ideal);
         a->half_of = index;
         a->tried = a->tries = 0;
+        a->sought = false;
         a->off = INT64_MAX;
         return false;
     }

@@ -25,6 +25,7 @@ const word *take(context *c, char letter);
 
 /* Of a word. */
 bool distance(context *c, const word *w, char letter, int32_t *pulses);
+bool speed(context *c, const word *w, char letter, uint32_t *um_per_min);
 
 /* A whole number of a word, up to a limit; `what` says what it is. */
 bool whole(context *c, char letter, uint32_t lowest, uint32_t highest, const char *what,
@@ -38,6 +39,11 @@ bool seen_condition(context *c, const technology_row *row, uint32_t column);
 
 /* The condition that a word names. */
 bool find_condition(context *c, const word *w, const technology_row **row);
+
+/* Of plan_retraction.c. */
+bool plan_retraction(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis);
+bool plan_defaults(context *c, uint32_t highest_speed);
+bool plan_jump(context *c, uint32_t highest_speed);
 
 /* Of plan_series.c. */
 bool plan_series(context *c, unsigned jump_axis);

@@ -43,7 +43,10 @@ def test_the_same_natively_and_under_cocotb(rng, workdir):
 
 
 @pytest.mark.soak
-def test_every_pulse_has_its_place_for_millions_of_them(rng):
-    figures = total(rng, 100, count=30, size=3000, troubles=60, quiet=300_000)
-    assert figures["pulses"] > 3_000_000
-    assert figures["backward"] > 300_000
+@pytest.mark.parametrize("part", range(4))
+def test_every_pulse_has_its_place_for_millions_of_them(rng, part):
+    """Four parts, so that four processes can share them."""
+    figures = total(rng, 25, count=30, size=3000, troubles=60, quiet=300_000)
+    print(part, figures)
+    assert figures["pulses"] > 750_000
+    assert figures["backward"] > 75_000
