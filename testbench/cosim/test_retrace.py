@@ -3,7 +3,16 @@
 
 import pytest
 
+from host import machine as machines
+from host import simulation
+from host.run import Run
+from host.tape import load
+from testbench.cosim.job import MM
 from testbench.cosim.short_blocks import first_pass, retrace
+from testbench.native.simulation import Simulation
+from testbench.punch import TAPES
+
+MACHINE = machines.load("sinker")
 
 # What the firmware keeps up with at the simulation's 2 MHz, mm/s: 14000 clocks for a block that is
 # read, some 3000 for one that is remembered. The rapid feed is 30; a board's clock is 25 times as
@@ -29,3 +38,25 @@ def test_way_back_over_five_thousand_blocks_ends_at_the_limit():
     forward, *ways = retrace(10_000, 5_000)
     assert forward > FORWARD
     assert min(way.mean for way in ways) > BACK
+
+
+@pytest.mark.soak
+def test_the_tape_of_short_blocks_goes_back_to_its_middle():
+    """Blocks of (8, 6) and (6, 8) um in turn; the coders tell how far back."""
+    lowest = []
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        machine_on = simulation.Simulation(session)
+
+        def watch(run):
+            if any(event["event"] == "retraction_start" for event in run.events):
+                lowest.append(machine_on.positions())
+
+        job = Run(MACHINE, load(TAPES / "sink_blocks.nc"), machine_on, watch=watch)
+        assert job.execute() == "end", job.alarm
+        positions = machine_on.positions()
+    end, = (event for event in job.events if event["event"] == "retraction_end")
+    assert (end["reason"], end["distance"]) == ("limit", 50.0)
+    for axis in "xy":
+        assert abs(min(place[axis] for place in lowest) - 35 * MM) <= 1
+        assert abs(positions[axis] - 70 * MM) <= 1
