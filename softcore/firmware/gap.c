@@ -24,6 +24,7 @@ static const gap_class PATENT[GAP_CLASSES] = {
 static gap_class classes[GAP_CLASSES];
 static gap_class kept[GAP_CLASSES];     /* the same without what the tape has entered */
 static technology_row row;      /* the condition in force */
+static uint32_t step_ma;        /* of the supply, when a C put it or the series' first in force */
 static bool conditioned;        /* there is one, */
 static bool stale;              /* which the gateware has yet to get as it is now */
 static unsigned fluid;          /* class in force */
@@ -100,6 +101,7 @@ static void apply(void) {
 void gap_condition(const technology_row *condition) {
     (void)series_take_stage();
     row = *condition;
+    step_ma = settings_get(SET_CURRENT_STEP_MA);
     conditioned = true;
     series_replaced();
     apply();
@@ -110,7 +112,8 @@ void gap_switched(const technology_row *condition) {
     law_condition(&row, classes[fluid].share_percent);
 }
 
-const technology_row *gap_row(void) { return &row; }
+const technology_row *gap_row(void) { return conditioned ? &row : 0; }
+bool gap_current_kept(void) { return !conditioned || step_ma == settings_get(SET_CURRENT_STEP_MA); }
 
 /* The gateware gets the classes with the program's first condition, without which nothing is machined. */
 void gap_start(void) {

@@ -22,7 +22,8 @@ void gap_settings(void);                        /* settings of servo and fluid h
 void gap_condition(const technology_row *row);  /* put a condition in force */
 void gap_stage(const technology_row *row);      /* stage one for the gateware to switch to */
 void gap_switched(const technology_row *row);   /* it has */
-const technology_row *gap_row(void);            /* the condition in force */
+const technology_row *gap_row(void);            /* the condition in force, or a null pointer */
+bool gap_current_kept(void);                    /* the supply's step is what it was at the C */
 void gap_servo(unsigned law);                   /* law of the feed, as G95 P has it; 0 for G94 */
 
 gap_class gap_class_row(unsigned number);

@@ -135,6 +135,9 @@ static void assign(const char *line, uint32_t length, fault *f) {
         return;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
+    else if (machine_machining() && (which == SET_BLANKING_NS || which == SET_SETTLE_NS ||
+                                     which == SET_CURRENT_STEP_MA))
+        fault_at(f, FAULT_BUSY, 0, "a condition is judged by setting %u: M05 comes first", which);
     else
         settings_enter(which, value, f);
 }

@@ -215,8 +215,14 @@ static bool plan_auxiliary(context *c) {
     if (!p->after.condition)
         return fault_at(c->f, FAULT_CONDITION, machining_column,
                         "M03 without a machining condition (C) before it");
-    /* The settings may have changed since the C. */
-    return seen_condition(c, p->after.condition, machining_column);
+    /* The settings may have changed since the C, and what is in force may be none of the table. */
+    const technology_row *unseen = p->changes_condition ? 0 : series_unseen();
+    if (!seen_condition(c, unseen ? unseen : p->after.condition, machining_column))
+        return false;
+    return p->changes_condition || gap_current_kept() ||
+           fault_at(c->f, FAULT_CONDITION, machining_column,
+                    "M03 needs a C anew: the step of the power supply ($%u) has changed since",
+                    (uint32_t)SET_CURRENT_STEP_MA);
 }
 
 /* A whole number of a word, up to a limit; `what` says what it is. */

@@ -51,6 +51,16 @@ bool series_law(unsigned law, uint32_t column, fault *f) {
     return true;
 }
 
+const technology_row *series_unseen(void) {
+    const technology_row *row = gap_row();
+    if (row && !technology_seen(row))
+        return row;
+    for (unsigned i = next; running && i < count; i++)
+        if (!technology_seen(&steps[i].row))
+            return &steps[i].row;
+    return 0;
+}
+
 /* Has the gateware switched to the step that is staged? */
 static void look(void) {
     if (!armed || hal_condition_count() == seen)

@@ -24,6 +24,10 @@ void series_add(int32_t depth, const technology_row *row);
    series. */
 bool series_law(unsigned law, uint32_t column, fault *f);
 
+/* A condition in force or to come of whose pulses no short would be seen; a null pointer if there is
+   none. */
+const technology_row *series_unseen(void);
+
 /* No further step: what is in force stays. False while a switch is still to be told: call again. */
 bool series_end(void);
 void series_drop(void);         /* the same at once, whatever is still to be told */

@@ -237,3 +237,49 @@ def test_a_condition_for_which_the_supply_has_no_step_is_refused(machine):
     machine.line("$55=500")
     assert machine.line("C130")[-1] == "ok"
     assert machine.line("C140")[-1] == "error:33", "27 steps; the gateware lets 20 through"
+
+
+UNSEEN = ("[MSG:MDI, character 1: a pulse of the condition C901 takes 6 us, and the gap is looked at "
+          "after 51000 ns only ($4, $27).]")
+SHORTER = "G10 C901 I3 P6 Q10 R10"
+
+
+def by_hand(machine, *lines):
+    """Enter lines that must all be taken."""
+    for line in lines:
+        assert "ok" in machine.line(line), line
+
+
+def test_machining_begins_only_if_all_that_is_to_come_is_seen(machine):
+    """Settings may change between the G39 and the M03, both entered by hand."""
+    by_hand(machine, DATA, SHORTER, "C150", "G39 Z-.1 C901", "$4=50000")
+    assert machine.line("M03") == [UNSEEN, "error:33"]
+    by_hand(machine, "G39", "M03")
+
+
+def test_machining_goes_on_only_if_the_condition_that_was_reached_is_seen(machine):
+    by_hand(machine, DATA, SHORTER, "C150", "G39 Z-.1 C901", "M03", "G01 Z-.2 F60")
+    machine.run(20_000)
+    assert machine.power["level"] == 3
+    by_hand(machine, "M05", "$4=50000")
+    assert machine.line("M03") == [UNSEEN, "error:33"]
+    # A row that is entered anew is not in force before its next C.
+    by_hand(machine, "G10 C901 P100")
+    assert machine.line("M03") == [UNSEEN, "error:33"]
+    by_hand(machine, "C901", "M03")
+
+
+def test_the_supply_has_the_step_that_conditions_were_judged_by(machine):
+    by_hand(machine, DATA, "$55=4500", "G10 C901 I60 P60 Q10 R10", "C901", "$55=1500")
+    assert machine.line("M03")[-1] == "error:33"
+    assert "M03 needs a C anew" in machine.lines[-2]
+    by_hand(machine, "C150", "M03")
+
+
+@pytest.mark.parametrize("setting", ["$4=50000", "$27=50000", "$55=750"])
+def test_what_conditions_are_judged_by_stays_while_machining(machine, setting):
+    by_hand(machine, DATA, "C150", "M03")
+    number = setting[1:setting.index("=")]
+    assert machine.line(setting) == [
+        f"[MSG:a condition is judged by setting {number}: M05 comes first.]", "error:38"]
+    by_hand(machine, "$5=9000", "M05", setting)
