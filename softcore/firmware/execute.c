@@ -81,7 +81,7 @@ bool execute_start(void) {
     starting = !starting;
     if (starting) {
         machine_run(false);
-        gap_servo(0);
+        gap_servo(0, 0);
         gap_start();
         path_begin();
         return false;
@@ -255,7 +255,7 @@ static part stop(void) {
 
 static void end(void) {
     machine_discharge(false);
-    gap_servo(0);
+    gap_servo(0, 0);
     machine_run(false);
     state.jump.period = 0;
     plan_edit(&state);
@@ -304,7 +304,7 @@ static part advance(fault *f) {
         return PART_ACT;
     case PART_ACT:
         if (work->changes_servo)
-            gap_servo(work->after.served);
+            gap_servo(work->after.served, work->after.condition);
         if (work->changes_frame)
             output_frame(work->after.offset);
         return act();

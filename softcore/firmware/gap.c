@@ -151,15 +151,13 @@ static void drive(void) {
     law_settings();
 }
 
-void gap_servo(unsigned law) {
+void gap_servo(unsigned law, const technology_row *judged) {
     counted = law == LAW_CLASSES;
     servo = counted || law == LAW_ZERO;
-    /* G95 was judged by the references as they stand in the table. */
-    const technology_row *now = series_reached() ? 0 : technology_find(row.number);
-    if (conditioned && now &&
-        (row.reference_mv != now->reference_mv || row.drop_mv != now->drop_mv)) {
-        row.reference_mv = now->reference_mv;
-        row.drop_mv = now->drop_mv;
+    if (conditioned && judged && !series_reached() &&
+        (row.reference_mv != judged->reference_mv || row.drop_mv != judged->drop_mv)) {
+        row.reference_mv = judged->reference_mv;
+        row.drop_mv = judged->drop_mv;
         apply();
     }
     law_select(law);

@@ -24,7 +24,9 @@ void gap_stage(const technology_row *row);      /* stage one for the gateware to
 void gap_switched(const technology_row *row);   /* it has */
 const technology_row *gap_row(void);            /* the condition in force, or a null pointer */
 bool gap_current_kept(void);                    /* the supply's step is what it was at the C */
-void gap_servo(unsigned law);                   /* law of the feed, as G95 P has it; 0 for G94 */
+/* Law of the feed, as G95 P has it, and the row of the program's condition, by whose references as they
+   are now it was judged; 0 for G94. */
+void gap_servo(unsigned law, const technology_row *judged);
 
 gap_class gap_class_row(unsigned number);
 void gap_class_enter(unsigned number, const gap_class *row, bool by_hand);

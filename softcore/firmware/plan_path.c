@@ -3,6 +3,7 @@
 #include "law.h"
 #include "plan_words.h"
 #include "plane.h"
+#include "series.h"
 #include "settings.h"
 #include "units.h"
 
@@ -213,6 +214,10 @@ bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned 
         c->p->changes_servo = after->served != c->before->served;
         if (after->served && !c->before->machining && !c->p->machining_on)
             return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
+        /* G10 may have changed the row since the G95. */
+        if (c->p->changes_servo && !series_reached() &&
+            !law_check(after->served, after->condition, 0, c->f))
+            return false;
         retraction_layer set = retraction_combined(&after->memory);
         if (after->served && !retraction_complete(&set))
             return fault_at(c->f, FAULT_RETRACTION, 0, "G95 needs retraction data (G36) before it");

@@ -24,7 +24,7 @@ static bool plan_planned(context *c, const word *which, const word *other, unsig
             return false;
     p->act = ACT_PLANNED;
     p->changes_condition = true;
-    p->after.condition = planned_row(0);
+    p->after.condition = planned_first();
     p->series_depth = p->after.offset[jump_axis];
     return true;
 }

@@ -46,5 +46,10 @@ void planned_presume(void) {
 }
 
 unsigned planned_count(void) { return step_ma == settings_get(SET_CURRENT_STEP_MA) ? held : 0; }
+const technology_row *planned_first(void) {
+    static technology_row first;
+    first = rows[0];
+    return &first;
+}
 const technology_row *planned_row(unsigned step) { return &rows[step]; }
 int32_t planned_depth(unsigned step) { return depths[step]; }

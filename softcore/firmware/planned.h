@@ -25,4 +25,5 @@ void planned_presume(void);
 /* Steps held; none after a change of the supply's setting. */
 unsigned planned_count(void);
 const technology_row *planned_row(unsigned step);
+const technology_row *planned_first(void);  /* the first, which stays until this is called again */
 int32_t planned_depth(unsigned step);   /* from which on, pulses below Z 0 */

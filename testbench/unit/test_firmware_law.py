@@ -198,3 +198,24 @@ def test_a_cell_that_is_not_there_does_not_matter(machine):
     under(machine, 4)
     machine.event("fluid", 0, 2, 4095)
     assert not events(machine.run(200)), "nor is it told"
+
+
+def voltage(machine, rows):
+    """Reference voltage that the gateware has when a tape has begun to move; and what was said."""
+    machine.library.gk_speed(1)
+    lines = machine.tape(punched([DATA, *rows, "M03", "G01 Z-.1 F5", "M02"]), passes=4000)
+    return machine.law["voltage"], lines
+
+
+def test_a_condition_is_under_the_law_that_it_was_judged_for(machine):
+    """A tape's row may hide one entered by hand, of which the condition in force is."""
+    assert machine.line("G10 C900 I1 P20 Q60 E80 V12.5") == ["ok"]
+    reference, lines = voltage(machine, ["C900", "G10 C900 V0", "G95 P2"])
+    assert not events(lines, "alarm")
+    assert reference == level(12.5)
+
+
+def test_a_row_that_changes_between_the_law_and_the_way_is_judged_again(machine):
+    reference, lines = voltage(machine, [ROW, "C900 G95 P2", "G10 C900 V0"])
+    assert events(lines, "alarm"), reference
+    assert "needs a reference voltage" in first_alarm(lines)[1]

@@ -256,3 +256,14 @@ def test_settings_by_hand_are_in_force_in_a_check(checker):
 ])
 def test_other_lines_with_a_dollar_are_refused_in_a_check(checker, line, why):
     assert checker.enter(line) == why
+
+
+def test_what_is_planned_anew_says_nothing_of_what_is_in_force(machine):
+    """The first condition planned then, which has a reference voltage, is not in force."""
+    for line in ("G10 C150 V20", PLAN, RETRACTION):
+        assert machine.line(line, PASSES)[-1] == "ok"
+    assert "ok" in machine.line("G39 P1")
+    assert "[MSG:IP 12 to 1.3980 mm]" in machine.line("$BP70,150,15", PASSES)[1]
+    said = machine.line("G95 P2")
+    assert said[-1] == "error:33"
+    assert "which the condition C908 does not have" in said[0]
