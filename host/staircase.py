@@ -34,11 +34,12 @@ the multilinear interpolation between the same samples stands in, and a note say
 whose answer departs from the interpolation by more than 0.1 settable step of the current, or 5 % of
 the depth; of the depth the interpolation is that for a beta that was interpolated too. Near the
 surface the depth hangs on the last digit of the data: 0.1 um of beta move a depth of 0.3 mm by 20
-um. Of 900 random jobs on the shipped data, with steps of 1 to 1/10 IP, the interpolation stood in
-for 3 % of the depths, and for the current in a fifth of the jobs with 1/10 IP.
+um. Of 500 random jobs on the shipped data with steps of 1/10 IP the interpolation stood in for 2 to
+4 % of the depths, and for the current in 9 to 34 % of the jobs, by the undersizes that are drawn.
 
 Neither network nor interpolation knows what the data do not hold: the undersize of the shipped data
-bends between two areas, and by its formula steps of those jobs need up to 1.15 um more than beta.
+bends between two areas, and by its formula steps of 350 random jobs down to 40 mm need up to 1.3 um
+more than beta, and the last one up to 1.0 um more than X.
 """
 
 from collections.abc import Sequence
