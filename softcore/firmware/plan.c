@@ -148,7 +148,7 @@ static bool plan_dwell(context *c) {
 bool seen_condition(context *c, const technology_row *row, uint32_t column) {
     return technology_seen(row) ||
            fault_at(c->f, FAULT_CONDITION, column,
-                    "a pulse of the condition C%u takes %u us, and the gap is looked at after %u ns only "
+                    "a pulse of C%u takes %u us, and the gap is looked at after %u ns only "
                     "($%u, $%u)", row->number, (uint32_t)row->on_us,
                     settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS),
                     (uint32_t)SET_BLANKING_NS, (uint32_t)SET_SETTLE_NS);

@@ -39,7 +39,7 @@ def test_condition_reaches_supply_and_comparators(machine):
 
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
     """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
-    refused = ("a pulse of the condition C900 takes 4 us, and the gap is looked at after 4000 ns "
+    refused = ("a pulse of C900 takes 4 us, and the gap is looked at after 4000 ns "
                "only ($4, $27).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
     assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", "error:33"]
@@ -48,6 +48,15 @@ def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line("G10 C900 P5") == ["ok"]
     assert machine.line("C900")[-1] == "ok"
     assert machine.line("C510")[-1] == "error:33", "3 us"
+
+
+def test_the_longest_numbers_fit_the_sentence(machine):
+    assert machine.line("G10 C99999999 I1 P1100 Q40") == ["ok"]
+    for line in ("$4=1000000", "$27=100000"):
+        assert machine.line(line) == ["ok"]
+    assert machine.line("C99999999")[0] == (
+        "[MSG:MDI, character 1: a pulse of C99999999 takes 1100 us, and the gap is looked at "
+        "after 1100000 ns only ($4, $27).]")
     machine.line("$4=600")
     machine.line("$27=300")
     assert machine.line("C510")[-1] == "ok"

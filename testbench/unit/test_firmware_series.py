@@ -239,7 +239,7 @@ def test_a_condition_for_which_the_supply_has_no_step_is_refused(machine):
     assert machine.line("C140")[-1] == "error:33", "27 steps; the gateware lets 20 through"
 
 
-UNSEEN = ("[MSG:MDI, character 1: a pulse of the condition C901 takes 6 us, and the gap is looked "
+UNSEEN = ("[MSG:MDI, character 1: a pulse of C901 takes 6 us, and the gap is looked "
           "at after 51000 ns only ($4, $27).]")
 SHORTER = "G10 C901 I3 P6 Q10 R10"
 
