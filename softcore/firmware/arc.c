@@ -85,21 +85,22 @@ static void cut(arc *a) {
     a->room = (unsigned)(room < ROOM ? room : ROOM);
 }
 
-static void remember(arc *a, uint32_t index, const arc_border *b) {
-    unsigned i = a->memo_next;
-    a->memo_next = !i;
+/* `other` is the other end of the piece that a border is made for: it stays, whichever way the pieces
+   are asked for. */
+static void remember(arc *a, uint32_t index, uint32_t other, const arc_border *b) {
+    unsigned i = a->memo_of[0] == other;
     a->memo[i] = *b;
     a->memo_of[i] = index;
 }
 
-static const arc_border *border(arc *a, uint32_t index) {
+static const arc_border *border(arc *a, uint32_t index, uint32_t other) {
     for (;;) {
         for (unsigned i = 0; i < 2; i++)
             if (a->memo_of[i] == index)
                 return &a->memo[i];
         arc_border b;
         if (arc_border_step(a, index, &b))
-            remember(a, index, &b);
+            remember(a, index, other, &b);
     }
 }
 
@@ -342,7 +343,7 @@ bool arc_piece_ready(arc *a, uint32_t index) {
         if (a->memo_of[0] != index + i && a->memo_of[1] != index + i) {
             arc_border b;
             if (arc_border_step(a, index + i, &b))
-                remember(a, index + i, &b);
+                remember(a, index + i, index + !i, &b);
             return false;
         }
     }
@@ -353,8 +354,8 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
     *piece = (hal_segment){0};
     if (a->chain)
         return chain_piece(a, index, piece);
-    arc_border from = *border(a, index);
-    const arc_border *to = border(a, index + 1);
+    arc_border from = *border(a, index, index + 1);
+    const arc_border *to = border(a, index + 1, index);
     unsigned eighth = (a->first + index - 1) >> a->parts & 7;
     unsigned major = arc_major_of(eighth), minor = !major;
     int32_t along = arc_travel_of(eighth, major), across = arc_travel_of(eighth, minor);

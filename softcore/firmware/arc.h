@@ -74,13 +74,13 @@ typedef struct {
     uint32_t first, pieces;     /* number of the first border in multiples of that angle */
     arc_border memo[2];
     uint32_t memo_of[2];
-    unsigned memo_next;
     arc_border half;            /* a border half worked out, */
     arc_ideal ideal;
     uint32_t half_of;           /* and its number; */
     unsigned tried, tries;      /* where the axes change their roles, places tried for it (a set), */
-    bool sought;                /* ... the next one has been sought, */
+    unsigned steps_done;        /* ... for the next one, */
     arc_border candidate, best; /* it and the best of them, */
+    int64_t lacks;              /* what it lacks, units of the error */
     int64_t path, off;          /* its path length, and what that is off */
     unsigned room;              /* pulses by which borders between may be moved */
     bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */

@@ -199,23 +199,29 @@ static void seek(arc *a, unsigned eighth) {
     a->candidate = c;
 }
 
-/* What comes of it; true if it was the last. */
-static bool judge(arc *a, unsigned eighth) {
+/* What it lacks. */
+static void weigh(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
     unsigned major = arc_major_of(eighth);
     int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
+    arc_border *c = &a->candidate;
+    a->lacks = 0;
+    if (comfortable(a, c))
+        return;
+    a->lacks = yield(a, c->at, 0, &c->square[1]);
+    a->lacks += flatten(a, p, c->at, travel, !major, -1, &c->square[!major]);
+    a->lacks += flatten(a, p, c->at, travel, major, 1, &c->square[major]);
+    if (a->lacks && (arc_neighbour(a, c->at, 1, c->square[0]) ||
+                     arc_neighbour(a, c->at, 0, c->square[1])))
+        a->lacks += HOPELESS;
+}
+
+/* Is it the best of them? True if it was the last. */
+static bool judge(arc *a) {
+    const arc_ideal *p = &a->ideal;
     arc_border c = a->candidate;
-    int64_t lacks = 0;
-    if (!comfortable(a, &c)) {
-        lacks = yield(a, c.at, 0, &c.square[1]);
-        lacks += flatten(a, p, c.at, travel, !major, -1, &c.square[!major]);
-        lacks += flatten(a, p, c.at, travel, major, 1, &c.square[major]);
-        if (lacks && (arc_neighbour(a, c.at, 1, c.square[0]) ||
-                      arc_neighbour(a, c.at, 0, c.square[1])))
-            lacks += HOPELESS;
-    }
     int64_t along = foot_of(a, p, c.at), foot = path_to(a, p->plane + along);
-    int64_t off = off_whole(foot) + lacks * LACKING(a);
+    int64_t off = off_whole(foot) + a->lacks * LACKING(a);
     if (off < a->off) {
         a->off = off;
         a->path = foot;
@@ -301,24 +307,33 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     return b;
 }
 
-/* The place on a border between start and end that lies next to the curve; true if it is there. Where
-   it is sought and what comes of it are two steps. */
+/* The place on a border between start and end that lies next to the curve; true if it is there. A call
+   is a step: the place is sought, weighed where the axes change their roles, and judged. */
 static bool place_at(arc *a, uint32_t index, arc_border *b) {
     const arc_ideal *p = &a->ideal;
     uint32_t multiple = a->first + index - 1;
     unsigned eighth = multiple >> a->parts;
     bool turns = multiple == eighth << a->parts, changes = turns && eighth & 1;
     int64_t path;
-    a->sought = !a->sought;
-    if (a->sought) {
+    switch (a->steps_done++) {
+    case 0:
         if (changes)
             seek(a, eighth);
         else if (!turns)
             make_whole(a, &a->half, eighth);
         return false;
+    case 1:
+        if (changes) {
+            weigh(a, eighth);
+            return false;
+        }
+        break;
+    default:
+        break;
     }
+    a->steps_done = 0;
     if (changes) {
-        if (!judge(a, eighth))
+        if (!judge(a))
             return false;
         *b = a->best;
         path = a->path;
@@ -340,7 +355,7 @@ bool arc_border_step(arc *a, uint32_t index, arc_border *b) {
         a->half = curve_at(a, index, &a->ideal);
         a->half_of = index;
         a->tried = a->tries = 0;
-        a->sought = false;
+        a->steps_done = 0;
         a->off = INT64_MAX;
         return false;
     }

@@ -37,5 +37,5 @@ int64_t arc_error_at(const arc *a, const int32_t at[2], int64_t square);
 int arc_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64_t square);
 
 /* Border number `index`, from 0, the start, to the number of pieces, the end, in three steps of some
-   thousand clocks or more: true if it is there. */
+   thousand clocks, or more: true if it is there. */
 bool arc_border_step(arc *a, uint32_t index, arc_border *b);
