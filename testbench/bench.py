@@ -19,6 +19,7 @@ from softcore import image
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
 from testbench.cosim.planning import plan_on
+from testbench.cosim.pulses import WAYS, clocks_a_pulse
 from testbench.cosim.short_blocks import BLOCK, first_pass, retrace
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
@@ -111,6 +112,13 @@ def short_blocks():
            "forward again", f"{forward:.2f}, {back.mean:.1f} and {again.mean:.1f} mm/s")
 
 
+def path_pulses():
+    """Rows on how close path pulses come to each other at the highest speed."""
+    for way in WAYS:
+        mean, least = clocks_a_pulse(way)
+        yield f"path pulses on a {way} at the highest speed", f"{mean:.4f} clocks, least {least}"
+
+
 def _memory(sources):
     """Bytes of code and constants, and of data, that firmware takes."""
     with (tempfile.TemporaryDirectory() as place, patch.object(image, "SOURCES", sources),
@@ -164,7 +172,7 @@ def resources():
 
 
 SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "blocks": short_blocks,
-            "planning": planning, "reaction": reaction_times, "resources": resources}
+            "pulses": path_pulses, "planning": planning, "reaction": reaction_times, "resources": resources}
 
 
 def main() -> None:
