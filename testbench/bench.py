@@ -116,7 +116,7 @@ def path_pulses():
     """Rows on how close path pulses come to each other at the highest speed."""
     for way in WAYS:
         mean, least = clocks_a_pulse(way)
-        yield f"path pulses on a {way} at the highest speed", f"{mean:.4f} clocks, least {least}"
+        yield f"path pulses at the highest speed, {way}", f"{mean:.4f} clocks, least {least}"
 
 
 def _memory(sources):
@@ -172,7 +172,8 @@ def resources():
 
 
 SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "blocks": short_blocks,
-            "pulses": path_pulses, "planning": planning, "reaction": reaction_times, "resources": resources}
+            "pulses": path_pulses, "planning": planning, "reaction": reaction_times,
+            "resources": resources}
 
 
 def main() -> None:

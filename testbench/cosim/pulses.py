@@ -10,7 +10,7 @@ from testbench.native.simulation import Simulation
 __all__ = ["WAYS", "clocks_a_pulse"]
 
 MACHINE = machines.load("sinker")
-# Stepping axes, whose own speed bounds nothing; an acceleration that is soon over; no bound on arcs.
+# Stepping axes, whose own speed bounds nothing; soon at full speed, and no bound on arcs.
 FAST = ("$16=7", "$17=0", "$18=1", "$19=1", "$11=100000", "$12=60000", "$57=0")
 WAYS = {"line": "G01 X5 Y3 F3000", "arc": "G03 X5 Y3 R1000 F3000",
         "helix": "G03 X5 Y3 Z3 R1000 F3000"}
