@@ -47,9 +47,13 @@ PADS = (
     Pad("limit_low", "i", AXES), Pad("limit_high", "i", AXES), Pad("fluid_low", "i"),
     # The machine side has done the auxiliary function.
     Pad("fin", "i"),
+    # A person at the machine allows the discharge: a push-button.
+    Pad("arm", "i"),
     # Velocity command: density of ones, and sign. Or steps. The drives' enable.
     Pad("dac", "o", AXES), Pad("dac_negative", "o", AXES),
     Pad("step", "o", AXES), Pad("dir", "o", AXES), Pad("drive_enable", "o", AXES),
+    # The main contactor of the discharge's power supply; it falls off whenever outputs are safe.
+    Pad("contactor", "o"),
     # Gates of the discharge and of the sensing source, and the current's level.
     Pad("gap_on", "o"), Pad("gap_level", "o", 6), Pad("gap_sense", "o"),
     # Open voltage (4 bits) and polarity (electrode negative) of the power supply.

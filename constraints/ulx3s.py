@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """ULX3S: ECP5 with 56 pins of 3.3 V on two headers, and a serial link over USB.
 
-The pins are not 5 V tolerant, and every wire of a machine comes through an isolator. J2's pairs 14
-and 15 are left alone: they lead to the board's converter, a MAX11125, whose channels 0 and 1 read
-the gap voltage and the fluid cell.
+The pins are not 5 V tolerant, and every wire of a machine comes through an isolator. J2's pair 14
+is left alone: it leads to channels 0 and 1 of the board's converter, a MAX11125, which read the gap
+voltage and the fluid cell.
 
 **Without a bitstream** the device lets its pins go, with pull-downs that are too weak to rely on.
 Every output below is high when active, so a resistor of 4.7 kΩ to ground on each keeps discharge
@@ -65,6 +65,8 @@ RESOURCES = (
     _output("gap_sense", "13-"),
 
     # J2: the gap, the limit switches, the shift registers.
+    _output("contactor", "15+"),
+    _input("arm", "15-"),
     _input("gap_noise", "16-"),
     _output("gap_reference", "16+ 17+ 17-"),
     _output("gap_on", "18+"),

@@ -108,7 +108,7 @@ def registers():
         "condition_status_count": Out(8),
 
         "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
-        "safety_status_first": Out(4), "safety_status_simultaneous": Out(CAUSES),
+        "safety_status_first": Out(5), "safety_status_simultaneous": Out(CAUSES),
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),
         "safety_clear_strobe": In(1), "safety_stop": In(1), "safety_stop_strobe": In(1),
         "safety_fluid": In(1), "safety_period": Out(32),

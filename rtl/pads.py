@@ -20,13 +20,13 @@ INPUTS = {
     "gap_noise": (1, 0), "adc_data": (1, 0),
     "estop": (1, 1), "drive_fault": (AXES, 0),
     "limit_low": (AXES, 0), "limit_high": (AXES, 0), "fluid_low": (1, 0),
-    "fin": (1, 0),
+    "fin": (1, 0), "arm": (1, 0),
 }
 # Width, and the level in reset: the safe or idle one.
 OUTPUTS = {
     "tx": (1, 1),
     "dac": (AXES, 0), "dac_negative": (AXES, 0), "step": (AXES, 0), "dir": (AXES, 0),
-    "drive_enable": (AXES, 0),
+    "drive_enable": (AXES, 0), "contactor": (1, 0),
     "gap_on": (1, 0), "gap_level": (6, 0), "gap_sense": (1, 0),
     "gap_reference": (3, 0), "gap_supply": (5, 0),
     "adc_select": (1, 0), "adc_clock": (1, 1), "adc_command": (1, 0),

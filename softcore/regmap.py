@@ -379,6 +379,12 @@ CAUSES = (
     ("following_stopped", "Following error at rest above its limit."),
     ("following_moving", "Following error in motion above its limit."),
     ("firmware", "Firmware asked for it."),
+    ("coder", "A coder does not tell what its axis does."),
+    ("travel", "A command would have left the soft limits."),
+    ("contact", "The electrode touched the work with the discharge off, too fast to stop."),
+    ("gate", "The gap had current or voltage with both sources off."),
+    ("memory", "The processor's memory read wrong."),
+    ("guard", "A guarded register of the gateware is damaged."),
 )
 
 _CAUSE_BITS = "By bit: " + "; ".join(
@@ -392,8 +398,9 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
      _value(len(CAUSES), "One bit per cause.", access="r")),
     ("status", "State of the interlock.", (
         Field(name="safe", bits=1, access="r", doc="Outputs are in their safe state."),
-        Field(name="first", bits=4, access="r", doc="Number of the first cause latched."),
-        Field(name="simultaneous", bits=12, access="r", doc="Causes that came with the first."))),
+        Field(name="first", bits=5, access="r", doc="Number of the first cause latched."),
+        Field(name="simultaneous", bits=len(CAUSES), access="r",
+              doc="Causes that came with the first."))),
     ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end.",
      _value(8, "The key.", access="w"), "write"),
     ("clear", "Operator's acknowledgement ``0x5A``: clears what is no longer present.",

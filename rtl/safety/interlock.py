@@ -12,7 +12,7 @@ __all__ = ["CLEAR_KEY", "Cause", "Interlock"]
 CLEAR_KEY = 0x5A
 
 
-class Cause(enum.Enum, shape=4):
+class Cause(enum.Enum, shape=5):
     """Causes by number: their bit in every vector, and the priority among simultaneous ones."""
 
     POWER_ON = 0
@@ -27,6 +27,12 @@ class Cause(enum.Enum, shape=4):
     FOLLOWING_STOPPED = 9
     FOLLOWING_MOVING = 10
     FIRMWARE = 11
+    CODER = 12
+    TRAVEL = 13
+    CONTACT = 14
+    GATE = 15
+    MEMORY = 16
+    GUARD = 17
 
 
 class Interlock(wiring.Component):
@@ -77,17 +83,29 @@ class Interlock(wiring.Component):
         The watchdog has expired.
     error_saturated, encoder, following_stopped, following_moving : In(axes)
         Faults of the axes.
+    coder : In(axes)
+        The coder does not tell what the axis does.
+    travel : In(axes)
+        A command would have left the axis' soft limits.
+    contact : In(1)
+        The electrode touches the work while the discharge is off, too fast to stop.
+    gate : In(1)
+        The gap has current or voltage with both sources off.
+    memory : In(1)
+        The processor's memory has read wrong.
+    guard : In(1)
+        A register that is kept twice, or with its parity, differs.
     stop : In(1)
         Firmware asks for a trip: a strobe.
     clear : In(1), key : In(8)
         Acknowledgement: a strobe, and its key.
-    live : Out(12), latched : Out(12)
+    live : Out(18), latched : Out(18)
         Causes, bit by ``Cause``.
     safe : Out(1)
         Outputs must be safe.
-    first : Out(4)
+    first : Out(5)
         Number of the first cause.
-    simultaneous : Out(12)
+    simultaneous : Out(18)
         Causes that came with the first, itself included.
     tripped : Out(1)
         A trip: high for one clock.
@@ -111,9 +129,11 @@ class Interlock(wiring.Component):
             "fluid_low": In(1), "discharging": In(1), "fluid_required": In(1),
             "watchdog": In(1), "error_saturated": In(axes), "encoder": In(axes),
             "following_stopped": In(axes), "following_moving": In(axes),
+            "coder": In(axes), "travel": In(axes), "contact": In(1), "gate": In(1),
+            "memory": In(1), "guard": In(1),
             "stop": In(1), "clear": In(1), "key": In(8),
             "live": Out(causes), "latched": Out(causes, init=1 << Cause.POWER_ON.value),
-            "safe": Out(1), "first": Out(4, init=Cause.POWER_ON.value),
+            "safe": Out(1), "first": Out(5, init=Cause.POWER_ON.value),
             "simultaneous": Out(causes, init=1 << Cause.POWER_ON.value), "tripped": Out(1),
         })
 
@@ -144,13 +164,19 @@ class Interlock(wiring.Component):
             Cause.FOLLOWING_STOPPED: self.following_stopped.any(),
             Cause.FOLLOWING_MOVING: self.following_moving.any(),
             Cause.FIRMWARE: self.stop,
+            Cause.CODER: self.coder.any(),
+            Cause.TRAVEL: self.travel.any(),
+            Cause.CONTACT: self.contact,
+            Cause.GATE: self.gate,
+            Cause.MEMORY: self.memory,
+            Cause.GUARD: self.guard,
         }
         m.d.comb += [
             self.live.eq(Cat(causes[cause] for cause in Cause)),
             self.safe.eq((self.live | self.latched).any()),
         ]
 
-        lowest = Signal(4)
+        lowest = Signal(5)
         for cause in reversed(Cause):
             with m.If(self.live[cause.value]):
                 m.d.comb += lowest.eq(cause.value)

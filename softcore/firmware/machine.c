@@ -36,6 +36,12 @@ static const char *const CAUSE_TEXT[CAUSES] = {
     [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
     [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
     [CAUSE_FIRMWARE] = "the firmware asked for it",
+    [CAUSE_CODER] = "a coder does not tell what its axis does",
+    [CAUSE_TRAVEL] = "a command would have left the soft limits",
+    [CAUSE_CONTACT] = "the electrode touched the work with the discharge off",
+    [CAUSE_GATE] = "the gap had current or voltage with both sources off",
+    [CAUSE_MEMORY] = "the processor's memory read wrong",
+    [CAUSE_GUARD] = "a guarded register of the gateware is damaged",
 };
 
 void machine_init(void) {
@@ -127,7 +133,7 @@ void machine_tell_alarm(void) {
 /* Causes after which the counted position may differ from the true one. */
 #define LOSES_POSITION                                                                             \
     (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
-     1u << CAUSE_FOLLOWING_MOVING)
+     1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
 
 static const char *cause_text(unsigned cause) {
     /* A wire machine's third drive is that of the wire. */

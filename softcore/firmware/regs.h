@@ -347,7 +347,7 @@ _Static_assert(offsetof(power_regs, limits) == 0x20, "");
 
 /* Interlock and watchdog; see ``rtl.safety``. */
 typedef volatile struct {
-    const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since reset; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, firmware stopped calling the watchdog; 7 `error_saturated`, an error counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, following error at rest above its limit; 10 `following_moving`, following error in motion above its limit; 11 `firmware`, firmware asked for it. */
+    const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since reset; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, firmware stopped calling the watchdog; 7 `error_saturated`, an error counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, following error at rest above its limit; 10 `following_moving`, following error in motion above its limit; 11 `firmware`, firmware asked for it; 12 `coder`, a coder does not tell what its axis does; 13 `travel`, a command would have left the soft limits; 14 `contact`, the electrode touched the work with the discharge off, too fast to stop; 15 `gate`, the gap had current or voltage with both sources off; 16 `memory`, the processor's memory read wrong; 17 `guard`, a guarded register of the gateware is damaged. */
     const uint32_t latched; /* Causes since the interlock was cleared, by the same bits. */
     const uint32_t status; /* State of the interlock. */
     uint32_t pet; /* Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end. */
@@ -365,15 +365,15 @@ _Static_assert(offsetof(safety_regs, stop) == 0x14, "");
 _Static_assert(offsetof(safety_regs, fluid) == 0x18, "");
 _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
-#define SAFETY_LIVE_VALUE_MASK 0x00000fffu
+#define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
-#define SAFETY_LATCHED_VALUE_MASK 0x00000fffu
+#define SAFETY_LATCHED_VALUE_MASK 0x0003ffffu
 #define SAFETY_STATUS_SAFE_SHIFT 0
 #define SAFETY_STATUS_SAFE_MASK 0x00000001u
 #define SAFETY_STATUS_FIRST_SHIFT 1
-#define SAFETY_STATUS_FIRST_MASK 0x0000001eu
-#define SAFETY_STATUS_SIMULTANEOUS_SHIFT 5
-#define SAFETY_STATUS_SIMULTANEOUS_MASK 0x0001ffe0u
+#define SAFETY_STATUS_FIRST_MASK 0x0000003eu
+#define SAFETY_STATUS_SIMULTANEOUS_SHIFT 6
+#define SAFETY_STATUS_SIMULTANEOUS_MASK 0x00ffffc0u
 #define SAFETY_PET_VALUE_SHIFT 0
 #define SAFETY_PET_VALUE_MASK 0x000000ffu
 #define SAFETY_CLEAR_VALUE_SHIFT 0
@@ -655,5 +655,11 @@ _Static_assert(offsetof(law_regs, feed) == 0x2c, "");
 #define CAUSE_FOLLOWING_STOPPED 9
 #define CAUSE_FOLLOWING_MOVING 10
 #define CAUSE_FIRMWARE 11
-#define CAUSES 12
+#define CAUSE_CODER 12
+#define CAUSE_TRAVEL 13
+#define CAUSE_CONTACT 14
+#define CAUSE_GATE 15
+#define CAUSE_MEMORY 16
+#define CAUSE_GUARD 17
+#define CAUSES 18
 #define AXES 3

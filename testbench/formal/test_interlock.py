@@ -15,7 +15,8 @@ AXES = 2
 PERIOD = 4   # clocks of the watchdog
 SPLASH = 3   # clocks of fluid supervision
 RELEASE = 2  # clocks of the limit switches
-AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "following_moving")
+AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "following_moving",
+           "coder", "travel", "contact", "gate", "memory", "guard")
 
 
 class InterlockContract(wiring.Component):
@@ -35,6 +36,12 @@ class InterlockContract(wiring.Component):
     encoder: In(AXES)
     following_stopped: In(AXES)
     following_moving: In(AXES)
+    coder: In(AXES)
+    travel: In(AXES)
+    contact: In(1)
+    gate: In(1)
+    memory: In(1)
+    guard: In(1)
     stop: In(1)
     clear: In(1)
     clear_key: In(8)

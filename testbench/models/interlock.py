@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from testbench.models.debounce import Debounce
 
 CAUSES = ("power_on", "estop", "drive_fault", "limit_low", "limit_high", "fluid_low", "watchdog",
-          "error_saturated", "encoder", "following_stopped", "following_moving", "firmware")
+          "error_saturated", "encoder", "following_stopped", "following_moving", "firmware",
+          "coder", "travel", "contact", "gate", "memory", "guard")
 POWER_ON = frozenset({"power_on"})
 
 
@@ -35,7 +36,8 @@ class Interlock:
     def begin(self, **inputs):
         self.inputs = inputs
         live = {"estop", "drive_fault", "watchdog", "error_saturated", "encoder",
-                "following_stopped", "following_moving"}
+                "following_stopped", "following_moving", "coder", "travel", "contact", "gate",
+                "memory", "guard"}
         live = {name for name in live if inputs[name]}
         live |= {"limit_low"} if self.low.steady else set()
         live |= {"limit_high"} if self.high.steady else set()

@@ -143,6 +143,7 @@ private:
         from.adc_command = model_.adc_command;
         from.auxiliary_strobe = model_.auxiliary_strobe;
         from.auxiliary_code = model_.auxiliary_code;
+        from.contactor = model_.contactor;
         from.safe = model_.safe;
         uint8_t rx = 1;
         station_.step(from, model_.tx, to_, rx);
@@ -169,6 +170,7 @@ private:
         model_.limit_high = to.limit_high;
         model_.fluid_low = to.fluid_low;
         model_.fin = to.fin;
+        model_.arm = to.arm;
     }
 
     void look() {

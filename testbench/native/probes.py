@@ -64,7 +64,7 @@ PROBES = (
     Probe("retraction_control_run", 1),
     Probe("retraction_control_hold", 1),
     Probe("safety_status_safe", 1),
-    Probe("safety_latched", 12),
+    Probe("safety_latched", 18),
     Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
     Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
@@ -77,7 +77,7 @@ PROBES = (
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     *(Probe(pin, bits, scope=TOP) for pin, bits in (
         ("gap_on", 1), ("gap_sense", 1), ("gap_level", 6), ("dac", 3), ("step", 3),
-        ("drive_enable", 3), ("auxiliary_strobe", 3), ("safe", 1))),
+        ("drive_enable", 3), ("contactor", 1), ("auxiliary_strobe", 3), ("safe", 1))),
 
     Probe("dac_z", 16, signed=True, scope="",
           value="std::clamp(static_cast<int32_t>(root->gapkeeper__DOT__soc__DOT__axis_z_error), "

@@ -22,7 +22,7 @@ struct FromController {
     uint8_t dac = 0, dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
     uint8_t gap_on = 0, gap_sense = 0, gap_level = 0;
     uint8_t gap_reference = 0, gap_supply = 0, adc_select = 0, adc_clock = 0, adc_command = 0;
-    uint8_t auxiliary_strobe = 0, safe = 1;
+    uint8_t contactor = 0, auxiliary_strobe = 0, safe = 1;
     uint16_t auxiliary_code = 0;
 };
 
@@ -31,6 +31,7 @@ struct ToController {
     uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0, gap_noise = 0;
     uint8_t adc_data = 0;
     uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
+    uint8_t arm = 0;
 };
 
 // An auxiliary function that the machine side has seen.

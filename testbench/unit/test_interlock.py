@@ -9,9 +9,10 @@ from testbench.models import interlock as model
 from testbench.refusal import refuses
 
 BY_AXIS = ("drive_fault", "limit_low", "limit_high", "error_saturated", "encoder",
-           "following_stopped", "following_moving")
-QUIET = dict(dict.fromkeys(BY_AXIS, 0), estop=0, fluid_low=0, watchdog=0, stop=0, clear=0, key=0,
-             discharging=1, fluid_required=1)
+           "following_stopped", "following_moving", "coder", "travel")
+LONE = ("contact", "gate", "memory", "guard")
+QUIET = dict(dict.fromkeys(BY_AXIS + LONE, 0), estop=0, fluid_low=0, watchdog=0, stop=0, clear=0,
+             key=0, discharging=1, fluid_required=1)
 CLEAR = dict(clear=1, key=0x5A)
 
 
@@ -59,7 +60,7 @@ def test_follows_the_model(simulate, rng):
                             fluid_low=rng.random() < 0.3)
             inputs = dict(calm, clear=rng.random() < 0.3,
                           key=rng.choice((0x5A, 0x5A, 0xA5, rng.randrange(256))))
-            for name in (*BY_AXIS, "estop", "watchdog", "stop"):
+            for name in (*BY_AXIS, *LONE, "estop", "watchdog", "stop"):
                 if busy and rng.random() < 0.03:
                     inputs[name] = rng.choice((1, 2, 4, 5)) if name in BY_AXIS else 1
             if busy and rng.random() < 0.2:
