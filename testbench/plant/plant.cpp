@@ -5,7 +5,7 @@
 
 namespace plant {
 
-Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
+Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     auto& p = parameters_;
     p["kind"] = &kind_;
     p["clock_hz"] = &clock_hz_;
@@ -136,8 +136,16 @@ Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
     p["force.fluid_low"] = &force_fluid_low_;
     p["force.limit_low"] = &force_limit_low_;
     p["force.limit_high"] = &force_limit_high_;
-    p["force.encoder_cut"] = &force_encoder_cut_;
-    p["force.encoder_jump"] = &force_encoder_jump_;
+    p["force.encoder_cut"] = &lines_.force.cut;
+    p["force.encoder_jump"] = &lines_.force.jump;
+    p["force.encoder_a_low"] = &lines_.force.a_low;
+    p["force.encoder_a_high"] = &lines_.force.a_high;
+    p["force.encoder_b_low"] = &lines_.force.b_low;
+    p["force.encoder_b_high"] = &lines_.force.b_high;
+    p["force.encoder_swap"] = &lines_.force.swap;
+    p["force.encoder_open"] = &lines_.force.open;
+    p["force.encoder_a_noise"] = &lines_.force.a_noise;
+    p["force.encoder_noise_hz"] = &lines_.force.noise_hz;
     configure();
 }
 
@@ -221,8 +229,7 @@ void Plant::configure() {
     estop_ = force_estop_ != 0;
     fluid_low_ = force_fluid_low_ != 0;
     faults();
-    cut_ = static_cast<unsigned>(force_encoder_cut_);
-    jumped_ = static_cast<unsigned>(force_encoder_jump_);
+    lines_.configure(clock_hz_);
     limits();
 }
 

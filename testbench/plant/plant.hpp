@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coder.hpp"
 #include "converter.hpp"
 #include "gap.hpp"
 #include "motor.hpp"
@@ -107,16 +108,13 @@ private:
     double electrode_um() const;
     unsigned sample(unsigned channel) const;
 
-    // Lines of the coders; a cut one keeps its level.
     void coders(ToController& to) {
         unsigned a = 0, b = 0;
         for (int axis = 0; axis < AXES; ++axis) {
             a |= static_cast<unsigned>(axes_[axis].phase_a()) << axis;
             b |= static_cast<unsigned>(axes_[axis].phase_b()) << axis;
         }
-        const unsigned cut = cut_;
-        to.enc_a = static_cast<uint8_t>(((a ^ jumped_) & ~cut) | (to.enc_a & cut));
-        to.enc_b = static_cast<uint8_t>(((b ^ jumped_) & ~cut) | (to.enc_b & cut));
+        lines_.clock(a, b, to.enc_a, to.enc_b);
     }
 
     // A counter of its own for each of three bits.
@@ -139,10 +137,10 @@ private:
     double reference_full_v_ = 100, reference_rc_us_ = 200, reference_fixed_ = 1;
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
-           force_limit_high_ = 0, force_encoder_cut_ = 0, force_encoder_jump_ = 0,
-           force_fluid_sensor_ = 0, force_converter_silent_ = 0;
+           force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0;
 
     Motor axes_[AXES];
+    CoderLines lines_;
     Gap gap_;
     Wire wire_;
     Converter converter_;
@@ -151,7 +149,7 @@ private:
     double reference_v_[3] = {0, 0, 0}, reference_one_v_ = 0, reference_step_ = 0;
     unsigned serial_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
-    unsigned moving_ = 0, cut_ = 0, jumped_ = 0;
+    unsigned moving_ = 0;
     uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
     double fin_wait_us_ = 0;

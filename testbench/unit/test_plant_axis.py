@@ -129,6 +129,53 @@ def test_a_cut_coder_is_silent_and_a_jump_changes_both_phases(plant):
     assert (plant.input("enc_a"), plant.input("enc_b")) == (before[0] ^ Z, before[1] ^ Z)
 
 
+@pytest.mark.parametrize(("force", "line", "level"), [
+    ("a_low", "enc_a", 0), ("a_high", "enc_a", Z), ("b_low", "enc_b", 0), ("b_high", "enc_b", Z)])
+def test_a_stuck_phase_keeps_its_level_and_the_other_goes_on(plant, force, line, level):
+    plant.density = 3000
+    plant.set(f"force.encoder_{force}", Z)
+    other = {"enc_a": "enc_b", "enc_b": "enc_a"}[line]
+    edges = 0
+    for _ in range(200):
+        plant.until(("enc_a", "enc_b"), HZ // 100)
+        assert plant.input(line) == level
+        edges += plant.input(other) == Z
+    assert edges == 100
+
+
+def test_swapped_phases_count_the_other_way(plant):
+    plant.set("force.encoder_swap", Z)
+    plant.run(1)
+    plant.density = 3000
+    state, count = 0, 0
+    for _ in range(400):
+        plant.until(("enc_a", "enc_b"), HZ // 100)
+        moved = (QUADRATURE[plant.input("enc_a") >> 2, plant.input("enc_b") >> 2] - state) % 4
+        state = (state + moved) % 4
+        count += {1: 1, 3: -1}[moved]
+    assert count == -plant.positions()["z"] == -400
+
+
+def test_an_open_plug_is_pulled_up_one_line_after_the_other(plant):
+    plant.run(1)
+    assert (plant.input("enc_a"), plant.input("enc_b")) == (0, 0)
+    plant.set("force.encoder_open", Z)
+    plant.run(1)
+    assert (plant.input("enc_a"), plant.input("enc_b")) == (Z, 0)
+    plant.density = 3000
+    assert plant.until(("enc_b",), HZ // 100) == HZ * 10 // 1_000_000 - 1
+    assert plant.until(("enc_a", "enc_b"), HZ // 100) == HZ // 100, "it stays"
+
+
+def test_a_phase_that_is_gone_picks_up_noise(plant):
+    plant.set("force.encoder_noise_hz", 20e3)
+    plant.set("force.encoder_a_noise", Z)
+    gaps = [plant.until(("enc_a",), HZ) for _ in range(1000)]
+    assert np.mean(gaps) == pytest.approx(100, rel=0.1)
+    assert np.std(gaps) == pytest.approx(100, rel=0.2)
+    assert plant.input("enc_b") == 0
+
+
 def test_step_pulses_move_a_stepping_drive(plant):
     for index in range(1000):
         plant.step(0b001, 0b000 if index < 800 else 0b001)
