@@ -9,6 +9,7 @@ from rtl.motion.dac import Dac, check_modulator
 from rtl.motion.encoder import Encoder
 from rtl.motion.error_counter import ErrorCounter
 from rtl.motion.step_dir import StepDir
+from rtl.motion.supervision import GAIN_BITS, Supervision
 
 __all__ = ["Axis"]
 
@@ -97,13 +98,16 @@ class Axis(wiring.Component):
     The velocity command is Er limited to +-32767 pulses, in 2**-15 of full scale, so that the DAC
     saturates at a quarter of the error counter's range, which is where the alarm is.
 
+    The coder is supervised whenever the velocity command is in force, whatever the settings; see
+    ``Supervision``. With ``mode_step`` there is no coder, and no supervision.
+
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
     errors. ``safe`` takes ``dac`` and ``step`` low in 1 clock. From an edge of the encoder to
     ``fp``: ``Encoder``, 3.
 
-    ``adopt`` works only while ``safe``: it also clears ``status_illegal``. It does not touch the
-    mark of the overshoot, which is a position.
+    ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
+    does not touch the mark of the overshoot, which is a position.
 
     Parameters
     ----------
@@ -116,6 +120,8 @@ class Axis(wiring.Component):
         time constants of the position loop, in which Er decays. Default 0.1 s at 2 MHz.
     travel : int
         Bits of the positions.
+    allowance, fastest : int
+        Of the ``Supervision``, in pulses.
 
     Members
     -------
@@ -151,6 +157,8 @@ class Axis(wiring.Component):
         In clocks.
     step_time_setup : In(8)
         In clocks.
+    tick : In(1), gain : In(14)
+        See ``Supervision``.
     command : Out(signed(travel))
         Sum of Pi, in pulses.
     position : Out(signed(travel))
@@ -163,6 +171,8 @@ class Axis(wiring.Component):
         Er could not take a pulse, since ``adopt``.
     status_illegal : Out(1)
         The encoder has jumped, since ``adopt``.
+    status_check : Out(3)
+        What the supervision of the coder has found (``Check``), since ``adopt``.
     following_stopped : Out(1)
         At rest, and Er further from 0 than ``follow_stopped``.
     following_moving : Out(1)
@@ -188,7 +198,8 @@ class Axis(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, error_bits=18, dac="sigma_delta", rest_clocks=200_000, travel=32):
+    def __init__(self, *, error_bits=18, dac="sigma_delta", rest_clocks=200_000, travel=32,
+                 allowance=200, fastest=1229):
         if not 17 <= error_bits <= 32:
             raise ValueError(f"error counter must have 17 to 32 bits, more than the DAC, "
                              f"not {error_bits!r}")
@@ -199,6 +210,7 @@ class Axis(wiring.Component):
         self.dac_modulator = dac
         self.rest_clocks = rest_clocks
         self.travel = travel
+        self.supervision = Supervision(allowance=allowance, fastest=fastest)
         super().__init__({
             "pi":                In(1),
             "pi_reverse":        In(1),
@@ -216,12 +228,15 @@ class Axis(wiring.Component):
             "step_time_width":   In(8),
             "step_time_space":   In(8),
             "step_time_setup":   In(8),
+            "tick":              In(1),
+            "gain":              In(GAIN_BITS),
             "command":           Out(signed(travel)),
             "position":          Out(signed(travel)),
             "error":             Out(signed(32)),
             "overshoot":         Out(travel),
             "status_saturated":  Out(1),
             "status_illegal":    Out(1),
+            "status_check":      Out(3),
             "following_stopped": Out(1),
             "following_moving":  Out(1),
             "dac":               Out(1),
@@ -241,6 +256,7 @@ class Axis(wiring.Component):
         m.submodules.dac = dac = Dac(self.dac_modulator)
         m.submodules.step_dir = step_dir = StepDir()
         m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
+        m.submodules.supervision = supervision = self.supervision
 
         adopt = Signal()
         m.d.comb += [
@@ -299,6 +315,19 @@ class Axis(wiring.Component):
             overshoot.size.eq(size),
             overshoot.negative.eq(negative),
             self.overshoot.eq(overshoot.furthest),
+
+            supervision.tick.eq(self.tick),
+            supervision.gain.eq(self.gain),
+            supervision.size.eq(dac.magnitude),
+            supervision.negative.eq(negative),
+            supervision.standing.eq(self.in_position),
+            supervision.fp.eq(self.fp),
+            supervision.fp_reverse.eq(self.fp_reverse),
+            supervision.a.eq(encoder.a_level),
+            supervision.b.eq(encoder.b_level),
+            supervision.on.eq(~self.safe & ~self.mode_step),
+            supervision.clear.eq(adopt),
+            self.status_check.eq(supervision.check),
         ]
 
         # Counts down through 0, and rests at -1: the sign is all that has to be looked at.

@@ -11,6 +11,7 @@ from testbench.models.dac import Dac
 from testbench.models.encoder import Encoder
 from testbench.models.error_counter import ErrorCounter
 from testbench.models.step_dir import StepDir
+from testbench.models.supervision import Supervision
 
 FULL_SCALE = 32767
 
@@ -41,6 +42,7 @@ class Axis:
     dac: Dac = field(default_factory=Dac)
     step_dir: StepDir = field(default_factory=StepDir)
     overshoot: Overshoot = field(default_factory=Overshoot)
+    supervision: Supervision = field(default_factory=Supervision)
     pulse: int = 0  # of the encoder, not yet with the reversal
     quiet: int | None = None  # clocks since the last Pi
     following_stopped: bool = False
@@ -58,10 +60,15 @@ class Axis:
         return -self.pulse if mode_reverse else self.pulse
 
     def tick(self, *, pi=0, a=0, b=0, safe=False, adopt=False, mark=None, follow_stopped=1 << 17,
-             follow_moving=1 << 17, mode_step=False, mode_reverse=False, times=(2, 2, 2)) -> None:
+             follow_moving=1 << 17, mode_step=False, mode_reverse=False, times=(2, 2, 2),
+             tick=False, gain=0, window=1) -> None:
         """Go on by one clock; ``mark`` is None, or whether the travel at the mark was down."""
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe
+        self.supervision.clock(
+            tick=tick, gain=gain, er=self.seen, standing=abs(self.seen) <= window, fp=fp,
+            a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
+            clear=adopt)
 
         far = abs(self.seen) > (follow_stopped if self.resting else follow_moving)
         self.following_stopped = far and self.resting

@@ -10,6 +10,7 @@ from testbench.models import axis as model
 from testbench.models.dac import Dac, PulseWidth
 from testbench.models.encoder import CYCLE
 from testbench.models.error_counter import wrapped
+from testbench.models.supervision import CHECKS, Supervision
 from testbench.refusal import refuses
 
 
@@ -24,7 +25,7 @@ class Bench:
 
     async def clock(self, ctx, *, pi=0, move=0, safe=False, adopt=False, mark=None,
                     stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
-                    times=(2, 2, 2), window=1):
+                    times=(2, 2, 2), window=1, tick=False, gain=0):
         """Go on by one clock and compare every output."""
         dut, axis = self.dut, self.axis
         self.place += move
@@ -36,7 +37,7 @@ class Bench:
                 (dut.follow_moving, moving), (dut.mode_step, mode_step),
                 (dut.mode_reverse, mode_reverse), (dut.step_time_width, times[0]),
                 (dut.step_time_space, times[1]), (dut.step_time_setup, times[2]),
-                (dut.window, window)):
+                (dut.window, window), (dut.tick, tick), (dut.gain, gain)):
             ctx.set(signal, value)
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         assert ctx.get(dut.fp) == abs(fp)
@@ -44,7 +45,7 @@ class Bench:
         self.overshoot.append(axis.overshoot.furthest)
         axis.tick(pi=pi, a=a, b=b, safe=safe, adopt=adopt, mark=mark, follow_stopped=stopped,
                   follow_moving=moving, mode_step=mode_step, mode_reverse=mode_reverse,
-                  times=times)
+                  times=times, window=window, tick=tick, gain=gain)
         await ctx.tick()
 
         counter = axis.counter
@@ -53,6 +54,7 @@ class Bench:
                 ("position", wrapped(counter.moved, 32)), ("error", counter.error),
                 ("status_saturated", counter.saturated),
                 ("status_illegal", axis.encoder.illegal),
+                ("status_check", CHECKS.index(axis.supervision.check)),
                 ("overshoot", self.overshoot[1]), ("in_position", abs(axis.seen) <= window),
                 ("following_stopped", axis.following_stopped),
                 ("following_moving", axis.following_moving), ("dac", axis.dac.pulse),
@@ -64,9 +66,12 @@ class Bench:
 @pytest.mark.parametrize("dac", ["sigma_delta", "pwm"])
 @pytest.mark.parametrize("mode", [{}, {"mode_reverse": True}, {"mode_step": True}], ids=str)
 def test_follows_the_model(simulate, rng, dac, mode):
-    dut = Axis(dac=dac, rest_clocks=10)
+    # So small an allowance that the supervision has much to say.
+    dut = Axis(dac=dac, rest_clocks=10, allowance=3, fastest=200)
     converter = Dac() if dac == "sigma_delta" else Dac(PulseWidth)
-    bench = Bench(dut, model.Axis(rest_clocks=10, dac=converter))
+    bench = Bench(dut, model.Axis(rest_clocks=10, dac=converter,
+                                  supervision=Supervision(allowance=3, fastest=200)))
+    found = set()
 
     async def run(ctx):
         limits = dict(stopped=20, moving=40)
@@ -78,10 +83,13 @@ def test_follows_the_model(simulate, rng, dac, mode):
                 times=(rng.randrange(4), rng.randrange(4), 3),
                 pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
                 move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
-                safe=rng.random() < 0.05, adopt=rng.random() < 0.05,
-                mark=rng.choice((None,) * 20 + (False, True)))
+                safe=rng.random() < (0.05 if clock % 1000 < 400 else 0.001),
+                adopt=rng.random() < 0.05, mark=rng.choice((None,) * 20 + (False, True)),
+                tick=clock % 24 == 0, gain=16_000)
+            found.add(bench.axis.supervision.check)
 
     simulate(dut, run)
+    assert (len(found) > 1) != ("mode_step" in mode)
 
 
 def test_output_is_limited_below_the_counter(simulate):
