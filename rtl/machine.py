@@ -6,6 +6,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
+from rtl.axes import join_axes
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_law import FeedLaw, Law
 from rtl.gap.fluid import FluidDetector
@@ -16,7 +17,7 @@ from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
 from rtl.lib.event_queue import EventQueue
 from rtl.members import AXES, pins, registers
-from rtl.motion.axis import Axis
+from rtl.motion.conservation import Conservation
 from rtl.motion.distribution import Distributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
@@ -31,7 +32,6 @@ from rtl.safety.watchdog import Watchdog
 __all__ = ["Machine"]
 
 CROWD = 3     # events that firmware has not taken: forward motion waits
-REST_S = 0.1  # without axis pulses: from then on the following error at rest is supervised
 
 
 class Machine(wiring.Component):
@@ -55,6 +55,8 @@ class Machine(wiring.Component):
         What no register can exceed: current level in IP, on-time and off-time in s.
     dac_kind : str
         ``"sigma_delta"`` or ``"pwm"``.
+    fastest_mm_s, leaving_mm_s : float
+        What no drive exceeds, by its coder; and the highest speed off a limit switch, in mm/s.
 
     Members
     -------
@@ -66,7 +68,8 @@ class Machine(wiring.Component):
 
     def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 64,
                  jump_axis: int = 2, level_max: int = 20, on_max_s: float = 2e-3,
-                 off_min_s: float = 5e-6, dac_kind: str = "sigma_delta"):
+                 off_min_s: float = 5e-6, dac_kind: str = "sigma_delta",
+                 fastest_mm_s: float = 120.0, leaving_mm_s: float = 1.0):
         self.clock_hz = clock_hz
         self.pulses_per_mm = pulses_per_mm
         self.axes = len(AXES)
@@ -76,6 +79,8 @@ class Machine(wiring.Component):
         self.on_max_s = on_max_s
         self.off_min_s = off_min_s
         self.dac_kind = dac_kind
+        self.fastest_mm_s = fastest_mm_s
+        self.leaving_mm_s = leaving_mm_s
         super().__init__({"cycle": In(32)} | pins() | registers())
 
     def clocks(self, seconds):
@@ -86,12 +91,13 @@ class Machine(wiring.Component):
         m = Module()
         m.submodules.removal = removal = RemovalDetector()
         m.submodules.law = law = FeedLaw()
-        retraction, entered, faults = self._motion(m, law, removal)
+        m.submodules.interlock = interlock = Interlock(clock_hz=self.clock_hz, axes=self.axes)
+        retraction, entered, faults = self._motion(m, law, removal, interlock)
         m.submodules.condition = condition = Condition()
         self._discharge(m, retraction, law, condition)
         fluid = self._fluid(m, removal)
         self._law(m, law, removal, retraction, condition)
-        interlock = self._safety(m, faults)
+        self._safety(m, interlock, faults)
         self._events(m, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
@@ -108,7 +114,7 @@ class Machine(wiring.Component):
         ]
         return m
 
-    def _motion(self, m, law, removal):
+    def _motion(self, m, law, removal, interlock):
         """Zc → Ps → Pp → Pi → Er → speed command, for the path and every axis."""
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
@@ -117,9 +123,14 @@ class Machine(wiring.Component):
         m.submodules.retraction = retraction = Retraction()
         load = Signal()
         m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
+        # Off a limit switch the machine creeps.
+        creep = round(self.leaving_mm_s * self.pulses_per_mm * 2**32 / self.clock_hz)
+        creeps = Signal()
+        target = Mux(creeps, creep, retraction.target)
+        m.d.sync += creeps.eq(interlock.leaving & (retraction.target > creep))
 
         m.d.comb += [
-            feed.rate.eq(retraction.target),
+            feed.rate.eq(target),
             feed.go.eq(retraction.go),
             feed.reverse.eq(retraction.reverse),
             feed.bound.eq(retraction.bound),
@@ -130,7 +141,7 @@ class Machine(wiring.Component):
 
             ramp.start_rate.eq(self.ramp_start_rate),
             ramp.acceleration.eq(self.ramp_acceleration),
-            ramp.target.eq(retraction.target),
+            ramp.target.eq(target),
             ramp.brake.eq(retraction.brake),
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
@@ -199,43 +210,9 @@ class Machine(wiring.Component):
             self.retraction_series.eq(retraction.series),
         ]
 
-        in_position = []
-        faults = {"error_saturated": [], "encoder": [], "following_stopped": [],
-                  "following_moving": []}
-        for index, letter in enumerate(AXES):
-            axis = Axis(dac=self.dac_kind, rest_clocks=self.clocks(REST_S))
-            m.submodules[f"axis_{letter}"] = axis
-            m.d.comb += [
-                axis.pi.eq(distributor.pi[index]),
-                axis.pi_reverse.eq(distributor.pi_reverse[index]),
-                axis.enc_a.eq(self.enc_a[index]),
-                axis.enc_b.eq(self.enc_b[index]),
-                axis.safe.eq(self.safe),
-                axis.adopt.eq(getattr(self, f"axis_{letter}_adopt_strobe")),
-                axis.mark.eq(retraction.mark),
-                # The axis lags, and comes from the side on which it is: the segment in which the
-                # path has ended may not move it, or move it the other way. Only an axis without lag
-                # is told by the segment, along which it goes back.
-                axis.mark_reverse.eq(Mux(axis.error == 0, ~path.travel[index].negative,
-                                         axis.error < 0)),
-                self.dac[index].eq(axis.dac),
-                self.dac_negative[index].eq(axis.dac_negative),
-                self.step[index].eq(axis.step),
-                self.dir[index].eq(axis.dir),
-                self.drive_enable[index].eq(~self.safe),
-            ]
-            for name in ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
-                         "step_time_width", "step_time_space", "step_time_setup"):
-                m.d.comb += getattr(axis, name).eq(getattr(self, f"axis_{letter}_{name}"))
-            for name in ("command", "position", "error", "overshoot", "status_saturated",
-                         "status_illegal"):
-                m.d.comb += getattr(self, f"axis_{letter}_{name}").eq(getattr(axis, name))
-            in_position.append(axis.in_position)
-            faults["error_saturated"].append(axis.status_saturated)
-            faults["encoder"].append(axis.status_illegal)
-            faults["following_stopped"].append(axis.following_stopped)
-            faults["following_moving"].append(axis.following_moving)
-        m.d.comb += self.path_status_in_position.eq(Cat(in_position).all())
+        faults = join_axes(m, self, distributor=distributor, retraction=retraction, path=path,
+                           interlock=interlock)
+        self._guard(m, feed, ramp, path, retraction, faults)
         return retraction, path.entered, faults
 
     def _discharge(self, m, retraction, law, condition):
@@ -254,7 +231,8 @@ class Machine(wiring.Component):
         m.submodules.counters = counters = PresetCounters()
         gates = Signal(2)  # as the pads have them, which have a register too
         m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
-        discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
+        discharging = (self.power_control_machining & ~self.safe & ~retraction.quiet
+                       & ~self.safety_limits_leaving)
         stepped = law.law == Law.ZERO
         m.d.comb += [
             limiter.level.eq(condition.power_level),
@@ -391,10 +369,25 @@ class Machine(wiring.Component):
         for name in ("ratio", "windows", "known"):
             m.d.comb += getattr(self, f"law_status_{name}").eq(getattr(removal, name))
 
-    def _safety(self, m, faults):
+    def _guard(self, m, feed, ramp, path, retraction, faults):
+        """Whether registers of the motion are damaged, and which: latched for firmware."""
+        m.submodules.conservation = conservation = Conservation()
+        m.d.comb += [
+            conservation.command.eq(feed.command), conservation.position.eq(path.position),
+            conservation.stored.eq(ramp.stored), conservation.ps.eq(feed.ps),
+            conservation.pp.eq(ramp.pp), conservation.reverse.eq(retraction.reverse),
+            conservation.safe.eq(self.safe),
+        ]
+        found = Cat(faults.pop("damaged"), path.damaged_word, path.damaged_segment,
+                    path.damaged_place, conservation.damaged)
+        told = Cat(self.safety_damage_axes, self.safety_damage_word, self.safety_damage_segment,
+                   self.safety_damage_place, self.safety_damage_pulses)
+        m.d.sync += told.eq(Mux(self.safety_clear_strobe, found, told | found))
+        faults["guard"] = [found.any()]
+
+    def _safety(self, m, interlock, faults):
         """Interlock and watchdog: the one place that decides whether outputs are safe."""
         m.submodules.watchdog = watchdog = Watchdog(clock_hz=self.clock_hz)
-        m.submodules.interlock = interlock = Interlock(clock_hz=self.clock_hz, axes=self.axes)
         m.d.comb += [
             watchdog.pet.eq(self.safety_pet_strobe),
             watchdog.key.eq(self.safety_pet),
@@ -405,18 +398,23 @@ class Machine(wiring.Component):
             interlock.stop.eq(self.safety_stop_strobe),
             interlock.clear.eq(self.safety_clear_strobe),
             interlock.key.eq(self.safety_clear),
+            interlock.leave.eq(self.safety_leave_strobe),
+            interlock.leave_key.eq(self.safety_leave),
             self.safe.eq(interlock.safe),
             self.safety_live.eq(interlock.live),
             self.safety_latched.eq(interlock.latched),
             self.safety_status_safe.eq(interlock.safe),
             self.safety_status_first.eq(interlock.first),
             self.safety_status_simultaneous.eq(interlock.simultaneous),
+            self.safety_status_blamed.eq(interlock.blamed),
+            self.safety_limits_low.eq(interlock.at_low),
+            self.safety_limits_high.eq(interlock.at_high),
+            self.safety_limits_leaving.eq(interlock.leaving),
         ]
         for name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low"):
             m.d.comb += getattr(interlock, name).eq(getattr(self, name))
         for name, flags in faults.items():
             m.d.comb += getattr(interlock, name).eq(Cat(flags))
-        return interlock
 
     def _events(self, m, retraction, entered, fluid, interlock, condition):
         """One queue for what happened: the retraction first, the others when it has nothing."""
@@ -459,7 +457,7 @@ class Machine(wiring.Component):
             m.d.sync += segment.eq(0)
         with m.Elif(trip):
             m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
-                         detail.eq(interlock.first)]
+                         detail.eq(interlock.first), first.eq(interlock.blamed)]
             m.d.sync += trip.eq(0)
         with m.Elif(news):
             # What is told is the state as it is now; of several changes the last.

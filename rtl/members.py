@@ -4,6 +4,7 @@
 from amaranth import *
 from amaranth.lib.wiring import In, Out
 
+from rtl.motion.supervision import GAIN_BITS
 from rtl.pads import INPUTS, OUTPUTS
 from rtl.safety.interlock import Cause
 
@@ -109,6 +110,11 @@ def registers():
 
         "safety_live": Out(CAUSES), "safety_latched": Out(CAUSES), "safety_status_safe": Out(1),
         "safety_status_first": Out(5), "safety_status_simultaneous": Out(CAUSES),
+        "safety_status_blamed": Out(len(AXES)), "safety_leave": In(8), "safety_leave_strobe": In(1),
+        "safety_limits_low": Out(len(AXES)), "safety_limits_high": Out(len(AXES)),
+        "safety_limits_leaving": Out(1), "safety_damage_axes": Out(len(AXES)),
+        "safety_damage_word": Out(1), "safety_damage_segment": Out(1),
+        "safety_damage_place": Out(1), "safety_damage_pulses": Out(1),
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),
         "safety_clear_strobe": In(1), "safety_stop": In(1), "safety_stop_strobe": In(1),
         "safety_fluid": In(1), "safety_period": Out(32),
@@ -128,6 +134,10 @@ def registers():
             f"axis_{letter}_step_time_width": In(8), f"axis_{letter}_step_time_space": In(8),
             f"axis_{letter}_step_time_setup": In(8), f"axis_{letter}_adopt": In(1),
             f"axis_{letter}_adopt_strobe": In(1), f"axis_{letter}_status_saturated": Out(1),
-            f"axis_{letter}_status_illegal": Out(1),
+            f"axis_{letter}_status_illegal": Out(1), f"axis_{letter}_status_check": Out(3),
+            f"axis_{letter}_status_beyond_low": Out(1),
+            f"axis_{letter}_status_beyond_high": Out(1),
+            f"axis_{letter}_low": In(coordinate), f"axis_{letter}_high": In(coordinate),
+            f"axis_{letter}_gain": In(GAIN_BITS),
         }
     return members

@@ -400,7 +400,9 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="safe", bits=1, access="r", doc="Outputs are in their safe state."),
         Field(name="first", bits=5, access="r", doc="Number of the first cause latched."),
         Field(name="simultaneous", bits=len(CAUSES), access="r",
-              doc="Causes that came with the first."))),
+              doc="Causes that came with the first."),
+        Field(name="blamed", bits=len(AXES), access="r",
+              doc="Axes that raised the first cause, bit 0 X; 0 if it is none of axes."))),
     ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end.",
      _value(8, "The key.", access="w"), "write"),
     ("clear", "Operator's acknowledgement ``0x5A``: clears what is no longer present.",
@@ -411,6 +413,23 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging."),)),
     ("period", "Longest time between two watchdog calls.",
      _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
+    ("leave", "Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, "
+     "they are excused until they are released, something else comes, or a pulse would go further "
+     "onto one. Meanwhile there is no discharge, and motion is slow.",
+     _value(8, "The key.", access="w"), "write"),
+    ("limits", "Limit switches, debounced.", (
+        Field(name="low", bits=len(AXES), access="r", doc="Lower one, bit 0 X."),
+        Field(name="high", bits=len(AXES), access="r", doc="Upper one."),
+        Field(name="leaving", bits=1, access="r", doc="One of them is just being left."))),
+    ("damage", "What cause ``guard`` has found since the interlock was cleared.", (
+        Field(name="axes", bits=len(AXES), access="r",
+              doc="Command, position and Er of an axis do not belong together, bit 0 X."),
+        Field(name="word", bits=1, access="r", doc="A word of the path window has a wrong parity."),
+        Field(name="segment", bits=1, access="r", doc="So have the words of the segment at work."),
+        Field(name="place", bits=1, access="r",
+              doc="Path coordinate, front or place in the segment differ from their doubles."),
+        Field(name="pulses", bits=1, access="r", doc="A path pulse was lost, or came of nothing."),
+     )),
 ))
 
 AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the machine side.",
@@ -450,11 +469,25 @@ def _axis(index, letter):
             Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
             Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
             Field(name="setup", bits=8, init=2, doc="Direction before step.", unit="clock"))),
-        ("adopt", "Take the position as command and clear Er. Only while the outputs are safe.",
+        ("adopt", "Take the position as command, clear Er and the faults. Only while safe.",
          _value(1, "Any value.", access="w"), "write"),
         ("status", "Faults.", (
             Field(name="saturated", bits=1, access="r", doc="Er is at its limit."),
-            Field(name="illegal", bits=1, access="r", doc="The encoder has jumped."))),
+            Field(name="illegal", bits=1, access="r", doc="The encoder has jumped."),
+            Field(name="check", bits=3, access="r",
+                  doc="What the supervision of the coder has found: 0 nothing, 1 another way than "
+                      "the model of the drive, 2 no edges, 3 none of phase A, 4 none of phase B, "
+                      "5 against the command, 6 another share of what the drive was told, 7 too "
+                      "fast."),
+            Field(name="beyond_low", bits=1, access="r",
+                  doc="A pulse beyond the lower soft limit was refused."),
+            Field(name="beyond_high", bits=1, access="r",
+                  doc="... or beyond the upper one."))),
+        ("low", "Lower soft limit: no command goes below it.",
+         _value(32, "Position.", signed=True, unit="pulse")),
+        ("high", "Upper soft limit.", _value(32, "Position.", signed=True, unit="pulse")),
+        ("gain", "Velocity gain of the position loop, for the supervision of the coder; see "
+         "``rtl.motion.supervision``.", _value(14, "Gain.", unit="2**-20 pulse/tick per pulse")),
     ))
 
 

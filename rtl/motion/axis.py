@@ -171,6 +171,8 @@ class Axis(wiring.Component):
         Er could not take a pulse, since ``adopt``.
     status_illegal : Out(1)
         The encoder has jumped, since ``adopt``.
+    damaged : Out(1)
+        See ``ErrorCounter``.
     status_check : Out(3)
         What the supervision of the coder has found (``Check``), since ``adopt``.
     following_stopped : Out(1)
@@ -237,6 +239,7 @@ class Axis(wiring.Component):
             "status_saturated":  Out(1),
             "status_illegal":    Out(1),
             "status_check":      Out(3),
+            "damaged":           Out(1),
             "following_stopped": Out(1),
             "following_moving":  Out(1),
             "dac":               Out(1),
@@ -289,6 +292,7 @@ class Axis(wiring.Component):
             self.position.eq(counter.position),
             self.error.eq(counter.error),
             self.status_saturated.eq(counter.saturated),
+            self.damaged.eq(counter.damaged),
         ]
 
         # The counter's lowest code is never used, so the magnitude has a bit less.

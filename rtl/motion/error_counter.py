@@ -24,6 +24,9 @@ class ErrorCounter(wiring.Component):
     ``adopt`` gives up the command: one clock later ``command`` equals ``position`` with the FP of
     the clock of ``adopt`` in it, ``error`` is 0 and ``saturated`` low. A Pi in that clock is lost.
 
+    ``damaged`` says that the law was broken two clocks ago with ``saturated`` low: a bit of one of
+    the three has changed by itself. It lasts as long as that.
+
     Ref: first patent (retraction conditions in the tape), Fig. 4, items 107a and 107b.
     Proof: ``testbench/formal/test_error_counter.py``.
 
@@ -54,6 +57,8 @@ class ErrorCounter(wiring.Component):
         Er, in pulses: positive while the axis has still to go up.
     saturated : Out(1)
         A pulse did not fit into ``error`` since the last ``adopt``.
+    damaged : Out(1)
+        Position, command and Er do not belong together.
 
     Raises
     ------
@@ -79,6 +84,7 @@ class ErrorCounter(wiring.Component):
             "position":   Out(signed(travel)),
             "error":      Out(signed(width)),
             "saturated":  Out(1),
+            "damaged":    Out(1),
         })
 
     def elaborate(self, platform):
@@ -115,5 +121,15 @@ class ErrorCounter(wiring.Component):
 
         with m.If(self.adopt):
             m.d.sync += [self.command.eq(position), self.error.eq(0), self.saturated.eq(0)]
+
+        # The sum in one clock, its comparison in the next.
+        sum_, command = (Signal(signed(self.travel), name=name) for name in ("sum", "command_then"))
+        counts = Signal()
+        m.d.sync += [
+            sum_.eq(self.position + self.error),
+            command.eq(self.command),
+            counts.eq(~self.saturated),
+            self.damaged.eq(counts & (sum_ != command)),
+        ]
 
         return m

@@ -4,6 +4,7 @@
 from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from rtl.motion.arc import ArcState
 from rtl.motion.distributor import Travel
@@ -45,6 +46,13 @@ class SegmentWindow(wiring.Component):
     are taken over if they were made for the segment in which the machine is; a segment entered
     backwards (forwards) makes its border the next such place ahead (behind), until firmware has
     looked at what there is between them.
+
+    A bit that changes by itself is found. A word of the ring has a parity, looked at whenever it is
+    fetched: ``damaged_word`` is then high in the 2nd clock after the one that has it, before a
+    pulse can be made of it. The words of the segment at work keep theirs: ``damaged_segment``.
+    ``position``, ``front`` and the place in the segment are counted twice, once inverted:
+    ``damaged_place``. The last two come 2 clocks after the bit and last as long as it; ``load``
+    ends them.
 
     Parameters
     ----------
@@ -93,6 +101,8 @@ class SegmentWindow(wiring.Component):
         the others in the clock in which ``slot`` changes.
     fast_ahead, fast_behind : Out(signed(32))
         Path coordinates.
+    damaged_word, damaged_segment, damaged_place : Out(1)
+        See above.
 
     Raises
     ------
@@ -107,6 +117,11 @@ class SegmentWindow(wiring.Component):
             raise ValueError(f"a segment has 1 to 3 axes, not {axes!r}")
         self.axes = axes
         self.slots = slots
+        self.offset = Signal(30)  # path pulses into the segment
+        # The same once more, inverted: so synthesis does not take them for one.
+        self.again = {name: Signal(bits, init=-1, name=f"{name}_again") for name, bits in (
+            ("position", 32), ("front", 32), ("offset", 30), ("slot", exact_log2(slots)))}
+        self.banks = [memory.Memory(shape=33, depth=slots * WORDS // 2, init=[]) for _ in range(2)]
         super().__init__({
             "select": In(range(slots)),
             "select_strobe": In(1),
@@ -142,13 +157,17 @@ class SegmentWindow(wiring.Component):
             "entered": Out(1),
             "fast_ahead": Out(signed(32)),
             "fast_behind": Out(signed(32)),
+            "damaged_word": Out(1),
+            "damaged_segment": Out(1),
+            "damaged_place": Out(1),
         })
 
     def elaborate(self, platform):
         m = Module()
         fetch, fetched = self._fetch(m, self._words(m))
 
-        offset = Signal(30)    # path pulses into the segment
+        offset = self.offset
+        position_again, front_again, offset_again, slot_again = self.again.values()
         returned = Signal()    # stepped back into a segment: the offset is its length, less one
         at_start, at_end = Signal(), Signal()
         more = Signal()        # the path goes on beyond the position
@@ -172,21 +191,24 @@ class SegmentWindow(wiring.Component):
 
         with m.If(self.pulse):
             with m.If(~self.reverse):
-                m.d.sync += self.position.eq(self.position + 1)
-                m.d.sync += offset.eq(offset + 1)
+                m.d.sync += [self.position.eq(self.position + 1), offset.eq(offset + 1),
+                             position_again.eq(position_again - 1),
+                             offset_again.eq(offset_again - 1)]
                 with m.If(at_front):
-                    m.d.sync += self.front.eq(self.position + 1)
+                    m.d.sync += [self.front.eq(self.position + 1),
+                                 front_again.eq(position_again - 1)]
             with m.Else():
-                m.d.sync += self.position.eq(self.position - 1)
-                m.d.sync += offset.eq(offset - 1)
+                m.d.sync += [self.position.eq(self.position - 1), offset.eq(offset - 1),
+                             position_again.eq(position_again + 1),
+                             offset_again.eq(offset_again + 1)]
                 with m.If(at_start):
                     m.d.comb += fetch.eq(1)
-                    m.d.sync += [self.slot.eq(self.slot - 1), returned.eq(1),
-                                 self.fast_ahead.eq(self.position)]
+                    m.d.sync += [self.slot.eq(self.slot - 1), slot_again.eq(slot_again + 1),
+                                 returned.eq(1), self.fast_ahead.eq(self.position)]
         with m.Elif(fetched):
             m.d.sync += [self.distribute.eq(returned), returned.eq(0)]
             with m.If(returned):
-                m.d.sync += offset.eq(self.length - 1)
+                m.d.sync += [offset.eq(self.length - 1), offset_again.eq(-self.length)]
         with m.Elif(self.ready & more):
             with m.If(~begun & at_front & (self.slot == front_slot)):
                 # Only now it is certain that the first slot has been written.
@@ -194,7 +216,8 @@ class SegmentWindow(wiring.Component):
                 m.d.sync += [self.entered.eq(1), begun.eq(1)]
             with m.Elif(at_end):
                 m.d.comb += fetch.eq(1)
-                m.d.sync += [self.slot.eq(self.slot + 1), offset.eq(0),
+                m.d.sync += [self.slot.eq(self.slot + 1), slot_again.eq(slot_again - 1),
+                             offset.eq(0), offset_again.eq(-1),
                              self.fast_behind.eq(self.position)]
                 with m.If(at_front & (self.slot == front_slot)):
                     m.d.sync += front_slot.eq(self.slot + 1)
@@ -208,12 +231,25 @@ class SegmentWindow(wiring.Component):
                 self.position.eq(0), self.front.eq(0), offset.eq(0), self.slot.eq(self.load_slot),
                 front_slot.eq(self.load_slot), begun.eq(0), returned.eq(0), self.distribute.eq(0),
                 self.fast_ahead.eq(0), self.fast_behind.eq(0),
+                position_again.eq(-1), front_again.eq(-1), offset_again.eq(-1),
+                slot_again.eq(~self.load_slot),
             ]
+
+        differ = Signal(len(self.again))
+        m.d.sync += [
+            differ.eq(Cat(one[:] != ~other for one, other in zip(
+                (self.position, self.front, offset, self.slot), self.again.values(),
+                strict=True))),
+            self.damaged_place.eq(differ.any()),
+        ]
 
         return m
 
     def _words(self, m):
-        """The ring, written word by word, and read by pairs; returns its address and its data."""
+        """The ring, written word by word, and read by pairs; returns its address and its data.
+
+        A word has its parity above it: the number of its ones, with that one, is even.
+        """
         word = Signal(range(WORDS))
         pair = Signal(range(WORDS // 2))
         with m.If(self.select_strobe):
@@ -221,12 +257,12 @@ class SegmentWindow(wiring.Component):
         with m.Elif(self.data_strobe):
             m.d.sync += word.eq(word + 1)
         banks = []
-        for odd in (0, 1):
-            bank = memory.Memory(shape=32, depth=self.slots * WORDS // 2, init=[])
+        for odd, bank in enumerate(self.banks):
             m.submodules[f"bank_{odd}"] = bank
             write, read = bank.write_port(), bank.read_port()
             m.d.comb += [
-                write.addr.eq(Cat(word[1:], self.select)), write.data.eq(self.data),
+                write.addr.eq(Cat(word[1:], self.select)),
+                write.data.eq(Cat(self.data, self.data.xor())),
                 write.en.eq(self.data_strobe & (word[0] == odd)),
                 read.addr.eq(Cat(pair, self.slot)),
             ]
@@ -253,7 +289,7 @@ class SegmentWindow(wiring.Component):
         travel = [Cat(axis.magnitude, axis.negative) for axis in self.travel]
         travel += [Signal(32, name=f"no_axis_{index}") for index in range(len(travel), 3)]
         shape = Cat(self.arc, self.major, self.minor, self.outward, self.highest)
-        with m.Switch(step):
+        with m.If(~self.ready), m.Switch(step):
             with m.Case(0):
                 m.d.comb += pair.eq(2)
             with m.Case(1):
@@ -273,5 +309,24 @@ class SegmentWindow(wiring.Component):
                 m.d.sync += [self.state.pace.eq(even), self.state.error.eq(odd)]
             with m.Case(6):
                 m.d.sync += [self.state.along.eq(even), self.state.across.eq(odd)]
-                m.d.sync += self.enter.eq(~self.ready)
+                m.d.sync += self.enter.eq(1)
+
+        fetching = Signal()  # there are words
+        m.d.comb += fetching.eq(~self.ready & (step != 0))
+        m.d.sync += self.damaged_word.eq(fetching & (even.xor() | odd.xor()))
+        # The registers of words 0 to 7: their parity, without the bits that no register has.
+        kept = Cat(self.length, self.rate, *travel, shape, self.change, self.divisor)
+        parity, known = Signal(), Signal()
+        with m.If(fetching & (step <= line)):
+            cut_even, cut_odd = (Mux(step == at, word[30:].xor(), word[32])
+                                 for word, at in ((even, 2), (odd, 2)))
+            m.d.sync += parity.eq(Mux(step == 1, 0, parity) ^ cut_even ^ Mux(
+                step == line, odd[30:].xor(), cut_odd))
+        with m.If(fetch | self.load):
+            m.d.sync += known.eq(0)
+        with m.Elif(fetched):
+            m.d.sync += known.eq(1)
+        ones, expected, looked = Signal(), Signal(), Signal()
+        m.d.sync += [ones.eq(kept.xor()), expected.eq(parity), looked.eq(known & ~fetch),
+                     self.damaged_segment.eq(looked & (ones != expected))]
         return fetch, fetched

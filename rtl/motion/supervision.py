@@ -5,9 +5,12 @@ from amaranth import *
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["GAIN_BITS", "TICK_S", "Check", "Supervision", "tick_clocks"]
+from rtl.lib.arithmetic import sum_or_difference
+
+__all__ = ["GAIN_BITS", "RATE_TICKS", "TICK_S", "Check", "Supervision", "tick_clocks"]
 
 TICK_S = 32e-6
+RATE_TICKS = 32
 GAIN_BITS = 14
 SIZE_BITS = 15   # of the velocity command
 PACE_BITS = 21   # of a speed, 2**-12 pulse/tick: all that gain and size can make
@@ -42,13 +45,6 @@ def tick_clocks(clock_hz: int) -> int:
     return clocks
 
 
-def _sum(a, b, minus):
-    """``a - b`` if ``minus``, else ``a + b``, in one adder: as wide as ``a``."""
-    top = b[-1] if b.shape().signed else C(0, 1)
-    wide = Cat(b, top.replicate(len(a) - len(b)))
-    return (Cat(minus, a) + Cat(minus, wide ^ minus.replicate(len(a))))[1:len(a) + 1]
-
-
 def _size(a):
     """Magnitude of a signed value, one less below 0."""
     return (a ^ a[-1].replicate(len(a)))[:len(a) - 1]
@@ -79,9 +75,9 @@ class Supervision(wiring.Component):
     of a phase, or of both, came while the drive was told 32 pulses; then ``AGAINST`` if there came
     more than 16 pulses against at least 16 that were told.
 
-    While ``on`` is low nothing is checked, and nothing kept but the model's speed, which then
-    follows the feedback pulses: so a drive that is enabled while it coasts is known to do so. A
-    tick in which ``on`` was low is not judged.
+    While ``on`` is low, or something has been found, nothing is checked, and nothing kept but the
+    model's speed, which then follows the feedback pulses: so a drive that is enabled while it
+    coasts is known to do so. A tick in which it was so is not judged.
 
     Latency: a tick is judged ``STEPS`` clocks after ``tick``; ``RATE`` comes 1 clock after the
     pulse too many. Ticks are at least ``STEPS`` clocks apart.
@@ -130,7 +126,6 @@ class Supervision(wiring.Component):
     LIVELY = 5                   # logarithm of the pulses told without an edge
     FRACTION, COARSE = 12, 8     # bits below the pulse: of speeds and ways; of the misfit
     FINER = 8                    # ... more of Er times the gain
-    RATE_TICKS = 5               # logarithm
     STEPS = SIZE_BITS + 6
 
     def __init__(self, *, allowance=200, fastest=1229):
@@ -160,12 +155,12 @@ class Supervision(wiring.Component):
         at = {name: step == SIZE_BITS + index for index, name in enumerate(
             ("leak", "tell", "add", "take", "compare", "judge"))}
         at["multiply"] = step < SIZE_BITS
-        valid = Signal()  # ``on`` since before the tick
+        valid = Signal()  # ``on`` since before the tick, and nothing found
         with m.If(self.tick):
             m.d.sync += step.eq(0)
         with m.Elif(step != self.STEPS):
             m.d.sync += step.eq(step + 1)
-        with m.If(~self.on):
+        with m.If(~self.on | (self.check != Check.NONE)):
             m.d.sync += valid.eq(0)
         with m.Elif(self.tick):
             m.d.sync += valid.eq(1)
@@ -238,7 +233,8 @@ class Supervision(wiring.Component):
             change.eq(Mux(at["leak"], speed, Mux(valid, told[self.FINER:], came << self.FRACTION))),
         ]
         with m.If(at["leak"] | at["tell"]):
-            m.d.sync += total.eq(_sum(total, change, at["leak"] | (valid & negative)))
+            minus = at["leak"] | (valid & negative)
+            m.d.sync += total.eq(sum_or_difference(total, change, minus))
         return speed
 
     def _misfit(self, m, at, valid, speed, pace, came):
@@ -258,10 +254,10 @@ class Supervision(wiring.Component):
             m.d.sync += [misfit.eq(0), memory.eq(0)]
         with m.Else():
             with m.If(at["leak"] | at["add"] | at["take"]):
-                m.d.sync += misfit.eq(_sum(misfit, change, ~at["add"]))
+                m.d.sync += misfit.eq(sum_or_difference(misfit, change, ~at["add"]))
             with m.If(at["leak"] | at["add"]):
-                m.d.sync += memory.eq(_sum(memory, Mux(at["leak"], memory >> self.MEMORY,
-                                                       pace >> below), at["leak"]))
+                m.d.sync += memory.eq(sum_or_difference(
+                    memory, Mux(at["leak"], memory >> self.MEMORY, pace >> below), at["leak"]))
         with m.If(at["compare"]):
             m.d.sync += excess.eq(_size(misfit) - (memory >> 1))
         return excess > self.allowance << self.COARSE
@@ -288,7 +284,7 @@ class Supervision(wiring.Component):
         with m.If(~valid | (at["judge"] & ends) | (at["add"] & begins)):
             m.d.sync += [way.eq(0), back.eq(0), time.eq(0)]
         with m.Elif(at["add"]):
-            m.d.sync += [way.eq(way + pace), back.eq(_sum(back, came, side))]
+            m.d.sync += [way.eq(way + pace), back.eq(sum_or_difference(back, came, side))]
         with m.Elif(at["take"] & ~time[-1] & pulses[self.BEGUN:].any()):
             m.d.sync += time.eq(time + 1)
         with m.If(at["add"] & begins):
@@ -312,7 +308,7 @@ class Supervision(wiring.Component):
 
     def _rate(self, m, valid):
         """Whether a pulse came too many."""
-        ticks = Signal(self.RATE_TICKS)
+        ticks = Signal(range(RATE_TICKS))
         count = Signal(range(self.fastest + 1))
         last = Signal()
         with m.If(self.tick):

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.lib.debounce import Debounce
 
-__all__ = ["CLEAR_KEY", "Cause", "Interlock"]
+__all__ = ["BY_AXIS", "CLEAR_KEY", "Cause", "Interlock"]
 
 CLEAR_KEY = 0x5A
 
@@ -35,6 +35,12 @@ class Cause(enum.Enum, shape=5):
     GUARD = 17
 
 
+# Those that an axis raises.
+BY_AXIS = (Cause.DRIVE_FAULT, Cause.LIMIT_LOW, Cause.LIMIT_HIGH, Cause.ERROR_SATURATED,
+           Cause.ENCODER, Cause.FOLLOWING_STOPPED, Cause.FOLLOWING_MOVING, Cause.CODER,
+           Cause.TRAVEL)
+
+
 class Interlock(wiring.Component):
     """Safe until every cause is gone and someone has acknowledged it.
 
@@ -45,14 +51,20 @@ class Interlock(wiring.Component):
 
     A trip is a clock with a cause while nothing is latched: ``safe`` rises then, or would just have
     fallen. In the clock after it ``tripped`` is high, and
-    ``first`` (lowest number wins) and ``simultaneous`` tell the causes live in the clock of the
-    trip. They stay until the next trip; but when a clear leaves causes and the first is not among
-    them, they tell those that are left.
+    ``first`` (lowest number wins), ``blamed`` (the axes that raised it, if it is one of axes) and
+    ``simultaneous`` tell the causes live in the clock of the trip. They stay until the next trip;
+    but when a clear leaves causes and the first is not among them, they tell those that are left.
 
-    Debouncing: the limit switches of one end are a cause in the clock after 2 clocks in a row with
-    any of them (a single clock is a disturbance), until all were released for ``limit_release_us``.
+    Debouncing: a limit switch is a cause in the clock after 2 clocks in a row with it (a single
+    clock is a disturbance), until it was released for ``limit_release_us``.
     The fluid level counts, and no longer counts, after ``fluid_ms``. All else counts at once.
     Low fluid is a cause only while ``discharging`` and ``fluid_required`` are high.
+
+    The way off a limit switch: ``leave`` with the key, while ``safe``, excuses the switches that
+    are causes then. They are none from the next clock on, and ``left_low`` and ``left_high`` tell
+    which: upstream no discharge may be, motion must be slow, and no pulse may go further onto them.
+    An excuse ends when its switch is released. All end with any cause, or ``onto``: a pulse onto
+    one of them was refused.
 
     Proof: ``testbench/formal/test_interlock.py``.
 
@@ -99,16 +111,28 @@ class Interlock(wiring.Component):
         Firmware asks for a trip: a strobe.
     clear : In(1), key : In(8)
         Acknowledgement: a strobe, and its key.
+    leave : In(1), leave_key : In(8)
+        Excuse the limit switches: a strobe, and the same key.
+    onto : In(1)
+        No more excuses.
     live : Out(18), latched : Out(18)
         Causes, bit by ``Cause``.
     safe : Out(1)
         Outputs must be safe.
     first : Out(5)
         Number of the first cause.
+    blamed : Out(axes)
+        Axes of the first cause.
     simultaneous : Out(18)
         Causes that came with the first, itself included.
     tripped : Out(1)
         A trip: high for one clock.
+    at_low, at_high : Out(axes)
+        Limit switches, debounced.
+    left_low, left_high : Out(axes)
+        ... that are excused.
+    leaving : Out(1)
+        Any is.
 
     Raises
     ------
@@ -132,9 +156,12 @@ class Interlock(wiring.Component):
             "coder": In(axes), "travel": In(axes), "contact": In(1), "gate": In(1),
             "memory": In(1), "guard": In(1),
             "stop": In(1), "clear": In(1), "key": In(8),
+            "leave": In(1), "leave_key": In(8), "onto": In(1),
             "live": Out(causes), "latched": Out(causes, init=1 << Cause.POWER_ON.value),
-            "safe": Out(1), "first": Out(5, init=Cause.POWER_ON.value),
+            "safe": Out(1), "first": Out(5, init=Cause.POWER_ON.value), "blamed": Out(axes),
             "simultaneous": Out(causes, init=1 << Cause.POWER_ON.value), "tripped": Out(1),
+            "at_low": Out(axes), "at_high": Out(axes), "left_low": Out(axes),
+            "left_high": Out(axes), "leaving": Out(1),
         })
 
     def elaborate(self, platform):
@@ -148,38 +175,44 @@ class Interlock(wiring.Component):
             m.d.comb += debounce.raw.eq(raw)
             return debounce.steady
 
-        limit_low = steady("low", self.limit_low.any(), rise=2, fall=release)
-        limit_high = steady("high", self.limit_high.any(), rise=2, fall=release)
+        for end, switches, level in (("low", self.limit_low, self.at_low),
+                                     ("high", self.limit_high, self.at_high)):
+            for axis in range(self.axes):
+                m.d.comb += level[axis].eq(
+                    steady(f"{end}_{axis}", switches[axis], rise=2, fall=release))
+        m.d.comb += self.leaving.eq((self.left_low | self.left_high).any())
         fluid_low = steady("fluid", self.fluid_low, rise=splash, fall=splash)
         causes = {
             Cause.POWER_ON: C(0, 1),  # only ever latched, by reset
             Cause.ESTOP: self.estop,
-            Cause.DRIVE_FAULT: self.drive_fault.any(),
-            Cause.LIMIT_LOW: limit_low,
-            Cause.LIMIT_HIGH: limit_high,
+            Cause.DRIVE_FAULT: self.drive_fault,
+            Cause.LIMIT_LOW: self.at_low & ~self.left_low,
+            Cause.LIMIT_HIGH: self.at_high & ~self.left_high,
             Cause.FLUID_LOW: fluid_low & self.discharging & self.fluid_required,
             Cause.WATCHDOG: self.watchdog,
-            Cause.ERROR_SATURATED: self.error_saturated.any(),
-            Cause.ENCODER: self.encoder.any(),
-            Cause.FOLLOWING_STOPPED: self.following_stopped.any(),
-            Cause.FOLLOWING_MOVING: self.following_moving.any(),
+            Cause.ERROR_SATURATED: self.error_saturated,
+            Cause.ENCODER: self.encoder,
+            Cause.FOLLOWING_STOPPED: self.following_stopped,
+            Cause.FOLLOWING_MOVING: self.following_moving,
             Cause.FIRMWARE: self.stop,
-            Cause.CODER: self.coder.any(),
-            Cause.TRAVEL: self.travel.any(),
+            Cause.CODER: self.coder,
+            Cause.TRAVEL: self.travel,
             Cause.CONTACT: self.contact,
             Cause.GATE: self.gate,
             Cause.MEMORY: self.memory,
             Cause.GUARD: self.guard,
         }
         m.d.comb += [
-            self.live.eq(Cat(causes[cause] for cause in Cause)),
+            self.live.eq(Cat(causes[cause].any() for cause in Cause)),
             self.safe.eq((self.live | self.latched).any()),
         ]
 
         lowest = Signal(5)
+        whose = Signal(self.axes)
         for cause in reversed(Cause):
             with m.If(self.live[cause.value]):
-                m.d.comb += lowest.eq(cause.value)
+                m.d.comb += [lowest.eq(cause.value),
+                             whose.eq(causes[cause] if cause in BY_AXIS else 0)]
 
         clear = Signal()
         trip = Signal()
@@ -192,6 +225,17 @@ class Interlock(wiring.Component):
         m.d.sync += self.latched.eq(Mux(clear, self.live, self.latched | self.live))
         m.d.sync += self.tripped.eq(trip & self.live.any())
         with m.If(self.live.any() & (trip | moot)):
-            m.d.sync += [self.first.eq(lowest), self.simultaneous.eq(self.live)]
+            m.d.sync += [self.first.eq(lowest), self.blamed.eq(whose),
+                         self.simultaneous.eq(self.live)]
+
+        leave = Signal()
+        m.d.comb += leave.eq(self.leave & (self.leave_key == CLEAR_KEY) & self.safe)
+        for left, level in (self.left_low, self.at_low), (self.left_high, self.at_high):
+            with m.If(leave):
+                m.d.sync += left.eq(level)
+            with m.Elif(self.onto | self.live.any()):
+                m.d.sync += left.eq(0)
+            with m.Else():
+                m.d.sync += left.eq(left & level)
 
         return m

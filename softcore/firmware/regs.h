@@ -355,6 +355,9 @@ typedef volatile struct {
     uint32_t stop; /* Trip the interlock (cause ``firmware``). */
     uint32_t fluid; /* Fluid supervision. */
     const uint32_t period; /* Longest time between two watchdog calls. [clock] */
+    uint32_t leave; /* Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, they are excused until they are released, something else comes, or a pulse would go further onto one. Meanwhile there is no discharge, and motion is slow. */
+    const uint32_t limits; /* Limit switches, debounced. */
+    const uint32_t damage; /* What cause ``guard`` has found since the interlock was cleared. */
 } safety_regs;
 _Static_assert(offsetof(safety_regs, live) == 0x0, "");
 _Static_assert(offsetof(safety_regs, latched) == 0x4, "");
@@ -364,6 +367,9 @@ _Static_assert(offsetof(safety_regs, clear) == 0x10, "");
 _Static_assert(offsetof(safety_regs, stop) == 0x14, "");
 _Static_assert(offsetof(safety_regs, fluid) == 0x18, "");
 _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
+_Static_assert(offsetof(safety_regs, leave) == 0x20, "");
+_Static_assert(offsetof(safety_regs, limits) == 0x24, "");
+_Static_assert(offsetof(safety_regs, damage) == 0x28, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
 #define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
@@ -374,6 +380,8 @@ _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
 #define SAFETY_STATUS_FIRST_MASK 0x0000003eu
 #define SAFETY_STATUS_SIMULTANEOUS_SHIFT 6
 #define SAFETY_STATUS_SIMULTANEOUS_MASK 0x00ffffc0u
+#define SAFETY_STATUS_BLAMED_SHIFT 24
+#define SAFETY_STATUS_BLAMED_MASK 0x07000000u
 #define SAFETY_PET_VALUE_SHIFT 0
 #define SAFETY_PET_VALUE_MASK 0x000000ffu
 #define SAFETY_CLEAR_VALUE_SHIFT 0
@@ -382,6 +390,24 @@ _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
 #define SAFETY_STOP_VALUE_MASK 0x00000001u
 #define SAFETY_FLUID_REQUIRED_SHIFT 0
 #define SAFETY_FLUID_REQUIRED_MASK 0x00000001u
+#define SAFETY_LEAVE_VALUE_SHIFT 0
+#define SAFETY_LEAVE_VALUE_MASK 0x000000ffu
+#define SAFETY_LIMITS_LOW_SHIFT 0
+#define SAFETY_LIMITS_LOW_MASK 0x00000007u
+#define SAFETY_LIMITS_HIGH_SHIFT 3
+#define SAFETY_LIMITS_HIGH_MASK 0x00000038u
+#define SAFETY_LIMITS_LEAVING_SHIFT 6
+#define SAFETY_LIMITS_LEAVING_MASK 0x00000040u
+#define SAFETY_DAMAGE_AXES_SHIFT 0
+#define SAFETY_DAMAGE_AXES_MASK 0x00000007u
+#define SAFETY_DAMAGE_WORD_SHIFT 3
+#define SAFETY_DAMAGE_WORD_MASK 0x00000008u
+#define SAFETY_DAMAGE_SEGMENT_SHIFT 4
+#define SAFETY_DAMAGE_SEGMENT_MASK 0x00000010u
+#define SAFETY_DAMAGE_PLACE_SHIFT 5
+#define SAFETY_DAMAGE_PLACE_MASK 0x00000020u
+#define SAFETY_DAMAGE_PULSES_SHIFT 6
+#define SAFETY_DAMAGE_PULSES_MASK 0x00000040u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */
@@ -414,8 +440,11 @@ typedef volatile struct {
     uint32_t window; /* Following error up to which the axis is in position. [pulse] */
     uint32_t mode; /* Output of the axis. */
     uint32_t step_time; /* Shape of step pulses. */
-    uint32_t adopt; /* Take the position as command and clear Er. Only while the outputs are safe. */
+    uint32_t adopt; /* Take the position as command, clear Er and the faults. Only while safe. */
     const uint32_t status; /* Faults. */
+    int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
+    int32_t high; /* Upper soft limit. [pulse] */
+    uint32_t gain; /* Velocity gain of the position loop, for the supervision of the coder; see ``rtl.motion.supervision``. [2**-20 pulse/tick per pulse] */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -428,6 +457,9 @@ _Static_assert(offsetof(axis_regs, mode) == 0x1c, "");
 _Static_assert(offsetof(axis_regs, step_time) == 0x20, "");
 _Static_assert(offsetof(axis_regs, adopt) == 0x24, "");
 _Static_assert(offsetof(axis_regs, status) == 0x28, "");
+_Static_assert(offsetof(axis_regs, low) == 0x2c, "");
+_Static_assert(offsetof(axis_regs, high) == 0x30, "");
+_Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
 #define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
 #define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
@@ -450,6 +482,14 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 #define AXIS_STATUS_SATURATED_MASK 0x00000001u
 #define AXIS_STATUS_ILLEGAL_SHIFT 1
 #define AXIS_STATUS_ILLEGAL_MASK 0x00000002u
+#define AXIS_STATUS_CHECK_SHIFT 2
+#define AXIS_STATUS_CHECK_MASK 0x0000001cu
+#define AXIS_STATUS_BEYOND_LOW_SHIFT 5
+#define AXIS_STATUS_BEYOND_LOW_MASK 0x00000020u
+#define AXIS_STATUS_BEYOND_HIGH_SHIFT 6
+#define AXIS_STATUS_BEYOND_HIGH_MASK 0x00000040u
+#define AXIS_GAIN_VALUE_SHIFT 0
+#define AXIS_GAIN_VALUE_MASK 0x00003fffu
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
 /* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names; they come into force together, between two pulses, and may not change while that is pending. See ``rtl.power.condition_switch``. */

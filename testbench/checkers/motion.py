@@ -6,6 +6,7 @@ from amaranth.hdl import Assert
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.motion.conservation import Conservation
 from rtl.motion.distribution import Distributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
@@ -54,6 +55,7 @@ class Motion(wiring.Component):
         self.path = SegmentWindow(axes=axes)
         self.distributor = Distributor(axes=axes)
         self.retraction = Retraction()
+        self.conservation = Conservation()
         members = {name: In(self.retraction.signature.members[name].shape) for name in SETTINGS}
         members |= {name: self.path.signature.members[name] for name in (
             "select", "select_strobe", "data", "data_strobe")}
@@ -71,6 +73,7 @@ class Motion(wiring.Component):
         m.submodules.path = path
         m.submodules.distributor = distributor
         m.submodules.retraction = retraction
+        m.submodules.conservation = conservation = self.conservation
 
         load = Signal()
         m.d.comb += load.eq(self.load & ramp.rest)
@@ -115,6 +118,14 @@ class Motion(wiring.Component):
             retraction.rest.eq(ramp.rest),
             retraction.steady.eq(ramp.steady),
             retraction.distance.eq(ramp.distance),
+
+            conservation.command.eq(feed.command),
+            conservation.position.eq(path.position),
+            conservation.stored.eq(ramp.stored),
+            conservation.ps.eq(feed.ps),
+            conservation.pp.eq(ramp.pp),
+            conservation.reverse.eq(retraction.reverse),
+            conservation.safe.eq(self.safe),
         ]
         for index in range(self.axes):
             with m.If(distributor.pi[index]):
@@ -151,3 +162,8 @@ class Motion(wiring.Component):
                 Assert((reverse == retraction.reverse) | rest, "reversed in motion"),
                 Assert(~(shorted & feed.ps), "a pulse Ps follows the short"),
             ]
+        m.d.sync += [
+            Assert(~self.conservation.damaged, "a guard sees a pulse lost or made"),
+            Assert(~(path.damaged_word | path.damaged_segment | path.damaged_place),
+                   "a guard sees damage in the window"),
+        ]

@@ -113,6 +113,8 @@ class Bench:
         if self.offset:
             for register in dut.path.position, dut.path.front, dut.feed.command:
                 ctx.set(register, wrapped(self.offset))
+            for name in "position", "front":
+                ctx.set(dut.path.again[name], ~self.offset % (1 << 32))
         self.place(ctx, behind=self.borders[0], ahead=self.end, fast_ahead=FOREVER,
                    fast_behind=-FOREVER, floor=-FOREVER)
         await self.commit(ctx, data)

@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.power.pulse_generator import PulseGenerator
-from rtl.safety.interlock import CLEAR_KEY, Cause, Interlock
+from rtl.safety.interlock import BY_AXIS, CLEAR_KEY, Cause, Interlock
 from rtl.safety.watchdog import Watchdog
 from testbench.formal.prover import prove
 
@@ -45,6 +45,9 @@ class InterlockContract(wiring.Component):
     stop: In(1)
     clear: In(1)
     clear_key: In(8)
+    leave: In(1)
+    leave_key: In(8)
+    onto: In(1)
     pet: In(1)
     pet_key: In(8)
     machining: In(1)
@@ -61,8 +64,11 @@ class InterlockContract(wiring.Component):
             watchdog.pet.eq(self.pet), watchdog.key.eq(self.pet_key),
             interlock.watchdog.eq(watchdog.expired),
             interlock.clear.eq(self.clear), interlock.key.eq(self.clear_key),
+            interlock.leave.eq(self.leave), interlock.leave_key.eq(self.leave_key),
+            interlock.onto.eq(self.onto),
             interlock.discharging.eq(self.machining),
-            pulses.enable.eq(self.machining & ~interlock.safe), pulses.sensing.eq(self.sensing),
+            pulses.enable.eq(self.machining & ~interlock.safe & ~interlock.leaving),
+            pulses.sensing.eq(self.sensing),
         ]
         for name in (*AT_ONCE, "estop", "limit_low", "limit_high", "fluid_low", "fluid_required",
                      "stop"):
@@ -78,8 +84,14 @@ class InterlockContract(wiring.Component):
 
         # Limit switches and fluid: a cause at the latest when the level has lasted.
         causes = [self.estop, self.stop, *(getattr(self, name).any() for name in AT_ONCE)]
-        causes += [lasts(switches.any(), 2) & switches.any()
-                   for switches in (self.limit_low, self.limit_high)]
+        excused = []
+        for switches, at, left in (
+                (self.limit_low, interlock.at_low, interlock.left_low),
+                (self.limit_high, interlock.at_high, interlock.left_high)):
+            for axis in range(AXES):
+                excuse = Signal(name=f"excuse_{left.name}_{axis}")
+                excused.append((excuse, at[axis], left[axis], switches[axis]))
+                causes.append(lasts(switches[axis], 2) & switches[axis] & ~excuse)
         causes.append(lasts(self.fluid_low, SPLASH) & self.machining & self.fluid_required)
 
         # The watchdog is stale when no second key after a first came within its period.
@@ -105,6 +117,21 @@ class InterlockContract(wiring.Component):
         with m.If(cause | owed):
             m.d.comb += [Assert(interlock.safe), Assert(~powered)]
         m.d.comb += Assert(~(pulses.on & pulses.sense))
+
+        # EXCUSES: only a switch that is pressed when someone asks, while safe, until it is released
+        # or something else comes; and no power as long as there is one.
+        asked = Signal()
+        m.d.comb += asked.eq(self.leave & (self.leave_key == CLEAR_KEY) & interlock.safe)
+        for excuse, at, left, switch in excused:
+            released = lasts(~switch, RELEASE)
+            with m.If(asked):
+                m.d.sync += excuse.eq(at)
+            with m.Elif(cause | self.onto | released):
+                m.d.sync += excuse.eq(0)
+            m.d.comb += Assert(~left | excuse)
+            with m.If(left):
+                m.d.comb += Assert(~powered)
+            m.d.comb += Cover(left & ~interlock.safe)
 
         self._bookkeeping(m, interlock, acknowledged)
         m.d.comb += [Cover(pulses.on), Cover(pulses.sense),
@@ -139,6 +166,8 @@ class InterlockContract(wiring.Component):
                 m.d.comb += Assert(safe & ~latched.any() & (~before | cleared))
             with m.If(interlock.tripped):
                 m.d.comb += Assert(interlock.simultaneous == live)
+                m.d.comb += Assert(interlock.blamed.any() == Cat(
+                    interlock.first == cause.value for cause in BY_AXIS).any())
                 m.d.comb += Assert(live.bit_select(interlock.first, 1))
                 for cause in Cause:
                     with m.If(interlock.first == cause.value):

@@ -75,6 +75,7 @@ class Supervision:
         """Go on by one clock."""
         edges = {name for name, level, before in zip("ab", (a, b), self.levels, strict=True)
                  if level != before}
+        idle = not on or self.check != "none"
         found = self._rated(tick, fp) or self._judged()
         if clear:
             self.check = "none"
@@ -92,7 +93,7 @@ class Supervision:
             self.told = (gain * size // 256) * (-1 if er < 0 else 1)
         else:
             self.coming = max(-511, min(511, self.coming + fp))
-        self.valid = on and (self.valid or tick)
+        self.valid = not idle and (self.valid or tick)
 
     def _rated(self, tick, fp):
         self.ticks += tick

@@ -22,6 +22,7 @@ def check(ctx, dut, counter):
     assert ctx.get(dut.position) == wrapped(counter.moved, dut.travel)
     assert ctx.get(dut.error) == counter.error
     assert ctx.get(dut.saturated) == counter.saturated
+    assert not ctx.get(dut.damaged)
 
 
 @pytest.mark.parametrize(("width", "travel"), [(3, 3), (4, 6), (18, 32)])
@@ -60,6 +61,29 @@ def test_sticks_at_the_limit_of_the_full_width(simulate, sign, start):
             check(ctx, dut, counter)
         assert counter.saturated
         assert abs(counter.commanded - counter.moved) > counter.limit
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("register", ["command", "position", "error"])
+def test_every_bit_that_turns_over_is_found(simulate, rng, register):
+    dut = ErrorCounter(width=6, travel=9)
+
+    async def bench(ctx):
+        signal = getattr(dut, register)
+        for bit in range(len(signal)):
+            for clock in range(20):
+                drive(ctx, dut, rng.choice((-1, 0, 1)), (-1, 1)[clock & 1], adopt=False)
+                await ctx.tick()
+            assert not ctx.get(dut.damaged)
+            ctx.set(signal, ctx.get(signal) ^ (1 << bit if bit < len(signal) - 1 else -1 << bit))
+            for clock in range(6):
+                drive(ctx, dut, rng.choice((-1, 0, 1)), rng.choice((-1, 0, 1)), adopt=False)
+                await ctx.tick()
+                assert ctx.get(dut.damaged | dut.saturated) == (clock > 0), (bit, clock)
+            drive(ctx, dut, 0, 0, adopt=True)
+            await ctx.tick().repeat(3)
+            assert not ctx.get(dut.damaged)
 
     simulate(dut, bench)
 

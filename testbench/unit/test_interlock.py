@@ -8,12 +8,12 @@ from softcore import regmap
 from testbench.models import interlock as model
 from testbench.refusal import refuses
 
-BY_AXIS = ("drive_fault", "limit_low", "limit_high", "error_saturated", "encoder",
-           "following_stopped", "following_moving", "coder", "travel")
+BY_AXIS = model.BY_AXIS
 LONE = ("contact", "gate", "memory", "guard")
 QUIET = dict(dict.fromkeys(BY_AXIS + LONE, 0), estop=0, fluid_low=0, watchdog=0, stop=0, clear=0,
-             key=0, discharging=1, fluid_required=1)
+             key=0, leave=0, leave_key=0, onto=0, discharging=1, fluid_required=1)
 CLEAR = dict(clear=1, key=0x5A)
+LEAVE = dict(leave=1, leave_key=0x5A)
 
 
 class Bench:
@@ -36,6 +36,11 @@ class Bench:
             assert ctx.get(dut.tripped) == self.model.tripped
             assert ctx.get(dut.first) == model.CAUSES.index(self.model.first)
             assert ctx.get(dut.simultaneous) == model.vector(self.model.told)
+            assert ctx.get(dut.blamed) == self.model.blamed
+            assert ctx.get(dut.leaving) == self.model.leaving
+            for end in "low", "high":
+                assert ctx.get(getattr(dut, f"at_{end}")) == self.model.at(f"limit_{end}")
+                assert ctx.get(getattr(dut, f"left_{end}")) == self.model.left[f"limit_{end}"]
             self.model.end()
             self.trips += self.model.tripped
             await ctx.tick()
@@ -50,6 +55,7 @@ def test_causes_have_the_numbers_of_the_register_table():
 
 def test_follows_the_model(simulate, rng):
     bench = Bench()
+    left = set()
 
     async def run(ctx):
         calm = {}
@@ -59,16 +65,22 @@ def test_follows_the_model(simulate, rng):
                 calm = dict(discharging=rng.random() < 0.8, fluid_required=rng.random() < 0.8,
                             fluid_low=rng.random() < 0.3)
             inputs = dict(calm, clear=rng.random() < 0.3,
-                          key=rng.choice((0x5A, 0x5A, 0xA5, rng.randrange(256))))
+                          key=rng.choice((0x5A, 0x5A, 0xA5, rng.randrange(256))),
+                          leave=rng.random() < 0.1, leave_key=rng.choice((0x5A, 0x5A, 0x5B)),
+                          onto=rng.random() < 0.02)
             for name in (*BY_AXIS, *LONE, "estop", "watchdog", "stop"):
                 if busy and rng.random() < 0.03:
                     inputs[name] = rng.choice((1, 2, 4, 5)) if name in BY_AXIS else 1
             if busy and rng.random() < 0.2:
                 inputs |= dict.fromkeys(rng.sample(("limit_low", "limit_high"), 1), 2)
+            elif clock % 200 > 100:
+                inputs |= {rng.choice(("limit_low", "limit_high")): 5} if rng.random() < 0.9 else {}
             await bench.clock(ctx, **inputs)
+            left.add((bench.model.leaving, bench.model.safe))
 
     simulate(bench.dut, run)
     assert bench.trips > 30
+    assert len(left) == 4
 
 
 def test_safe_until_acknowledged_after_reset(simulate):
@@ -107,6 +119,7 @@ def test_every_cause_acts_in_its_clock_and_holds(simulate, cause):
         assert ctx.get(dut.tripped)
         assert ctx.get(dut.first) == cause.value
         assert ctx.get(dut.simultaneous) == 1 << cause.value
+        assert ctx.get(dut.blamed) == (4 if name in BY_AXIS else 0)
         await bench.clock(ctx, **level, **CLEAR)
         await bench.clock(ctx, after)
         await bench.clock(ctx, 3)
@@ -157,6 +170,65 @@ def test_one_clock_of_a_limit_switch_is_a_disturbance(simulate):
             await bench.clock(ctx, limit_low=1 << axis)
             await bench.clock(ctx)
         assert not ctx.get(bench.dut.safe)
+
+    simulate(bench.dut, run)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_a_limit_switch_can_be_left(simulate, end):
+    bench = Bench()
+    on = {f"limit_{end}": 2}
+    left = getattr(bench.dut, f"left_{end}")
+
+    async def run(ctx):
+        dut = bench.dut
+        await bench.clock(ctx, **CLEAR)
+        await bench.clock(ctx, 5, **LEAVE)
+        assert not ctx.get(dut.leaving), "there is nothing to leave"
+        await bench.clock(ctx, 3, **on)
+        await bench.clock(ctx, **on, **CLEAR)
+        assert ctx.get(dut.safe), "a live switch is not cleared"
+        await bench.clock(ctx, **on, leave=1, leave_key=0xA5)
+        assert not ctx.get(dut.leaving), "another key"
+        await bench.clock(ctx, **on, **LEAVE)
+        assert ctx.get(left) == 2
+        assert ctx.get(dut.safe), "not yet acknowledged"
+        await bench.clock(ctx, **on, **CLEAR)
+        await bench.clock(ctx, 10, **on)
+        assert not ctx.get(dut.safe)
+        await bench.clock(ctx, 2)
+        assert ctx.get(dut.leaving), "a contact bounces"
+        await bench.clock(ctx, 5, **on)
+        await bench.clock(ctx, 4)
+        assert not ctx.get(dut.leaving)
+        await bench.clock(ctx, 3, **on)
+        assert ctx.get(dut.safe), "once left it is a switch like any other"
+
+    simulate(bench.dut, run)
+    assert bench.trips == 2
+
+
+@pytest.mark.parametrize("cause", ["onto", "limit_low", "limit_high", "estop"])
+def test_nothing_else_is_let_pass_while_a_switch_is_left(simulate, cause):
+    bench = Bench()
+
+    async def run(ctx):
+        dut = bench.dut
+        await bench.clock(ctx, 3, limit_high=2)
+        await bench.clock(ctx, limit_high=2, **LEAVE)
+        await bench.clock(ctx, limit_high=2, **CLEAR)
+        await bench.clock(ctx, 5, limit_high=2)
+        assert not ctx.get(dut.safe)
+        also = {"limit_high": 6} if cause == "limit_high" else {"limit_high": 2, cause: 1}
+        await bench.clock(ctx, **also)
+        await bench.clock(ctx, 4, **(also if cause.startswith("limit") else {"limit_high": 2}))
+        assert ctx.get(dut.safe)
+        assert not ctx.get(dut.leaving)
+        first = "limit_high" if cause == "onto" else cause
+        assert ctx.get(dut.first) == model.CAUSES.index(first)
+        assert ctx.get(dut.blamed) == dict(onto=2, limit_low=1, limit_high=4, estop=0)[cause]
+        await bench.clock(ctx, limit_high=2, **CLEAR)
+        assert ctx.get(dut.safe), "the switch is still there"
 
     simulate(bench.dut, run)
 

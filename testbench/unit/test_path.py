@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 import pytest
+from amaranth.hdl import Cat
 
 from rtl.motion.path import SegmentWindow
 from testbench.models.path import Window
@@ -66,6 +67,7 @@ class Bench:
         self.entered = []
         self.state, self.expected = [], []  # with which segments were entered, since
         self.here = None     # segment entered last
+        self.damaged = False
         self.busy = False    # firmware writes the last slot again and again
 
     def ahead(self):
@@ -81,6 +83,8 @@ class Bench:
             ctx.set(dut.data, self.again[self.word])
             self.word = (self.word + 1) % len(self.again)
         await ctx.tick()
+        if not self.damaged:
+            assert not ctx.get(Cat(dut.damaged_word, dut.damaged_segment, dut.damaged_place))
         if ctx.get(dut.entered):
             self.entered.append((ctx.get(dut.slot), wrapped(ctx.get(dut.position) - self.offset)))
         if ctx.get(dut.enter):
@@ -120,8 +124,9 @@ class Bench:
         for number in range(self.first, self.last):
             await self.write(ctx, number)
         if self.offset:
-            ctx.set(dut.position, wrapped(self.offset))
-            ctx.set(dut.front, wrapped(self.offset))
+            for name in "position", "front":
+                ctx.set(getattr(dut, name), wrapped(self.offset))
+                ctx.set(dut.again[name], ~self.offset % (1 << 32))
         ctx.set(dut.ahead, wrapped(self.ahead() + self.offset))
         await self.settle(ctx)
 
@@ -399,3 +404,76 @@ def test_refuses_a_fourth_axis():
 @pytest.mark.parametrize("slots", [0, 1, 12])
 def test_refuses_a_ring_that_does_not_wrap(slots):
     refuses(SegmentWindow, f"must be a power of two, not {slots}", slots=slots)
+
+
+def registers_of(dut):
+    """Registers that are guarded, with the output that tells of each."""
+    segment = [dut.length, dut.rate, dut.highest, dut.arc, dut.major, dut.minor, dut.outward,
+               dut.change, dut.divisor]
+    segment += [part for travel in dut.travel for part in (travel.magnitude, travel.negative)]
+    place = [dut.position, dut.front, dut.offset, dut.slot, *dut.again.values()]
+    return [(one, dut.damaged_segment) for one in segment] + [
+        (one, dut.damaged_place) for one in place]
+
+
+@pytest.mark.parametrize("arc", [False, True], ids=["line", "arc"])
+def test_every_bit_of_a_register_that_turns_over_is_found(simulate, rng, arc):
+    shape = Arc(0, 1, 1, -77, 1234, [1, 2, 3, 4], [5, 6, 7, 8]) if arc else None
+    bench = Bench([Segment(40, 7, [-40, 17], shape, 99)])
+    dut = bench.dut
+    alarms = Cat(dut.damaged_word, dut.damaged_segment, dut.damaged_place)
+
+    async def run(ctx):
+        await bench.begin(ctx)
+        for _ in range(17):
+            await bench.pulse(ctx, 1)
+        bench.damaged = True
+        for register, alarm in registers_of(dut):
+            kept = ctx.get(register)
+            for bit in range(len(register)):
+                flipped = kept & ((1 << len(register)) - 1) ^ 1 << bit
+                if register.shape().signed:
+                    flipped = wrapped(flipped, len(register))
+                ctx.set(register, flipped)
+                await bench.tick(ctx)
+                assert not ctx.get(alarms)
+                await bench.tick(ctx)
+                assert ctx.get(alarm), (register.name, bit)
+                assert ctx.get(alarms) in (1 << 1, 1 << 2), "that, and nothing else"
+                ctx.set(register, kept)
+                await bench.tick(ctx)
+                await bench.tick(ctx)
+                assert not ctx.get(alarms)
+
+    simulate(dut, run, deadline=1)
+
+
+@pytest.mark.parametrize("arc", [False, True], ids=["line", "arc"])
+def test_every_bit_of_a_word_that_turns_over_is_found_before_a_pulse(simulate, rng, arc):
+    shape = Arc(0, 1, 1, -77, 1234, [1, 2, 3, 4], [5, 6, 7, 8]) if arc else None
+    segment = Segment(40, 7, [-40, 17], shape, 99)
+    bench = Bench([segment])
+    dut = bench.dut
+    words = 12 if arc else 6  # of an arc those of its start
+
+    async def run(ctx):
+        await bench.begin(ctx)
+        bench.damaged = True
+        for word in range(words):
+            row = dut.banks[word % 2].data[word // 2]
+            for bit in rng.sample(range(32), 6) + [32]:
+                ctx.set(dut.load, 1)
+                ctx.set(dut.ahead, 0)
+                await bench.tick(ctx)
+                ctx.set(dut.load, 0)
+                ctx.set(row, ctx.get(row) ^ 1 << bit)
+                ctx.set(dut.ahead, 40)
+                found = begun = False
+                while not (begun and ctx.get(dut.ready)):
+                    await bench.tick(ctx)
+                    begun = begun or not ctx.get(dut.ready)
+                    found = found or ctx.get(dut.damaged_word)
+                assert found, (word, bit)
+                ctx.set(row, ctx.get(row) ^ 1 << bit)
+
+    simulate(dut, run, deadline=1)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Conservation of path pulses: none is lost, and none is made by itself."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.lib.arithmetic import sum_or_difference
+
+__all__ = ["Conservation"]
+
+
+class Conservation(wiring.Component):
+    """Looks at the path from the generator of its pulses to the window, in every clock.
+
+    A pulse commanded is stored in the ramp, on its way or in the position: ``command - position``
+    is ``stored + ps + pp``, or its opposite on the way back. ``damaged`` says that three clocks ago
+    this was not so, with ``safe`` low. The law holds again by itself at the next ``load`` of the
+    path, and while ``safe`` is high.
+
+    Members
+    -------
+    command, position : In(signed(32))
+        Path coordinates, of the pulse generator and of the window.
+    stored : In(24)
+        Pulses in the ramp.
+    ps, pp : In(1)
+        A pulse on its way into the ramp, and one out of it.
+    reverse : In(1)
+        Pulses count down.
+    safe : In(1)
+        The pulses stored are being dropped.
+    damaged : Out(1)
+        The law is broken.
+    """
+
+    command: In(signed(32))
+    position: In(signed(32))
+    stored: In(24)
+    ps: In(1)
+    pp: In(1)
+    reverse: In(1)
+    safe: In(1)
+    damaged: Out(1)
+
+    def elaborate(self, platform):
+        m = Module()
+        apart = Signal(32)
+        under_way = Signal(25)
+        back = Signal()
+        rest = Signal(32)
+        looked = Signal(2)
+        m.d.sync += [
+            apart.eq(self.command - self.position),
+            under_way.eq(self.stored + self.ps + self.pp),
+            back.eq(self.reverse),
+            rest.eq(sum_or_difference(apart, under_way, ~back)),
+            looked.eq(Cat(~self.safe, looked)),
+            self.damaged.eq(looked[1] & rest.any()),
+        ]
+        return m
