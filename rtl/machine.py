@@ -172,6 +172,7 @@ class Machine(wiring.Component):
             self.path_status_moving.eq(~ramp.rest),
             self.path_status_reverse.eq(retraction.reverse),
             self.path_status_state.eq(retraction.state),
+            self.path_status_crowded.eq(retraction.crowded),
         ]
         for name in ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
                      "jump_distance", "jump_rate", "jump_high_rate", "commit_strobe",

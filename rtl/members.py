@@ -47,6 +47,7 @@ def registers():
         "path_front": Out(coordinate), "path_slot": Out(8),
         "path_status_moving": Out(1), "path_status_reverse": Out(1),
         "path_status_in_position": Out(1), "path_status_state": Out(4),
+        "path_status_crowded": Out(1),
 
         "ramp_start_rate": In(30), "ramp_acceleration": In(30),
 

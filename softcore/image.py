@@ -19,7 +19,7 @@ SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 
 TARGET_ONLY = {"hal_regs.c", "main.c", "memory.S", "save.S", "start.S"}
-HOST_ONLY = {"hal_host.c", "hal_host_gap.c", "host.c", "coverage.c"}
+HOST_ONLY = {"hal_host.c", "hal_host_axis.c", "hal_host_gap.c", "host.c", "coverage.c"}
 
 # A warning is an error: the firmware has no other reader. Products and sums stay apart, so that
 # floats come out the same everywhere.

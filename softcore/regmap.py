@@ -140,7 +140,9 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
         Field(name="in_position", bits=1, access="r", doc="Every axis is within its window."),
         Field(name="state", bits=4, access="r",
               doc="Retraction: 0 front, 1 stopping, 2 retracting, 3 at limit, 4 re-advance high, "
-                  "5 re-advance low, 6 halted."))),
+                  "5 re-advance low, 6 halted."),
+        Field(name="crowded", bits=1, access="r",
+              doc="Events wait to be taken, and forward motion for that."))),
 ))
 
 RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.motion.ramp``.",

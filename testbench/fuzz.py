@@ -103,7 +103,7 @@ def _disturb(rng, machine):
     elif kind in (5, 6):
         machine.library.gk_go(rng.randint(-5000, 5000))
     elif rng.random() < 0.1:
-        machine.library.gk_trip(rng.randrange(14))
+        machine.library.gk_trip(rng.randrange(14), rng.randrange(8))
     machine.run(rng.choice((1, 10, 50)))
 
 

@@ -400,33 +400,33 @@ static bool finish_move(fault *f) {
     return true;
 }
 
-static bool within_travel(const path_move *m, int32_t soft_limit, unsigned jump_axis, fault *f) {
-    unsigned axis = plane_beyond(start, m, soft_limit, jump_axis);
+static bool within_travel(const path_move *m, const travel_range *t, fault *f) {
+    unsigned axis = plane_beyond(start, m, t);
     return axis == HAL_AXES || fault_at(f, FAULT_TRAVEL, 0,
                                         "beside the path the travel of %c is too short", "XYZ"[axis]);
 }
 
 /* The fresh move is the next to be held, or the last one. */
-static bool turn_to_fresh(int32_t soft_limit, unsigned jump_axis, fault *f) {
+static bool turn_to_fresh(const travel_range *t, fault *f) {
     find_start(fresh, next_shift);
     if (fresh->corners) {
         plane_axes axes = PLANE_AXES[plane];
         vector back = plane_delta(&fresh->corner);
         start[axes.first] -= back.u;
         start[axes.second] -= back.v;
-        return within_travel(&fresh->corner, soft_limit, jump_axis, f);
+        return within_travel(&fresh->corner, t, f);
     }
     if (leads_out) {
         shift_move(&fresh->move, next_shift, (vector){0, 0});
         fresh->moves = leads_away(&fresh->move);
-        return within_travel(&fresh->move, soft_limit, jump_axis, f);
+        return within_travel(&fresh->move, t, f);
     }
     return true;
 }
 
 bool compensation_ready(void) { return step == STEP_NONE; }
 
-plan_result compensation_step(int32_t soft_limit, unsigned jump_axis, fault *f) {
+plan_result compensation_step(const travel_range *t, fault *f) {
     bool right = true;
     switch (step) {
     case STEP_NONE: return PLAN_DONE;
@@ -449,13 +449,13 @@ plan_result compensation_step(int32_t soft_limit, unsigned jump_axis, fault *f) 
         step = STEP_TRAVEL;
         break;
     case STEP_TRAVEL:
-        right = within_travel(&held[0].p.move, soft_limit, jump_axis, of_held(f));
+        right = within_travel(&held[0].p.move, t, of_held(f));
         f->line = right ? told.line : f->line;
         f->block = right ? told.number : f->block;
         step = STEP_AFTER;
         break;
     case STEP_AFTER:
-        right = turn_to_fresh(soft_limit, jump_axis, f);
+        right = turn_to_fresh(t, f);
         shift = next_shift;
         trimmed = meets;
         sector = meets ? vector_difference(meeting, beginning.centre)

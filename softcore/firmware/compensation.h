@@ -40,7 +40,7 @@ const modal *compensation_state(const modal *executed);
 bool compensation_take(plan *p, const char *text, uint32_t length, uint32_t line, uint32_t number,
                        fault *f);
 bool compensation_ready(void); /* compensation_step has nothing to do */
-plan_result compensation_step(int32_t soft_limit, unsigned jump_axis, fault *f);
+plan_result compensation_step(const travel_range *t, fault *f);
 
 /* The next block to be carried out; 0: take another one. */
 const compensation_block *compensation_next(void);

@@ -202,7 +202,9 @@ static void tell(const record *r) {
         break;
     case EVENT_FLUID: gap_fluid(&r->event, r->cycle); break;
     case EVENT_CONDITION: series_switched(&r->event, r->cycle); break;
-    case EVENT_TRIP: machine_tripped(r->event.detail, r->cycle, r->event.encoder); break;
+    case EVENT_TRIP:
+        machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
+        break;
     default: break;
     }
 }

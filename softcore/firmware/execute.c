@@ -298,6 +298,10 @@ static part advance(fault *f) {
         if (work->machining_on) {
             if (!gap_ready(f))
                 return at;
+            if (hal_limits_read().leaving) {
+                fault_at(f, FAULT_LOCKED, 0, "M03 while a limit switch is being left");
+                return at;
+            }
             machine_discharge(true);
             events_now("aux", ",M,3");
         }

@@ -53,6 +53,8 @@ typedef enum {
     FAULT_FLUID = 49,       /* the fluid's resistance is not known */
     FAULT_NO_DISCHARGE = 50, /* under servo a long way without a discharge */
     FAULT_NO_PROGRESS = 51, /* under servo a long time without new depth */
+    FAULT_GUARD = 55,       /* the axes are not where the path has led them */
+    FAULT_STUCK = 56,       /* motion is wanted, and nothing moves */
 } fault_code;
 
 typedef struct {

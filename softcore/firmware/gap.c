@@ -275,6 +275,8 @@ static bool bring(void) {
 }
 
 /* The settings may have come to rely on a detector that has told of its trouble before. */
+bool gap_serves(void) { return servo || law_measures(); }
+
 bool gap_watch(void) {
     bool brought = bring();
     if (machine_machining()) {
@@ -286,7 +288,7 @@ bool gap_watch(void) {
             return brought;
         }
     }
-    if (!law_measures() && !servo)
+    if (!gap_serves())
         return brought;
     uint32_t counts[4];
     hal_gap_counts(counts);

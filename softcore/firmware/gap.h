@@ -27,6 +27,7 @@ bool gap_current_kept(void);                    /* the supply's step is what it 
 /* Law of the feed, as G95 P has it, and the row of the program's condition, by whose references as they
    are now it was judged; 0 for G94. */
 void gap_servo(unsigned law, const technology_row *judged);
+bool gap_serves(void);                          /* the feed goes by the gap, not by F alone */
 
 gap_class gap_class_row(unsigned number);
 void gap_class_enter(unsigned number, const gap_class *row, bool by_hand);

@@ -53,6 +53,7 @@ typedef enum {
 typedef struct {
     bool moving;
     bool in_position;
+    bool crowded;           /* events wait to be taken, and forward motion for that */
     hal_motion_state state;
 } hal_motion;
 
@@ -176,9 +177,25 @@ void hal_fluid_write(const hal_fluid *detector);
 uint32_t hal_fluid_state(void); /* the flags as they are now */
 
 /* Safety. */
+typedef struct {
+    uint8_t low, high;      /* limit switches that are pressed, bit 0 X */
+    bool leaving;           /* they are just being left */
+} hal_limits;
+
+/* What the cause `guard` has found: axes whose positions do not belong together, bit 0 X, and */
+#define HAL_DAMAGE_AXES 7u
+#define HAL_DAMAGE_WORD 8u      /* a word of the path window */
+#define HAL_DAMAGE_SEGMENT 16u  /* the segment at work */
+#define HAL_DAMAGE_PLACE 32u    /* the place on the path */
+#define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
+
 void hal_pet(uint8_t key);
 bool hal_safe(void);
 unsigned hal_first_cause(void);
+unsigned hal_blamed(void);      /* axes that raised it, bit 0 X */
+hal_limits hal_limits_read(void);
+void hal_leave(void);           /* excuse the limit switches that are pressed, while safe */
+uint32_t hal_damage(void);
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);
@@ -199,3 +216,13 @@ void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t 
 void hal_axis_mode(unsigned axis, bool step, bool reverse);
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
 void hal_axis_adopt(unsigned axis);
+void hal_axis_limits(unsigned axis, int32_t low, int32_t high); /* soft limits, pulses */
+void hal_axis_gain(unsigned axis, uint32_t gain);   /* of the loop, 2**-20 pulse/tick per pulse */
+
+typedef enum {
+    CHECK_NONE, CHECK_MODEL, CHECK_SILENT, CHECK_PHASE_A, CHECK_PHASE_B, CHECK_AGAINST, CHECK_SHARE,
+    CHECK_RATE, CHECKS
+} hal_check;    /* what the supervision of a coder has found; see rtl.motion.supervision */
+
+hal_check hal_axis_check(unsigned axis);
+bool hal_axis_beyond(unsigned axis, bool high);     /* a pulse beyond a soft limit was refused */

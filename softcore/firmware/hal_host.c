@@ -5,6 +5,7 @@
 #include "hal.h"
 #include "host.h"
 #include "move.h"
+#include "regs.h"
 #include "watch.h"
 
 #define PASS_CLOCKS 1000
@@ -28,8 +29,11 @@ static unsigned entered_slot;
 static int32_t base[HAL_AXES];      /* axes at the start of the segment */
 static hal_motion_state state;
 static uint32_t speed;
+static bool stuck;
 static bool run, hold, discharge, safe, interrupts;
-static uint32_t live, cause;
+static uint32_t live, cause, blamed;
+static hal_limits switches;
+static int32_t lost_pulses[HAL_AXES]; /* of the commands: a fault of the gateware */
 static hal_retraction data;
 static uint32_t period;
 static uint32_t fin_passes, busy_passes;
@@ -225,16 +229,18 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     slot = offset = 0;
     begun = run = hold = discharge = interrupts = late = lost = false;
     safe = true;
-    live = cause = 0;
+    live = cause = blamed = 0;
+    switches = (hal_limits){0};
     creep = 0;
     for (unsigned i = 0; i < HAL_AXES; i++)
-        base[i] = errors[i] = 0;
+        base[i] = errors[i] = lost_pulses[i] = 0;
     for (unsigned i = 0; i < HAL_SLOTS; i++)
         slots[i] = (hal_segment){0};
     for (unsigned i = 0; i < BOUNDS; i++)
         bounds[i] = 0;
     state = MOTION_HALTED;
     speed = 1u << 30;
+    stuck = false;
     data = (hal_retraction){0};
     period = 0;
     fin_passes = 1;
@@ -272,9 +278,16 @@ uint32_t gk_receive(uint8_t *bytes, uint32_t size) {
 }
 
 void gk_speed(uint32_t pulses) { speed = pulses; }
+void gk_stuck(uint32_t on) { stuck = on; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
 void gk_creep(int32_t pulses) { creep = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
+void gk_switches(uint32_t low, uint32_t high) {
+    switches.low = (uint8_t)low;
+    switches.high = (uint8_t)high;
+    switches.leaving = switches.leaving && (low | high);
+}
+void gk_lose(uint32_t axis, int32_t pulses) { lost_pulses[axis] = pulses; }
 void gk_fin(uint32_t passes) { fin_passes = passes; }
 int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
 int32_t gk_position(void) { return position; }
@@ -303,13 +316,14 @@ void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
     announce(kind, detail, first, second);
 }
 
-void gk_trip(uint32_t number) {
+void gk_trip(uint32_t number, uint32_t axes) {
     cause = number;
+    blamed = axes;
     safe = true;
     state = MOTION_HALTED;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         errors[axis] = 5; /* the drives let go */
-    announce(EVENT_TRIP, number, 0, 0);
+    announce(EVENT_TRIP, number, axes, 0);
 }
 
 uint32_t gk_flags(void) {
@@ -365,7 +379,8 @@ int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
 unsigned hal_slot(void) { return slot; }
 hal_motion hal_motion_read(void) {
-    return (hal_motion){.moving = false, .in_position = true, .state = state};
+    return (hal_motion){.moving = false, .in_position = true, .crowded = !speed && !stuck,
+                        .state = state};
 }
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
     (void)start_rate;
@@ -417,7 +432,13 @@ void hal_pet(uint8_t key) {
 }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
-void hal_interlock_clear(void) { safe = live != 0; }
+unsigned hal_blamed(void) { return blamed; }
+hal_limits hal_limits_read(void) { return switches; }
+void hal_leave(void) { switches.leaving = safe && !live && (switches.low | switches.high); }
+void hal_interlock_clear(void) {
+    safe = live != 0 || (!switches.leaving && (switches.low | switches.high));
+}
+uint32_t hal_damage(void) { return cause == CAUSE_GUARD ? blamed : 0; }
 void hal_interlock_trip(void) { safe = true; }
 void hal_fluid_required(bool required) { (void)required; }
 
@@ -437,7 +458,7 @@ bool hal_auxiliary_timed_out(void) {
     return was;
 }
 
-int32_t hal_axis_command(unsigned axis) { return gk_axis(axis); }
+int32_t hal_axis_command(unsigned axis) { return gk_axis(axis) - lost_pulses[axis]; }
 int32_t hal_axis_position(unsigned axis) { return gk_axis(axis); }
 int32_t hal_axis_error(unsigned axis) { return errors[axis]; }
 uint32_t hal_axis_overshoot(unsigned axis) {

@@ -99,6 +99,7 @@ hal_motion hal_motion_read(void) {
     uint32_t word = PATH->status;
     return (hal_motion){.moving = word & PATH_STATUS_MOVING_MASK,
                         .in_position = word & PATH_STATUS_IN_POSITION_MASK,
+                        .crowded = word & PATH_STATUS_CROWDED_MASK,
                         .state = (hal_motion_state)GET(word, PATH_STATUS_STATE)};
 }
 
@@ -283,6 +284,17 @@ void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
 void hal_pet(uint8_t key) { SAFETY->pet = key; }
 bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
 unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
+unsigned hal_blamed(void) { return GET(SAFETY->status, SAFETY_STATUS_BLAMED); }
+
+hal_limits hal_limits_read(void) {
+    uint32_t word = SAFETY->limits;
+    return (hal_limits){.low = (uint8_t)GET(word, SAFETY_LIMITS_LOW),
+                        .high = (uint8_t)GET(word, SAFETY_LIMITS_HIGH),
+                        .leaving = word & SAFETY_LIMITS_LEAVING_MASK};
+}
+
+void hal_leave(void) { SAFETY->leave = 0x5a; }
+uint32_t hal_damage(void) { return SAFETY->damage; }
 void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
 void hal_interlock_trip(void) { SAFETY->stop = 1; }
 void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }
@@ -322,3 +334,18 @@ void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t 
 }
 
 void hal_axis_adopt(unsigned axis) { AXIS(axis)->adopt = 1; }
+
+void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
+    AXIS(axis)->low = low;
+    AXIS(axis)->high = high;
+}
+
+void hal_axis_gain(unsigned axis, uint32_t gain) { AXIS(axis)->gain = gain; }
+hal_check hal_axis_check(unsigned axis) {
+    return (hal_check)GET(AXIS(axis)->status, AXIS_STATUS_CHECK);
+}
+
+bool hal_axis_beyond(unsigned axis, bool high) {
+    uint32_t mask = high ? AXIS_STATUS_BEYOND_HIGH_MASK : AXIS_STATUS_BEYOND_LOW_MASK;
+    return AXIS(axis)->status & mask;
+}

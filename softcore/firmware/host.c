@@ -63,9 +63,9 @@ static bool parse(block *words, const char *text, uint32_t length, fault *f) {
 
 static bool judge(const block *words, const modal *state, bool by_hand, plan *p, fault *f) {
     plan_result result = PLAN_FAULT;
-    if (plan_block(words, state, by_hand, settings_highest_speed(), UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, p, f))
+    if (plan_block(words, state, by_hand, settings_highest_speed(), &TRAVEL_ALL, CHECK_JUMP_AXIS, p, f))
         do
-            result = plan_arc_step(p, UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, f);
+            result = plan_arc_step(p, &TRAVEL_ALL, f);
         while (result == PLAN_MORE);
     return result == PLAN_DONE;
 }
@@ -169,7 +169,7 @@ static bool compensate(const block *words, plan *p, fault *f) {
         return false;
     plan_result result;
     do
-        result = compensation_step(UNITS_POSITION_LIMIT, CHECK_JUMP_AXIS, f);
+        result = compensation_step(&TRAVEL_ALL, f);
     while (result == PLAN_MORE);
     if (result == PLAN_FAULT)
         return false;

@@ -80,8 +80,10 @@ void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
 uint32_t gk_send(const uint8_t *bytes, uint32_t length);
 uint32_t gk_receive(uint8_t *bytes, uint32_t size);
 
-/* How the model moves by itself: path pulses per pass at most; 0 stands still. */
+/* How the model moves by itself: path pulses per pass at most. At 0 it stands still, and says that
+   events wait: unless it is stuck. */
 void gk_speed(uint32_t pulses);
+void gk_stuck(uint32_t on);
 /* Move along the path, forward or back, as far as it is loaded; returns the pulses made. */
 int32_t gk_go(int32_t pulses);
 /* Pulses that the machine makes before every write of the bounds of what is loaded: it moves while the
@@ -89,8 +91,12 @@ int32_t gk_go(int32_t pulses);
 void gk_creep(int32_t pulses);
 void gk_state(uint32_t state);  /* hal_motion_state */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
-void gk_trip(uint32_t cause);
+void gk_trip(uint32_t cause, uint32_t axes);    /* of CAUSE_GUARD: what hal_damage says */
 void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing */
+void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are pressed, by axis */
+void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis has not made */
+void gk_check_found(uint32_t axis, uint32_t check); /* what hal_axis_check says */
+void gk_axis_words(uint32_t axis, int32_t words[3]); /* soft limits and gain, as written */
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
 int32_t gk_bound(uint32_t bound);
 int32_t gk_position(void);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine.h"
 
+#include "cause.h"
 #include "events.h"
 #include "hal.h"
 #include "link.h"
@@ -23,27 +24,6 @@ static struct {
     int32_t position[HAL_AXES];
 } alarm;
 
-static const char *const CAUSE_TEXT[CAUSES] = {
-    [CAUSE_POWER_ON] = "nobody has cleared the interlock since power-on",
-    [CAUSE_ESTOP] = "emergency stop",
-    [CAUSE_DRIVE_FAULT] = "a drive reports a fault",
-    [CAUSE_LIMIT_LOW] = "an axis is on its lower limit switch",
-    [CAUSE_LIMIT_HIGH] = "an axis is on its upper limit switch",
-    [CAUSE_FLUID_LOW] = "the fluid is below its level",
-    [CAUSE_WATCHDOG] = "the firmware stopped calling the watchdog",
-    [CAUSE_ERROR_SATURATED] = "an error counter reached its limit",
-    [CAUSE_ENCODER] = "an encoder made an illegal transition",
-    [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
-    [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
-    [CAUSE_FIRMWARE] = "the firmware asked for it",
-    [CAUSE_CODER] = "a coder does not tell what its axis does",
-    [CAUSE_TRAVEL] = "a command would have left the soft limits",
-    [CAUSE_CONTACT] = "the electrode touched the work with the discharge off",
-    [CAUSE_GATE] = "the gap had current or voltage with both sources off",
-    [CAUSE_MEMORY] = "the processor's memory read wrong",
-    [CAUSE_GUARD] = "a guarded register of the gateware is damaged",
-};
-
 void machine_init(void) {
     locked = true;
     held = waits = running = machining = alarm.waits = false;
@@ -54,6 +34,7 @@ void machine_init(void) {
 bool machine_locked(void) { return locked; }
 bool machine_held(void) { return held; }
 bool machine_machining(void) { return machining; }
+bool machine_goes(void) { return running && !held && !waits; }
 
 void machine_run(bool run) {
     if (running == run)
@@ -130,16 +111,12 @@ void machine_tell_alarm(void) {
     alarm.waits = false;
 }
 
-/* Causes after which the counted position may differ from the true one. */
-#define LOSES_POSITION                                                                             \
-    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
-     1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
-
-static const char *cause_text(unsigned cause) {
-    /* A wire machine's third drive is that of the wire. */
-    if (cause == CAUSE_DRIVE_FAULT && hal_jump_axis() >= HAL_AXES)
-        return "the wire is broken or a drive reports a fault";
-    return cause < CAUSES ? CAUSE_TEXT[cause] : "unknown cause";
+/* The limit switches that are pressed can be left: slowly, and only away from them. */
+static void tell_leaving(hal_limits limits) {
+    char axes[OUTPUT_LINE / 2];
+    cause_axes(axes, sizeof axes, limits.low | limits.high);
+    output_line("[MSG:On the %slimit switch of %s: only away from it, slowly, without discharge.]",
+                !limits.low ? "upper " : !limits.high ? "lower " : "", axes);
 }
 
 bool machine_unlock(fault *f) {
@@ -152,12 +129,20 @@ bool machine_unlock(fault *f) {
     if (hal_safe()) {
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             hal_axis_adopt(axis);
+        path_begin(); /* of what is damaged on the path the cause would stay */
+        hal_limits limits = hal_limits_read();
+        if (limits.low | limits.high)
+            hal_leave();
         hal_interlock_clear();
         for (unsigned i = 0; i < CLEAR_TRIES && hal_safe(); i++) {
         }
-        if (hal_safe())
-            return fault_at(f, FAULT_TRIP, 0, "the interlock stays open: %s",
-                            cause_text(hal_first_cause()));
+        if (hal_safe()) {
+            char why[sizeof f->text];
+            cause_text(why, sizeof why, hal_first_cause(), hal_blamed());
+            return fault_at(f, FAULT_TRIP, 0, "the interlock stays open: %s", why);
+        }
+        if (hal_limits_read().leaving)
+            tell_leaving(limits);
     }
     /* A path that begins here also ends the halted state. */
     events_drop();
@@ -195,12 +180,14 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     alarm_at(&f, cycle, position);
 }
 
-void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position) {
+void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
-    fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", cause_text(cause),
-             LOSES_POSITION >> cause & 1 ? "lost" : "kept");
+    char why[sizeof f.text];
+    cause_text(why, sizeof why, cause, axes);
+    fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", why,
+             cause_loses_position(cause) ? "lost" : "kept");
     alarm_at(&f, cycle, position);
 }
 

@@ -11,6 +11,7 @@ void machine_init(void);
 bool machine_locked(void);
 bool machine_held(void);
 bool machine_machining(void);
+bool machine_goes(void);                /* path pulses are allowed, and wanted forward */
 
 void machine_run(bool run);             /* path pulses are allowed */
 void machine_hold(bool hold);
@@ -27,5 +28,5 @@ void machine_reset(void);               /* operator's reset */
 
 /* The gateware's events that end a program, with the encoders' position in clock `cycle`. */
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position);
-void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position);
+void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position);
 void machine_events_lost(void);

@@ -41,6 +41,7 @@ static int32_t bounds[BOUNDS];              /* as written */
 static uint32_t limit;
 static bool ceiling;
 static int32_t height;
+static int32_t end[HAL_AXES];               /* of all that was appended */
 static struct {
     bool known;
     uint32_t at;        /* looked at from this segment, */
@@ -186,7 +187,7 @@ static int32_t jump_travel(const hal_segment *move) {
 /* The segment that leads back from the first point up to the soft limit. */
 static void make_virtual(void) {
     unsigned axis = hal_jump_axis();
-    int32_t above = axis < HAL_AXES ? settings_soft_limit() - fresh_height : 0;
+    int32_t above = axis < HAL_AXES ? settings_travel()->high[axis] - fresh_height : 0;
     virtual_segment = above > 0;
     if (!virtual_segment)
         return;
@@ -204,8 +205,10 @@ static void make_virtual(void) {
 void path_begin(void) {
     forget();
     known = true;
+    for (unsigned i = 0; i < HAL_AXES; i++)
+        end[i] = hal_axis_command(i);
     unsigned axis = hal_jump_axis();
-    fresh_height = axis < HAL_AXES ? hal_axis_command(axis) : 0;
+    fresh_height = axis < HAL_AXES ? end[axis] : 0;
     make_virtual();
     floor_in_force = fresh_floor;
     const int32_t values[BOUNDS] = {
@@ -247,7 +250,13 @@ path_room path_has_room(void) {
     return history_has_room() ? PATH_ROOM : PATH_WAIT;
 }
 
-uint32_t path_append(const path_move *move, uint32_t rate) { return history_append(move, rate); }
+uint32_t path_append(const path_move *move, uint32_t rate) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        end[axis] += move->delta[axis];
+    return history_append(move, rate);
+}
+
+int32_t path_end(unsigned axis) { return end[axis]; }
 
 static void finish_scan(int32_t floor) {
     scan.active = false;
@@ -469,4 +478,10 @@ bool path_at_front(void) {
     hal_motion motion = hal_motion_read();
     return motion.state == MOTION_FRONT && !motion.moving && fresh.block == history_next() &&
            high == loaded && hal_position() == fresh_start;
+}
+
+uint32_t path_pace(void) {
+    if (!known || low == high || hal_position() == bounds[BOUND_AHEAD])
+        return 0;
+    return in_window(current())->rate;
 }

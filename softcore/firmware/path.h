@@ -42,6 +42,13 @@ bool path_step(void);
 /* Everything granted has been machined and the machine rests at the front. */
 bool path_at_front(void);
 
+/* Where the path leads an axis: its command at the front, at rest. */
+int32_t path_end(unsigned axis);
+
+/* The lower rate at which the front may be going now, if the path goes on; 0 if it does not, as far as
+   it is loaded. */
+uint32_t path_pace(void);
+
 /* The machine has entered the segment in `slot` at the front: called for every one, in order. Returns
    the number of its block. */
 uint32_t path_entered_slot(unsigned slot);

@@ -388,7 +388,7 @@ static bool nothing_left(context *c) {
 }
 
 bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
-                int32_t soft_limit, unsigned jump_axis, plan *p, fault *f) {
+                const travel_range *t, unsigned jump_axis, plan *p, fault *f) {
     context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
     plan_copy(&p->after, state);
     /* All but the state is as good as nothing. */
@@ -419,7 +419,7 @@ bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_s
         !plan_feed(&c, highest_speed) ||
         (coded && ((p->act < ACT_TABLE && (!plan_condition(&c) || !plan_law(&c))) ||
                    !plan_auxiliary(&c))) ||
-        (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, soft_limit, jump_axis)) ||
+        (c.g[G_ONCE] < 0 && !plan_move(&c, highest_speed, t)) ||
         !nothing_left(&c))
         return false;
     p->move.plane = p->after.plane;

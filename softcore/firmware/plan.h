@@ -10,6 +10,7 @@
 #include "move.h"
 #include "retraction.h"
 #include "technology.h"
+#include "travel.h"
 
 /* G00 to G03 and none of them. */
 typedef enum { MODE_NONE, MODE_RAPID, MODE_FEED, MODE_CW, MODE_CCW } motion_mode;
@@ -91,12 +92,11 @@ typedef struct {
    work offsets, what G92 has set, wire offsets and the MDI layer of the retraction memory. */
 void plan_start(modal *state);
 
-/* Judge a block. `mdi`: G36 fills the MDI layer. Without the limits of a machine (`tape check`),
-   pass its defaults. */
+/* Judge a block. `mdi`: G36 fills the MDI layer. */
 bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
-                int32_t soft_limit, unsigned jump_axis, plan *p, fault *f);
+                const travel_range *t, unsigned jump_axis, plan *p, fault *f);
 
 /* Judge the arc of a block that plan_block has passed, in a few calls as each takes its time: PLAN_DONE
    when there is nothing left to judge. */
 typedef enum { PLAN_MORE, PLAN_DONE, PLAN_FAULT } plan_result;
-plan_result plan_arc_step(plan *p, int32_t soft_limit, unsigned jump_axis, fault *f);
+plan_result plan_arc_step(plan *p, const travel_range *t, fault *f);

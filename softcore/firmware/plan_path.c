@@ -185,7 +185,15 @@ static bool plan_arc(context *c) {
     return true;
 }
 
-bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned jump_axis) {
+static bool refuse_way(context *c, const travel_range *t, unsigned axis, bool up) {
+    uint32_t column = BLOCK_WORD(c->b, AXIS[axis])->column;
+    if (travel_onto(t, axis, up))
+        return fault_at(c->f, FAULT_TRAVEL, column, "%c leads further onto its %s limit switch",
+                        AXIS[axis], up ? "upper" : "lower");
+    return fault_at(c->f, FAULT_TRAVEL, column, "%c is beyond the travel", AXIS[axis]);
+}
+
+bool plan_move(context *c, uint32_t highest_speed, const travel_range *t) {
     modal *after = &c->p->after;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         const word *w = take(c, AXIS[axis]);
@@ -199,9 +207,8 @@ bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned 
             return false;
         /* Four times 2**28 at most: no overflow. */
         int32_t target = pulses + (after->incremental ? after->position[axis] : after->offset[axis]);
-        if (target > UNITS_POSITION_LIMIT || target < -UNITS_POSITION_LIMIT ||
-            (axis == jump_axis && target > soft_limit && target > after->position[axis]))
-            return fault_at(c->f, FAULT_TRAVEL, w->column, "%c is beyond the travel", AXIS[axis]);
+        if (travel_refuses(t, axis, after->position[axis], target))
+            return refuse_way(c, t, axis, target > after->position[axis]);
         c->p->move.delta[axis] = target - after->position[axis];
         c->p->moves = c->p->moves || c->p->move.delta[axis] != 0;
         c->p->columns[axis] = w->column;
@@ -294,16 +301,18 @@ static bool check_centre(plan *p, fault *f) {
     return true;
 }
 
-static bool check_travel(plan *p, int32_t soft_limit, unsigned jump_axis, fault *f) {
+static bool check_travel(plan *p, const travel_range *t, fault *f) {
     int32_t start[HAL_AXES];
+    if (t->onto_low | t->onto_high)
+        return fault_at(f, FAULT_TRAVEL, p->arc_column, "only a line leads off a limit switch");
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         start[axis] = p->after.position[axis] - p->move.delta[axis];
-    unsigned axis = plane_beyond(start, &p->move, soft_limit, jump_axis);
+    unsigned axis = plane_beyond(start, &p->move, t);
     return axis == HAL_AXES ||
            fault_at(f, FAULT_TRAVEL, p->arc_column, "the arc goes beyond the travel of %c", AXIS[axis]);
 }
 
-plan_result plan_arc_step(plan *p, int32_t soft_limit, unsigned jump_axis, fault *f) {
+plan_result plan_arc_step(plan *p, const travel_range *t, fault *f) {
     bool right = true;
     switch (p->arc) {
     case ARC_NONE: return PLAN_DONE;
@@ -316,7 +325,7 @@ plan_result plan_arc_step(plan *p, int32_t soft_limit, unsigned jump_axis, fault
         p->arc = ARC_TRAVEL;
         break;
     case ARC_TRAVEL:
-        right = check_travel(p, soft_limit, jump_axis, f);
+        right = check_travel(p, t, f);
         p->arc = ARC_NONE;
         break;
     }

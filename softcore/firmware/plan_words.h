@@ -55,4 +55,4 @@ bool enter_wire(context *c);
 bool enter_system(context *c);
 bool plan_plane(context *c);
 bool plan_wire(context *c, bool mdi);
-bool plan_move(context *c, uint32_t highest_speed, int32_t soft_limit, unsigned jump_axis);
+bool plan_move(context *c, uint32_t highest_speed, const travel_range *t);

@@ -65,15 +65,10 @@ bool plane_moves(const path_move *move) {
     return move->arc || move->delta[axes.first] || move->delta[axes.second];
 }
 
-static bool beyond(int32_t from, int32_t to, bool jump, int32_t soft_limit) {
-    return to > UNITS_POSITION_LIMIT || to < -UNITS_POSITION_LIMIT ||
-           (jump && to > soft_limit && to > from);
-}
-
-unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move, int32_t soft_limit,
-                      unsigned jump_axis) {
+unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move,
+                      const travel_range *t) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        if (beyond(start[axis], start[axis] + move->delta[axis], axis == jump_axis, soft_limit))
+        if (travel_refuses(t, axis, start[axis], start[axis] + move->delta[axis]))
             return axis;
     if (!move->arc)
         return HAL_AXES;
@@ -88,7 +83,7 @@ unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move, int3
         unsigned axis = k & 1 ? axes.second : axes.first;
         int32_t away = k & 1 ? centre.v + reach.v : centre.u + reach.u;
         away = (away + (away < 0 ? -1 : 1) * (MOVE_FINE / 2)) / MOVE_FINE;
-        if (beyond(start[axis], start[axis] + away, axis == jump_axis, soft_limit))
+        if (travel_refuses(t, axis, start[axis], start[axis] + away))
             return axis;
     }
     return HAL_AXES;

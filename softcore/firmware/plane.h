@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "move.h"
+#include "travel.h"
 
 #define PLANE_UNIT 30   /* bits behind the point of a direction */
 
@@ -41,7 +42,6 @@ vector plane_delta(const path_move *move);      /* of a move, in its plane: puls
 vector plane_centre(const path_move *move);     /* of an arc, from its start */
 bool plane_moves(const path_move *move);        /* is there any motion in the plane? */
 
-/* The axis on which a move from `start` goes beyond the travel, or HAL_AXES. Above the soft limit of
-   the jump axis it may only go down. */
-unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move, int32_t soft_limit,
-                      unsigned jump_axis);
+/* The axis on which a move from `start` goes where it may not, or HAL_AXES. */
+unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move,
+                      const travel_range *t);

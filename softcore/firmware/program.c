@@ -209,7 +209,7 @@ static void next_block(void) {
 }
 
 static void step_compensate(void) {
-    switch (compensation_step(settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    switch (compensation_step(travel_now(), &trouble)) {
     case PLAN_FAULT: fail(); return;
     case PLAN_DONE:
         judged = true;
@@ -222,7 +222,7 @@ static void step_compensate(void) {
 }
 
 static void step_arc(void) {
-    switch (plan_arc_step(&work, settings_soft_limit(), hal_jump_axis(), &trouble)) {
+    switch (plan_arc_step(&work, travel_now(), &trouble)) {
     case PLAN_MORE: return;
     case PLAN_FAULT: fail(); return;
     default: break;
@@ -242,7 +242,12 @@ static void step_arc(void) {
 
 static void step_plan(void) {
     if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
-                    settings_soft_limit(), hal_jump_axis(), &work, &trouble)) {
+                    travel_now(), hal_jump_axis(), &work, &trouble)) {
+        fail();
+        return;
+    }
+    if (by_hand && work.machining_on && hal_limits_read().leaving) {
+        fault_at(&trouble, FAULT_LOCKED, 0, "M03 has to wait until the limit switch is left");
         fail();
         return;
     }

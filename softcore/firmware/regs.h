@@ -102,6 +102,8 @@ _Static_assert(offsetof(path_regs, status) == 0x34, "");
 #define PATH_STATUS_IN_POSITION_MASK 0x00000004u
 #define PATH_STATUS_STATE_SHIFT 3
 #define PATH_STATUS_STATE_MASK 0x00000078u
+#define PATH_STATUS_CROWDED_SHIFT 7
+#define PATH_STATUS_CROWDED_MASK 0x00000080u
 #define PATH ((path_regs *)0x80000200u)
 
 /* Accelerator/decelerator; see ``rtl.motion.ramp``. */

@@ -6,6 +6,9 @@
 #include "units.h"
 
 #define LARGEST_ERROR ((1u << 17) - 1) /* pulses: range of the error counter */
+#define LARGEST_GAIN 400 /* 1/s: what the gateware's model of the drive can express */
+#define FARTHEST 20000000 /* um: within UNITS_POSITION_LIMIT */
+#define TRAVEL 299000 /* um: 1 mm before the limit switches of the machines that are built in */
 
 const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_SHORT_NEEDED] = {4, 1, 32, "short: shorted pulses needed"},
@@ -23,7 +26,7 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_HIGHEST_SPEED_MM_MIN] = {1800, 1, 60000, "highest speed and rapid feed, mm/min"},
     [SET_FOLLOW_STOPPED] = {LARGEST_ERROR, 1, LARGEST_ERROR, "following error at rest, pulses"},
     [SET_FOLLOW_MOVING] = {LARGEST_ERROR, 1, LARGEST_ERROR, "following error in motion, pulses"},
-    [SET_SOFT_LIMIT_UM] = {100000, 0, 20000000, "upper end of the jump axis, um, machine frame"},
+    [SET_SOFT_LIMIT_UM] = {100000, 0, FARTHEST, "upper end of the jump axis, um, machine frame"},
     [SET_STEP_AXES] = {0, 0, 7, "axes with step/direction output, mask"},
     [SET_REVERSED_ENCODERS] = {0, 0, 7, "axes whose encoder counts down, mask"},
     [SET_STEP_WIDTH_NS] = {1000, 1, 100000, "step pulse width, ns"},
@@ -65,15 +68,21 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000,
                                "arc: largest difference of start and end radius, nm"},
     [SET_CURRENT_STEP_MA] = {1500, 50, 15000, "power supply: one step of its current, mA"},
-    [SET_LOOP_GAIN] = {50, 1, 100000, "velocity gain of the position loop, 1/s"},
+    [SET_LOOP_GAIN] = {50, 1, LARGEST_GAIN, "velocity gain of the position loop, 1/s"},
     [SET_ARC_DEVIATION_NM] = {2000, 0, 1000000,
                               "arc: how far the lag may lead inside, nm (0 no bound)"},
+    [SET_LOW_X_UM] = {TRAVEL, 0, FARTHEST, "lower end of X, um below zero, machine frame"},
+    [SET_LOW_Y_UM] = {TRAVEL, 0, FARTHEST, "lower end of Y, um below zero, machine frame"},
+    [SET_LOW_Z_UM] = {TRAVEL, 0, FARTHEST, "lower end of Z, um below zero, machine frame"},
+    [SET_HIGH_X_UM] = {TRAVEL, 0, FARTHEST, "upper end of X, um, machine frame"},
+    [SET_HIGH_Y_UM] = {TRAVEL, 0, FARTHEST, "upper end of Y, um, machine frame"},
+    [SET_HIGH_Z_UM] = {TRAVEL, 0, FARTHEST, "upper end of Z, um, machine frame"},
 };
 
 static uint32_t values[SETTINGS];
 /* Kept: their conversions divide 64-bit numbers. */
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
-static int32_t soft_limit;
+static travel_range limits;
 static uint64_t gain; /* of the position loop, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
 
@@ -112,13 +121,26 @@ static void apply_motion(void) {
     highest_rate = units_rate(highest_speed);
 }
 
+/* The loop's gain bounds speeds on arcs, and is that of the gateware's model of the drives. */
 static void apply_arcs(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
+}
+
+static void apply_travel(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        uint32_t high = values[SET_HIGH_X_UM + axis];
+        if (axis == hal_jump_axis())
+            high = at_most(high, values[SET_SOFT_LIMIT_UM]);
+        limits.low[axis] = -units_pulses_of_um(values[SET_LOW_X_UM + axis]);
+        limits.high[axis] = units_pulses_of_um(high);
+        hal_axis_limits(axis, limits.low[axis], limits.high[axis]);
+    }
 }
 
 static void apply_axes(void) {
-    soft_limit = units_pulses_of_um(values[SET_SOFT_LIMIT_UM]);
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
                         values[SET_WINDOW]);
@@ -145,6 +167,8 @@ void settings_init(void (*between)(void)) {
     apply_arcs();
     apply_axes();
     between();
+    apply_travel();
+    between();
     apply_machine();
 }
 
@@ -160,6 +184,8 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_gap();
     else if (which <= SET_HIGHEST_SPEED_MM_MIN)
         apply_motion();
+    else if (which == SET_SOFT_LIMIT_UM || which >= SET_LOW_X_UM)
+        apply_travel();
     else if (which <= SET_WINDOW)
         apply_axes();
     else if (which <= SET_FLUID_REQUIRED)
@@ -216,4 +242,4 @@ uint32_t settings_curve_rate(uint32_t radius) {
 uint32_t settings_highest_speed(void) { return highest_speed; }
 uint32_t settings_highest_rate(void) { return highest_rate; }
 
-int32_t settings_soft_limit(void) { return soft_limit; }
+const travel_range *settings_travel(void) { return &limits; }

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "fault.h"
+#include "travel.h"
 
 typedef enum {
     SET_SHORT_NEEDED, SET_SHORT_WINDOW, SET_SHORT_DURATION_US, SET_CLEAR_NEEDED, SET_BLANKING_NS,
@@ -21,6 +22,7 @@ typedef enum {
     SET_LAW_WINDOW_US, SET_LAW_GAIN_ZERO, SET_LAW_GAIN_FEED, SET_LAW_UNIT_UM, SET_LAW_LONGEST_MS,
     SET_LAW_LEAST_MV, SET_LAW_RATIO_LOWEST, SET_LAW_RATIO_HIGHEST, SET_LAW_NO_LOAD,
     SET_ARC_DIFFERENCE_NM, SET_CURRENT_STEP_MA, SET_LOOP_GAIN, SET_ARC_DEVIATION_NM,
+    SET_LOW_X_UM, SET_LOW_Y_UM, SET_LOW_Z_UM, SET_HIGH_X_UM, SET_HIGH_Y_UM, SET_HIGH_Z_UM,
     SETTINGS
 } setting;
 
@@ -46,4 +48,4 @@ uint32_t settings_acceleration(void);
 uint32_t settings_highest_speed(void);  /* um/min, */
 uint32_t settings_highest_rate(void);   /* and its rate */
 uint32_t settings_curve_rate(uint32_t radius);  /* highest one on an arc; radius in pulses */
-int32_t settings_soft_limit(void);      /* pulses, machine frame */
+const travel_range *settings_travel(void);    /* the soft limits */

@@ -140,6 +140,9 @@ uint32_t units_acceleration(uint32_t mm_per_s2) {
 
 uint64_t units_gain(uint32_t per_s) { return shifted_quotient(per_s, 32, clock_hz); }
 
+/* Times 2**20 * 32e-6. */
+uint32_t units_gain_of_tick(uint32_t per_s) { return (per_s * 2199023 + (1u << 15)) >> 16; }
+
 static uint32_t clocks_of(uint32_t time, uint32_t per_second) {
     uint64_t clocks = ((uint64_t)time * clock_hz + per_second - 1) / per_second;
     return clocks > UINT32_MAX ? UINT32_MAX : (uint32_t)clocks;

@@ -6,6 +6,7 @@
 #include "hal.h"
 #include "link.h"
 #include "machine.h"
+#include "motion_watch.h"
 #include "output.h"
 #include "path.h"
 #include "planner.h"
@@ -89,6 +90,7 @@ static bool serve_link(unsigned task) {
 }
 
 static bool look(unsigned task) {
+    motion_watch();
     return gap_watch() || step(task);
 }
 

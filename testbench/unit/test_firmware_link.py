@@ -77,7 +77,7 @@ def test_settings_are_listed_and_changed(machine):
     rows = machine.line("$$", passes=2000)
     assert rows[-1] == "ok"
     assert all(re.fullmatch(r"\$\d+=\d+ \(.+\)", row) for row in rows[:-1])
-    assert len(rows) == 59
+    assert len(rows) == 65
     for row in rows[:-1]:
         number, value = re.match(r"\$(\d+)=(\d+)", row).groups()
         assert machine.line(f"${number}={value}") == ["ok"], row

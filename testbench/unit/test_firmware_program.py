@@ -235,11 +235,13 @@ def test_halt_of_the_gateware_is_an_alarm(machine, detail, code):
 
 
 def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
-    for jump_axis, words in ((2, "interlock: a drive reports a fault;"),
-                             (15, "interlock: the wire is broken or a drive reports a fault;")):
+    for jump_axis, axes, words in (
+            (2, 4, "interlock: a drive reports a fault (axis Z);"),
+            (15, 4, "interlock: the wire is broken or its drive reports a fault;"),
+            (15, 3, "interlock: a drive reports a fault (axes X and Y);")):
         machine = Machine(jump_axis=jump_axis)
         machine.unlock()
-        machine.library.gk_trip(2)
+        machine.library.gk_trip(2, axes)
         assert words in events(machine.run(200), "alarm")[0][2]
 
 
@@ -248,7 +250,7 @@ def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
 def test_trip_is_an_alarm_and_position_is_taken_anew(machine, cause, words):
     machine.library.gk_speed(7)
     run(machine, "G01 X1 F6", "M02", passes=20)
-    machine.library.gk_trip(cause)
+    machine.library.gk_trip(cause, 0)
     lines = machine.run(200)
     assert words in events(lines, "alarm")[0][2]
     stopped = machine.axes[0]

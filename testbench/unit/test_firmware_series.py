@@ -109,7 +109,7 @@ def test_end_of_program_reset_and_alarm_end_a_series(machine):
             machine.send(b"\x18")
             machine.run(1000)
         if end == "alarm":
-            machine.library.gk_trip(1)
+            machine.library.gk_trip(1, 0)
             machine.run(1000)
         if end != "end":
             machine.unlock()

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Does the gateware do what it was told? At rest the axes are where the path has led them; and where
+   motion is wanted there is some. */
+#pragma once
+
+/* Once a pass; raises an alarm if not. */
+void motion_watch(void);
