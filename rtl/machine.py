@@ -69,7 +69,7 @@ class Machine(wiring.Component):
     def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 64,
                  jump_axis: int = 2, level_max: int = 20, on_max_s: float = 2e-3,
                  off_min_s: float = 5e-6, dac_kind: str = "sigma_delta",
-                 fastest_mm_s: float = 120.0, leaving_mm_s: float = 1.0):
+                 fastest_mm_s: float = 240.0, leaving_mm_s: float = 1.0):
         self.clock_hz = clock_hz
         self.pulses_per_mm = pulses_per_mm
         self.axes = len(AXES)

@@ -201,7 +201,7 @@ class Axis(wiring.Component):
     """
 
     def __init__(self, *, error_bits=18, dac="sigma_delta", rest_clocks=200_000, travel=32,
-                 allowance=200, fastest=1229):
+                 allowance=200, fastest=2458):
         if not 17 <= error_bits <= 32:
             raise ValueError(f"error counter must have 17 to 32 bits, more than the DAC, "
                              f"not {error_bits!r}")

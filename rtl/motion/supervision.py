@@ -12,9 +12,6 @@ __all__ = ["GAIN_BITS", "RATE_TICKS", "TICK_S", "Check", "Supervision", "tick_cl
 TICK_S = 32e-6
 RATE_TICKS = 32
 GAIN_BITS = 14
-SIZE_BITS = 15   # of the velocity command
-PACE_BITS = 21   # of a speed, 2**-12 pulse/tick: all that gain and size can make
-CAME_BITS = 10   # of the pulses of a tick, with their sign
 
 
 class Check(enum.Enum, shape=3):
@@ -119,6 +116,8 @@ class Supervision(wiring.Component):
         If ``allowance`` or ``fastest`` is below 1.
     """
 
+    SIZE, GAIN = 15, GAIN_BITS   # bits: of the velocity command, of the gain,
+    PACE, CAME = 21, 10          # of a speed (all that they can make), of the pulses of a tick
     LAG, MEMORY = 7, 9           # shifts: of the model, and of the misfit
     LEAST, BEGUN = 7, 4          # logarithms of pulses: of a stretch, and where its time begins
     LONGEST = 13                 # ... where it ends
@@ -126,18 +125,28 @@ class Supervision(wiring.Component):
     LIVELY = 5                   # logarithm of the pulses told without an edge
     FRACTION, COARSE = 12, 8     # bits below the pulse: of speeds and ways; of the misfit
     FINER = 8                    # ... more of Er times the gain
-    STEPS = SIZE_BITS + 6
+    STEPS = SIZE + 6
 
-    def __init__(self, *, allowance=200, fastest=1229):
+    def __init__(self, *, allowance=200, fastest=2458):
         for name, value in (("allowance", allowance), ("highest rate", fastest)):
             if value < 1:
                 raise ValueError(f"the {name} must be at least 1 pulse, not {value!r}")
         self.allowance = allowance
         self.fastest = fastest
+        # To look at: clocks since the tick, speed of the model, misfit, and of the stretch under way
+        # what was told and came.
+        self.step = Signal(range(self.STEPS + 1), init=self.STEPS)
+        self.valid = Signal()  # ``on`` since before the tick, and nothing found
+        self.came = Signal(signed(self.CAME))
+        self.speed = Signal(signed(self.PACE + 1))
+        self.misfit = Signal(signed(self.PACE + self.MEMORY - self.FRACTION + self.COARSE + 2))
+        self.way = Signal(self.LONGEST + 1 + self.FRACTION)
+        self.back = Signal(signed(self.LONGEST + 2))
+        self.side = Signal()
         super().__init__({
             "tick":       In(1),
-            "gain":       In(GAIN_BITS),
-            "size":       In(SIZE_BITS),
+            "gain":       In(self.GAIN),
+            "size":       In(self.SIZE),
             "negative":   In(1),
             "standing":   In(1),
             "fp":         In(1),
@@ -151,11 +160,11 @@ class Supervision(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        step = Signal(range(self.STEPS + 1), init=self.STEPS)
-        at = {name: step == SIZE_BITS + index for index, name in enumerate(
+        step = self.step
+        at = {name: step == self.SIZE + index for index, name in enumerate(
             ("leak", "tell", "add", "take", "compare", "judge"))}
-        at["multiply"] = step < SIZE_BITS
-        valid = Signal()  # ``on`` since before the tick, and nothing found
+        at["multiply"] = step < self.SIZE
+        valid = self.valid
         with m.If(self.tick):
             m.d.sync += step.eq(0)
         with m.Elif(step != self.STEPS):
@@ -199,9 +208,9 @@ class Supervision(wiring.Component):
 
     def _came(self, m):
         """Pulses that came in the tick before the last, as far as they can be counted."""
-        came = Signal(signed(CAME_BITS))
-        count = Signal(signed(CAME_BITS))
-        most = (1 << (CAME_BITS - 1)) - 1
+        came = self.came
+        count = Signal(signed(self.CAME))
+        most = (1 << (self.CAME - 1)) - 1
         full = Mux(self.fp_reverse, count == -most, count == most)
         pulse = Mux(self.fp_reverse, -1, 1)
         with m.If(self.tick):
@@ -213,8 +222,8 @@ class Supervision(wiring.Component):
     def _model(self, m, at, valid, came):
         """Speed of the model, signed, 2**-12 pulse/tick."""
         # Er times the gain, from the top bit of Er on.
-        factor = Signal(SIZE_BITS)
-        told = Signal(SIZE_BITS + GAIN_BITS)
+        factor = Signal(self.SIZE)
+        told = Signal(self.SIZE + self.GAIN)
         negative = Signal()
         small = self.standing & ~self.size[self.BEGUN:].any()
         with m.If(self.tick):
@@ -225,8 +234,8 @@ class Supervision(wiring.Component):
                          told.eq((told << 1) + Mux(factor[-1], self.gain, 0))]
 
         # With the bits below that the lag divides by: nothing is lost, and rest is rest.
-        total = Signal(signed(PACE_BITS + 1 + self.LAG))
-        speed = Signal(signed(PACE_BITS + 1))
+        total = Signal(signed(self.PACE + 1 + self.LAG))
+        speed = self.speed
         change = Signal(signed(len(speed)))
         m.d.comb += [
             speed.eq(total >> self.LAG),
@@ -240,7 +249,7 @@ class Supervision(wiring.Component):
     def _misfit(self, m, at, valid, speed, pace, came):
         """Whether the misfit is more than allowed."""
         below = self.FRACTION - self.COARSE
-        misfit = Signal(signed(PACE_BITS + self.MEMORY - below + 2))
+        misfit = self.misfit
         memory = Signal(len(misfit))  # of the model's way, in any direction
         change = Signal.like(misfit)
         excess = Signal.like(misfit)
@@ -264,10 +273,8 @@ class Supervision(wiring.Component):
 
     def _stretch(self, m, at, valid, pace, down, came):
         """Whether the share fails, what came went against, and which phases had edges."""
-        way = Signal(self.LONGEST + 1 + self.FRACTION)  # told, 2**-12 pulse
-        back = Signal(signed(self.LONGEST + 2))         # came, in the direction told
-        time = Signal(self.MEMORY + 1)                  # ticks, up to its top bit
-        side = Signal()
+        way, back, side = self.way, self.back, self.side  # 2**-12 pulse; pulses in its direction
+        time = Signal(self.MEMORY + 1)  # ticks, up to its top bit
         pulses = way[self.FRACTION:]
         size = _size(back)
         begins = Signal()

@@ -57,6 +57,9 @@ class ErrorCounterContract(wiring.Component):
         with m.Elif(ready):
             m.d.comb += Assert((dut.error == before) & dut.saturated)
 
+        # The guard sees nothing where there is nothing.
+        m.d.comb += Assert(~dut.damaged)
+
         m.d.comb += [
             Cover(dut.saturated & (dut.error == LIMIT)),
             Cover(dut.saturated & (dut.error == -LIMIT)),
@@ -64,6 +67,41 @@ class ErrorCounterContract(wiring.Component):
             Cover(adopted & alarm & (dut.position != 0)),
         ]
         return m
+
+
+class DamageContract(wiring.Component):
+    """From any state of the registers, reachable or not: where the law is broken, it is told.
+
+    Nothing else is asserted, so that induction begins in every state that a bit may have made.
+    """
+
+    pi: In(1)
+    pi_reverse: In(1)
+    fp: In(1)
+    fp_reverse: In(1)
+    adopt: In(1)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = ErrorCounter(width=WIDTH, travel=TRAVEL)
+        for name in ("pi", "pi_reverse", "fp", "fp_reverse", "adopt"):
+            m.d.comb += getattr(dut, name).eq(getattr(self, name))
+        m.d.comb += Assume(~ResetSignal("sync"))
+
+        difference = Signal(signed(TRAVEL))
+        m.d.comb += difference.eq(dut.command - dut.position)
+        broken, broken_before, clocks = Signal(), Signal(), Signal(2)
+        m.d.comb += broken.eq(~dut.saturated & (difference != dut.error))
+        before = Signal()
+        m.d.sync += [before.eq(broken), broken_before.eq(before),
+                     clocks.eq(Cat(C(1, 1), clocks))]
+        with m.If(clocks.all()):
+            m.d.comb += Assert(dut.damaged == broken_before)
+        return m
+
+
+def test_any_damage_is_found_in_two_clocks(workdir):
+    prove(DamageContract(), workdir, depth=3)
 
 
 def test_contract_holds(workdir):

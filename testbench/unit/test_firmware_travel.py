@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware on where axes may go, on the way off a limit switch, and on what a trip is told as."""
+"""The firmware on where axes may go, the way off a limit switch, and what a trip is told as."""
 
 import ctypes
 

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Coders that fail: in every situation the machine is in, on every axis, as it is delivered.
+
+A run with the fault is held against the same run without it: how far the axis gets from where it
+would have been until the drives are off, and how far it coasts then.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from rtl.motion.retraction import State
+from testbench.cosim.job import Data, Job, program
+from testbench.native.station import AXES, Session
+
+__all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "judge"]
+
+DEVIATION_UM = 300      # from where it would have been, until the drives are off
+STEP_S = 5e-4           # between two looks at the axes
+BRAKE_MM_S2 = 8000      # of a drive that is off
+GAIN_MM_S = 3           # of speed between two looks: 5 m/s2
+DATA = Data(speed=900, limit=0.5, high=900, low=120, changeover=0.1)
+
+# Fault: the forces of it, and what may be said. A phase that happens to have the level that it is
+# stuck at changes nothing; one that jumps there together with the other is an illegal transition.
+ILLEGAL = "illegal transition"
+SILENT, A, B = "both phases are silent", "phase A is silent", "phase B is silent"
+WRONG = ("it counts against the command", "it counts another way", "it does not go as its drive")
+FAULTS = {
+    "cut": (("cut",), (SILENT,)),
+    "open": (("open",), (SILENT, ILLEGAL)),
+    "a_low": (("a_low",), (A, ILLEGAL)),
+    "a_high": (("a_high",), (A, ILLEGAL)),
+    "b_low": (("b_low",), (B, ILLEGAL)),
+    "b_high": (("b_high",), (B, ILLEGAL)),
+    "both_low": (("a_low", "b_low"), (SILENT, ILLEGAL)),
+    "both_high": (("a_high", "b_high"), (SILENT, ILLEGAL)),
+    "swap": (("swap",), (*WRONG, ILLEGAL)),
+    "a_noise": (("a_noise",), (*WRONG, A, ILLEGAL)),
+}
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What the machine does when the coder fails: ``reach`` gets there, ``then`` goes on."""
+
+    feed: float                                     # mm/min, of the block
+    reach: Callable[[Job], None]
+    then: Callable[[Job], None] = lambda job: None
+    seconds: float = 0.15                           # until which the axis must have stopped
+    rapid: bool = False
+    held: bool = False                              # at rest, on hold
+
+
+@dataclass
+class Outcome:
+    """Where the axes truly were, pulses, at each look; and the trip."""
+
+    looks: list = field(default_factory=list)       # clock, places and speeds by axis
+    safe: int | None = None                         # clock
+    alarm: dict | None = None
+
+
+def _in_motion(job, pulses=2000):
+    job.until(lambda: job.probe("path_position") >= pulses, "motion", step=256)
+    job.run(round(0.05 * job.session.clock_hz))
+
+
+def _creeping(job):
+    job.until(lambda: job.probe("path_position") >= 20, "motion", step=256, seconds=8)
+
+
+def _at_rest(job):
+    job.run(round(0.3 * job.session.clock_hz))
+
+
+def _go(job):
+    job.press(b"~")
+
+
+def _in_state(state, clocks=0.002):
+    def reach(job):
+        _in_motion(job, pulses=7000)  # further than the limit
+        job.short(True)
+        if state in (State.HIGH, State.LOW):
+            job.until(lambda: job.probe("path_status_state") == State.AT_LIMIT.value, "the limit")
+            job.short(False)
+        job.until(lambda: job.probe("path_status_state") == state.value, state.name)
+        job.run(round(clocks * job.session.clock_hz))
+    return reach
+
+
+def _hold(job):
+    _in_motion(job)
+    job.press(b"!")
+
+
+SITUATIONS = {
+    "rest, then F12": Situation(12, _at_rest, _go, seconds=0.3, held=True),
+    "rest, then G00": Situation(900, _at_rest, _go, rapid=True, held=True),
+    "F1": Situation(1, _creeping, seconds=0.5),
+    "F12": Situation(12, _creeping),
+    "F60": Situation(60, _in_motion),
+    "F300": Situation(300, _in_motion),
+    "F1200": Situation(1200, _in_motion),
+    "G00": Situation(900, _in_motion, rapid=True),
+    "hold": Situation(120, _hold),
+    "stopping": Situation(900, _in_state(State.STOPPING, 0.0)),
+    "retracting": Situation(300, _in_state(State.RETRACTING)),
+    "at limit": Situation(300, _in_state(State.AT_LIMIT, 0.0)),
+    "high": Situation(300, _in_state(State.HIGH)),
+    "low": Situation(300, _in_state(State.LOW)),
+}
+
+
+def course(session: Session, name: str, axis: str, fault: str = "", condition: int = 100,
+           highest: float = 1800) -> tuple[Outcome, int]:
+    """Go to a situation along an axis, let its coder fail, and go on; and the clock of that."""
+    situation = SITUATIONS[name]
+    job = Job(session, watched=("safe",))
+    way = f"G00 {axis.upper()}-2" if situation.rapid else (
+        f"G01 {axis.upper()}-2 F{min(situation.feed, highest):g}")
+    if situation.held:
+        job.press(b"!")
+    job.start(program(DATA, way, condition=condition))
+    situation.reach(job)
+    begun = session.cycle
+    for force in FAULTS[fault][0] if fault else ():
+        session.set(f"force.encoder_{force}", 1 << AXES.index(axis))
+    situation.then(job)
+    outcome = Outcome()
+    step = round(STEP_S * session.clock_hz)
+    while session.cycle < begun + round(situation.seconds * session.clock_hz):
+        outcome.looks.append((
+            session.cycle, [session.get(f"read.{one}_pulses") for one in AXES],
+            [session.get(f"read.{one}_speed_mm_s") for one in AXES]))
+        job.run(step)
+    trips = job.collect().rises("safe", begun)
+    outcome.safe = trips[0] if trips else None
+    alarms = job.told("alarm")
+    outcome.alarm = alarms[0] if alarms else None
+    return outcome, begun
+
+
+def judge(name: str, axis: str, fault: str, found: Outcome, healthy: Outcome, begun: int,
+          clock_hz: int) -> dict:
+    """Check an outcome against the same run without the fault; its figures.
+
+    Raises
+    ------
+    AssertionError
+        If it was not found, not named, or too late.
+    """
+    what = f"{fault} at {name}, axis {axis}"
+    assert healthy.safe is None, f"{name}: a sound coder has tripped: {healthy.alarm}"
+    assert found.safe is not None, f"{what}: not found"
+    assert found.alarm, f"{what}: no alarm"
+    text = found.alarm["text"]
+    assert found.alarm["code"] == 40
+    assert f"axis {axis.upper()}" in text, f"{what}: {text}"
+    assert any(words in text for words in FAULTS[fault][1]), f"{what}: {text}"
+    assert "the position is lost" in text, text
+    index = AXES.index(axis)
+    pairs = list(zip(found.looks, healthy.looks, strict=True))
+    assert all(one[0] == other[0] for one, other in pairs)
+    away = max(abs(one[1][index] - other[1][index]) / 10 for one, other in pairs
+               if one[0] <= found.safe)
+    assert away <= DEVIATION_UM, f"{what}: {away:.0f} um off"
+    # On from the last look before the drives were off, and to a stop.
+    clock, places, speeds = [one for one in found.looks if one[0] <= found.safe][-1]
+    speed = abs(speeds[index]) + GAIN_MM_S
+    coast = abs(found.looks[-1][1][index] - places[index]) / 10
+    allowed = (speed**2 / 2 / BRAKE_MM_S2 + speed * (found.safe - clock) / clock_hz) * 1000
+    assert coast <= allowed, f"{what}: {coast:.0f} um of coast, {allowed:.0f} allowed"
+    assert found.looks[-1][2][index] == 0
+    return {"away_um": away, "coast_um": coast, "ms": (found.safe - begun) / clock_hz * 1e3,
+            "text": text}
