@@ -316,7 +316,7 @@ class SegmentWindow(wiring.Component):
         m.d.sync += self.damaged_word.eq(fetching & (even.xor() | odd.xor()))
         # The registers of words 0 to 7: their parity, without the bits that no register has.
         kept = Cat(self.length, self.rate, *travel, shape, self.change, self.divisor)
-        parity, known = Signal(), Signal()
+        parity, known = Signal(name="segment_parity"), Signal()
         with m.If(fetching & (step <= line)):
             cut_even, cut_odd = (Mux(step == at, word[30:].xor(), word[32])
                                  for word, at in ((even, 2), (odd, 2)))

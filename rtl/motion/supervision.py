@@ -133,8 +133,8 @@ class Supervision(wiring.Component):
                 raise ValueError(f"the {name} must be at least 1 pulse, not {value!r}")
         self.allowance = allowance
         self.fastest = fastest
-        # To look at: clocks since the tick, speed of the model, misfit, and of the stretch under way
-        # what was told and came.
+        # To look at: clocks since the tick, speed of the model, misfit; and of the stretch under
+        # way what was told and what came.
         self.step = Signal(range(self.STEPS + 1), init=self.STEPS)
         self.valid = Signal()  # ``on`` since before the tick, and nothing found
         self.came = Signal(signed(self.CAME))

@@ -26,7 +26,7 @@ BUILD = Path(__file__).parents[2] / "build" / "budget"
 BOARD = BOARDS["ulx3s"]
 DEVICE = ["--45k", "--package", "CABGA381", "--speed", "6"]
 # Of the axes, which are equal, the last is measured. Pads are the boards' business.
-LEFT_OUT = {"axis_x", "axis_y", "pads", "gate"}
+LEFT_OUT = {"axis_x", "axis_y", "limits_x", "limits_y", "pads", "gate"}
 
 
 @dataclass(frozen=True)

@@ -126,14 +126,18 @@ def course(session: Session, name: str, axis: str, fault: str = "", condition: i
     begun = session.cycle
     for force in FAULTS[fault][0] if fault else ():
         session.set(f"force.encoder_{force}", 1 << AXES.index(axis))
-    situation.then(job)
     outcome = Outcome()
-    step = round(STEP_S * session.clock_hz)
-    while session.cycle < begun + round(situation.seconds * session.clock_hz):
+
+    def look():
         outcome.looks.append((
             session.cycle, [session.get(f"read.{one}_pulses") for one in AXES],
             [session.get(f"read.{one}_speed_mm_s") for one in AXES]))
-        job.run(step)
+
+    look()
+    situation.then(job)
+    while session.cycle < begun + round(situation.seconds * session.clock_hz):
+        look()
+        job.run(round(STEP_S * session.clock_hz))
     trips = job.collect().rises("safe", begun)
     outcome.safe = trips[0] if trips else None
     alarms = job.told("alarm")

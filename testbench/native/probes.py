@@ -20,7 +20,8 @@ class Probe:
 
     ``scope`` is a module of the emitted Verilog, and ``signal`` its name there if it is another;
     for a signal of the machine ``scope`` is empty, and ``value`` is the C++ that reads it from the
-    plant ``machine``. ``writable`` says that a test may change it.
+    plant ``machine``. ``writable`` says that a test may change it, and ``natively`` that it may so
+    in the native simulation only.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Probe:
     signal: str = ""
     value: str = ""
     writable: bool = False
+    natively: bool = False
 
     @property
     def path(self) -> list[str]:
@@ -75,6 +77,14 @@ PROBES = (
     Probe("ramp_above", 32, scope=f"{MACHINE}.ramp", signal="above"),
     # Clocks until the processor's clock runs again: written, it stops the processor.
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
+    Probe("safety_limits_leaving", 1),
+    # A soft limit, and what the guards of the motion go by: a test may turn a bit over.
+    Probe("axis_x_high", 32, signed=True, natively=True),
+    Probe("guard_command", 32, natively=True, signal="command_then",
+          scope=f"{MACHINE}.axis_z.error_counter"),
+    Probe("guard_apart", 32, natively=True, signal="apart", scope=f"{MACHINE}.conservation"),
+    Probe("window_offset", 30, natively=True, signal="offset", scope=f"{MACHINE}.path"),
+    Probe("window_parity", 1, natively=True, signal="segment_parity", scope=f"{MACHINE}.path"),
     *(Probe(pin, bits, scope=TOP) for pin, bits in (
         ("gap_on", 1), ("gap_sense", 1), ("gap_level", 6), ("dac", 3), ("step", 3),
         ("drive_enable", 3), ("contactor", 1), ("auxiliary_strobe", 3), ("safe", 1))),
@@ -114,7 +124,7 @@ def _row(probe):
     if probe.scope:
         member = f"root->{_member(probe.path)}"
         value = f"static_cast<int32_t>({member})" if probe.signed else member
-        if probe.writable:
+        if probe.writable or probe.natively:
             write = (f"[](Vtop___024root* root, int64_t value) "
                      f"{{ {member} = value; }}")
     else:

@@ -133,7 +133,8 @@ class Simulation(Session):
         return self._code.gk_probe(self._handle, NUMBER[name])
 
     def poke(self, name: str, value: int) -> None:
-        if not PROBES[NUMBER[name]].writable:
+        probe = PROBES[NUMBER[name]]
+        if not (probe.writable or probe.natively):
             raise ValueError(f"{name} cannot be written")
         self._code.gk_poke(self._handle, NUMBER[name], value)
 

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bit that turns over in a guarded register of the motion, in the middle of a cut.
+
+That every bit is found, the unit tests of the blocks show; here, what comes of it. Verilator takes
+a change only of registers that lead to no port: they stand for the others of their guard.
+"""
+
+import pytest
+
+from host import machine as machines
+from testbench.cosim.job import Data, Job, program
+from testbench.cosim.retractions import pace
+from testbench.native.simulation import Simulation
+
+MACHINE = machines.load("sinker")
+CLOCKS = 6          # from the bit to safe outputs
+AWAY_UM = 110       # at 300 mm/min: the lag is not made up, and what it coasts
+
+
+@pytest.mark.parametrize(("register", "bit", "said"), [
+    ("guard_command", 5, "axis Z"), ("window_offset", 29, "the place on the path"),
+    ("window_parity", 0, "the segment at work"), ("guard_apart", 0, "path pulses on their way")])
+def test_a_bit_of_the_motion_trips_with_its_reason(register, bit, said):
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        job = Job(session, watched=("safe",))
+        job.start(program(Data(), "G01 Z-0.9 F300"))
+        job.reach(2000, pace(session, 300))
+        place = session.get("read.z_pulses")
+        session.poke(register, job.probe(register) ^ 1 << bit)
+        begun = session.cycle
+        alarm = job.alarm()
+        assert alarm["code"] == 40
+        assert alarm["text"].endswith("a guarded register of the gateware is damaged "
+                                      f"({said}); the position is lost.")
+        assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+        assert abs(session.get("read.z_pulses") - place) / 10 <= AWAY_UM
+        # The path is begun anew, so that what was damaged on it does not stay.
+        job.run(session.clock_hz // 10)
+        job.link.command("$X")
+        assert not job.probe("safety_status_safe")

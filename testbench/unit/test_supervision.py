@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.motion.supervision``, against the exact model and around a small drive.
+
+How far an axis gets whose coder fails, ``testbench/cosim/test_coder.py`` shows on the machine.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from rtl.motion.supervision import Check, Supervision, tick_clocks
+from testbench.models.encoder import CYCLE
+from testbench.models.supervision import CHECKS
+from testbench.models.supervision import Supervision as Model
+from testbench.native.supervision import compiled
+from testbench.refusal import refuses
+
+GAIN = 1678     # 50 1/s
+TICK = 24       # clocks; on a machine there are more, which changes nothing
+
+
+class Drive:
+    """A coder on a drive of first order that is told Er, with what befalls them.
+
+    ``share`` is its gain as a share of 50 1/s, ``lag`` is in ticks.
+    """
+
+    def __init__(self, share=1.0, lag=128):
+        self.share, self.lag = share, lag
+        self.speed = self.way = 0.0
+        self.place = 0
+        self.stuck = {}         # phase: level
+        self.swapped = False
+        self.levels = CYCLE[0]
+
+    def clock(self, er):
+        """Go on; the feedback pulse, of one phase that has changed."""
+        told = self.share * er * GAIN / 2**20 / TICK
+        self.speed += (told - self.speed) / (self.lag * TICK)
+        self.way += self.speed
+        if self.way >= self.place + 1:
+            self.place += 1
+        elif self.way < self.place - 0.2:
+            self.place -= 1
+        before = self.levels
+        a, b = CYCLE[self.place % 4][::-1 if self.swapped else 1]
+        self.levels = self.stuck.get("a", a), self.stuck.get("b", b)
+        moved = (CYCLE.index(self.levels) - CYCLE.index(before)) % 4
+        return {0: 0, 1: 1, 2: 0, 3: -1}[moved]
+
+
+class Run:
+    """Clocks of the compiled block and of the model, side by side."""
+
+    def __init__(self, tick=TICK):
+        self.model, self.tick = Model(), tick
+        self.rows, self.expected = [], []
+
+    @property
+    def found(self):
+        return self.model.check
+
+    def clock(self, *, er=0, gain=GAIN, standing=False, fp=0, levels=(0, 0), on=True, clear=False):
+        tick = len(self.rows) % self.tick == 0
+        self.expected.append(CHECKS.index(self.model.check))
+        self.rows.append((tick, gain, min(abs(er), 32767), er < 0, standing, abs(fp), fp < 0,
+                          *levels, on, clear))
+        self.model.clock(tick=tick, gain=gain, er=er, standing=standing, fp=fp, a=levels[0],
+                         b=levels[1], on=on, clear=clear)
+
+    def compare(self):
+        """Hold the block to the model in every clock; names of all that was found."""
+        found = compiled(self.rows)
+        differ = np.nonzero(found != np.array(self.expected))[0]
+        assert not len(differ), f"clock {differ[0]}: {found[differ[0]]}"
+        return {CHECKS[number] for number in found}
+
+
+class Loop:
+    """The position loop around a drive, with the supervision looking on."""
+
+    def __init__(self, drive=None, gain=GAIN):
+        self.run, self.drive, self.gain = Run(), drive or Drive(), gain
+        self.command = 0.0
+        self.count = self.fp = 0
+
+    def go(self, ticks, rate):
+        """Go on at a rate, pulses a tick; ``rate`` may be a function of the tick.
+
+        Returns clocks until something was found, or None.
+        """
+        for clock in range(ticks * TICK):
+            self.command += (rate(clock // TICK) if callable(rate) else rate) / TICK
+            er = math.floor(self.command) - self.count
+            self.run.clock(er=er, gain=self.gain, standing=abs(er) <= 1, fp=self.fp,
+                           levels=self.drive.levels)
+            self.fp = self.drive.clock(er)
+            self.count += self.fp
+            if self.run.found != "none":
+                self.run.clock(levels=self.drive.levels)
+                return clock
+        return None
+
+
+def test_checks_have_the_numbers_of_the_model():
+    assert [check.name.lower().replace("_", " ") for check in Check] == list(CHECKS)
+
+
+def test_follows_the_model(rng):
+    run, drive = Run(), Drive()
+    till = er = 0
+    noise, on = False, True
+    for clock in range(100_000):
+        if clock >= till:
+            till = clock + rng.randrange(200, 20_000)
+            er = rng.choice((0, rng.randint(-20, 20), rng.randint(-300, 300),
+                             rng.randint(-5000, 5000), rng.randint(-40_000, 40_000)))
+            drive.share = rng.choice((1, 1, 1, 0.9, 0.6, 1.4, 0.3, 0.1, 3, 9, 0, -1))
+            drive.stuck = {phase: rng.randrange(2) for phase in rng.choice(
+                ("", "", "", "", "a", "b", "ab"))}
+            noise, on = rng.random() < 0.25, rng.random() < 0.95
+        on = on != (rng.random() < 1e-4)
+        if noise and rng.random() < 0.1:
+            drive.stuck["a"] = rng.randrange(2)
+        fp = drive.clock(max(-32767, min(32767, er)))
+        run.clock(er=er, standing=abs(er) <= 9, fp=fp, levels=drive.levels, on=on,
+                  clear=run.found != "none" and rng.random() < 0.002)
+    assert len(run.compare()) > 3
+
+
+@pytest.mark.parametrize(("share", "lag"), [(0.7, 64), (0.7, 190), (1, 128), (1.3, 64), (1.3, 190)])
+def test_a_sound_drive_never_trips(share, lag):
+    """Commanded 10 mm/s one way and 15 the other, in turn; gains off by 0.3, lags of 2 to 6 ms."""
+    loop = Loop(Drive(share, lag))
+    assert loop.go(6000, lambda tick: 3.2 if tick % 4000 < 2000 else -4.8) is None
+    assert loop.run.compare() == {"none"}
+
+
+FEEDS = {"F0.1": 0.0005, "F12": 0.064, "F300": 1.6, "F1800": 9.6}    # pulses a tick
+AWAY = 800      # pulses by which the true place may differ from where it would have been
+
+
+@pytest.mark.parametrize(("fault", "feed"), [
+    ("a", "F12"), ("a", "F300"), ("b", "F12"), ("b", "F1800"), ("ab", "F0.1"), ("ab", "F1800"),
+    ("swap", "F12"), ("swap", "F1800")])
+def test_a_failing_coder_is_found_in_time(fault, feed):
+    loop, rate = Loop(), FEEDS[feed]
+    drive = loop.drive
+    assert loop.go(1500, rate) is None
+    drive.swapped = fault == "swap"
+    if not drive.swapped:
+        drive.stuck = {phase: level for phase, level in zip("ab", drive.levels, strict=True)
+                       if phase in fault}
+    begun = drive.way
+    clocks = loop.go(25_000, rate)
+    assert loop.run.found in {"a": {"phase a"}, "b": {"phase b"}, "ab": {"silent"}}.get(
+        fault, {"against", "model", "share"})
+    assert abs(drive.way - begun - rate * clocks / TICK) < AWAY
+    assert loop.run.compare() == {"none", loop.run.found}
+
+
+@pytest.mark.parametrize("factor", [9, 1 / 9])
+@pytest.mark.parametrize("feed", ["F12", "F300"])
+def test_a_gain_that_is_set_wrong_trips_in_motion(factor, feed):
+    loop = Loop(gain=round(GAIN * factor))
+    assert loop.go(12_000, FEEDS[feed]) is not None
+    assert loop.run.found in ("share", "model")
+    loop.run.compare()
+
+
+def test_a_drive_that_runs_by_itself_is_found():
+    run, drive = Run(), Drive()
+    for _ in range(200 * TICK):
+        run.clock(fp=drive.clock(0), levels=drive.levels, standing=True)
+    while run.found == "none":
+        run.clock(fp=drive.clock(3000), levels=drive.levels, standing=True)
+        assert drive.way < 250, "20 um, and what is forgotten"
+    assert run.found == "model"
+    run.compare()
+
+
+def test_a_drive_that_coasts_when_it_is_enabled_is_known_to():
+    loop = Loop()
+    loop.drive.speed = 6.4 / TICK       # 20 mm/s
+    for _ in range(600 * TICK):
+        loop.drive.speed = 6.4 / TICK
+        loop.run.clock(fp=loop.drive.clock(0), levels=loop.drive.levels, on=False)
+    assert loop.go(2000, 0) is None
+    assert loop.run.compare() == {"none"}
+
+
+@pytest.mark.parametrize(("er", "standing", "found"), [
+    (1, True, "none"), (15, True, "none"), (16, True, "silent"), (12, False, "silent")])
+def test_a_drive_may_have_an_offset_within_its_window(er, standing, found):
+    run = Run()
+    for _ in range(170_000):        # a pulse of Er is a pulse told in 625 ticks
+        run.clock(er=er, standing=standing)
+        if run.found != "none":
+            break
+    assert run.found == found
+    run.compare()
+
+
+def test_pulses_faster_than_any_drive():
+    """As many up as down, so that the axis is where it should be: noise."""
+    run = Run(tick=100)
+    for clock in range(3000):
+        run.clock(fp=(-1) ** clock, levels=CYCLE[clock % 2])
+        if run.found != "none":
+            break
+    # The first clocks, to the first tick, are not judged.
+    assert run.found == "rate"
+    assert clock == 2459
+    run.compare()
+
+
+def test_what_was_found_stays_until_it_is_cleared():
+    loop = Loop()
+    loop.drive.stuck = {"a": 0, "b": 0}
+    assert loop.go(2000, 1.6) is not None
+    for on in (True, False, True):
+        for _ in range(40):
+            loop.run.clock(on=on)
+    loop.run.clock(on=False, clear=True)
+    assert loop.run.compare() == {"none", "silent"}
+    assert loop.run.found == "none"
+
+
+def test_refuses_what_cannot_be():
+    refuses(Supervision, r"the allowance must be at least 1 pulse, not 0", allowance=0)
+    refuses(Supervision, r"the highest rate must be at least 1 pulse, not 0", fastest=0)
+    assert tick_clocks(2_000_000) == 64
+    with pytest.raises(ValueError, match=r"a clock of 500000 Hz has 16 clocks in a tick of 32 us"):
+        tick_clocks(500_000)
