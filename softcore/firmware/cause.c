@@ -20,8 +20,6 @@ static const char *const TEXT[CAUSES] = {
     [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
     [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
     [CAUSE_FIRMWARE] = "the firmware asked for it",
-    [CAUSE_CODER] = "a coder does not tell what its axis does",
-    [CAUSE_TRAVEL] = "a command would have left the soft limits",
     [CAUSE_CONTACT] = "the electrode touched the work with the discharge off",
     [CAUSE_GATE] = "the gap had current or voltage with both sources off",
     [CAUSE_MEMORY] = "the processor's memory read wrong",
@@ -29,7 +27,7 @@ static const char *const TEXT[CAUSES] = {
 };
 
 static const char *const CHECK_TEXT[CHECKS] = {
-    [CHECK_NONE] = "it is sound again",
+    [CHECK_NONE] = "it is sound",
     [CHECK_MODEL] = "it does not go as its drive is told",
     [CHECK_SILENT] = "both phases are silent",
     [CHECK_PHASE_A] = "phase A is silent",
@@ -39,11 +37,10 @@ static const char *const CHECK_TEXT[CHECKS] = {
     [CHECK_RATE] = "it counts faster than any drive goes",
 };
 
-bool cause_loses_position(unsigned cause) {
-    return (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |
-            1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD) >>
-               cause & 1;
-}
+/* Causes after which the counted position may differ from the true one. */
+#define LOSES_POSITION                                                                             \
+    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
+     1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
 
 size_t cause_axes(char *buffer, size_t size, unsigned axes) {
     size_t at = text_print(buffer, size, axes & (axes - 1) ? "axes " : "axis ");
@@ -72,7 +69,7 @@ static const char *damage_text(uint32_t damage) {
                                          : "the position";
 }
 
-size_t cause_text(char *buffer, size_t size, unsigned cause, unsigned axes) {
+static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned axes) {
     char whose[AXES_TEXT];
     axes &= (1u << HAL_AXES) - 1;
     unsigned axis = lowest(axes);
@@ -102,4 +99,20 @@ size_t cause_text(char *buffer, size_t size, unsigned cause, unsigned axes) {
         return text_print(buffer, size, "%s", text);
     cause_axes(whose, sizeof whose, axes);
     return text_print(buffer, size, "%s (%s)", text, whose);
+}
+
+/* Piece by piece into the fault: a text that was made elsewhere would be written twice. */
+bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes) {
+    fault_at(f, FAULT_TRIP, 0, "%s", begin);
+    if (f->code == FAULT_TRIP) {
+        size_t at = __builtin_strlen(f->text);
+        print_cause(f->text + at, sizeof f->text - at, cause, axes);
+    }
+    return false;
+}
+
+void cause_position(fault *f, unsigned cause) {
+    size_t at = __builtin_strlen(f->text);
+    text_print(f->text + at, sizeof f->text - at, "; the position is %s",
+               LOSES_POSITION >> cause & 1 ? "lost" : "kept");
 }

@@ -4,12 +4,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "fault.h"
+
 /* "axis Z", "axes X and Z"; of a mask, bit 0 X. Returns the length. */
 size_t cause_axes(char *buffer, size_t size, unsigned axes);
 
-/* A cause of `CAUSE_...`, with the axes that raised it and what the gateware knows beside; the details
-   are those of now. */
-size_t cause_text(char *buffer, size_t size, unsigned cause, unsigned axes);
+/* Note a trip (FAULT_TRIP) by a cause of `CAUSE_...`, with the axes that raised it and what the gateware
+   knows beside, as it is now. The text begins as said. Returns false, as fault_at does. */
+bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes);
 
-/* May the counted position differ from the true one after it? */
-bool cause_loses_position(unsigned cause);
+/* Add whether the counted position may differ from the true one after it. */
+void cause_position(fault *f, unsigned cause);

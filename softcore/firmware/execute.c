@@ -299,7 +299,7 @@ static part advance(fault *f) {
             if (!gap_ready(f))
                 return at;
             if (hal_limits_read().leaving) {
-                fault_at(f, FAULT_LOCKED, 0, "M03 while a limit switch is being left");
+                fault_at(f, FAULT_LOCKED, 0, "M03 on a limit switch");
                 return at;
             }
             machine_discharge(true);

@@ -129,18 +129,15 @@ bool machine_unlock(fault *f) {
     if (hal_safe()) {
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             hal_axis_adopt(axis);
-        path_begin(); /* of what is damaged on the path the cause would stay */
+        path_forget(); /* or a cause that lies in it would stay */
         hal_limits limits = hal_limits_read();
         if (limits.low | limits.high)
             hal_leave();
         hal_interlock_clear();
         for (unsigned i = 0; i < CLEAR_TRIES && hal_safe(); i++) {
         }
-        if (hal_safe()) {
-            char why[sizeof f->text];
-            cause_text(why, sizeof why, hal_first_cause(), hal_blamed());
-            return fault_at(f, FAULT_TRIP, 0, "the interlock stays open: %s", why);
-        }
+        if (hal_safe())
+            return cause_fault(f, "the interlock stays open: ", hal_first_cause(), hal_blamed());
         if (hal_limits_read().leaving)
             tell_leaving(limits);
     }
@@ -184,10 +181,8 @@ void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
-    char why[sizeof f.text];
-    cause_text(why, sizeof why, cause, axes);
-    fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", why,
-             cause_loses_position(cause) ? "lost" : "kept");
+    cause_fault(&f, "interlock: ", cause, axes);
+    cause_position(&f, cause);
     alarm_at(&f, cycle, position);
 }
 

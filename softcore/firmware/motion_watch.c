@@ -9,10 +9,12 @@
 #include "path.h"
 #include "units.h"
 
+#define PASSES 8            /* rounds of the main loop from one look to the next */
 #define STUCK_US 200000     /* longer than anything may keep the front waiting, */
 #define STUCK_PULSES 4      /* and than so many pulses take */
 
-static bool doubted;        /* an axis was elsewhere in the last pass */
+static unsigned passes;
+static bool doubted;        /* an axis was elsewhere at the last look */
 static bool waits;          /* since: */
 static uint32_t since;
 static int32_t position;
@@ -62,6 +64,8 @@ static void look_at_pace(void) {
 }
 
 void motion_watch(void) {
+    if (++passes % PASSES)
+        return;
     if (machine_locked()) {
         doubted = waits = false;
         return;

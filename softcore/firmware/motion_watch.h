@@ -3,5 +3,5 @@
    motion is wanted there is some. */
 #pragma once
 
-/* Once a pass; raises an alarm if not. */
+/* In every round of the main loop; raises an alarm if not. */
 void motion_watch(void);

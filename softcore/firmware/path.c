@@ -202,6 +202,13 @@ static void make_virtual(void) {
     hal_slot_write(low % HAL_SLOTS, &move);
 }
 
+void path_forget(void) {
+    forget();
+    known = false;
+    hal_bound_write(BOUND_AHEAD, 0);
+    hal_origin(FIRST_NUMBER % HAL_SLOTS);
+}
+
 void path_begin(void) {
     forget();
     known = true;

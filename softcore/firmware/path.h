@@ -19,6 +19,9 @@
 
 void path_init(void);
 
+/* Only while the outputs are safe: there is no path any more, nor anything of it that is damaged. */
+void path_forget(void);
+
 /* Begin a new path where the machine stands; the old one is forgotten. Only at rest, and with path
    pulses not allowed. */
 void path_begin(void);

@@ -71,12 +71,12 @@ const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_LOOP_GAIN] = {50, 1, LARGEST_GAIN, "velocity gain of the position loop, 1/s"},
     [SET_ARC_DEVIATION_NM] = {2000, 0, 1000000,
                               "arc: how far the lag may lead inside, nm (0 no bound)"},
-    [SET_LOW_X_UM] = {TRAVEL, 0, FARTHEST, "lower end of X, um below zero, machine frame"},
-    [SET_LOW_Y_UM] = {TRAVEL, 0, FARTHEST, "lower end of Y, um below zero, machine frame"},
-    [SET_LOW_Z_UM] = {TRAVEL, 0, FARTHEST, "lower end of Z, um below zero, machine frame"},
-    [SET_HIGH_X_UM] = {TRAVEL, 0, FARTHEST, "upper end of X, um, machine frame"},
-    [SET_HIGH_Y_UM] = {TRAVEL, 0, FARTHEST, "upper end of Y, um, machine frame"},
-    [SET_HIGH_Z_UM] = {TRAVEL, 0, FARTHEST, "upper end of Z, um, machine frame"},
+    [SET_LOW_X_UM] = {TRAVEL, 0, FARTHEST, "lower end of X, um below zero"},
+    [SET_LOW_Y_UM] = {TRAVEL, 0, FARTHEST, "lower end of Y, um below zero"},
+    [SET_LOW_Z_UM] = {TRAVEL, 0, FARTHEST, "lower end of Z, um below zero"},
+    [SET_HIGH_X_UM] = {TRAVEL, 0, FARTHEST, "upper end of X, um"},
+    [SET_HIGH_Y_UM] = {TRAVEL, 0, FARTHEST, "upper end of Y, um"},
+    [SET_HIGH_Z_UM] = {TRAVEL, 0, FARTHEST, "upper end of Z, um"},
 };
 
 static uint32_t values[SETTINGS];

@@ -10,14 +10,14 @@ const travel_range TRAVEL_ALL = {.low = ALL(-UNITS_POSITION_LIMIT),
                                  .high = ALL(UNITS_POSITION_LIMIT)};
 
 const travel_range *travel_now(void) {
-    static travel_range now;
+    static travel_range off;
     hal_limits limits = hal_limits_read();
-    now = *settings_travel();
-    if (limits.leaving) {
-        now.onto_low = limits.low;
-        now.onto_high = limits.high;
-    }
-    return &now;
+    if (!limits.leaving)
+        return settings_travel();
+    off = *settings_travel();
+    off.onto_low = limits.low;
+    off.onto_high = limits.high;
+    return &off;
 }
 
 bool travel_onto(const travel_range *t, unsigned axis, bool up) {
@@ -25,9 +25,9 @@ bool travel_onto(const travel_range *t, unsigned axis, bool up) {
 }
 
 bool travel_refuses(const travel_range *t, unsigned axis, int32_t from, int32_t to) {
-    if (to > UNITS_POSITION_LIMIT || to < -UNITS_POSITION_LIMIT)
+    if (to > from && (to > t->high[axis] || t->onto_high >> axis & 1))
         return true;
-    if (to == from)
-        return false;
-    return (to > from ? to > t->high[axis] : to < t->low[axis]) || travel_onto(t, axis, to > from);
+    if (to < from && (to < t->low[axis] || t->onto_low >> axis & 1))
+        return true;
+    return to > UNITS_POSITION_LIMIT || to < -UNITS_POSITION_LIMIT;
 }

@@ -23,13 +23,15 @@ NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
 # Cause: force and its value, settings, clocks at 2 MHz until safe, what is said, position kept.
 FAULTS = {
     "estop": ("force.estop", 1, (), PADS, "emergency stop", True),
-    "drive_fault": ("force.drive_fault", 2, (), PADS, "a drive reports a fault", True),
-    "limit_low": ("force.limit_low", 4, (), PADS + 2, "lower limit switch", True),
-    "limit_high": ("force.limit_high", 1, (), PADS + 2, "upper limit switch", True),
+    "drive_fault": ("force.drive_fault", 2, (), PADS, "a drive reports a fault (axis Y)", True),
+    "limit_low": ("force.limit_low", 4, (), PADS + 2, "lower limit switch (axis Z)", True),
+    "limit_high": ("force.limit_high", 1, (), PADS + 2, "upper limit switch (axis X)", True),
     "fluid_low": ("force.fluid_low", 1, (), 100_000 + PADS, "fluid is below its level", True),
-    "encoder": ("force.encoder_jump", 4, (), 40 + PADS, "illegal transition", False),
-    # The encoder stands still: Er grows to the bound with the feed.
-    "following_moving": ("force.encoder_cut", 4, ("$14=2000",), 60_000, "in motion above", False),
+    "encoder": ("force.encoder_jump", 4, (), 40 + PADS, "illegal transition (axis Z)", False),
+    "coder": ("force.encoder_cut", 4, (), 40_000, "coder of axis Z: both phases are silent", False),
+    # The encoder stands still, and Er grows with the feed to a bound narrowly above the lag.
+    "following_moving": ("force.encoder_cut", 4, ("$14=1100",), 10_000, "in motion above its limit "
+                         "(axis Z)", False),
 }
 
 

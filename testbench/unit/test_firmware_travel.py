@@ -113,7 +113,7 @@ def test_a_program_does_not_discharge_on_a_limit_switch(machine):
     machine.line("$X")
     lines = machine.tape(punched(["G36 R300 L.5 H600 E60 Q.1", "C100", "G00 Z-1", "M03", "M02"]))
     assert events(lines, "alarm")[-1][1:] == [
-        "37", "Block 5: M03 while a limit switch is being left."]
+        "37", "Block 5: M03 on a limit switch."]
     assert "discharge" not in machine.flags
 
 
