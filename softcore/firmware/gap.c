@@ -274,9 +274,9 @@ static bool bring(void) {
     return !stale;
 }
 
-/* The settings may have come to rely on a detector that has told of its trouble before. */
 bool gap_serves(void) { return servo || law_measures(); }
 
+/* The settings may have come to rely on a detector that has told of its trouble before. */
 bool gap_watch(void) {
     bool brought = bring();
     if (machine_machining()) {
