@@ -296,7 +296,7 @@ static part advance(fault *f) {
         return at;
     case PART_MACHINING_ON:
         if (work->machining_on) {
-            if (!gap_ready(f))
+            if (!machine_allows(false, true, f) || !gap_ready(f))
                 return at;
             machine_discharge(true);
             events_now("aux", ",M,3");

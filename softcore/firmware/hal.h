@@ -179,9 +179,12 @@ uint32_t hal_fluid_state(void); /* the flags as they are now */
 void hal_pet(uint8_t key);
 bool hal_safe(void);
 unsigned hal_first_cause(void);
+uint32_t hal_causes(void);      /* those latched, by bit */
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);
+bool hal_armed(void);           /* a hand at the machine has allowed the discharge */
+void hal_disarm(void);          /* it has to do so anew */
 
 /* Machine side. */
 typedef enum { AUXILIARY_M, AUXILIARY_S, AUXILIARY_T } hal_letter;

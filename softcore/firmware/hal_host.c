@@ -28,7 +28,7 @@ static unsigned entered_slot;
 static int32_t base[HAL_AXES];      /* axes at the start of the segment */
 static hal_motion_state state;
 static uint32_t speed;
-static bool run, hold, discharge, safe, interrupts;
+static bool run, hold, discharge, safe, armed, interrupts;
 static uint32_t live, cause;
 static hal_retraction data;
 static uint32_t period;
@@ -223,7 +223,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     to_firmware.head = to_firmware.tail = from_firmware.head = from_firmware.tail = 0;
     position = front = 0;
     slot = offset = 0;
-    begun = run = hold = discharge = interrupts = late = lost = false;
+    begun = run = hold = discharge = armed = interrupts = late = lost = false;
     safe = true;
     live = cause = 0;
     creep = 0;
@@ -275,6 +275,7 @@ void gk_speed(uint32_t pulses) { speed = pulses; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
 void gk_creep(int32_t pulses) { creep = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
+void gk_arm(void) { armed = !safe; }
 void gk_fin(uint32_t passes) { fin_passes = passes; }
 int32_t gk_bound(uint32_t bound) { return bounds[bound]; }
 int32_t gk_position(void) { return position; }
@@ -306,6 +307,7 @@ void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
 void gk_trip(uint32_t number) {
     cause = number;
     safe = true;
+    armed = false;
     state = MOTION_HALTED;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         errors[axis] = 5; /* the drives let go */
@@ -417,9 +419,12 @@ void hal_pet(uint8_t key) {
 }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
+uint32_t hal_causes(void) { return safe ? 1u << cause | live : 0; }
 void hal_interlock_clear(void) { safe = live != 0; }
 void hal_interlock_trip(void) { safe = true; }
 void hal_fluid_required(bool required) { (void)required; }
+bool hal_armed(void) { return armed && !safe; }
+void hal_disarm(void) { armed = false; }
 
 void hal_auxiliary_send(hal_letter letter, uint32_t code) {
     (void)letter;

@@ -90,6 +90,7 @@ void gk_creep(int32_t pulses);
 void gk_state(uint32_t state);  /* hal_motion_state */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
 void gk_trip(uint32_t cause);
+void gk_arm(void);              /* a hand presses the button */
 void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing */
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
 int32_t gk_bound(uint32_t bound);

@@ -8,11 +8,16 @@
 #include "path.h"
 #include "program.h"
 #include "regs.h"
+#include "settings.h"
 
 /* Reads of the interlock after its clear before it counts as refused; it takes a few clocks. */
 #define CLEAR_TRIES 16
 
+/* Not one bit: a flipped one must not find the position. */
+#define KNOWN 0x706f7331u
+
 static bool locked, held, waits, running, machining;
+static uint32_t place;          /* KNOWN, or else the position is lost: out of reset, too */
 
 /* An alarm that has stopped the machine and is still to be told: saying it at once, on top of what
    raised it, would take too long for one pass of the main loop. */
@@ -47,6 +52,7 @@ static const char *const CAUSE_TEXT[CAUSES] = {
 void machine_init(void) {
     locked = true;
     held = waits = running = machining = alarm.waits = false;
+    place = 0;
     hal_control(false, false);
     hal_discharge(false);
 }
@@ -54,6 +60,27 @@ void machine_init(void) {
 bool machine_locked(void) { return locked; }
 bool machine_held(void) { return held; }
 bool machine_machining(void) { return machining; }
+
+bool machine_position_lost(void) { return place != KNOWN; }
+
+bool machine_take_position(fault *f) {
+    if (locked)
+        return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
+    if (program_running() || !path_at_front())
+        return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
+    place = KNOWN;
+    return true;
+}
+
+bool machine_allows(bool moves, bool burns, fault *f) {
+    if ((moves || burns) && machine_position_lost())
+        return fault_at(f, FAULT_POSITION_LOST, 0,
+                        "the position is lost; $POSITION=HERE takes what is counted for true");
+    if (burns && !hal_armed())
+        return fault_at(f, FAULT_NOT_ARMED, 0,
+                        "the discharge is not armed: press the button ARM at the machine");
+    return true;
+}
 
 void machine_run(bool run) {
     if (running == run)
@@ -89,6 +116,7 @@ static void stop(void) {
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
     machine_discharge(false);
+    hal_disarm();
     program_abort();
 }
 
@@ -130,10 +158,12 @@ void machine_tell_alarm(void) {
     alarm.waits = false;
 }
 
-/* Causes after which the counted position may differ from the true one. */
+/* Causes after which the counted position may differ from the true one; with those below also where
+   they come later than another cause. While the axes coast a following error is none. */
+#define MISCOUNTS                                                                                  \
+    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
 #define LOSES_POSITION                                                                             \
-    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
-     1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
+    (MISCOUNTS | 1u << CAUSE_FOLLOWING_STOPPED | 1u << CAUSE_FOLLOWING_MOVING)
 
 static const char *cause_text(unsigned cause) {
     /* A wire machine's third drive is that of the wire. */
@@ -150,6 +180,8 @@ bool machine_unlock(fault *f) {
     /* The command is set to the position while the outputs are still safe: cleared first, the drives
        would be enabled with the old error. */
     if (hal_safe()) {
+        if (hal_causes() & MISCOUNTS)
+            place = 0;
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             hal_axis_adopt(axis);
         hal_interlock_clear();
@@ -164,6 +196,8 @@ bool machine_unlock(fault *f) {
     path_begin();
     program_resynchronise();
     locked = false;
+    if (machine_position_lost())
+        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
     return true;
 }
 
@@ -199,8 +233,10 @@ void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
+    if (LOSES_POSITION >> cause & 1 || settings_get(SET_STEP_AXES))
+        place = 0;
     fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", cause_text(cause),
-             LOSES_POSITION >> cause & 1 ? "lost" : "kept");
+             machine_position_lost() ? "lost" : "kept");
     alarm_at(&f, cycle, position);
 }
 

@@ -246,6 +246,12 @@ static void step_plan(void) {
         fail();
         return;
     }
+    /* A line by hand is refused before it does anything; a tape reads ahead, and somebody may still
+       press the button. */
+    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
+        fail();
+        return;
+    }
     at = STAGE_ARC;
     if (work.arc == ARC_NONE)
         step_arc(); /* costs nothing */

@@ -355,6 +355,8 @@ typedef volatile struct {
     uint32_t stop; /* Trip the interlock (cause ``firmware``). */
     uint32_t fluid; /* Fluid supervision. */
     const uint32_t period; /* Longest time between two watchdog calls. [clock] */
+    const uint32_t arming; /* Permission to discharge; see ``rtl.safety.arming``. */
+    uint32_t disarm; /* Open the main contactor until the button is pressed anew. */
 } safety_regs;
 _Static_assert(offsetof(safety_regs, live) == 0x0, "");
 _Static_assert(offsetof(safety_regs, latched) == 0x4, "");
@@ -364,6 +366,8 @@ _Static_assert(offsetof(safety_regs, clear) == 0x10, "");
 _Static_assert(offsetof(safety_regs, stop) == 0x14, "");
 _Static_assert(offsetof(safety_regs, fluid) == 0x18, "");
 _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
+_Static_assert(offsetof(safety_regs, arming) == 0x20, "");
+_Static_assert(offsetof(safety_regs, disarm) == 0x24, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
 #define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
@@ -382,6 +386,12 @@ _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
 #define SAFETY_STOP_VALUE_MASK 0x00000001u
 #define SAFETY_FLUID_REQUIRED_SHIFT 0
 #define SAFETY_FLUID_REQUIRED_MASK 0x00000001u
+#define SAFETY_ARMING_CONTACTOR_SHIFT 0
+#define SAFETY_ARMING_CONTACTOR_MASK 0x00000001u
+#define SAFETY_ARMING_ARMED_SHIFT 1
+#define SAFETY_ARMING_ARMED_MASK 0x00000002u
+#define SAFETY_DISARM_VALUE_SHIFT 0
+#define SAFETY_DISARM_VALUE_MASK 0x00000001u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */
