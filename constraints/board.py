@@ -85,6 +85,9 @@ class Board:
         Frequency of the controller; the board's crystal, or a multiple of it that the PLL makes.
     memory_size : int
         Bytes of block RAM for the processor.
+    arm_strapped : bool
+        The discharge needs no press of the button ``arm``: whoever builds the machine so has said
+        that no hand at it is wanted.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
     """
@@ -95,3 +98,4 @@ class Board:
     clock_hz: int
     memory_size: int
     pin_list: Path
+    arm_strapped: bool = False

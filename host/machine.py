@@ -57,7 +57,8 @@ BOUNDS = {
     "gap.engagement_um": (0, 50), "debris.flow_gap_um": DIVISOR, "debris.flow_spread": (0, 3),
     "debris.flow_time_s": DIVISOR, "debris.random_short_per_us": SHARE,
     "debris.random_short_um": DIVISOR, "debris.clog_least": (0.01, 1), "debris.clog_most": SHARE,
-    "side.fin_answers": SHARE, "side.limit_low_mm": (-10_000, -0.1),
+    "side.fin_answers": SHARE, "side.contactor_ms": (0, 1000),
+    "side.limit_low_mm": (-10_000, -0.1),
     "side.limit_high_mm": (0.1, 10_000),
 }
 

@@ -58,6 +58,12 @@ def _details(event: dict) -> str:
     return ", ".join(f"{name} {value}" for name, value in said.items())
 
 
+def guards_off(summary: dict) -> str:
+    """Sentence on guards of the machine that settings have switched off; empty if none is."""
+    names = ", ".join(summary["guards_off"])
+    return f"Switched off by settings: {names}." if names else ""
+
+
 def collision(summary: dict) -> str:
     """What to say of an electrode that was pushed into solid work; nothing if it was not."""
     pressed = summary["pressed_mm"]
@@ -123,7 +129,7 @@ def render(*, title, listing, machine, parameters, summary, events, trace, plan=
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
         tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
-        collision=collision(summary), axes=axes, wire=bool(plan),
+        guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=bool(plan),
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
         staircase=figures.staircase(trace, events) if drawn else "",
         above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",

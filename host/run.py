@@ -51,7 +51,8 @@ class Run:
     early: the feed is held at the first poll from then on.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
-    None), ``events``, and ``offset``: program zero at the start of the tape, in the machine's frame
+    None), ``events``, ``guards_off`` (what settings have switched off of what guards the machine),
+    and ``offset``: program zero at the start of the tape, in the machine's frame
     by axis, in millimetres. A G92 of the tape does not change it; events are told in the frame that
     is in force when they happen.
     ``watch`` is called now and then with the run, to show how far it is.
@@ -66,6 +67,7 @@ class Run:
     events: list[dict] = field(default_factory=list)
     outcome: str | None = None
     alarm: dict | None = None
+    guards_off: list[str] = field(default_factory=list)
 
     def __post_init__(self):
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
@@ -102,14 +104,18 @@ class Run:
     def _set_up(self):
         self.link.await_greeting()
         self.link.command("$X")
+        self.simulation.press_arm()
+        self.link.command("$POSITION=HERE")
         for number, value in self.machine.settings.items():
             self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
         x, y, z = (f"{place:.4f}" if place else "0" for place in self.machine.start_mm.values())
         self.link.command(f"G92 X{x} Y{y} Z{z}")
         for line in self.mdi:
             self._enter(line.upper(), f'the line "{line}" entered by hand')
+        status = self.link.status()
+        self.guards_off = [name for name in status.get("Off", "").split(",") if name]
         if self.mdi:  # one of them may have declared another zero
-            places = self.link.status()["WCO"].split(",")
+            places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
 
     def _enter(self, line, name):

@@ -140,7 +140,8 @@ def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
     is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
     moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
     eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
-    ``removed_mm3`` is what the discharges have removed, speeded up as it was.
+    ``removed_mm3`` is what the discharges have removed, speeded up as it was. ``guards_off`` names
+    what settings have switched off of what guards the machine.
     """
     positions = {axis: round(place / machine.pulses_per_mm - job.offset[axis], 6)
                  for axis, place in machine_on.positions().items()}
@@ -153,7 +154,8 @@ def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
         "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
         "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6),
         "pressed_mm": round(-float(narrowest), 6) + 0.0,
-        "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6), "seed": seed,
+        "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
+        "guards_off": job.guards_off, "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": machine.removal_scale,
         "versions": _versions(),
     }
@@ -166,7 +168,7 @@ def _unpunched(error, machine, seed, clock_hz) -> dict:
         "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
         "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
         "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
-        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "seed": seed,
+        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "guards_off": [], "seed": seed,
         "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
     }
 
@@ -203,6 +205,8 @@ def _tell(console, summary, folder, kind):
                       soft_wrap=True)
     else:
         console.print(name, style="green")
+    if masked := report.guards_off(summary):
+        console.print(masked, style="yellow", soft_wrap=True)
     if collision := report.collision(summary):
         console.print(collision, style="red", soft_wrap=True)
     counts, pulses = summary["retractions"], summary["discharges"]

@@ -35,6 +35,10 @@ class Simulation:
         """Seconds of the machine's time since reset."""
         return self.cycle / self.clock_hz
 
+    def press_arm(self) -> None:
+        """Press the button ``arm`` as a person would, and let the contactor close."""
+        self._native.press_arm()
+
     def positions(self) -> dict[str, int]:
         """Encoder positions by axis, in pulses."""
         return self._native.positions()

@@ -15,23 +15,23 @@ from rtl.gap.reference import References
 from rtl.gap.removal import RemovalDetector
 from rtl.gap.sampler import Sampler
 from rtl.gap.short import ShortDetector
-from rtl.lib.event_queue import EventQueue
 from rtl.members import AXES, pins, registers
 from rtl.motion.conservation import Conservation
 from rtl.motion.distribution import Distributor
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
-from rtl.motion.retraction import Event, Retraction, State
+from rtl.motion.retraction import Retraction, State
 from rtl.power.condition import Condition
 from rtl.power.limiter import Limiter
 from rtl.power.pulse_generator import PulseGenerator
+from rtl.report import report
+from rtl.safety.arming import Arming
 from rtl.safety.interlock import Interlock
 from rtl.safety.watchdog import Watchdog
 
 __all__ = ["Machine"]
 
-CROWD = 3     # events that firmware has not taken: forward motion waits
 
 
 class Machine(wiring.Component):
@@ -55,6 +55,8 @@ class Machine(wiring.Component):
         What no register can exceed: current level in IP, on-time and off-time in s.
     dac_kind : str
         ``"sigma_delta"`` or ``"pwm"``.
+    arm_strapped : bool
+        The discharge needs no press of the button ``arm``.
     fastest_mm_s, leaving_mm_s : float
         What no drive exceeds, by its coder; and the highest speed off a limit switch, in mm/s.
 
@@ -69,7 +71,8 @@ class Machine(wiring.Component):
     def __init__(self, *, clock_hz: int, pulses_per_mm: int = 10_000, slots: int = 64,
                  jump_axis: int = 2, level_max: int = 20, on_max_s: float = 2e-3,
                  off_min_s: float = 5e-6, dac_kind: str = "sigma_delta",
-                 fastest_mm_s: float = 240.0, leaving_mm_s: float = 1.0):
+                 arm_strapped: bool = False, fastest_mm_s: float = 240.0,
+                 leaving_mm_s: float = 1.0):
         self.clock_hz = clock_hz
         self.pulses_per_mm = pulses_per_mm
         self.axes = len(AXES)
@@ -79,6 +82,7 @@ class Machine(wiring.Component):
         self.on_max_s = on_max_s
         self.off_min_s = off_min_s
         self.dac_kind = dac_kind
+        self.arm_strapped = arm_strapped
         self.fastest_mm_s = fastest_mm_s
         self.leaving_mm_s = leaving_mm_s
         super().__init__({"cycle": In(32)} | pins() | registers())
@@ -94,11 +98,12 @@ class Machine(wiring.Component):
         m.submodules.interlock = interlock = Interlock(clock_hz=self.clock_hz, axes=self.axes)
         retraction, entered, faults = self._motion(m, law, removal, interlock)
         m.submodules.condition = condition = Condition()
-        self._discharge(m, retraction, law, condition)
+        arming = self._arming(m)
+        self._discharge(m, retraction, law, condition, arming.armed)
         fluid = self._fluid(m, removal)
         self._law(m, law, removal, retraction, condition)
         self._safety(m, interlock, faults)
-        self._events(m, retraction, entered, fluid, interlock, condition)
+        report(m, self, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
             auxiliary.code.eq(self.auxiliary_send_code),
@@ -216,7 +221,7 @@ class Machine(wiring.Component):
         self._guard(m, feed, ramp, path, retraction, faults)
         return retraction, path.entered, faults
 
-    def _discharge(self, m, retraction, law, condition):
+    def _discharge(self, m, retraction, law, condition, armed):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
         m.submodules.limiter = limiter = Limiter(
             level_max=self.level_max, on_max=self.clocks(self.on_max_s),
@@ -232,7 +237,7 @@ class Machine(wiring.Component):
         m.submodules.counters = counters = PresetCounters()
         gates = Signal(2)  # as the pads have them, which have a register too
         m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
-        discharging = (self.power_control_machining & ~self.safe & ~retraction.quiet
+        discharging = (self.power_control_machining & armed & ~self.safe & ~retraction.quiet
                        & ~self.safety_limits_leaving)
         stepped = law.law == Law.ZERO
         m.d.comb += [
@@ -308,6 +313,19 @@ class Machine(wiring.Component):
             m.d.sync += self.servo_ups.eq(self.servo_ups + 1)
         with m.If(counters.down):
             m.d.sync += self.servo_downs.eq(self.servo_downs + 1)
+
+    def _arming(self, m):
+        """The button that allows the discharge, and the contactor."""
+        m.submodules.arming = arming = Arming(clock_hz=self.clock_hz, strapped=self.arm_strapped)
+        m.d.comb += [
+            arming.arm.eq(self.arm),
+            arming.safe.eq(self.safe),
+            arming.disarm.eq(self.safety_disarm_strobe),
+            self.contactor.eq(arming.contactor),
+            self.safety_arming_contactor.eq(arming.contactor),
+            self.safety_arming_armed.eq(arming.armed),
+        ]
+        return arming
 
     def _fluid(self, m, removal):
         """Converter and fluid detector; returns whether there is news of the fluid."""
@@ -416,79 +434,3 @@ class Machine(wiring.Component):
             m.d.comb += getattr(interlock, name).eq(getattr(self, name))
         for name, flags in faults.items():
             m.d.comb += getattr(interlock, name).eq(Cat(flags))
-
-    def _events(self, m, retraction, entered, fluid, interlock, condition):
-        """One queue for what happened: the retraction first, the others when it has nothing."""
-        m.submodules.events = queue = EventQueue(width=152 + 32 * self.axes, depth=16)
-        m.d.comb += retraction.crowded.eq(queue.level >= CROWD)
-        positions = [getattr(self, f"axis_{letter}_position") for letter in AXES]
-
-        pushed, head = ([Signal(shape, name=f"{side}_{name}") for name, shape in (
-            ("kind", 8), ("detail", 8), ("slot", 8), ("cycle", 32), ("path", signed(32)),
-            ("first", 32), ("second", 32), *((letter, signed(32)) for letter in AXES))]
-            for side in ("pushed", "head"))
-        kind, detail, slot, cycle, path, first, second, *axes = pushed
-        m.d.comb += [
-            slot.eq(self.path_slot), cycle.eq(self.cycle), path.eq(self.path_position),
-            *(into.eq(position) for into, position in zip(axes, positions, strict=True)),
-        ]
-        # What is told is made up in one clock and stored in the next: the way is long.
-        push = Signal()
-        m.d.sync += queue.push.eq(push)
-        with m.If(push):
-            m.d.sync += queue.data.eq(Cat(*pushed))
-
-        segment = Signal()  # a segment was entered: to be told
-        trip = Signal()     # the interlock has tripped: to be told
-        news = Signal()     # the fluid has changed: to be told
-        switch = Signal()   # the condition was switched by depth: to be told
-        segment_cycle = Signal(32)
-        segment_slot = Signal(8)
-        trip_cycle = Signal(32)
-        switch_cycle = Signal(32)
-        with m.If(retraction.event != Event.NONE):
-            m.d.comb += [
-                push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
-                cycle.eq(retraction.event_cycle), first.eq(retraction.event_first),
-                second.eq(retraction.event_second),
-            ]
-        with m.Elif(segment):
-            m.d.comb += [push.eq(1), kind.eq(Event.SEGMENT), cycle.eq(segment_cycle),
-                         slot.eq(segment_slot)]
-            m.d.sync += segment.eq(0)
-        with m.Elif(trip):
-            m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
-                         detail.eq(interlock.first), first.eq(interlock.blamed)]
-            m.d.sync += trip.eq(0)
-        with m.Elif(news):
-            # What is told is the state as it is now; of several changes the last.
-            m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(self.fluid_status_class),
-                         first.eq(Cat(self.fluid_status_broken_low, self.fluid_status_broken_high,
-                                      self.fluid_status_disordered, self.fluid_status_fault,
-                                      self.fluid_status_measured)),
-                         second.eq(self.fluid_level)]
-            m.d.sync += news.eq(0)
-        with m.Elif(switch):
-            m.d.comb += [push.eq(1), kind.eq(Event.CONDITION), cycle.eq(switch_cycle),
-                         detail.eq(condition.count), first.eq(condition.at)]
-            m.d.sync += switch.eq(0)
-        with m.If(fluid):
-            m.d.sync += news.eq(1)
-        with m.If(condition.switched):
-            m.d.sync += [switch.eq(1), switch_cycle.eq(self.cycle)]
-        with m.If(entered):
-            m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle),
-                         segment_slot.eq(self.path_slot)]
-        with m.If(interlock.tripped):
-            m.d.sync += [trip.eq(1), trip_cycle.eq(self.cycle)]
-
-        m.d.comb += [
-            Cat(*head).eq(queue.head),
-            queue.pop.eq(self.event_pop_strobe),
-            self.event_head_valid.eq(queue.valid),
-            self.event_status.eq(queue.lost),
-        ]
-        for name, value in zip(
-                ("head_kind", "head_detail", "head_slot", "cycle", "path", "first", "second",
-                 *AXES), head, strict=True):
-            m.d.comb += getattr(self, f"event_{name}").eq(value)

@@ -119,6 +119,8 @@ def registers():
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),
         "safety_clear_strobe": In(1), "safety_stop": In(1), "safety_stop_strobe": In(1),
         "safety_fluid": In(1), "safety_period": Out(32),
+        "safety_arming_contactor": Out(1), "safety_arming_armed": Out(1), "safety_disarm": In(1),
+        "safety_disarm_strobe": In(1),
 
         "auxiliary_send_code": In(16), "auxiliary_send_letter": In(2),
         "auxiliary_send_strobe": In(1), "auxiliary_timeout": In(32),

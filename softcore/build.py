@@ -128,7 +128,8 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
     """Everything that the tools need for a board, ``image`` being the firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
-              memory_size=board.memory_size, image=image, build=int(digest()[:8], 16))
+              memory_size=board.memory_size, image=image, build=int(digest()[:8], 16),
+              arm_strapped=board.arm_strapped)
     # Source locations would put the place of this folder into the digest.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,

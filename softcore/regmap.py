@@ -415,6 +415,12 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging."),)),
     ("period", "Longest time between two watchdog calls.",
      _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
+    ("arming", "Permission to discharge; see ``rtl.safety.arming``.", (
+        Field(name="contactor", bits=1, access="r", doc="The main contactor has its coil on."),
+        Field(name="armed", bits=1, access="r", doc="Its contacts are closed: the discharge is "
+              "allowed."))),
+    ("disarm", "Open the main contactor until the button is pressed anew.",
+     _value(1, "Any value.", access="w"), "write"),
     ("leave", "Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, "
      "they are excused until they are released, something else comes, or a pulse would go further "
      "onto one. Meanwhile there is no discharge, and motion is slow.",

@@ -113,15 +113,16 @@ def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
     outside = {name: (getattr(ports, name).i, None) for name in INPUTS}
     outside |= {name: (getattr(ports, name).o, None) for name in OUTPUTS}
     soc = Soc(clock_hz=clock_hz, link_divisor=SIMULATED_DIVISOR, **options)
-    clock = Signal(name="clk")
-    outside |= {"clk": (clock, None)}
-    return Top(soc, ports, clock), outside
+    clock, good = Signal(name="clk"), Signal(name="power_good")
+    outside |= {"clk": (clock, None), "power_good": (good, None)}
+    return Top(soc, ports, clock, good), outside
 
 
 def simulation_verilog(clock_hz: int, **options) -> list[str]:
     """Verilog of module ``gapkeeper`` and of what it instantiates, one text per file.
 
-    Its ports: ``clk``, ``rx``, ``tx`` and the pins. It resets itself.
+    Its ports: ``clk``, ``rx``, ``tx`` and the pins; and ``power_good``, low for a brown-out. It
+    resets itself.
     """
     top, outside = simulated(clock_hz, **options)
     text = verilog.convert(top, name="gapkeeper", ports=outside, emit_src=False)

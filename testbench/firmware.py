@@ -197,8 +197,10 @@ class Machine:
         return self.run(passes)
 
     def unlock(self) -> None:
-        """Get ready for programs."""
-        assert self.line("$X") == ["ok"]
+        """Get ready for programs: unlock, arm by hand, and take the position as it is counted."""
+        assert self.line("$X")[-1] == "ok"
+        self.library.gk_arm()
+        assert self.line("$POSITION=HERE") == ["ok"]
 
     def tape(self, rows: bytes, *, passes: int = 20_000) -> list[str]:
         """Send a tape, as fast as it is taken, and let it run; the lines that came."""

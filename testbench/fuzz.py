@@ -65,7 +65,8 @@ def grown(rng, corpus):
 def whole(rng, rows, sanitize):
     """The whole firmware with a tape and everything that may come between."""
     machine = Machine(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
-    machine.line("$X")
+    if rng.random() < 0.9:
+        machine.unlock()
     machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
     machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$22=1")))
     if rng.random() < 0.2:
@@ -103,7 +104,7 @@ def _disturb(rng, machine):
     elif kind in (5, 6):
         machine.library.gk_go(rng.randint(-5000, 5000))
     elif rng.random() < 0.1:
-        machine.library.gk_trip(rng.randrange(14), rng.randrange(8))
+        machine.library.gk_trip(rng.randrange(18), rng.randrange(8))
     machine.run(rng.choice((1, 10, 50)))
 
 

@@ -37,10 +37,15 @@ static const char *const CHECK_TEXT[CHECKS] = {
     [CHECK_RATE] = "it counts faster than any drive goes",
 };
 
-/* Causes after which the counted position may differ from the true one. */
+/* Causes after which the counted position may differ from the true one; with those below also where
+   they come later than another cause. While the axes coast a following error is none. */
+#define MISCOUNTS                                                                                  \
+    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
 #define LOSES_POSITION                                                                             \
-    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_FOLLOWING_STOPPED |           \
-     1u << CAUSE_FOLLOWING_MOVING | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
+    (MISCOUNTS | 1u << CAUSE_FOLLOWING_STOPPED | 1u << CAUSE_FOLLOWING_MOVING)
+
+bool cause_loses_position(unsigned cause) { return LOSES_POSITION >> cause & 1; }
+bool cause_miscounts(uint32_t causes) { return causes & MISCOUNTS; }
 
 size_t cause_axes(char *buffer, size_t size, unsigned axes) {
     size_t at = text_print(buffer, size, axes & (axes - 1) ? "axes " : "axis ");
@@ -111,8 +116,7 @@ bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes) {
     return false;
 }
 
-void cause_position(fault *f, unsigned cause) {
+void cause_position(fault *f, bool lost) {
     size_t at = __builtin_strlen(f->text);
-    text_print(f->text + at, sizeof f->text - at, "; the position is %s",
-               LOSES_POSITION >> cause & 1 ? "lost" : "kept");
+    text_print(f->text + at, sizeof f->text - at, "; the position is %s", lost ? "lost" : "kept");
 }

@@ -3,6 +3,7 @@
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "fault.h"
 
@@ -13,5 +14,10 @@ size_t cause_axes(char *buffer, size_t size, unsigned axes);
    knows beside, as it is now. The text begins as said. Returns false, as fault_at does. */
 bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes);
 
-/* Add whether the counted position may differ from the true one after it. */
-void cause_position(fault *f, unsigned cause);
+/* May the counted position differ from the true one after it? And after any of these, by bit, also
+   where they came later than another one? */
+bool cause_loses_position(unsigned cause);
+bool cause_miscounts(uint32_t causes);
+
+/* Add to a trip what has become of the position. */
+void cause_position(fault *f, bool lost);

@@ -296,12 +296,8 @@ static part advance(fault *f) {
         return at;
     case PART_MACHINING_ON:
         if (work->machining_on) {
-            if (!gap_ready(f))
+            if (!machine_allows(false, true, f) || !gap_ready(f))
                 return at;
-            if (hal_limits_read().leaving) {
-                fault_at(f, FAULT_LOCKED, 0, "M03 on a limit switch");
-                return at;
-            }
             machine_discharge(true);
             events_now("aux", ",M,3");
         }

@@ -192,6 +192,7 @@ typedef struct {
 void hal_pet(uint8_t key);
 bool hal_safe(void);
 unsigned hal_first_cause(void);
+uint32_t hal_causes(void);      /* those latched, by bit */
 unsigned hal_blamed(void);      /* axes that raised it, bit 0 X */
 hal_limits hal_limits_read(void);
 void hal_leave(void);           /* excuse the limit switches that are pressed, while safe */
@@ -199,6 +200,8 @@ uint32_t hal_damage(void);
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);
+bool hal_armed(void);           /* a hand at the machine has allowed the discharge */
+void hal_disarm(void);          /* it has to do so anew */
 
 /* Machine side. */
 typedef enum { AUXILIARY_M, AUXILIARY_S, AUXILIARY_T } hal_letter;

@@ -30,7 +30,7 @@ static int32_t base[HAL_AXES];      /* axes at the start of the segment */
 static hal_motion_state state;
 static uint32_t speed;
 static bool stuck;
-static bool run, hold, discharge, safe, interrupts;
+static bool run, hold, discharge, safe, armed, interrupts;
 static uint32_t live, cause, blamed;
 static hal_limits switches;
 static int32_t lost_pulses[HAL_AXES]; /* of the commands: a fault of the gateware */
@@ -227,7 +227,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     to_firmware.head = to_firmware.tail = from_firmware.head = from_firmware.tail = 0;
     position = front = 0;
     slot = offset = 0;
-    begun = run = hold = discharge = interrupts = late = lost = false;
+    begun = run = hold = discharge = armed = interrupts = late = lost = false;
     safe = true;
     live = cause = blamed = 0;
     switches = (hal_limits){0};
@@ -282,6 +282,7 @@ void gk_stuck(uint32_t on) { stuck = on; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
 void gk_creep(int32_t pulses) { creep = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
+void gk_arm(void) { armed = !safe; }
 void gk_switches(uint32_t low, uint32_t high) {
     switches.low = (uint8_t)low;
     switches.high = (uint8_t)high;
@@ -320,6 +321,7 @@ void gk_trip(uint32_t number, uint32_t axes) {
     cause = number;
     blamed = axes;
     safe = true;
+    armed = false;
     state = MOTION_HALTED;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         errors[axis] = 5; /* the drives let go */
@@ -432,6 +434,7 @@ void hal_pet(uint8_t key) {
 }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
+uint32_t hal_causes(void) { return safe ? 1u << cause | live : 0; }
 unsigned hal_blamed(void) { return blamed; }
 hal_limits hal_limits_read(void) { return switches; }
 void hal_leave(void) { switches.leaving = safe && !live && (switches.low | switches.high); }
@@ -441,6 +444,8 @@ void hal_interlock_clear(void) {
 uint32_t hal_damage(void) { return cause == CAUSE_GUARD ? blamed : 0; }
 void hal_interlock_trip(void) { safe = true; }
 void hal_fluid_required(bool required) { (void)required; }
+bool hal_armed(void) { return armed && !safe; }
+void hal_disarm(void) { armed = false; }
 
 void hal_auxiliary_send(hal_letter letter, uint32_t code) {
     (void)letter;

@@ -284,6 +284,7 @@ void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
 void hal_pet(uint8_t key) { SAFETY->pet = key; }
 bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
 unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
+uint32_t hal_causes(void) { return SAFETY->latched; }
 unsigned hal_blamed(void) { return GET(SAFETY->status, SAFETY_STATUS_BLAMED); }
 
 hal_limits hal_limits_read(void) {
@@ -297,6 +298,8 @@ void hal_leave(void) { SAFETY->leave = 0x5a; }
 uint32_t hal_damage(void) { return SAFETY->damage; }
 void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
 void hal_interlock_trip(void) { SAFETY->stop = 1; }
+bool hal_armed(void) { return SAFETY->arming & SAFETY_ARMING_ARMED_MASK; }
+void hal_disarm(void) { SAFETY->disarm = 1; }
 void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }
 
 void hal_auxiliary_send(hal_letter letter, uint32_t code) {

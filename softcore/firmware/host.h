@@ -92,6 +92,7 @@ void gk_creep(int32_t pulses);
 void gk_state(uint32_t state);  /* hal_motion_state */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
 void gk_trip(uint32_t cause, uint32_t axes);    /* of CAUSE_GUARD: what hal_damage says */
+void gk_arm(void);              /* a hand presses the button */
 void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing */
 void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are pressed, by axis */
 void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis has not made */

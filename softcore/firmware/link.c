@@ -65,7 +65,7 @@ void link_answer(const fault *f) {
 }
 
 static const char *state_name(void) {
-    if (machine_locked())
+    if (machine_locked() || machine_position_lost())
         return "Alarm";
     if (machine_held() || program_paused())
         return "Hold";
@@ -85,11 +85,15 @@ static void tell_status(void) {
         return;
     }
     uint32_t counts[4];
+    char masked[SETTINGS_MASKED];
     hal_gap_counts(counts);
+    settings_masked(masked, sizeof masked);
     text_print(report + length, sizeof report - length,
-               "|Ln:%u|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u>", events_line(), hal_axis_error(0),
-               hal_axis_error(1), hal_axis_error(2), (uint32_t)hal_motion_read().state,
-               hal_shorts(), counts[0], counts[1], counts[2], counts[3]);
+               "|Ln:%u|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>", events_line(),
+               hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
+               (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
+               counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
+               *masked ? "|Off:" : "", masked);
     output_line("%s", report);
     status = STATUS_NONE;
 }
@@ -135,9 +139,8 @@ static void assign(const char *line, uint32_t length, fault *f) {
         return;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if (machine_machining() && (which == SET_BLANKING_NS || which == SET_SETTLE_NS ||
-                                     which == SET_CURRENT_STEP_MA))
-        fault_at(f, FAULT_BUSY, 0, "a condition is judged by setting %u: M05 comes first", which);
+    else if ((machine_machining() || hal_motion_read().moving) && settings_guard(which))
+        fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", which);
     else
         settings_enter(which, value, f);
 }
@@ -149,6 +152,15 @@ static void tell_cost(void) {
     output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u]",
                 cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
                 watch_worst(0), watch_worst(1), watch_worst(2), watch_worst(3), events_worst());
+}
+
+/* Is the line this text, given in capitals? */
+static bool says(const char *line, uint32_t length, const char *text) {
+    uint32_t at = 0;
+    for (; at < length && text[at]; at++)
+        if ((line[at] >= 'a' && line[at] <= 'z' ? line[at] - 'a' + 'A' : line[at]) != text[at])
+            return false;
+    return at == length && !text[at];
 }
 
 /* A line that begins with `$`. */
@@ -167,14 +179,16 @@ static void command(const char *line, uint32_t length) {
         planner_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
     }
-    if (length == 2 && (c == 'X' || c == 'x'))
+    if (says(line, length, "$POSITION=HERE"))
+        machine_take_position(&f);
+    else if (length == 2 && (c == 'X' || c == 'x'))
         machine_unlock(&f);
     else if (length == 2 && (c == 'I' || c == 'i'))
         output_line("[VER:" VERSION ":Gapkeeper]");
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $X $I $P $B ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $X $POSITION=HERE $I $P $B ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

@@ -9,11 +9,16 @@
 #include "path.h"
 #include "program.h"
 #include "regs.h"
+#include "settings.h"
 
 /* Reads of the interlock after its clear before it counts as refused; it takes a few clocks. */
 #define CLEAR_TRIES 16
 
+/* Not one bit: a flipped one must not find the position. */
+#define KNOWN 0x706f7331u
+
 static bool locked, held, waits, running, machining;
+static uint32_t place;          /* KNOWN, or else the position is lost: out of reset, too */
 
 /* An alarm that has stopped the machine and is still to be told: saying it at once, on top of what
    raised it, would take too long for one pass of the main loop. */
@@ -27,6 +32,7 @@ static struct {
 void machine_init(void) {
     locked = true;
     held = waits = running = machining = alarm.waits = false;
+    place = 0;
     hal_control(false, false);
     hal_discharge(false);
 }
@@ -35,6 +41,29 @@ bool machine_locked(void) { return locked; }
 bool machine_held(void) { return held; }
 bool machine_machining(void) { return machining; }
 bool machine_goes(void) { return running && !held && !waits; }
+
+bool machine_position_lost(void) { return place != KNOWN; }
+
+bool machine_take_position(fault *f) {
+    if (locked)
+        return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
+    if (program_running() || !path_at_front())
+        return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
+    place = KNOWN;
+    return true;
+}
+
+bool machine_allows(bool moves, bool burns, fault *f) {
+    if ((moves || burns) && machine_position_lost())
+        return fault_at(f, FAULT_POSITION_LOST, 0,
+                        "the position is lost; $POSITION=HERE takes what is counted for true");
+    if (burns && hal_limits_read().leaving)
+        return fault_at(f, FAULT_LOCKED, 0, "M03 has to wait until the limit switch is left");
+    if (burns && !hal_armed())
+        return fault_at(f, FAULT_NOT_ARMED, 0,
+                        "the discharge is not armed: press the button ARM at the machine");
+    return true;
+}
 
 void machine_run(bool run) {
     if (running == run)
@@ -70,12 +99,15 @@ static void stop(void) {
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
     machine_discharge(false);
+    hal_disarm();
     program_abort();
 }
 
 /* `position` is that of the encoders in clock `cycle`, which is past. */
 static void alarm_at(const fault *f, uint64_t cycle, const int32_t *position) {
     stop();
+    if (f->code == FAULT_GUARD)
+        place = 0;
     if (alarm.waits)
         return; /* the first one is what happened */
     if (locked) {
@@ -127,6 +159,8 @@ bool machine_unlock(fault *f) {
     /* The command is set to the position while the outputs are still safe: cleared first, the drives
        would be enabled with the old error. */
     if (hal_safe()) {
+        if (cause_miscounts(hal_causes()))
+            place = 0;
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             hal_axis_adopt(axis);
         path_forget(); /* or a cause that lies in it would stay */
@@ -146,6 +180,8 @@ bool machine_unlock(fault *f) {
     path_begin();
     program_resynchronise();
     locked = false;
+    if (machine_position_lost())
+        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
     return true;
 }
 
@@ -181,8 +217,10 @@ void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_
     if (locked && cause == CAUSE_POWER_ON)
         return;
     fault f = {.line = events_line()};
+    if (cause_loses_position(cause) || settings_get(SET_STEP_AXES))
+        place = 0;
     cause_fault(&f, "interlock: ", cause, axes);
-    cause_position(&f, cause);
+    cause_position(&f, machine_position_lost());
     alarm_at(&f, cycle, position);
 }
 

@@ -13,6 +13,15 @@ bool machine_held(void);
 bool machine_machining(void);
 bool machine_goes(void);                /* path pulses are allowed, and wanted forward */
 
+/* Does the machine's state forbid a block that moves or that switches the discharge on? The sentence
+   says what to do. */
+bool machine_allows(bool moves, bool burns, fault *f);
+
+/* The position is lost where what is counted may differ from where the axes are. The operator's word
+   takes it for true as it stands; false if it cannot be taken now. */
+bool machine_position_lost(void);
+bool machine_take_position(fault *f);
+
 void machine_run(bool run);             /* path pulses are allowed */
 void machine_hold(bool hold);
 void machine_wait(bool wait);           /* hold of the program's own: no jump begins, nothing advances */

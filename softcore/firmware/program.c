@@ -246,8 +246,9 @@ static void step_plan(void) {
         fail();
         return;
     }
-    if (by_hand && work.machining_on && hal_limits_read().leaving) {
-        fault_at(&trouble, FAULT_LOCKED, 0, "M03 has to wait until the limit switch is left");
+    /* A line by hand is refused before it does anything; a tape reads ahead, and somebody may still
+       press the button. */
+    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
         fail();
         return;
     }

@@ -357,6 +357,8 @@ typedef volatile struct {
     uint32_t stop; /* Trip the interlock (cause ``firmware``). */
     uint32_t fluid; /* Fluid supervision. */
     const uint32_t period; /* Longest time between two watchdog calls. [clock] */
+    const uint32_t arming; /* Permission to discharge; see ``rtl.safety.arming``. */
+    uint32_t disarm; /* Open the main contactor until the button is pressed anew. */
     uint32_t leave; /* Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, they are excused until they are released, something else comes, or a pulse would go further onto one. Meanwhile there is no discharge, and motion is slow. */
     const uint32_t limits; /* Limit switches, debounced. */
     const uint32_t damage; /* What cause ``guard`` has found since the interlock was cleared. */
@@ -369,9 +371,11 @@ _Static_assert(offsetof(safety_regs, clear) == 0x10, "");
 _Static_assert(offsetof(safety_regs, stop) == 0x14, "");
 _Static_assert(offsetof(safety_regs, fluid) == 0x18, "");
 _Static_assert(offsetof(safety_regs, period) == 0x1c, "");
-_Static_assert(offsetof(safety_regs, leave) == 0x20, "");
-_Static_assert(offsetof(safety_regs, limits) == 0x24, "");
-_Static_assert(offsetof(safety_regs, damage) == 0x28, "");
+_Static_assert(offsetof(safety_regs, arming) == 0x20, "");
+_Static_assert(offsetof(safety_regs, disarm) == 0x24, "");
+_Static_assert(offsetof(safety_regs, leave) == 0x28, "");
+_Static_assert(offsetof(safety_regs, limits) == 0x2c, "");
+_Static_assert(offsetof(safety_regs, damage) == 0x30, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
 #define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
@@ -392,6 +396,12 @@ _Static_assert(offsetof(safety_regs, damage) == 0x28, "");
 #define SAFETY_STOP_VALUE_MASK 0x00000001u
 #define SAFETY_FLUID_REQUIRED_SHIFT 0
 #define SAFETY_FLUID_REQUIRED_MASK 0x00000001u
+#define SAFETY_ARMING_CONTACTOR_SHIFT 0
+#define SAFETY_ARMING_CONTACTOR_MASK 0x00000001u
+#define SAFETY_ARMING_ARMED_SHIFT 1
+#define SAFETY_ARMING_ARMED_MASK 0x00000002u
+#define SAFETY_DISARM_VALUE_SHIFT 0
+#define SAFETY_DISARM_VALUE_MASK 0x00000001u
 #define SAFETY_LEAVE_VALUE_SHIFT 0
 #define SAFETY_LEAVE_VALUE_MASK 0x000000ffu
 #define SAFETY_LIMITS_LOW_SHIFT 0

@@ -3,6 +3,7 @@
 
 #include "gap.h"
 #include "hal.h"
+#include "text.h"
 #include "units.h"
 
 #define LARGEST_ERROR ((1u << 17) - 1) /* pulses: range of the error counter */
@@ -173,6 +174,28 @@ void settings_init(void (*between)(void)) {
 }
 
 uint32_t settings_get(setting which) { return values[which]; }
+
+bool settings_guard(uint32_t which) {
+    return !((which >= SET_TV && which <= SET_OPTIONAL_STOP) ||
+             (which >= SET_SERVO_PERIOD_US && which <= SET_SERVO_WEIGHT) ||
+             (which >= SET_LAW_WINDOW_US && which <= SET_ARC_DIFFERENCE_NM));
+}
+
+void settings_masked(char *text, size_t size) {
+    static const struct {
+        setting which;
+        const char *guard;
+    } guards[] = {{SET_FLUID_REQUIRED, "fluid"}, {SET_REPEATS, "repeats"},
+                  {SET_NO_DISCHARGE_UM, "no discharge"}, {SET_NO_PROGRESS_S, "no progress"}};
+    size_t at = 0;
+    *text = '\0';
+    for (unsigned i = 0; i < sizeof guards / sizeof *guards; i++)
+        if (!values[guards[i].which])
+            at += text_print(text + at, size - at, "%s%s", at ? "," : "", guards[i].guard);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        if (values[SET_STEP_AXES] >> axis & 1)
+            at += text_print(text + at, size - at, "%scoder %c", at ? "," : "", "XYZ"[axis]);
+}
 
 bool settings_set(uint32_t which, uint32_t value) {
     if (which >= SETTINGS || value < SETTING_ROWS[which].lowest ||

@@ -2,6 +2,7 @@
 /* Machine constants that the host writes before a run (`$n=value`) and lists (`$$`). */
 #pragma once
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "fault.h"
@@ -36,6 +37,13 @@ extern const setting_row SETTING_ROWS[SETTINGS];
 /* Initial values, into the gateware; `between` is called between the parts, which take their time. */
 void settings_init(void (*between)(void));
 uint32_t settings_get(setting which);
+/* Must this one stay while the machine moves or machines? All but those that only tune it. */
+bool settings_guard(uint32_t which);
+
+/* Guards that settings have switched off, and coders that step axes do not have: names with commas in
+   between; of SETTINGS_MASKED characters. */
+#define SETTINGS_MASKED 96
+void settings_masked(char *text, size_t size);
 bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of range */
 
 /* A line `$n=value`, and what it says. */

@@ -30,7 +30,7 @@ module bench;
     .gap_high(to[7]), .gap_arc(to[8]), .gap_short(to[9]), .gap_current(to[10]),
     .estop(to[11]), .fluid_low(to[12]), .fin(to[13]),
     .drive_fault(to[16:14]), .limit_low(to[19:17]), .limit_high(to[22:20]),
-    .gap_noise(to[23]), .adc_data(to[24]), .arm(to[25]),
+    .gap_noise(to[23]), .adc_data(to[24]), .arm(to[25]), .power_good(to[26]),
     .dac(dac), .dac_negative(dac_negative), .step(step), .dir(dir), .drive_enable(drive_enable),
     .contactor(contactor), .gap_on(gap_on), .gap_level(gap_level), .gap_sense(gap_sense),
     .gap_reference(gap_reference), .gap_supply(gap_supply),

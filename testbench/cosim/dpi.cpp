@@ -46,7 +46,7 @@ uint64_t packed(const plant::ToController& to, bool rx) {
            static_cast<uint64_t>(to.drive_fault) << 14 |
            static_cast<uint64_t>(to.limit_low) << 17 | static_cast<uint64_t>(to.limit_high) << 20 |
            static_cast<uint64_t>(to.gap_noise) << 23 | static_cast<uint64_t>(to.adc_data) << 24 |
-           static_cast<uint64_t>(to.arm) << 25;
+           static_cast<uint64_t>(to.arm) << 25 | static_cast<uint64_t>(to.power_good) << 26;
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios: what makes the outputs safe, how soon, and what the operator is told."""
 
+import pytest
+
+from host.link import RefusedError
 from softcore.image import target_image
 from softcore.regmap import CAUSES
 from softcore.top import Top
@@ -8,14 +11,15 @@ from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.station import Session
 
-__all__ = ["FAULTS", "hung", "tripped"]
+__all__ = ["FAULTS", "browned_out", "hung", "tripped"]
 
-PINS = ("gap_on", "gap_sense", "dac", "drive_enable", "safe")
+PINS = ("gap_on", "gap_sense", "dac", "drive_enable", "contactor", "safe")
 WATCHED = (*PINS, "safety_pet_strobe", "safety_pet", "safety_latched", "path_command",
            "path_position")
 SECOND_KEY = 0x5A
 WATCHDOG_S = 5e-3
 PADS = 5  # clocks from a pin in to a pin out: synchronisers, a debounced clock, output registers
+BROWN_OUT = 4  # clocks from the supply's failure to the reset's effect at the pins
 LOOP = 0x6F.to_bytes(4, "little")  # jump to itself
 
 NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
@@ -63,7 +67,7 @@ def _restart(job, force):
     job.session.set(force, 0)
     # Contacts bounce and fluid splashes: the cause must have been gone for a while.
     job.run(job.session.clock_hz // 10)
-    job.link.command("$X")
+    job.make_ready()
     assert not job.probe("safety_status_safe")
     assert job.session.errors() == {axis: 0 for axis in "xyz"}
     done = len(job.told("program_end"))
@@ -129,3 +133,37 @@ def hung(session: Session, kind: str, delay: int) -> dict:
         assert job.probe("axis_z_position") == session.positions()["z"]
         _restart(job, "force.estop")
     return {"events": job.events, "clocks": safe - last}
+
+
+def browned_out(session: Session, clocks: int) -> dict:
+    """The supply fails in mid-motion for so long: safe at once, and the position is not believed.
+
+    The memory keeps what it held. Nothing moves or burns until somebody has unlocked, pressed the
+    button and taken the position.
+    """
+    job = _machining(session)
+    session.set("force.brown_out", 1)
+    begun = session.cycle
+    session.run(clocks)
+    session.set("force.brown_out", 0)
+    job.link.await_greeting()
+    job.collect()
+    safe = job.record.rises("safe", begun)[0]
+    assert safe - begun == BROWN_OUT
+    _check_safe(job, safe)
+    counted, true = job.probe("axis_z_position"), session.positions()["z"]
+    assert counted != true, "it has gone on while nobody counted"
+    assert job.link.status()["state"] == "Alarm"
+    for line in ("$X", str(Data()), "C100"):
+        job.link.command(line)
+    assert job.link.status()["state"] == "Alarm"
+    stands = session.positions()["z"]
+    for line in ("G00 Z1", "M03", "G01 Z1 F60"):
+        with pytest.raises(RefusedError, match="the position is lost"):
+            job.link.command(line)
+    session.run(session.clock_hz // 10)
+    assert session.positions()["z"] == stands
+    job.make_ready()
+    job.link.command("G00 Z1")
+    job.until(lambda: job.link.status()["state"] == "Idle", "the end of the motion", step=10_000)
+    return {"cycle": session.cycle, "counted": counted, "true": true}

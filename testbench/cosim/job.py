@@ -75,7 +75,8 @@ class Job:
         session.set("force.short", 0)
         session.set("force.gap_um", QUIET_GAP_UM)
         self.link.await_greeting()
-        for line in ("$X", f"G92 X0 Y0 Z{HEIGHT_MM}", *lines):
+        self.make_ready()
+        for line in (f"G92 X0 Y0 Z{HEIGHT_MM}", *lines):
             self.link.command(line)
 
     def _hear(self, line):
@@ -85,6 +86,12 @@ class Job:
             self.said.append(line)
 
     # ---- the operator
+
+    def make_ready(self) -> None:
+        """Unlock, arm by hand, and take the position as it is counted."""
+        self.link.command("$X")
+        self.pipe.press_arm()
+        self.link.command("$POSITION=HERE")
 
     def start(self, tape: str | Tape) -> None:
         """Send a tape, all of it."""

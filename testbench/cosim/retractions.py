@@ -206,7 +206,7 @@ def never_clearing(session: Session, speed: float) -> dict:
     # Nothing has been lost: unlocked, the machine stands where it stood.
     assert job.probe("axis_z_command") == -limit
     job.short(False)
-    job.link.command("$X")
+    job.make_ready()
     status = job.link.status()
     assert status["state"] == "Idle"
     assert status["MPos"] == f"0.0000,0.0000,{-limit / MM:.4f}"

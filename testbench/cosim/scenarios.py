@@ -54,6 +54,7 @@ SCENARIOS = (
     *(Scenario(faults.hung, {"kind": kind, "delay": delay})
       for kind, delay in (("clock", 0), ("clock", 1234), ("clock", 7777), ("memory", 0),
                           ("memory", 1234), ("memory", 7777))),
+    *(Scenario(faults.browned_out, {"clocks": clocks}) for clocks in (1, 20_000)),
     Scenario(servo.both_ways),
     Scenario(servo.widens_beyond),
     Scenario(servo.stuck_open),

@@ -155,8 +155,8 @@ def thresholds(session: Session) -> dict:
     _unknown(job, "the thresholds of the fluid's classes are out of order")
     assert job.probe("path_front") == 0
     # In order again, and it goes.
-    for line in ("$39=2819", "$X"):
-        job.link.command(line)
+    job.link.command("$39=2819")
+    job.make_ready()
     job.events.clear()
     _gap(job, WIDE_UM)
     job.start(program(Data(), "G95 P1", f"G01 Z-{DEPTH_MM} F600"))
@@ -173,7 +173,7 @@ def _unknown(job, said):
     assert way < WAY
     job.events.clear()
     job.said.clear()
-    job.link.command("$X")
+    job.make_ready()
     # A tape's path begins at 0.
     job.start(program("G95 P1", f"G01 Z-{DEPTH_MM} F600"))
     alarm = job.alarm()

@@ -38,7 +38,7 @@ def _again(job):
     """Unlock, and go back to where every tape begins."""
     job.events.clear()
     job.said.clear()
-    job.link.command("$X")
+    job.make_ready()
     job.link.command(f"G21 G90 G00 X0 Z{HEIGHT_MM}")
     job.until(lambda: job.link.status()["state"] == "Idle", "the way back", step=10_000)
     assert job.probe("axis_x_command") == job.probe("axis_z_command") == 0

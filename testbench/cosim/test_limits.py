@@ -88,6 +88,7 @@ def test_the_way_off_a_limit_switch(job):
     assert min(after - before for before, after in pairwise(fast)) < LEAVING_CLOCKS / 20
     assert not any(record.rises(pin, begun, left) for pin in ("gap_on", "gap_sense"))
     # The machine is as after any $X.
+    job.pipe.press_arm()
     assert by_hand(job, "C100 M03") == ["ok"]
     job.run(session.clock_hz // 50)
     assert job.collect().rises("gap_on", left)

@@ -13,7 +13,8 @@ from testbench.native.probes import PROBES
 from testbench.native.simulation import Simulation
 
 MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
-LINES = ["$X", "G92 X0 Y0 Z0.1", "G36 R300 L1 H600 E60 Q0.05", "C130", "M03", "G94 F12",
+READY = ["$X", "$POSITION=HERE"]
+LINES = ["G92 X0 Y0 Z0.1", "G36 R300 L1 H600 E60 Q0.05", "C130", "M03", "G94 F12",
          "G01 Z-0.2"]
 
 
@@ -31,6 +32,8 @@ def command(session, line):
 def machining(session, clocks=600_000):
     """Start machining, force a short and let it go; return all that could be seen."""
     said = [session.receive(session.clock_hz // 10).decode()]
+    said += [command(session, line) for line in READY]
+    session.press_arm()
     said += [command(session, line) for line in LINES]
     session.watch(["path_command", "axis_z_error", "gap_status_shorted", "completed",
                    "sleep_left"])
@@ -76,6 +79,9 @@ def test_the_netlist_alone_does_the_same_on_the_same_inputs(rng):
     with simulation() as kept, simulation() as alone:
         kept.keep_inputs()
         kept.receive(kept.clock_hz // 10)
+        for line in READY:
+            command(kept, line)
+        kept.press_arm()
         for line in LINES:
             command(kept, line)
         kept.run(200_000)

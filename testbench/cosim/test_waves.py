@@ -11,7 +11,8 @@ from testbench.native.simulation import Simulation
 from testbench.native.waves import SIGNALS
 
 MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
-LINES = b"$X\nG92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.05\nC130\nM03\nG94 F12\nG01 Z-0.2\n"
+READY = b"$X\n$POSITION=HERE\n"
+LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.05\nC130\nM03\nG94 F12\nG01 Z-0.2\n"
 
 
 def read(path):
@@ -35,6 +36,8 @@ def test_the_file_ends_with_what_the_probes_show(workdir, rng):
     with Simulation(machine=MACHINE, clock_hz=int(MACHINE["clock_hz"]), seed=rng.getrandbits(32),
                     waves=workdir) as simulation:
         simulation.run(100_000)
+        simulation.send(READY)
+        simulation.press_arm()
         simulation.send(LINES)
         simulation.run(700_000)
         shown = {}

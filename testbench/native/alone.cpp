@@ -7,7 +7,10 @@ using bench::Station;
 namespace {
 
 struct Alone {
-    explicit Alone(uint64_t seed) : station(seed) {}
+    explicit Alone(uint64_t seed) : station(seed) {
+        from.contactor = 1;
+        station.machine.close_contactor();
+    }
     Station station;
     plant::FromController from;
     plant::ToController to;

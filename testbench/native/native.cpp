@@ -171,6 +171,7 @@ private:
         model_.fluid_low = to.fluid_low;
         model_.fin = to.fin;
         model_.arm = to.arm;
+        model_.power_good = to.power_good;
     }
 
     void look() {

@@ -11,7 +11,8 @@ from pathlib import Path
 from testbench.native.simulation import Simulation
 
 MACHINE = Path(__file__).parents[1] / "plant" / "sinker.toml"
-LINES = b"$X\nG92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nM03\nG94 F15\nG01 Z-0.2\n"
+READY = b"$X\n$POSITION=HERE\n"
+LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nM03\nG94 F15\nG01 Z-0.2\n"
 
 
 def main():
@@ -20,6 +21,8 @@ def main():
     with Simulation(machine=machine, clock_hz=int(machine["clock_hz"]), seed=1,
                     code=Path(sys.argv[1])) as simulation:
         simulation.run(100_000)
+        simulation.send(READY)
+        simulation.press_arm()
         simulation.send(LINES)
         simulation.run(400_000)
 

@@ -17,6 +17,7 @@ AXES = "xyz"
 # Words of a machine's file, by the numbers that the plant has for them.
 WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
 GRAINS = 65535  # of a whole cell of the workpiece
+PRESS_S, CLOSE_S = 0.02, 0.04  # a press of the button; from it to closed contacts, and some more
 
 _POINTER, _UNSIGNED, _DOUBLE = ctypes.c_void_p, ctypes.c_uint64, ctypes.c_double
 _FUNCTIONS = {
@@ -172,6 +173,12 @@ class Session:
     def cycle(self) -> int:
         """Clocks since the start."""
         return self._station_library.station_clock(self._station)
+
+    def press_arm(self) -> None:
+        """Press the button ``arm`` as a person would, and let the contactor close."""
+        for level, seconds in ((1, PRESS_S), (0, CLOSE_S)):
+            self.set("force.arm", level)
+            self.run(round(seconds * self.clock_hz))
 
     def positions(self) -> dict[str, int]:
         """Edges that the pulse coders have given, by axis, in pulses."""

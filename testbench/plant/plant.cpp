@@ -15,6 +15,7 @@ Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     p["initial_gap_um"] = &process_.initial_gap_um;
     p["side.fin_delay_us"] = &fin_delay_us_;
     p["side.fin_answers"] = &fin_answers_;
+    p["side.contactor_ms"] = &contactor_ms_;
     p["side.limit_low_mm"] = &limit_low_mm_;
     p["side.limit_high_mm"] = &limit_high_mm_;
 
@@ -136,6 +137,8 @@ Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     p["force.fluid_low"] = &force_fluid_low_;
     p["force.limit_low"] = &force_limit_low_;
     p["force.limit_high"] = &force_limit_high_;
+    p["force.arm"] = &force_arm_;
+    p["force.brown_out"] = &force_brown_out_;
     p["force.encoder_cut"] = &lines_.force.cut;
     p["force.encoder_jump"] = &lines_.force.jump;
     p["force.encoder_a_low"] = &lines_.force.a_low;
@@ -227,6 +230,8 @@ void Plant::configure() {
     if (now_ == 0)
         gap_.put_electrode(process_.initial_gap_um);
     estop_ = force_estop_ != 0;
+    arm_ = force_arm_ != 0;
+    power_good_ = force_brown_out_ == 0;
     fluid_low_ = force_fluid_low_ != 0;
     faults();
     lines_.configure(clock_hz_);
@@ -253,6 +258,7 @@ void Plant::tick(const FromController& from) {
     levels();
     limits();
     side(from);
+    contactor(from.contactor);
 }
 
 // The filters behind the three streams of the references, one step for the ones of a tick.
@@ -293,6 +299,17 @@ void Plant::limits() {
     }
     limit_low_ = static_cast<uint8_t>(low);
     limit_high_ = static_cast<uint8_t>(high);
+}
+
+// The main contactor follows its coil after a while, both ways.
+void Plant::contactor(bool coil) {
+    if (coil == powered_) {
+        contactor_wait_ms_ = 0;
+        return;
+    }
+    contactor_wait_ms_ += tick_us_ / 1000;
+    if (contactor_wait_ms_ >= contactor_ms_)
+        powered_ = coil;
 }
 
 // The machine side answers a strobe with FIN after a while, and its end with the end of FIN.

@@ -32,7 +32,7 @@ struct ToController {
     uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0, gap_noise = 0;
     uint8_t adc_data = 0;
     uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
-    uint8_t arm = 0;
+    uint8_t arm = 0, power_good = 1;
 };
 
 // An auxiliary function that the machine side has seen.
@@ -65,7 +65,7 @@ public:
         step_ = from.step;
         for (unsigned bits = moving_; bits; bits &= bits - 1)
             axes_[__builtin_ctz(bits)].clock();
-        gap_.clock(from.gap_on, from.gap_sense, from.gap_level, from.gap_supply);
+        gap_.clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
         references_ += SPREAD[from.gap_reference];
         const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
         if (serial != serial_) {
@@ -88,9 +88,12 @@ public:
         to.limit_high = limit_high_;
         to.fluid_low = fluid_low_;
         to.fin = fin_;
+        to.arm = arm_;
+        to.power_good = power_good_;
         ++now_;
     }
 
+    void close_contactor() { powered_ = true; }  // at once, for tests of the gap alone
     int32_t count(int axis) const { return axes_[axis].count(); }
     double speed(int axis) const { return axes_[axis].speed(); }  // mm/s
     const Gap& gap() const { return gap_; }
@@ -102,6 +105,7 @@ private:
     void configure();
     void tick(const FromController& from);
     void side(const FromController& from);
+    void contactor(bool coil);
     void limits();
     void faults();
     void levels();
@@ -125,7 +129,7 @@ private:
 
     std::map<std::string, double*> parameters_;
     double clock_hz_ = 2e6, pulses_per_mm_ = 10000, tick_us_ = 8;
-    double fin_delay_us_ = 2000, fin_answers_ = 1;
+    double fin_delay_us_ = 2000, fin_answers_ = 1, contactor_ms_ = 20;
     double limit_low_mm_ = -300, limit_high_mm_ = 300;
     double kind_ = 0;  // 0 sinker, 1 wire
     MotorParameters motor_;
@@ -137,7 +141,8 @@ private:
     double reference_full_v_ = 100, reference_rc_us_ = 200, reference_fixed_ = 1;
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
-           force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0;
+           force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
+           force_arm_ = 0, force_brown_out_ = 0;
 
     Motor axes_[AXES];
     CoderLines lines_;
@@ -152,7 +157,9 @@ private:
     unsigned moving_ = 0;
     uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
-    double fin_wait_us_ = 0;
+    uint8_t arm_ = 0, power_good_ = 1;
+    bool powered_ = false;        // the main contactor's contacts are closed
+    double fin_wait_us_ = 0, contactor_wait_ms_ = 0;
     std::vector<Auxiliary> auxiliaries_;
 };
 

@@ -95,6 +95,10 @@ class Simulated(Pipe):
     def __init__(self, controller, **options):
         super().__init__(controller, **options)
         self.place = self.path = 0
+        self.armed = False
+
+    def press_arm(self):
+        self.armed = True
 
     @property
     def cycle(self):
@@ -126,7 +130,9 @@ def test_run_sets_up_as_an_operator_would():
     controller, machine = ended_by("[E:end,5,3,0,0,0]")
     run = Run(MACHINE, TAPE, machine, mdi=["g36 r300", "G21"])
     assert run.execute() == "end"
-    assert controller.lines == ["$X", "$0=4", "G92 X0 Y0 Z0.0500", "G36 R300", "G21"]
+    assert machine.armed
+    assert controller.lines == ["$X", "$POSITION=HERE", "$0=4", "G92 X0 Y0 Z0.0500", "G36 R300",
+                                "G21"]
     assert controller.tape == TAPE.rows
     assert [event["event"] for event in run.events] == ["program_end"]
 
@@ -197,7 +203,7 @@ def test_lines_by_hand_may_declare_another_zero():
     run = Run(MACHINE, TAPE, machine)
     run.execute()
     assert run.offset == {"x": 0.0, "y": 0.0, "z": -0.05}
-    assert not controller.realtime
+    assert controller.realtime == [ord("?")]
     controller, machine = ended_by("[E:end,5,3,0,0,0]")
     controller.offset = "0.0000,1.5000,-0.2000"
     run = Run(MACHINE, TAPE, machine, mdi=["G92 Y-1.5 Z0.2"])

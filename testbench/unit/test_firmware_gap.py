@@ -371,5 +371,8 @@ def test_measuring_with_a_detector_that_was_known_to_be_broken_is_an_alarm(machi
     machine.event("fluid", 0, SILENT, 0)
     assert not events(machine.run(200), "alarm")
     assert "discharge" in machine.flags
-    assert events(machine.line("$36=1"), "alarm")[0][1] == "49"
+    assert machine.line("$36=1")[-1] == "error:38", "it guards the machine"
+    for text in ("M05", "$36=1"):
+        assert machine.line(text)[-1] == "ok"
+    assert events(machine.line("M03"), "alarm")[0][1] == "49"
     assert "discharge" not in machine.flags

@@ -10,6 +10,7 @@ from testbench.firmware import Machine, events
 from testbench.programs import punched
 
 ACK, NAK = 0x06, 0x15
+LOST = "the position is lost: $POSITION=HERE takes what is counted for true"
 
 
 @pytest.fixture
@@ -36,7 +37,9 @@ def test_greeting_and_lock():
     assert machine.lines == ["Gapkeeper 0.1 ['$' for help]"]
     assert machine.line("?")[-1].startswith("<Alarm|")
     assert machine.line("G00 X1")[-1] == "error:37"
-    assert machine.line("$X") == ["ok"]
+    assert machine.line("$X") == [f"[MSG:{LOST}.]", "ok"]
+    assert machine.line("?")[-1].startswith("<Alarm|")
+    assert machine.line("$position=here") == ["ok"]
     assert machine.line("?")[-1].startswith("<Idle|")
 
 
@@ -46,7 +49,7 @@ def test_status_report_has_the_form_of_grbl(machine):
     machine.send(b"?")
     (report,) = machine.run(100)
     assert re.fullmatch(r"<Idle\|MPos:-1\.5000,0\.0000,0\.0000\|WCO:0\.0000,0\.0000,-0\.0500"
-                        r"\|Ln:0\|Er:0,0,0\|Rt:0,0\|Gap:0,0,0,0>", report)
+                        r"\|Ln:0\|Er:0,0,0\|Rt:0,0\|Gap:0,0,0,0\|Armed>", report)
 
 
 def test_realtime_bytes_inside_a_line(machine):

@@ -281,5 +281,5 @@ def test_what_conditions_are_judged_by_stays_while_machining(machine, setting):
     by_hand(machine, DATA, "C150", "M03")
     number = setting[1:setting.index("=")]
     assert machine.line(setting) == [
-        f"[MSG:a condition is judged by setting {number}: M05 comes first.]", "error:38"]
-    by_hand(machine, "$5=9000", "M05", setting)
+        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
+    by_hand(machine, "$33=40", "M05", setting)

@@ -96,6 +96,7 @@ def test_the_way_off_a_limit_switch(machine, low, high, way, end):
     assert machine.axes == (30_000, 0, -way * 10_000)
     machine.library.gk_switches(0, 0)
     assert machine.line(f"G00 Z{way}") == ["ok"], "it was left"
+    machine.library.gk_arm()
     assert machine.line("C100 M03")[-1] == "ok"
 
 
@@ -113,7 +114,7 @@ def test_a_program_does_not_discharge_on_a_limit_switch(machine):
     machine.line("$X")
     lines = machine.tape(punched(["G36 R300 L.5 H600 E60 Q.1", "C100", "G00 Z-1", "M03", "M02"]))
     assert events(lines, "alarm")[-1][1:] == [
-        "37", "Block 5: M03 on a limit switch."]
+        "37", "Block 5: M03 has to wait until the limit switch is left."]
     assert "discharge" not in machine.flags
 
 
@@ -165,6 +166,7 @@ def test_an_axis_that_is_not_where_the_path_ends_is_an_alarm(machine, axis):
     assert found[1:] == [
         "55", f"the command of axis {'XYZ'[axis]} is -0.0003 mm from where the path ends."]
     assert machine.line("G00 X0")[-1] == "error:37"
+    assert "the position is lost" in machine.line("$X")[0]
 
 
 def test_a_machine_that_stands_where_it_should_move_is_an_alarm(machine):

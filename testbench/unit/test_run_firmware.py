@@ -39,6 +39,9 @@ class Firmware:
     def cycle(self):
         return self.passes * 1000
 
+    def press_arm(self):
+        self.library.gk_arm()
+
     def write(self, data):
         self.library.gk_send(data, len(data))
 

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""State of the machine as a whole: unlocked, armed, its position known; what guards it stays."""
+
+import pytest
+
+from softcore.regmap import CAUSES
+from testbench.firmware import Machine, events
+from testbench.programs import punched
+
+CAUSE = {name: number for number, (name, _) in enumerate(CAUSES)}
+LOST = "the position is lost; $POSITION=HERE takes what is counted for true"
+BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    return ready
+
+
+def enter(machine, *lines):
+    """Enter lines that must all be taken."""
+    for line in lines:
+        assert machine.line(line)[-1] == "ok", line
+
+
+# ---- position
+
+
+@pytest.mark.parametrize("block", ["G00 X1", "G01 X1 F60", "G02 I1 F60", "M03"])
+def test_out_of_reset_nothing_moves_before_the_position_is_taken(block):
+    machine = Machine()
+    assert machine.line("$X")[-1] == "ok"
+    machine.library.gk_arm()
+    enter(machine, "G36 R300 L1 H600 E60 Q0.1", "C130", "G92 X5")
+    assert machine.line(block)[-1] == "error:54"
+    assert LOST in machine.lines[-2]
+    assert machine.axes == (0, 0, 0)
+    assert "|Lost" in machine.line("?")[-1]
+    enter(machine, "$POSITION=HERE", block)
+
+
+def test_a_tape_is_rejected_where_it_would_move():
+    machine = Machine()
+    machine.line("$X")
+    machine.tape(punched(["G21 G90", "G00 X1", "M02"]), passes=2000)
+    (alarm,) = events(machine.lines, "alarm")
+    assert alarm[1] == "54"
+    assert alarm[2].startswith("Block 3: the position is lost")
+    assert machine.axes == (0, 0, 0)
+
+
+@pytest.mark.parametrize("line", ["$POSITION", "$POSITION=", "$POSITION=THERE", "$POSITION=HERE "])
+def test_only_the_whole_word_takes_the_position(line):
+    machine = Machine()
+    machine.line("$X")
+    assert machine.line(line)[-1].startswith("error:")
+    assert machine.line("G00 X1")[-1] == "error:54"
+
+
+def test_a_locked_machine_does_not_take_it():
+    machine = Machine()
+    assert machine.line("$POSITION=HERE")[-1] == "error:37"
+
+
+LOSES = {"error_saturated", "encoder", "following_stopped", "following_moving", "coder", "guard"}
+
+
+@pytest.mark.parametrize("cause", [name for name in CAUSE if name != "power_on"])
+def test_what_a_trip_does_to_the_position(machine, cause):
+    machine.library.gk_trip(CAUSE[cause], 0)
+    (alarm,) = events(machine.run(200), "alarm")
+    lost = cause in LOSES
+    assert alarm[2].endswith(f"the position is {'lost' if lost else 'kept'}.")
+    assert machine.line("$X")[-1] == "ok"
+    assert machine.line("G00 X1")[-1] == ("error:54" if lost else "ok")
+
+
+def test_axes_driven_by_steps_lose_it_at_any_trip(machine):
+    enter(machine, "$16=1")
+    machine.library.gk_trip(CAUSE["estop"], 0)
+    assert events(machine.run(200), "alarm")[0][2].endswith("the position is lost.")
+
+
+def test_a_miscount_that_comes_later_than_the_trip_loses_it_too(machine):
+    machine.library.gk_trip(CAUSE["estop"], 0)
+    machine.run(200)
+    machine.library.gk_live(1 << CAUSE["encoder"])
+    assert machine.line("$X")[-1] == "error:40"
+    machine.library.gk_live(0)
+    assert machine.line("$X")[-1] == "ok"
+    assert machine.line("G00 X1")[-1] == "error:54"
+
+
+# ---- arming
+
+
+def test_the_discharge_needs_a_hand_at_the_machine():
+    machine = Machine()
+    enter(machine, "$X", "$POSITION=HERE", *BURNS[:2])
+    assert machine.line("M03") == [
+        "[MSG:the discharge is not armed: press the button ARM at the machine.]", "error:53"]
+    machine.library.gk_arm()
+    enter(machine, "M03")
+    assert "discharge" in machine.flags
+
+
+def test_a_tape_that_is_not_armed_ends_at_its_m03():
+    machine = Machine()
+    enter(machine, "$X", "$POSITION=HERE")
+    machine.tape(punched([*BURNS, "G01 X1 F60", "M02"]), passes=2000)
+    (alarm,) = events(machine.lines, "alarm")
+    assert alarm[1] == "53"
+    assert alarm[2].startswith("Block 4: the discharge is not armed")
+    assert machine.axes == (0, 0, 0)
+
+
+@pytest.mark.parametrize("how", ["alarm", "reset", "trip"])
+def test_alarms_resets_and_trips_disarm(machine, how):
+    enter(machine, *BURNS)
+    if how == "alarm":
+        machine.state("halted")
+        machine.event("halt", 1)
+    elif how == "trip":
+        machine.library.gk_trip(CAUSE["estop"], 0)
+    else:
+        machine.send(b"\x18")
+    machine.run(300)
+    assert "discharge" not in machine.flags
+    assert "|Armed" not in machine.line("?")[-1]
+    enter(machine, "$X")
+    assert machine.line("M03")[-1] == "error:53"
+
+
+# ---- what guards the machine
+
+
+@pytest.mark.parametrize("setting", ["$0=32", "$4=50000", "$8=0", "$10=1000000", "$13=2000",
+                                     "$16=4", "$17=4", "$26=0", "$35=0", "$44=0", "$56=60"])
+def test_what_guards_the_machine_stays_while_it_machines(machine, setting):
+    enter(machine, *BURNS)
+    number = setting[1:].partition("=")[0]
+    assert machine.line(setting) == [
+        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
+    enter(machine, "$33=40", "M05", setting)
+
+
+def test_what_is_masked_is_told_in_every_report(machine):
+    assert "|Off" not in machine.line("?")[-1]
+    enter(machine, "$26=0", "$44=0", "$16=5")
+    assert machine.line("?")[-1].endswith("|Off:fluid,no progress,coder X,coder Z>")
+    enter(machine, "$8=0", "$35=0", "$16=7")
+    assert machine.line("?")[-1].endswith(
+        "|Off:fluid,repeats,no discharge,no progress,coder X,coder Y,coder Z>")
