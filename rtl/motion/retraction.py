@@ -6,6 +6,7 @@ from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.gap.servo import Servo
+from rtl.motion.figures import Figures
 
 __all__ = ["Cause", "Event", "Halt", "Reason", "Retraction", "State"]
 
@@ -171,8 +172,14 @@ class Retraction(wiring.Component):
         ready = prepare == 0
 
         jump_due = self._jump_timer(m)
-        latency = self._latency(m)
-        plateau = self._plateau(m, moving)
+        m.submodules.figures = figures = Figures()
+        m.d.comb += [
+            figures.stopping.eq(state == State.STOPPING),
+            figures.retracting.eq(state == State.RETRACTING),
+            figures.moving.eq(moving),
+            *(getattr(figures, name).eq(getattr(self, name))
+              for name in ("steady", "pp", "reverse", "completed")),
+        ]
 
         outgoing = Signal()    # the last state was the front, or coming to rest from there
         ending = Signal()      # the retraction is over, but for coming to rest
@@ -261,7 +268,7 @@ class Retraction(wiring.Component):
                         m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERIES), announce.eq(1)]
                     with m.Else():
                         m.d.sync += state.eq(State.RETRACTING)
-                        report(Event.START, cause, latency, before, stamp)
+                        report(Event.START, cause, figures.latency, before, stamp)
                     with m.If(cause == Cause.SHORT):
                         with m.If(returning):
                             m.d.sync += self.series.eq(self.series + 1)
@@ -273,7 +280,7 @@ class Retraction(wiring.Component):
                 with m.If(ending):
                     with m.If(at_rest):
                         m.d.comb += self.mark.eq(1)
-                        report(Event.END, reason, *plateau)
+                        report(Event.END, reason, figures.pulses, figures.clocks)
                         m.d.sync += [ending.eq(0), prepare.eq(self.PREPARE), announce.eq(1)]
                         with m.If(halt != Halt.NONE):
                             m.d.sync += state.eq(State.HALTED)
@@ -457,42 +464,3 @@ class Retraction(wiring.Component):
         with m.Elif(self.discharging & self.run & ~self.hold & ~due):
             m.d.sync += elapsed.eq(elapsed + 1)
         return due
-
-    def _latency(self, m):
-        """Clocks from the sample that completed the short to the last forward pulse after it."""
-        since = Signal(16)
-        latency = Signal(16)
-        # ``completed`` comes one clock after the sample.
-        with m.If(self.completed):
-            m.d.sync += since.eq(2)
-        with m.Elif(~since.all()):
-            m.d.sync += since.eq(since + 1)
-        with m.If((self.state == State.STOPPING) & self.pp):
-            m.d.sync += latency.eq(since)
-        with m.Elif(self.state != State.STOPPING):
-            m.d.sync += latency.eq(self.completed & self.pp & ~self.reverse)
-        return latency
-
-    def _plateau(self, m, moving):
-        """Pulses and clocks of the longest stretch of a retraction at its speed."""
-        pulses = Signal(31)
-        clocks = Signal(32)
-        count = Signal(31)  # of the stretch under way
-        now = Signal(32)
-        begun = Signal()
-        with m.If(self.state != State.RETRACTING):
-            with m.If(self.state == State.STOPPING):
-                m.d.sync += [pulses.eq(0), clocks.eq(0), begun.eq(0)]
-        with m.Else():
-            m.d.sync += now.eq(now + 1)
-            with m.If(~moving | ~self.steady):
-                m.d.sync += begun.eq(0)
-            with m.Elif(self.pp):
-                m.d.sync += begun.eq(1)
-                with m.If(begun):
-                    m.d.sync += count.eq(count + 1)
-                    with m.If(count >= pulses):
-                        m.d.sync += [pulses.eq(count + 1), clocks.eq(now + 1)]
-                with m.Else():
-                    m.d.sync += [now.eq(0), count.eq(0)]
-        return pulses, clocks
