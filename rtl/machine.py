@@ -6,6 +6,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
+from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_law import FeedLaw, Law
 from rtl.gap.fluid import FluidDetector
@@ -23,9 +24,8 @@ from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
 from rtl.motion.retraction import Event, Retraction, State
 from rtl.power.condition import Condition
-from rtl.power.limiter import Limiter
-from rtl.power.pulse_generator import PulseGenerator
-from rtl.safety.interlock import Interlock
+from rtl.power.power import Power
+from rtl.safety.interlock import Cause, Interlock
 from rtl.safety.watchdog import Watchdog
 
 __all__ = ["Machine"]
@@ -86,11 +86,13 @@ class Machine(wiring.Component):
         m = Module()
         m.submodules.removal = removal = RemovalDetector()
         m.submodules.law = law = FeedLaw()
-        retraction, entered, faults = self._motion(m, law, removal)
+        m.submodules.contact = guard = ContactGuard(clock_hz=self.clock_hz)
+        retraction, entered, faults = self._motion(m, law, removal, guard)
         m.submodules.condition = condition = Condition()
-        self._discharge(m, retraction, law, condition)
+        power = self._discharge(m, retraction, law, condition, guard)
         fluid = self._fluid(m, removal)
         self._law(m, law, removal, retraction, condition)
+        faults |= {"contact": [guard.trip], "gate": [power.stuck]}
         interlock = self._safety(m, faults)
         self._events(m, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
@@ -108,7 +110,7 @@ class Machine(wiring.Component):
         ]
         return m
 
-    def _motion(self, m, law, removal):
+    def _motion(self, m, law, removal, guard):
         """Zc → Ps → Pp → Pi → Er → speed command, for the path and every axis."""
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
@@ -194,6 +196,11 @@ class Machine(wiring.Component):
             retraction.rest.eq(ramp.rest),
             retraction.steady.eq(ramp.steady),
             retraction.distance.eq(ramp.distance),
+            retraction.wait.eq(guard.wait), retraction.contact.eq(guard.contact),
+            guard.wanted.eq(retraction.wanted & feed.room), guard.away.eq(path.away),
+            guard.moving.eq(~ramp.rest), guard.reverse.eq(retraction.reverse),
+            guard.fast.eq(ramp.fast), guard.settled.eq(self.path_status_in_position),
+            guard.quiet.eq(retraction.quiet),
             self.retraction_start.eq(retraction.start),
             self.retraction_first.eq(retraction.first),
             self.retraction_series.eq(retraction.series),
@@ -238,44 +245,26 @@ class Machine(wiring.Component):
         m.d.comb += self.path_status_in_position.eq(Cat(in_position).all())
         return retraction, path.entered, faults
 
-    def _discharge(self, m, retraction, law, condition):
+    def _discharge(self, m, retraction, law, condition, guard):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
-        m.submodules.limiter = limiter = Limiter(
-            level_max=self.level_max, on_max=self.clocks(self.on_max_s),
+        m.submodules.power = power = Power(
+            clock_hz=self.clock_hz, level_max=self.level_max, on_max=self.clocks(self.on_max_s),
             off_min=self.clocks(self.off_min_s))
-        m.submodules.pulses = pulses = PulseGenerator()
         jumps = AXES[self.jump_axis] if self.jump_axis < self.axes else None
         m.d.comb += condition.follow(self)
         m.d.comb += [condition.position.eq(getattr(self, f"axis_{jumps}_position") if jumps else 0),
-                     condition.between.eq(pulses.between)]
+                     *power.follow(self, condition)]
         m.submodules.discriminator = discriminator = Discriminator()
         m.submodules.short = short = ShortDetector()
         m.submodules.references = references = References()
         m.submodules.counters = counters = PresetCounters()
         gates = Signal(2)  # as the pads have them, which have a register too
-        m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
+        m.d.sync += gates.eq(Cat(power.on, power.sense))
         discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
         stepped = law.law == Law.ZERO
         m.d.comb += [
-            limiter.level.eq(condition.power_level),
-            limiter.on_time.eq(condition.power_on_time),
-            limiter.off_time.eq(condition.power_off_time),
-            self.power_limits_level.eq(limiter.limit_level),
-            self.power_limits_off.eq(limiter.limit_off),
-
-            pulses.enable.eq(discharging),
-            pulses.sensing.eq(retraction.sensing),
-            pulses.on_time.eq(limiter.allowed_on),
-            pulses.off_time.eq(limiter.allowed_off),
-            pulses.level.eq(limiter.allowed_level),
-            pulses.sense_on.eq(self.power_sense_on), pulses.sense_off.eq(self.power_sense_off),
-            pulses.cut.eq(self.power_control_cut),
-            pulses.off_extra.eq(condition.power_off_extra),
-            pulses.abnormal.eq(discriminator.abnormal),
-            self.gap_on.eq(pulses.on), self.gap_sense.eq(pulses.sense),
-            self.gap_level.eq(pulses.level_out),
-            self.gap_supply.eq(Cat(condition.power_supply_voltage,
-                                   condition.power_supply_negative)),
+            power.sensing.eq(retraction.sensing), power.quiet.eq(retraction.quiet),
+            power.look.eq(guard.look), power.abnormal.eq(discriminator.abnormal),
             self.gap_reference.eq(references.stream),
 
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
@@ -294,9 +283,14 @@ class Machine(wiring.Component):
             short.window.eq(self.gap_short_ratio_window),
             short.duration.eq(self.gap_short_duration),
             short.clear_needed.eq(self.gap_clear_needed),
-            short.restart.eq(~self.power_control_machining),
+            short.restart.eq(power.forget),
             self.gap_status_shorted.eq(short.shorted),
             self.gap_status_last.eq(discriminator.last),
+
+            guard.off.eq(~self.power_control_machining), guard.safe.eq(self.safe),
+            guard.lag_time.eq(self.gap_lag_time), guard.clear_needed.eq(self.gap_clear_needed),
+            guard.sample.eq(discriminator.sample & discriminator.sample_sensing),
+            guard.sample_shorted.eq(short.sample_shorted), guard.shorted.eq(short.shorted),
 
             counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
             counters.kind.eq(discriminator.kind),
@@ -315,7 +309,8 @@ class Machine(wiring.Component):
 
             retraction.servo.eq(self.servo_control_on | stepped),
             retraction.step.eq(Mux(stepped, 1, condition.servo_step)),
-            retraction.shorted.eq(short.shorted),
+            # Without the discharge it is contact.
+            retraction.shorted.eq(short.shorted & self.power_control_machining),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
         ]
@@ -329,6 +324,7 @@ class Machine(wiring.Component):
             m.d.sync += self.servo_ups.eq(self.servo_ups + 1)
         with m.If(counters.down):
             m.d.sync += self.servo_downs.eq(self.servo_downs + 1)
+        return power
 
     def _fluid(self, m, removal):
         """Converter and fluid detector; returns whether there is news of the fluid."""
@@ -441,11 +437,12 @@ class Machine(wiring.Component):
 
         segment = Signal()  # a segment was entered: to be told
         trip = Signal()     # the interlock has tripped: to be told
+        stuck = Signal()    # ... a stuck gate later than another cause: to be told as well
         news = Signal()     # the fluid has changed: to be told
         switch = Signal()   # the condition was switched by depth: to be told
         segment_cycle = Signal(32)
         segment_slot = Signal(8)
-        trip_cycle = Signal(32)
+        trip_cycle, stuck_cycle = Signal(32), Signal(32)
         switch_cycle = Signal(32)
         with m.If(retraction.event != Event.NONE):
             m.d.comb += [
@@ -461,6 +458,10 @@ class Machine(wiring.Component):
             m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
                          detail.eq(interlock.first)]
             m.d.sync += trip.eq(0)
+        with m.Elif(stuck):
+            m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(stuck_cycle),
+                         detail.eq(Cause.GATE)]
+            m.d.sync += stuck.eq(0)
         with m.Elif(news):
             # What is told is the state as it is now; of several changes the last.
             m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(self.fluid_status_class),
@@ -482,6 +483,10 @@ class Machine(wiring.Component):
                          segment_slot.eq(self.path_slot)]
         with m.If(interlock.tripped):
             m.d.sync += [trip.eq(1), trip_cycle.eq(self.cycle)]
+        gates = Signal(2)   # stuck a clock ago, and two
+        m.d.sync += gates.eq(Cat(interlock.gate, gates))
+        with m.If((gates == 1) & ~(interlock.tripped & (interlock.first == Cause.GATE.value))):
+            m.d.sync += [stuck.eq(1), stuck_cycle.eq(self.cycle)]
 
         m.d.comb += [
             Cat(*head).eq(queue.head),

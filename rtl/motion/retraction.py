@@ -65,6 +65,7 @@ class Halt(enum.Enum, shape=8):
     SERIES = 3   # too many shorts returned
     NO_DATA = 4  # a short, and no retraction data in force
     SERVO = 5    # the servo wants to go back further than a retraction may
+    CONTACT = 6  # with the discharge off
 
 
 class Retraction(wiring.Component):
@@ -95,6 +96,10 @@ class Retraction(wiring.Component):
     else stands still. It goes no further than the segments that are loaded, either way; an ``up``
     that would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that strobes are
     lost on it: the servo is off, or the machine not at the front, or on hold.
+
+    With the discharge off ``rtl.gap.contact`` watches: no pulse Ps is made forwards while ``wait``
+    or ``contact`` is high, and ``contact`` in a state that goes forwards halts. ``wanted`` says
+    that pulses would go forwards but for the two and the bound.
 
     No rate is above ``highest``, that of the segment in which the machine is, in 2**-28 pulse/clock
     (0 bounds nothing). Like ``feed`` it is in force within the segment: what is faster than the
@@ -128,6 +133,7 @@ class Retraction(wiring.Component):
             "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
             # the machine
             "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
+            "wait": In(1), "contact": In(1), "wanted": Out(1),
             "in_position": In(1), "cycle": In(32),
             # the path
             "load": In(1), "feed": In(rate), "highest": In(26),
@@ -201,8 +207,11 @@ class Retraction(wiring.Component):
         turns = Signal()       # the servo wants to go the other way
         m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != servo.back))
         with m.If(forward):
-            m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe
-                                  & ~turns & ~self.crowded)
+            m.d.comb += [
+                self.wanted.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe & ~turns
+                               & ~self.crowded),
+                moving.eq(self.wanted & ~self.wait & ~self.contact),
+            ]
         with m.Elif(state == State.RETRACTING):
             m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
                                   & ((cause != Cause.SHORT) | self.shorted))
@@ -350,6 +359,8 @@ class Retraction(wiring.Component):
         with m.If(returning & (state == State.FRONT)
                   & ((self.position - self.first)[:32].as_signed() >= self.gain)):
             m.d.sync += [returning.eq(0), self.series.eq(0)]
+        with m.If(forward & self.contact):
+            m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.CONTACT), announce.eq(1)]
         with m.If(self.safe):
             m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NONE), announce.eq(0)]
         with m.If(self.load):

@@ -100,6 +100,8 @@ class Power(wiring.Component):
             self.reference.eq(condition.gap_reference_short), condition.between.eq(self.between),
             machine.gap_on.eq(self.on), machine.gap_sense.eq(self.sense),
             machine.gap_level.eq(self.level_out),
+            machine.gap_supply.eq(Cat(condition.power_supply_voltage,
+                                      condition.power_supply_negative)),
             machine.power_limits_level.eq(self.limit_level),
             machine.power_limits_off.eq(self.limit_off),
         ]

@@ -282,7 +282,7 @@ int32_t gk_position(void) { return position; }
 void gk_words(const hal_segment *s, gk_segment *words) {
     *words = (gk_segment){
         .length = s->length, .rate = s->rate, .highest = s->highest, .arc = s->arc,
-        .outward = s->outward,
+        .outward = s->outward, .away = s->away,
         .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
         .start_pace = s->start.pace, .start_error = s->start.error,
         .start_along = s->start.along, .start_across = s->start.across,

@@ -19,7 +19,8 @@ SETTINGS = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", 
             "jump_rate", "jump_high_rate", "commit_valid", "commit_strobe", "jump_period", "gain",
             "repeats", "settle", "run", "hold", "retract", "release", "safe", "shorted",
             "completed", "discharging", "in_position", "cycle", "ahead", "behind", "floor",
-            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded")
+            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded", "wait",
+            "contact")
 
 
 class Motion(wiring.Component):
@@ -27,7 +28,7 @@ class Motion(wiring.Component):
 
     What holds in every clock, whatever the inputs, is asserted: a pulse commanded is stored, on its
     way or in the position; pulses Ps are 4 clocks apart; the direction changes at rest only; and
-    no pulse Ps follows ``shorted`` forwards.
+    no pulse Ps follows ``shorted``, ``wait`` or ``contact`` forwards.
 
     The submodules are attributes too, so that a bench can look at what it wants.
 
@@ -138,7 +139,8 @@ class Motion(wiring.Component):
         m.d.sync += [
             reverse.eq(retraction.reverse),
             rest.eq(ramp.rest),
-            shorted.eq(self.shorted & ~retraction.reverse & (ramp.rate == self.start_rate)),
+            shorted.eq((self.shorted | self.wait | self.contact) & ~retraction.reverse
+                       & (ramp.rate == self.start_rate)),
         ]
         with m.If(feed.ps):
             m.d.sync += since.eq(0)
