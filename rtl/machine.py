@@ -97,12 +97,11 @@ class Machine(wiring.Component):
         self._events(m, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
-            auxiliary.code.eq(self.auxiliary_send_code),
-            auxiliary.letter.eq(self.auxiliary_send_letter),
+            *(getattr(auxiliary, name).eq(getattr(self, f"auxiliary_send_{name}"))
+              for name in ("code", "letter")),
             auxiliary.send.eq(self.auxiliary_send_strobe),
             auxiliary.timeout.eq(self.auxiliary_timeout),
-            auxiliary.safe.eq(self.safe),
-            auxiliary.fin.eq(self.fin),
+            auxiliary.safe.eq(self.safe), auxiliary.fin.eq(self.fin),
             self.auxiliary_status_busy.eq(auxiliary.busy),
             self.auxiliary_status_timed_out.eq(auxiliary.timed_out),
             self.auxiliary_code.eq(auxiliary.function),
@@ -117,7 +116,7 @@ class Machine(wiring.Component):
         m.submodules.path = path = SegmentWindow(axes=self.axes, slots=self.slots)
         m.submodules.distributor = distributor = Distributor(axes=self.axes)
         m.submodules.retraction = retraction = Retraction()
-        load = Signal()
+        load, drop = Signal(), Signal()
         m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
 
         m.d.comb += [
@@ -126,8 +125,9 @@ class Machine(wiring.Component):
             feed.reverse.eq(retraction.reverse),
             feed.bound.eq(retraction.bound),
             feed.pull.eq(ramp.pull),
-            # What was stored when the outputs became safe will not be moved.
-            feed.load.eq(load | self.safe),
+            # What was stored when the outputs became safe, or it touched, will not be moved.
+            drop.eq(self.safe | guard.contact),
+            feed.load.eq(load | drop),
             feed.load_value.eq(Mux(load, 0, path.position)),
 
             ramp.start_rate.eq(self.ramp_start_rate),
@@ -137,13 +137,13 @@ class Machine(wiring.Component):
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
             ramp.ready.eq(path.ready),
-            ramp.drop.eq(self.safe),
+            ramp.drop.eq(drop),
 
             path.select.eq(self.path_slot_select),
             path.select_strobe.eq(self.path_slot_select_strobe),
             path.data.eq(self.path_slot_data),
             path.data_strobe.eq(self.path_slot_data_strobe),
-            path.pulse.eq(ramp.pp & ~self.safe),
+            path.pulse.eq(ramp.pp & ~drop),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.path_ahead),
             path.load.eq(load),

@@ -22,7 +22,8 @@ class ContactGuard(wiring.Component):
 
     *Contact* is the signal Ss in a look, unless the motion is backwards along the path: ``contact``
     is high in the same clocks. In a segment that leads ``away`` the electrode may still touch when
-    it sets out: there it is contact only once the gap was known to be open.
+    it sets out: there it is contact only once the gap was known to be open. In the first clock of
+    ``safe`` it still counts: it is a cause itself.
 
     *Too fast to stop.* ``trip`` is ``contact`` while the ramp is above the start/stop speed
     (``fast``), and for ``lag_time`` clocks after: until then the axes are still on their way, and
@@ -102,11 +103,11 @@ class ContactGuard(wiring.Component):
         looking = Signal()
         still = Signal(range(self.settle + 1))  # clocks of the look without motion
         m.d.comb += [
-            active.eq(self.off & ~self.safe & ~self.quiet),
-            self.look.eq(looking & active),
+            active.eq(self.off & ~self.quiet),
+            self.look.eq(looking & active & ~self.safe),
         ]
         with m.If(self.wanted | self.moving):
-            m.d.sync += [looking.eq(active), still.eq(0)]
+            m.d.sync += [looking.eq(active & ~self.safe), still.eq(0)]
         with m.Else():
             m.d.sync += [looking.eq(self.look & ~self.settled & (still + 1 < self.settle)),
                          still.eq(still + 1)]
@@ -129,7 +130,8 @@ class ContactGuard(wiring.Component):
 
         m.d.comb += [
             self.wait.eq(self.off & ~self.away & ~known),
-            self.contact.eq(self.look & self.shorted & ~self.reverse & (known | ~self.away)),
+            self.contact.eq(looking & active & self.shorted & ~self.reverse
+                            & (known | ~self.away)),
             self.trip.eq(self.contact & (self.fast | lags.any())),
         ]
         return m

@@ -98,8 +98,8 @@ class Retraction(wiring.Component):
     lost on it: the servo is off, or the machine not at the front, or on hold.
 
     With the discharge off ``rtl.gap.contact`` watches: no pulse Ps is made forwards while ``wait``
-    or ``contact`` is high, and ``contact`` in a state that goes forwards halts. ``wanted`` says
-    that pulses would go forwards but for the two and the bound.
+    or ``contact`` is high, and ``contact`` in a state that goes forwards halts; what is stored is
+    then to be dropped. ``wanted`` says that pulses would go forwards but for the two and the bound.
 
     No rate is above ``highest``, that of the segment in which the machine is, in 2**-28 pulse/clock
     (0 bounds nothing). Like ``feed`` it is in force within the segment: what is faster than the

@@ -14,15 +14,15 @@ void approach_note(const int8_t way[HAL_AXES]) {
         into[axis] = way[axis];
 }
 
-bool approach_leads_away(const path_move *move) {
+bool approach_leads_away(const path_move *line) {
     int64_t back = 0, length = 0; /* the length is that along the axes: no less than the true one */
     unsigned jump = hal_jump_axis();
-    bool straight = jump < HAL_AXES && move->delta[jump] > 0;
+    bool straight = jump < HAL_AXES && line->delta[jump] > 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        int32_t travel = move->delta[axis];
+        int32_t travel = line->delta[axis];
         back -= (int64_t)travel * into[axis];
         length += travel < 0 ? -(int64_t)travel : travel;
         straight = straight && (axis == jump || !travel);
     }
-    return !move->arc && (straight || (known && back * LEAST >= length * APPROACH_ONE));
+    return straight || (known && back * LEAST >= length * APPROACH_ONE);
 }

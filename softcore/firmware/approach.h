@@ -17,5 +17,5 @@ void approach_init(void);
 void approach_note(const int8_t way[HAL_AXES]);
 
 /* A line away from the work: against that direction by an eighth of its length at least, so that what
-   goes along a wall is watched; or straight up the jump axis, as a jump goes. Never an arc. */
-bool approach_leads_away(const path_move *move);
+   goes along a wall is watched; or straight up the jump axis, as a jump goes. */
+bool approach_leads_away(const path_move *line);

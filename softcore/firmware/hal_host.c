@@ -363,7 +363,11 @@ void hal_origin(unsigned number) {
 int32_t hal_command(void) { return position; }
 int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
-unsigned hal_slot(void) { return slot; }
+/* At a border the next segment has been entered, if the path goes on. */
+unsigned hal_slot(void) {
+    bool end = begun && offset == slots[slot].length && distance(position, bounds[BOUND_AHEAD]) > 0;
+    return end ? (slot + 1) % HAL_SLOTS : slot;
+}
 hal_motion hal_motion_read(void) {
     return (hal_motion){.moving = false, .in_position = true, .state = state};
 }

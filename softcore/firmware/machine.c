@@ -76,7 +76,7 @@ void machine_wait(bool wait) {
 
 void machine_discharge(bool on) {
     if (machining && !on)
-        path_note_work();
+        path_note_work(false);
     machining = on;
     hal_discharge(on);
 }
@@ -194,7 +194,7 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     };
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     if (codes[row] == FAULT_CONTACT)
-        path_note_work();
+        path_note_work(true);
     fault f = {.line = events_line()};
     fault_at(&f, codes[row], 0, "%s", texts[row]);
     alarm_at(&f, cycle, position);
@@ -204,7 +204,7 @@ void machine_tripped(unsigned cause, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     if (cause == CAUSE_CONTACT)
-        path_note_work();
+        path_note_work(true);
     fault f = {.line = events_line()};
     fault_at(&f, FAULT_TRIP, 0, "interlock: %s; the position is %s", cause_text(cause),
              LOSES_POSITION >> cause & 1 ? "lost" : "kept");

@@ -307,9 +307,15 @@ static uint32_t current(void) {
     return number < high ? number : high - 1;
 }
 
-void path_note_work(void) {
-    if (known && low != high && !in_window(current())->away)
-        approach_note(in_window(current())->way);
+void path_note_work(bool touched) {
+    if (!known || low == high)
+        return;
+    uint32_t number = current();
+    bool stands = hal_position() == in_window(number)->start;
+    if (stands && !touched && number > low)
+        number--;
+    if (!in_window(number)->away && !(stands && touched))
+        approach_note(in_window(number)->way);
 }
 
 /* Shrink the window by a segment, unless the machine is already beyond the new bound: what is

@@ -32,8 +32,10 @@ path_room path_has_room(void);
    the work. */
 uint32_t path_append(const path_move *move, uint32_t rate, bool discharge);
 
-/* The work is where the segment in which the machine is leads to, unless it leads away itself. */
-void path_note_work(void);
+/* The discharge goes off, or the electrode has `touched`: the work is where the segment in which the
+   machine is leads to, unless it leads away itself. What touches before the machine has moved says
+   nothing of that. */
+void path_note_work(bool touched);
 
 /* Put a retractable limit and a ceiling (machine frame) in force, only at the front. Looks back along
    the path in several calls: go on with path_bounds_step until it returns true. */

@@ -45,6 +45,8 @@ class Motion(wiring.Component):
         Of the ramp.
     axis : Out(signed(32)) x axes
         Sum of the axis pulses Pi.
+    contact : In(1)
+        For one clock, and not while going back, as ``rtl.gap.contact`` and this give it together.
     The others are the members of ``Retraction`` and of ``SegmentWindow`` by the same name.
     """
 
@@ -73,7 +75,7 @@ class Motion(wiring.Component):
         m.submodules.distributor = distributor
         m.submodules.retraction = retraction
 
-        load = Signal()
+        load, drop = Signal(), Signal()
         m.d.comb += load.eq(self.load & ramp.rest)
         m.d.comb += [getattr(retraction, name).eq(getattr(self, name)) for name in SETTINGS]
         m.d.comb += [
@@ -82,7 +84,8 @@ class Motion(wiring.Component):
             feed.reverse.eq(retraction.reverse),
             feed.bound.eq(retraction.bound),
             feed.pull.eq(ramp.pull),
-            feed.load.eq(load | self.safe),
+            drop.eq(self.safe | self.contact),
+            feed.load.eq(load | drop),
             feed.load_value.eq(Mux(load, 0, path.position)),
 
             ramp.start_rate.eq(self.start_rate),
@@ -92,11 +95,11 @@ class Motion(wiring.Component):
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
             ramp.ready.eq(path.ready),
-            ramp.drop.eq(self.safe),
+            ramp.drop.eq(drop),
 
             *(getattr(path, name).eq(getattr(self, name)) for name in (
                 "select", "select_strobe", "data", "data_strobe")),
-            path.pulse.eq(ramp.pp & ~self.safe),
+            path.pulse.eq(ramp.pp & ~drop),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.ahead),
             path.load.eq(load),

@@ -20,7 +20,8 @@ class ContactGuard:
         """Return ``(look, wait, contact, trip)``."""
         look = self.looking and off and not safe and not quiet
         known = self.known
-        contact = look and shorted and not reverse and (known or not away)
+        contact = (self.looking and off and not quiet and shorted and not reverse
+                   and (known or not away))
         lags = fast or (self.slow is not None and self.slow < self.lag)
         return (int(bool(look)), int(bool(off and not away and not known)), int(bool(contact)),
                 int(bool(contact and lags)))
