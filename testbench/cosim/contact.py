@@ -18,6 +18,7 @@ CONTACT_BIT = {name: bit for bit, (name, _) in enumerate(CAUSES)}["contact"]
 LAG_UM = 200            # of the axes at the start/stop speed: 10 mm/s over a gain of 50 1/s
 BRAKE_MM_S2 = 8000      # of a drive that is disabled
 BEYOND_UM = 50          # ... and so much more
+REST_S = 0.15           # until the axes stand
 REACTION = 8            # clocks from the completing sample to the last forward pulse
 FEED_UP = 600           # mm/min: up to here the feed is at or below the start/stop speed
 
@@ -25,7 +26,7 @@ FEED_UP = 600           # mm/min: up to here the feed is at or below the start/s
 WAYS = {
     "feed": ("G01 Z-0.5 F120", 120),
     "rapid": ("G00 Z-0.5", 1800),
-    "arc": ("G18 G03 X0.6 Z-0.5 I0.6 F300", 300),
+    "arc": ("G18 G03 X0.4 Z-0.1 R2 F300", 300),
 }
 
 
@@ -76,8 +77,7 @@ def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = Fa
     else:
         job.start(_tape(*lines))
     alarm = job.alarm()
-    # At rest.
-    job.run(session.clock_hz // 4)
+    job.run(round(REST_S * session.clock_hz))
     record = job.collect()
     sample = record.rises("completed")[-1] - 1
     forward = record.rises("pp", sample)
@@ -113,7 +113,7 @@ def out_again(session: Session) -> dict:
     job = _begin(session)
     job.start(_tape("G01 Z-0.5 F60"))
     job.alarm()
-    job.run(session.clock_hz // 4)
+    job.run(round(REST_S * session.clock_hz))
     where = session.positions()["z"]
     moved = []
     for number, line in enumerate(("G91 G01 Z-0.1 F60", "G00 X1", "G01 Y-2 Z0.1 F600"), 2):

@@ -34,7 +34,7 @@ def slots(machine, delta):
 
 
 def leads_away(machine, x=0.0, y=0.0, z=0.0):
-    """Move by hand; does the gateware get the segment as one that leads away?"""
+    """Move by hand; return whether the gateware gets the segment as one that leads away."""
     odd = next(UNIQUE)
     delta = tuple(round(10_000 * way) + odd * (way > 0) - odd * (way < 0) for way in (x, y, z))
     words = " ".join(f"{letter}{pulses / 10_000:.4f}"
