@@ -249,7 +249,7 @@ typedef volatile struct {
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
     const uint32_t short_count; /* Shorted pulses. */
     const uint32_t status; /* State of the gap. */
-    uint32_t lag_time; /* So long after the ramp has come down to the start/stop speed the axes may still be faster: contact with the discharge off then trips. [clock] */
+    uint32_t lag_time; /* The axes may be faster than the start/stop speed for so long after the ramp has come down to it: contact with the discharge off then trips. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
