@@ -112,10 +112,12 @@ private:
     void gates(const FromController& from) {
         if (from.gap_level != 0)
             level_ = from.gap_level;
-        const bool main = stuck_ == MAIN || stuck_ == SHORTED;
-        gap_.clock(from.gap_on || main, from.gap_sense || stuck_ == SENSING,
-                   stuck_ == SHORTED ? Gap::BARE : main ? level_ : from.gap_level,
-                   from.gap_supply);
+        if (stuck_ == NONE)
+            gap_.clock(from.gap_on, from.gap_sense, from.gap_level, from.gap_supply);
+        else if (stuck_ == SENSING)
+            gap_.clock(from.gap_on, true, from.gap_level, from.gap_supply);
+        else
+            gap_.clock(true, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE, from.gap_supply);
     }
 
     // Lines of the coders; a cut one keeps its level.
