@@ -38,13 +38,13 @@ def touches(machine, blocks, highest, *, seed=1, hole_mm=0.0, **options):
         return contact.touches(session, blocks, highest, hole_mm=hole_mm, **options)
 
 
-@pytest.mark.parametrize("way", ["rapid", "arc"])
+@pytest.mark.parametrize("way", ["rapid", "arc", "after_rapid"])
 def test_contact_stops_a_tape(way):
     touches(SINKER, *contact.WAYS[way])
 
 
 def test_contact_stops_what_is_entered_by_hand():
-    touches(SINKER, "G01 Z-0.5 F600", 600, by_hand=True)
+    touches(SINKER, "G01 Z-0.5 F120", 120, by_hand=True)
 
 
 @pytest.mark.parametrize(("blocks", "highest"), [("G01 X-1 Y0.5 F300", 300), ("G00 Y-1", 900)])
