@@ -29,6 +29,8 @@ WAYS = {
     "arc": ("G18 G03 X0.4 Z-0.1 R2 F300", 300),
     # Pulses that the ramp has stored on the way down leave at the speed at which new ones come.
     "after_rapid": ("G00 Z1.3\nG01 Z-0.5 F600", 600),
+    # When its command has ended an axis is still half a millimetre short of it.
+    "tail": ("G00 Z1\nG00 Z-0.1", 1800),
 }
 
 

@@ -38,7 +38,7 @@ def touches(machine, blocks, highest, *, seed=1, hole_mm=0.0, **options):
         return contact.touches(session, blocks, highest, hole_mm=hole_mm, **options)
 
 
-@pytest.mark.parametrize("way", ["rapid", "arc", "after_rapid"])
+@pytest.mark.parametrize("way", ["rapid", "arc", "after_rapid", "tail"])
 def test_contact_stops_a_tape(way):
     touches(SINKER, *contact.WAYS[way])
 
