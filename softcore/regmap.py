@@ -17,6 +17,7 @@ Access = Literal["r", "rw", "w", "rw1c"]
 
 RATE = "2**-32 pulse/clock"
 LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
+SHORT_LEVEL = 122               # in force after reset: 12 V of 100, so that a short is always told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,7 +238,8 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
     ("reference", "References of the comparators.", (
         Field(name="open", bits=10, doc="Open level.", unit="1/1024 full scale"),
         Field(name="arc", bits=10, doc="Arc level.", unit="1/1024 full scale"),
-        Field(name="short", bits=10, doc="Short level.", unit="1/1024 full scale"))),
+        Field(name="short", bits=10, init=SHORT_LEVEL, doc="Short level.",
+              unit="1/1024 full scale"))),
     ("open_count", "Pulses without a discharge.", _value(32, "Pulses, wraps.", access="r")),
     ("ok_count", "Good discharges.", _value(32, "Pulses, wraps.", access="r")),
     ("dame_count", "Arcs: discharges below the arc level.",
@@ -247,6 +249,9 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
         Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
         Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
               "2 dame, 3 short."))),
+    ("lag_time", "The axes may be faster than the start/stop speed for so long after the ramp has "
+     "come down to it: contact with the discharge off then trips.",
+     _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
 ))
 
 POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``.",

@@ -42,7 +42,8 @@ class Segment(ctypes.Structure):
     _fields_ = [
         ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("highest", ctypes.c_uint32),
         ("delta", ctypes.c_int32 * 3),
-        ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("major", ctypes.c_uint32),
+        ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("away", ctypes.c_uint32),
+        ("major", ctypes.c_uint32),
         ("minor", ctypes.c_uint32), ("shift", ctypes.c_uint32), ("change", ctypes.c_int32),
         ("start", ctypes.c_int32 * 4), ("end", ctypes.c_int32 * 4),
     ]
@@ -280,9 +281,9 @@ class Machine:
     @property
     def gap(self) -> dict[str, object]:
         """What the gap was told: references in 1/1024, presets, servo in clocks and pulses."""
-        words = (ctypes.c_uint32 * 11)()
+        words = (ctypes.c_uint32 * 12)()
         self.library.gk_gap_read(words)
-        names = ("servo", "mode", "period", "step", "convert")
+        names = ("servo", "mode", "period", "step", "convert", "lag_time")
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
                 **dict(zip(names, words[6:], strict=True))}
 

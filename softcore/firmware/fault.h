@@ -53,7 +53,7 @@ typedef enum {
     FAULT_FLUID = 49,       /* the fluid's resistance is not known */
     FAULT_NO_DISCHARGE = 50, /* under servo a long way without a discharge */
     FAULT_NO_PROGRESS = 51, /* under servo a long time without new depth */
-    FAULT_CONTACT = 52,     /* contact with the discharge off */
+    FAULT_CONTACT = 52,     /* the electrode touches with the discharge off */
     FAULT_NOT_ARMED = 53,   /* nobody at the machine has allowed the discharge */
     FAULT_POSITION_LOST = 54, /* what the counters say of the axes may not be true */
 } fault_code;

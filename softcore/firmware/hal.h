@@ -36,6 +36,7 @@ typedef struct {
     uint32_t highest;           /* either way; 0 for no bound */
     int32_t delta[HAL_AXES];    /* pulses */
     bool arc, outward;          /* a piece of an arc; its minor axis leads away from the centre */
+    bool away;                  /* a line: with the discharge off it leads away from the work */
     uint8_t major, minor, shift;
     int32_t change;             /* of the pace, each pulse */
     hal_arc_state start, end;
@@ -111,6 +112,7 @@ typedef struct {
 } hal_discriminator;
 
 void hal_short_write(const hal_short_detector *detector);
+void hal_lag_time(uint32_t clocks);                     /* of the axes behind the ramp */
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
 void hal_discriminate(const hal_discriminator *rules);
 /* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */

@@ -283,7 +283,7 @@ int32_t gk_position(void) { return position; }
 void gk_words(const hal_segment *s, gk_segment *words) {
     *words = (gk_segment){
         .length = s->length, .rate = s->rate, .highest = s->highest, .arc = s->arc,
-        .outward = s->outward,
+        .outward = s->outward, .away = s->away,
         .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
         .start_pace = s->start.pace, .start_error = s->start.error,
         .start_along = s->start.along, .start_across = s->start.across,
@@ -365,7 +365,11 @@ void hal_origin(unsigned number) {
 int32_t hal_command(void) { return position; }
 int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
-unsigned hal_slot(void) { return slot; }
+/* At a border the next segment has been entered, if the path goes on. */
+unsigned hal_slot(void) {
+    bool end = begun && offset == slots[slot].length && distance(position, bounds[BOUND_AHEAD]) > 0;
+    return end ? (slot + 1) % HAL_SLOTS : slot;
+}
 hal_motion hal_motion_read(void) {
     return (hal_motion){.moving = false, .in_position = true, .state = state};
 }

@@ -68,7 +68,8 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
     uint32_t highest = segment->highest >> 4;
     highest += !highest && segment->highest;
     PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
-                      (uint32_t)segment->minor << 3 | (uint32_t)segment->outward << 5 |
+                      (uint32_t)segment->minor << 3 |
+                      (uint32_t)(segment->arc ? segment->outward : segment->away) << 5 |
                       highest << 6;
     if (!segment->arc)
         return;
@@ -168,6 +169,8 @@ void hal_short_write(const hal_short_detector *detector) {
     GAP->clear_needed = detector->clear;
     GAP->blanking = detector->blanking;
 }
+
+void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }
 
 void hal_gap_counts(uint32_t counts[4]) {
     counts[0] = GAP->open_count;

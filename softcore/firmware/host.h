@@ -48,7 +48,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
 typedef struct {
     uint32_t length, rate, highest;
     int32_t delta[3];
-    uint32_t arc, outward, major, minor, shift;
+    uint32_t arc, outward, away, major, minor, shift;
     int32_t change;
     uint32_t start_pace;
     int32_t start_error, start_along, start_across;
@@ -106,7 +106,7 @@ typedef struct {
 
 /* What the gap was told: references in 1/1024, presets dame, open, ok; clocks; pulses. */
 typedef struct {
-    uint32_t reference[3], presets[3], servo, mode, period, step, convert;
+    uint32_t reference[3], presets[3], servo, mode, period, step, convert, lag_time;
 } gk_gap;
 
 void gk_power_read(gk_power *words);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path.h"
 
+#include "approach.h"
 #include "history.h"
 #include "settings.h"
 #include "units.h"
@@ -81,6 +82,7 @@ static void forget(void) {
 void path_init(void) {
     limit = 0;
     ceiling = known = virtual_segment = false;
+    approach_init();
     forget();
 }
 
@@ -247,7 +249,9 @@ path_room path_has_room(void) {
     return history_has_room() ? PATH_ROOM : PATH_WAIT;
 }
 
-uint32_t path_append(const path_move *move, uint32_t rate) { return history_append(move, rate); }
+uint32_t path_append(const path_move *move, uint32_t rate, bool discharge) {
+    return history_append(move, rate, !discharge && approach_leads_away(move));
+}
 
 static void finish_scan(int32_t floor) {
     scan.active = false;
@@ -301,6 +305,17 @@ bool path_bounds_step(void) {
 static uint32_t current(void) {
     uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
     return number < high ? number : high - 1;
+}
+
+void path_note_work(bool touched) {
+    if (!known || low == high)
+        return;
+    uint32_t number = current();
+    bool stands = hal_position() == in_window(number)->start;
+    if (stands && !touched && number > low)
+        number--;
+    if (!in_window(number)->away && !(stands && touched))
+        approach_note(in_window(number)->way);
 }
 
 /* Shrink the window by a segment, unless the machine is already beyond the new bound: what is

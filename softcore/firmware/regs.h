@@ -249,6 +249,7 @@ typedef volatile struct {
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
     const uint32_t short_count; /* Shorted pulses. */
     const uint32_t status; /* State of the gap. */
+    uint32_t lag_time; /* The axes may be faster than the start/stop speed for so long after the ramp has come down to it: contact with the discharge off then trips. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
@@ -264,6 +265,7 @@ _Static_assert(offsetof(gap_regs, ok_count) == 0x28, "");
 _Static_assert(offsetof(gap_regs, dame_count) == 0x2c, "");
 _Static_assert(offsetof(gap_regs, short_count) == 0x30, "");
 _Static_assert(offsetof(gap_regs, status) == 0x34, "");
+_Static_assert(offsetof(gap_regs, lag_time) == 0x38, "");
 #define GAP_SHORT_RATIO_NEEDED_SHIFT 0
 #define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
 #define GAP_SHORT_RATIO_WINDOW_SHIFT 6
@@ -296,6 +298,8 @@ _Static_assert(offsetof(gap_regs, status) == 0x34, "");
 #define GAP_STATUS_SHORTED_MASK 0x00000001u
 #define GAP_STATUS_LAST_SHIFT 1
 #define GAP_STATUS_LAST_MASK 0x00000006u
+#define GAP_LAG_TIME_VALUE_SHIFT 0
+#define GAP_LAG_TIME_VALUE_MASK 0x0fffffffu
 #define GAP ((gap_regs *)0x80000600u)
 
 /* Discharge pulses; see ``rtl.power``. */

@@ -7,6 +7,7 @@
 #include "units.h"
 
 #define LARGEST_ERROR ((1u << 17) - 1) /* pulses: range of the error counter */
+#define LAG_TIMES 5 /* time constants of the position loop: the axes are as slow as the command then */
 
 const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_SHORT_NEEDED] = {4, 1, 32, "short: shorted pulses needed"},
@@ -115,6 +116,8 @@ static void apply_motion(void) {
 
 static void apply_arcs(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
+    hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
+                         (1u << 28) - 1));
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
 }
 

@@ -57,6 +57,7 @@ Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
     p["source.supply_step_v"] = &process_.supply_step_v;
     p["source.negative_removal"] = &process_.negative_removal;
     p["source.rise_us"] = &process_.rise_us;
+    p["source.fall_us"] = &process_.fall_us;
     p["source.source_ohm"] = &process_.source_ohm;
     p["source.step_a"] = &process_.step_a;
     p["source.burning_v"] = &process_.burning_v;
@@ -65,6 +66,7 @@ Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
     p["source.arc_spread_v"] = &process_.arc_spread_v;
     p["source.short_v"] = &process_.short_v;
     p["source.short_ohm"] = &process_.short_ohm;
+    p["source.sensing_v"] = &process_.sensing_v;
     p["source.sensing_a"] = &process_.sensing_a;
     p["comparator.fixed"] = &reference_fixed_;
     p["comparator.high_level_v"] = &high_level_v_;
@@ -141,6 +143,9 @@ Plant::Plant(uint64_t seed) : gap_(seed), wire_(seed) {
     p["force.brown_out"] = &force_brown_out_;
     p["force.encoder_cut"] = &force_encoder_cut_;
     p["force.encoder_jump"] = &force_encoder_jump_;
+    p["force.gate_stuck"] = &force_gate_stuck_;
+    p["force.comparator_cut"] = &force_comparator_cut_;
+    p["force.comparator_dead"] = &force_comparator_dead_;
     configure();
 }
 
@@ -228,6 +233,9 @@ void Plant::configure() {
     faults();
     cut_ = static_cast<unsigned>(force_encoder_cut_);
     jumped_ = static_cast<unsigned>(force_encoder_jump_);
+    stuck_ = static_cast<unsigned>(force_gate_stuck_);
+    wires_cut_ = static_cast<unsigned>(force_comparator_cut_);
+    wires_dead_ = static_cast<unsigned>(force_comparator_dead_);
     limits();
 }
 
