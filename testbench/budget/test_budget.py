@@ -31,7 +31,7 @@ BUDGETS = {
     "interlock":     Cells(lut4=113,  ccu2c=30,  ff=86,   ram=0,  bram=0,  dsp=0),
     "law":           Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
     "limiter":       Cells(lut4=36,   ccu2c=18,  ff=0,    ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=800,  ccu2c=0,   ff=46,   ram=0,  bram=88, dsp=0),
+    "memory":        Cells(lut4=800,  ccu2c=0,   ff=46,   ram=0,  bram=90, dsp=0),
     "path":          Cells(lut4=486,  ccu2c=109, ff=643,  ram=0,  bram=2,  dsp=0),
     "pulses":        Cells(lut4=137,  ccu2c=24,  ff=30,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
