@@ -60,6 +60,10 @@ class Machine(wiring.Component):
     -------
     cycle : In(32)
         Clock count, for events.
+    hold : In(1)
+        Feed hold by the operator, beside that of the register ``retraction.control``.
+    abort : In(1)
+        The operator's reset: no path pulse either way, and no discharge.
 
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
@@ -76,7 +80,7 @@ class Machine(wiring.Component):
         self.on_max_s = on_max_s
         self.off_min_s = off_min_s
         self.dac_kind = dac_kind
-        super().__init__({"cycle": In(32)} | pins() | registers())
+        super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1)} | pins() | registers())
 
     def clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -169,8 +173,8 @@ class Machine(wiring.Component):
         command = self.retraction_command_strobe
         m.d.comb += [
             retraction.commit_valid.eq(self.retraction_commit),
-            retraction.run.eq(self.retraction_control_run),
-            retraction.hold.eq(self.retraction_control_hold),
+            retraction.run.eq(self.retraction_control_run & ~self.abort),
+            retraction.hold.eq(self.retraction_control_hold | self.hold),
             retraction.retract.eq(command & self.retraction_command_retract),
             retraction.release.eq(command & self.retraction_command_release),
             retraction.safe.eq(self.safe),
@@ -254,7 +258,7 @@ class Machine(wiring.Component):
         m.submodules.counters = counters = PresetCounters()
         gates = Signal(2)  # as the pads have them, which have a register too
         m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
-        discharging = self.power_control_machining & ~self.safe & ~retraction.quiet
+        discharging = self.power_control_machining & ~self.safe & ~retraction.quiet & ~self.abort
         stepped = law.law == Law.ZERO
         m.d.comb += [
             limiter.level.eq(condition.power_level),
@@ -370,8 +374,7 @@ class Machine(wiring.Component):
             # A short and the way back and forth tell nothing of the stock ahead.
             removal.discard.eq((retraction.state != State.FRONT) | self.gap_status_shorted
                                | self.safe),
-            removal.hold.eq(self.retraction_control_hold | ~self.retraction_control_run
-                            | retraction.crowded),
+            removal.hold.eq(retraction.hold | ~retraction.run | retraction.crowded),
             removal.reference.eq(condition.law_reference_drop),
             removal.no_load.eq(condition.law_no_load),
             removal.ratio_min.eq(self.law_bounds_lowest),

@@ -14,7 +14,6 @@ import random
 import subprocess
 import sys
 import time
-from binascii import crc_hqx
 
 from host.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
@@ -75,8 +74,7 @@ def whole(rng, rows, sanitize):
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):
-        body = bytes([length, sequence % 256]) + payload
-        data = b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+        data = Machine.framed(length, sequence % 256, payload)
         if rng.random() < 0.05:
             data = damaged_rows(rng, data)
         machine.send(data)

@@ -42,8 +42,22 @@ void hal_interrupts(bool enabled) {
 
 int hal_receive(void) {
     uint32_t word = LINK->receive;
-    return word & LINK_RECEIVE_VALID_MASK ? (int)GET(word, LINK_RECEIVE_DATA) : -1;
+    _Static_assert(HAL_MARK == LINK_RECEIVE_MARK_MASK, "a mark is told from a byte by its bit");
+    return word & LINK_RECEIVE_VALID_MASK
+               ? (int)(word & (LINK_RECEIVE_MARK_MASK | LINK_RECEIVE_DATA_MASK))
+               : -1;
 }
+
+hal_notes hal_notes_read(void) {
+    uint32_t word = LINK->notes;
+    return (hal_notes){.status = word & LINK_NOTES_STATUS_MASK,
+                       .hold = word & LINK_NOTES_HOLD_MASK,
+                       .resume = word & LINK_NOTES_RESUME_MASK,
+                       .retract = word & LINK_NOTES_RETRACT_MASK};
+}
+
+void hal_release_hold(void) { LINK->release = PUT(1, LINK_RELEASE_HOLD); }
+void hal_release_reset(void) { LINK->release = PUT(1, LINK_RELEASE_RESET); }
 
 bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
 void hal_transmit(uint8_t byte) { LINK->transmit = byte; }

@@ -65,6 +65,8 @@ void machine_run(bool run) {
 void machine_hold(bool hold) {
     held = hold;
     hal_control(running, held || waits);
+    if (!hold)
+        hal_release_hold();
 }
 
 void machine_wait(bool wait) {
@@ -88,6 +90,7 @@ static void stop(void) {
     held = waits = false;
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
+    hal_release_hold();
     machine_discharge(false);
     program_abort();
 }
@@ -175,6 +178,7 @@ void machine_reset(void) {
     }
     stop();
     link_restart();
+    hal_release_reset();
 }
 
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
