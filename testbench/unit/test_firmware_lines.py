@@ -87,6 +87,19 @@ def test_a_line_that_comes_again_while_it_waits_or_works_is_answered_once(machin
     assert machine.run(50) == ["ok @0"]
 
 
+def test_a_line_at_work_is_known_again_behind_an_order(machine, sender):
+    first = sender.bytes("M00")
+    assert not answers(sender("M00"))
+    sender.number = 1
+    order = sender.bytes("$RETRACT")
+    assert sender("$RETRACT")[-1] == "ok"
+    machine.send(first + order)
+    assert answers(machine.run(200)) == ["ok @1"], "the other one is at work"
+    assert sender("$RESUME")[0] == "ok"
+    machine.send(first)
+    assert machine.run(200) == ["ok @0"]
+
+
 def test_another_line_of_the_same_number_is_refused(machine, sender):
     sender("G91 G00 X1")
     machine.send(Machine.numbered(0, "G91 G00 X2"))
@@ -341,6 +354,22 @@ def test_hold_and_reset_are_obeyed_by_a_guarded_link(machine, sender):
     assert "held" not in machine.flags
 
 
+def test_a_reset_ends_a_hold(machine):
+    machine.library.gk_speed(10)
+    machine.line("G00 X1", passes=20)
+    machine.send(b"!")
+    machine.run(10)
+    assert "held" in machine.flags
+    machine.send(b"\x18")
+    machine.run(100)
+    assert "held" not in machine.flags
+    machine.unlock()
+    machine.library.gk_speed(1000)
+    before = machine.axes[0]
+    machine.line("G91 G00 X1")
+    assert machine.axes[0] == before + 10_000
+
+
 def test_orders_are_heard_between_the_frames_of_a_tape(machine, sender):
     guard(sender)
     rows = punched(["M00", "G00 X1", *["(" + "a" * 50 + ")"] * 30, "M02"])
@@ -401,6 +430,18 @@ def test_lines_without_room_are_refused_and_answered_in_turn(machine):
     assert machine.line("G00 X.01") == ["ok"]
 
 
+def test_a_line_for_which_there_is_room_again_waits_for_what_was_refused(machine):
+    machine.line("G91")
+    machine.send(b"".join(b"G00 X.01\n" for _ in range(100)))
+    machine.run(200)
+    assert 0 < machine.axes[0] < 5000, "some have been taken"
+    machine.send(b"G00 Y1\n")
+    lines = machine.run(8000)
+    assert answers(lines)[-1] == "error:8"
+    assert machine.axes[1] == 0
+    assert machine.line("G00 Y1") == ["ok"]
+
+
 def test_what_is_refused_for_want_of_room_may_be_sent_again(machine, sender):
     machine.send(b"".join(Machine.numbered(number, "G91 G00 X.01") for number in range(60)))
     lines = machine.run(3000)
@@ -411,6 +452,19 @@ def test_what_is_refused_for_want_of_room_may_be_sent_again(machine, sender):
     sender.number = count
     assert sender("G91 G00 X.01")[-1] == "ok"
     assert machine.axes[0] == 100 * (count + 1)
+
+
+def test_a_number_that_found_no_room_is_not_told(machine):
+    """Of a line that begins in a queue that is full, and ends when it is not."""
+    machine.send(b"G04 X1\n")
+    machine.run(100)
+    waiting = [b"G04 P1 (a)\n"] * 46
+    assert 512 - len(b"".join(waiting)) == 6
+    machine.send(b"".join(waiting) + b"@12345 G")
+    machine.run(4000)
+    machine.send(b"00*1234\n")
+    assert named(machine.run(100)) == "its check is wrong"
+    assert machine.lines[-1] == "error:8"
 
 
 def test_status_is_told_whatever_waits(machine):

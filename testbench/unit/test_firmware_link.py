@@ -5,6 +5,7 @@ Of lines as such see test_firmware_lines.
 """
 
 import re
+from binascii import crc_hqx
 
 import pytest
 
@@ -155,6 +156,17 @@ def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
         assert machine.line("?")[-1].startswith("<Idle|")
     assert answers(machine, good) == [(ACK, 1)]
     assert not any(line.startswith("Gapkeeper") for line in machine.lines[1:])
+
+
+def test_frame_that_ends_too_soon_is_no_frame(machine, rng):
+    """Not even if the check of the one before happens to be that of what has come."""
+    machine.frame(0, 0)
+    check = crc_hqx(b"\x08\x02", 0xFFFF)
+    payload = next(data for data in iter(lambda: rng.randbytes(8), None)
+                   if crc_hqx(b"\x08\x01" + data, 0xFFFF) == check)
+    assert answers(machine, frame(8, 1, payload)) == [(ACK, 1)]
+    assert answers(machine, b"\x02\x08\x10\x42\x03") == [(NAK, 2)]
+    assert answers(machine, frame(8, 2, bytes(8))) == [(ACK, 2)]
 
 
 @pytest.mark.parametrize("cut", [1, 2, 3, 5, 8])

@@ -189,6 +189,23 @@ def test_no_line_is_lost_or_carried_out_twice_over_a_bad_cable(rng, share):
     assert controller.lines == lines
 
 
+def test_a_line_whose_end_is_lost_is_taken_when_it_comes_again():
+    """What is sent again ends what the line has left behind."""
+    written = []
+
+    def noise(direction, data):
+        if direction == "out":
+            written.append(data)
+            return data[:-1] if len(written) == 1 else data
+        return data
+
+    controller = Controller()
+    link, _ = talk(controller, noise=noise)
+    link.command("G90")
+    assert controller.lines == ["G90"]
+    assert len(written) == 2
+
+
 def test_numbers_go_round_and_begin_anew_with_the_controller():
     controller = Controller()
     link, _ = talk(controller)
