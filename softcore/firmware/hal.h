@@ -23,10 +23,11 @@ void hal_sleep(uint32_t clocks); /* until an event or a byte, at the longest for
 #define HAL_MARK 0x100u
 int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; -1 for nothing */
 
-typedef struct {
-    bool status, hold, resume, retract;
-} hal_notes;
-hal_notes hal_notes_read(void); /* real-time bytes that have come since it was asked last */
+#define NOTE_STATUS 1u
+#define NOTE_HOLD 2u
+#define NOTE_RESUME 4u
+#define NOTE_RETRACT 8u
+uint32_t hal_notes(void);       /* real-time bytes that have come since it was asked last, by bit */
 
 /* The feed may go on after a `!`; the reset of a Ctrl-X has been carried out. */
 void hal_release_hold(void);

@@ -12,13 +12,13 @@ static uint32_t head, tail, depth;
 static uint8_t said[BYTES];
 static uint32_t said_head, said_tail;
 static bool hold, reset, reset_told;
-static hal_notes notes;
+static uint32_t notes;
 
 void host_link_boot(void) {
     head = tail = said_head = said_tail = 0;
     depth = BYTES;
     hold = reset = reset_told = false;
-    notes = (hal_notes){0};
+    notes = 0;
 }
 
 bool host_link_held(void) { return hold || reset; }
@@ -31,10 +31,13 @@ static void push(unsigned entry) {
 
 static void come(uint8_t byte) {
     switch (byte) {
-    case REALTIME_STATUS: notes.status = true; break;
-    case REALTIME_HOLD: notes.hold = hold = true; break;
-    case REALTIME_RESUME: notes.resume = true; break;
-    case REALTIME_RETRACT: notes.retract = true; break;
+    case REALTIME_STATUS: notes |= NOTE_STATUS; break;
+    case REALTIME_HOLD:
+        notes |= NOTE_HOLD;
+        hold = true;
+        break;
+    case REALTIME_RESUME: notes |= NOTE_RESUME; break;
+    case REALTIME_RETRACT: notes |= NOTE_RETRACT; break;
     case REALTIME_RESET:
         reset = true;
         reset_told = false;
@@ -70,13 +73,13 @@ int hal_receive(void) {
     return entry;
 }
 
-hal_notes hal_notes_read(void) {
-    hal_notes read = notes;
-    notes = (hal_notes){0};
+uint32_t hal_notes(void) {
+    uint32_t read = notes;
+    notes = 0;
     return read;
 }
 
-void hal_release_hold(void) { hold = hold && notes.hold; }
+void hal_release_hold(void) { hold = hold && notes & NOTE_HOLD; }
 void hal_release_reset(void) { reset = reset && !reset_told; }
 
 bool hal_transmit_ready(void) { return said_head - said_tail < BYTES; }

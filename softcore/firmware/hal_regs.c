@@ -48,14 +48,11 @@ int hal_receive(void) {
                : -1;
 }
 
-hal_notes hal_notes_read(void) {
-    uint32_t word = LINK->notes;
-    return (hal_notes){.status = word & LINK_NOTES_STATUS_MASK,
-                       .hold = word & LINK_NOTES_HOLD_MASK,
-                       .resume = word & LINK_NOTES_RESUME_MASK,
-                       .retract = word & LINK_NOTES_RETRACT_MASK};
-}
+_Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
+               NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK,
+               "hal.h and the register table disagree on the notes");
 
+uint32_t hal_notes(void) { return LINK->notes; }
 void hal_release_hold(void) { LINK->release = PUT(1, LINK_RELEASE_HOLD); }
 void hal_release_reset(void) { LINK->release = PUT(1, LINK_RELEASE_RESET); }
 

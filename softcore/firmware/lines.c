@@ -294,17 +294,18 @@ static void read_form(char c) {
     }
 }
 
-bool lines_byte(uint8_t byte) {
+lines_part lines_byte(uint8_t byte) {
     char c = (char)byte;
     if (c == '\n' || c == '\r') {
         if (!now.length && before == GOOD)
-            return false; /* the second half of CR LF; grbl's senders count no answer for it */
-        return now.numbered ? end_numbered() : end_plain();
+            return LINES_MORE; /* the second half of CR LF; grbl's senders count no answer for it */
+        bool answered = now.numbered ? end_numbered() : end_plain();
+        return answered ? LINES_ANSWERED : LINES_ENDED;
     }
     if (byte >= 0x80) {
         if (now.length && now.trouble == GOOD)
             now.trouble = CHARACTER;
-        return false;
+        return LINES_MORE;
     }
     read_form(c);
     uint32_t place = now.length++ - now.text; /* in its text */
@@ -316,7 +317,7 @@ bool lines_byte(uint8_t byte) {
     now.lost = now.lost || end - tail >= ROOM - 1;
     if (!now.lost)
         queue[end++ % ROOM] = c;
-    return false;
+    return LINES_MORE;
 }
 
 void lines_damaged(unsigned mark) {

@@ -22,8 +22,9 @@ void lines_restart(void);               /* nothing has come, the link is not gua
 bool lines_guarded(void);
 bool lines_whole(void);                 /* what comes now is the start of something */
 
-/* A character. True if an answer was said: enough for one step of the main loop. */
-bool lines_byte(uint8_t byte);
+/* A character: part of a line, or its end, or one that was answered at once. */
+typedef enum { LINES_MORE, LINES_ENDED, LINES_ANSWERED } lines_part;
+lines_part lines_byte(uint8_t byte);
 void lines_damaged(unsigned mark);      /* the receiver saw an error here: a MARK of regs.h */
 void lines_cut(void);                   /* a frame begins here */
 void lines_frame_good(void);            /* it has come whole */

@@ -18,7 +18,12 @@
 #include "watch.h"
 
 #define VERSION "0.1"
-#define TAKE_CLOCKS 2000    /* spent on bytes per step, and on the one that ends it */
+/* What is taken per step: so many bytes within a frame or a line. The end of a line, or what is refused,
+   takes as long as several; more than an answer is not said. */
+#define BURST 24
+#define COST_BYTE 1
+#define COST_LINE 6
+#define COST_ANSWER BURST
 #define QUIET_US 5000       /* without a byte: what comes then is the start of something */
 
 /* Rows of `$#`: work offsets, G92, wire offsets. */
@@ -30,7 +35,8 @@ static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
 static uint32_t last_byte;  /* clock in which the last one was taken */
-static bool quiet;          /* that was QUIET_US ago */
+static uint32_t quiet_clocks;
+static bool quiet;          /* that was so long ago */
 /* Since power-on: errors that the receiver saw, and single bytes that would have moved the machine, on
    a guarded link. */
 static uint32_t errors, ignored;
@@ -52,7 +58,8 @@ void link_init(void) {
     status = STATUS_NONE;
     errors = ignored = 0;
     /* What the first step finds came before; if there is nothing the line is quiet. */
-    last_byte = hal_cycle_low() - units_clocks_of_us(QUIET_US) - 1;
+    quiet_clocks = units_clocks_of_us(QUIET_US);
+    last_byte = hal_cycle_low() - quiet_clocks - 1;
 }
 
 void link_answer(const fault *f) {
@@ -108,17 +115,18 @@ void link_retract(fault *f) {
 }
 
 /* Real-time bytes but the reset and the hold. */
-static void obey_notes(const hal_notes *notes) {
+static void obey_notes(uint32_t notes) {
     fault f = {0};
-    if (notes->status && status == STATUS_NONE)
+    bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
+    if (notes & NOTE_STATUS && status == STATUS_NONE)
         status = STATUS_WANTED;
     if (lines_guarded()) {
-        ignored += notes->resume + notes->retract;
+        ignored += resumes + retracts;
         return;
     }
-    if (notes->resume)
+    if (resumes)
         link_resume(&f);
-    if (notes->retract)
+    if (retracts)
         link_retract(&f);
 }
 
@@ -235,11 +243,11 @@ static void tell_offset(void) {
         link_answer(0);
 }
 
-/* An entry of the receive queue. True if it is enough for one step of the main loop. */
-static bool take(unsigned entry) {
+/* Take an entry of the receive queue; what that costs. */
+static unsigned take(unsigned entry) {
     if (entry == (HAL_MARK | MARK_RESET)) {
         machine_reset();
-        return true;
+        return COST_ANSWER;
     }
     if (entry & HAL_MARK) {
         errors++;
@@ -247,47 +255,55 @@ static bool take(unsigned entry) {
             frame_damaged();
         else
             lines_damaged(entry & ~HAL_MARK);
-        return false;
+        return COST_BYTE;
     }
     if (entry == FRAME_START) {
         lines_cut();
         frame_begin();
-    } else if (frame_open()) {
-        frame_byte((uint8_t)entry);
-    } else if (entry == FRAME_END) {
-        lines_frame_end();
-    } else {
-        return lines_byte((uint8_t)entry);
+        return COST_LINE;
     }
-    return false;
+    if (frame_open()) {
+        frame_byte((uint8_t)entry);
+        return COST_BYTE;
+    }
+    if (entry == FRAME_END) {
+        lines_frame_end();
+        return COST_LINE;
+    }
+    switch (lines_byte((uint8_t)entry)) {
+    case LINES_MORE: return COST_BYTE;
+    case LINES_ENDED: return COST_LINE;
+    default: return COST_ANSWER;
+    }
 }
 
-/* Take bytes, but no more than the watchdog bears, whatever they are: a line's end costs many times what
-   another byte does. True if there was one. */
-static bool take_bytes(uint32_t began) {
+/* Take bytes, but no more than the watchdog bears, whatever they are. True if there was one. */
+static bool take_bytes(void) {
+    unsigned spent = 0;
     int entry;
-    bool any = false, enough = false;
-    while (!enough && (entry = hal_receive()) >= 0) {
-        any = true;
-        last_byte = hal_cycle_low();
-        enough = take((unsigned)entry) || last_byte - began >= TAKE_CLOCKS;
-    }
-    return any;
+    while (spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0)
+        spent += take((unsigned)entry);
+    return spent;
 }
 
 bool link_step(void) {
-    uint32_t now = hal_cycle_low();
-    hal_notes notes = hal_notes_read();
-    obey_notes(&notes);
-    bool taken = take_bytes(now);
+    uint32_t notes = hal_notes();
+    if (notes)
+        obey_notes(notes);
+    bool taken = take_bytes();
     /* The hold is in force already. It goes last: it may have come last. */
-    if (notes.hold)
+    if (notes & NOTE_HOLD)
         machine_hold(true);
     if (taken) {
+        last_byte = hal_cycle_low();
         quiet = false;
-    } else if (!quiet && now - last_byte > units_clocks_of_us(QUIET_US)) {
-        quiet = true;
-        lines_quiet();
+    } else if (!quiet || frame_open()) {
+        uint32_t since = hal_cycle_low() - last_byte;
+        frame_wait(since);
+        if (!quiet && since > quiet_clocks) {
+            quiet = true;
+            lines_quiet();
+        }
     }
     frame_step();
     return output_step() || taken;
