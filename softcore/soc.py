@@ -103,7 +103,7 @@ class Soc(wiring.Component):
         Serial output, idle high.
     """
 
-    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 282624,
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 286720,
                  image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build
