@@ -85,8 +85,14 @@ def whole(rng, rows, sanitize):
 
 
 def _disturb(rng, machine):
-    kind = rng.randrange(8)
-    if kind == 0:
+    kind = rng.randrange(9)
+    if kind == 8:
+        line = programs.damage(rng, programs.block(rng)).encode("ascii", "ignore").decode()
+        sent = Machine.numbered(rng.randrange(3), rng.choice((line, "$RESUME", "$RETRACT", "$L")))
+        machine.send(sent if rng.random() < 0.7 else damaged_rows(rng, sent))
+        if rng.random() < 0.3:
+            machine.library.gk_send_broken()
+    elif kind == 0:
         machine.send(rng.choice((b"?", b"!", b"~", b"~", b"\x92", b"\x18")))
     elif kind == 1:
         machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")

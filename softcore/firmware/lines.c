@@ -46,15 +46,16 @@ static bool crowd_told;
 /* The line that is coming. */
 static struct {
     uint32_t length;
-    reason trouble;
+    reason trouble;         /* the first that was seen */
     bool lost;              /* not all of it is in the queue */
     bool numbered;          /* it begins with '@' */
-    enum { NUMBER, TEXT, UNREADABLE } part;     /* of such a line; the last for a number of wrong form */
-    uint32_t number, text;  /* `text`: characters before it */
-    char brief[BRIEF];      /* its first characters */
-    uint16_t crc, crc_before;
-    uint32_t star, check;   /* place of the last '*', and what the digits behind it say */
-    bool hex;               /* they are digits */
+    enum { NUMBER, TEXT, UNREADABLE } part;     /* of such a line; the last if the number has no form */
+    uint32_t number;
+    uint32_t text;          /* characters before its text, */
+    char brief[BRIEF];      /* and the first of that */
+    uint32_t star, check;   /* characters before the last '*', and what the digits behind it say, */
+    bool hex;               /* if they are such */
+    uint16_t crc, crc_before;   /* of all, and of what stands before that '*' */
 } now;
 static reason before;       /* trouble between the last line and this one */
 
@@ -192,24 +193,32 @@ static bool obey(uint32_t *code) {
     return true;
 }
 
+static reason judge_plain(void) {
+    if (guarded)
+        return GUARDED;
+    if (program_tape_due())
+        return ON_TAPE;
+    if (before != GOOD)
+        return before;
+    if (now.trouble != GOOD)
+        return now.trouble;
+    return until_end || until_quiet ? STALE : GOOD;
+}
+
+/* The end of a line has come. Of this function and the next: true if it has been answered. */
 static bool end_plain(void) {
-    reason why = guarded               ? GUARDED
-                 : program_tape_due()  ? ON_TAPE
-                 : before != GOOD      ? before
-                 : now.trouble != GOOD ? now.trouble
-                 : until_end || until_quiet ? STALE
-                                            : GOOD;
+    reason why = judge_plain();
     uint32_t code;
     before = GOOD;
     until_end = false;
-    if (why != GOOD) {
-        refuse_plain(why);
-    } else if (obey(&code)) {
+    if (why == GOOD && obey(&code)) {
         say(code, false, 0);
         return true;
-    } else {
-        keep();
     }
+    if (why == GOOD)
+        (void)keep();
+    else
+        refuse_plain(why);
     return false;
 }
 

@@ -7,6 +7,7 @@ from host.link import frame, frames, numbered
 from softcore import linkmap
 from softcore.link_decoder import LinkDecoder
 from softcore.uart import Uart
+from testbench import firmware
 from testbench.models import link_decoder as model
 from testbench.models import uart as line_model
 
@@ -144,6 +145,40 @@ def conversations():
     _, tape = zip(*frames(b"\x02\x10\x18!?~\xa0A\n"), strict=True)
     return [*tape, frame(0xFE, 9), b"G00 X1 (A)\r\n", b"$X\n", numbered(0, "X-.5"),
             numbered(65535, "$RESUME"), b"\x80\xc3(", b"\x02", b"\x10"]
+
+
+def test_the_model_for_firmware_on_a_computer_is_the_same(rng):
+    """What ``hal_host_link.c`` gives the firmware, entry by entry."""
+    library, shadow = firmware.library(), model.Receiver()
+    library.gk_boot(2_000_000, 10_000, 2)
+    library.gk_queue(shadow.depth)
+    names = {1: "status", 2: "hold", 4: "resume", 8: "retract"}
+    held = found = 0
+    for _ in range(20_000):
+        kind = rng.random()
+        if kind < 0.5:
+            for byte in rng.choices((*REALTIME[1:], *range(256)), k=rng.choice((1, 1, 1, 40))):
+                library.gk_send(bytes([byte]), 1)
+                shadow.byte(byte)
+        elif kind < 0.55:
+            library.gk_send_broken()
+            shadow.byte(framing=True)
+        elif kind < 0.95:
+            entry = shadow.take()
+            assert library.hal_receive() == (-1 if entry is None else entry)
+            found += entry is not None
+        elif kind < 0.97:
+            notes = library.hal_notes()
+            assert {name for bit, name in names.items() if notes & bit} == shadow.read_notes()
+        else:
+            what = rng.choice(("hold", "reset"))
+            getattr(library, f"hal_release_{what}")()
+            shadow.decoder.clock(release=(what,))
+        stopped = shadow.decoder.hold or shadow.decoder.reset
+        assert bool(library.gk_flags() >> 5 & 1) == stopped
+        held += stopped
+    assert 1000 < held < 19_900
+    assert found > 1000
 
 
 @pytest.mark.parametrize("name", ["hold", "reset"])
