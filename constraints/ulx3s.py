@@ -110,8 +110,8 @@ class _Ulx3s45F(_WithPads, ulx3s.ULX3S_45F_Platform):
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=278528,
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=286720,
           pin_list=PIN_LIST),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180224,
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188416,
           pin_list=PIN_LIST),
 )

@@ -62,6 +62,10 @@ class Machine(wiring.Component):
     -------
     cycle : In(32)
         Clock count, for events.
+    hold : In(1)
+        Feed hold by the operator, beside that of the register ``retraction.control``.
+    abort : In(1)
+        The operator's reset: no path pulse either way, and no discharge.
 
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
@@ -80,7 +84,7 @@ class Machine(wiring.Component):
         self.off_min_s = off_min_s
         self.dac_kind = dac_kind
         self.arm_strapped = arm_strapped
-        super().__init__({"cycle": In(32)} | pins() | registers())
+        super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1)} | pins() | registers())
 
     def clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -176,8 +180,8 @@ class Machine(wiring.Component):
         command = self.retraction_command_strobe
         m.d.comb += [
             retraction.commit_valid.eq(self.retraction_commit),
-            retraction.run.eq(self.retraction_control_run),
-            retraction.hold.eq(self.retraction_control_hold),
+            retraction.run.eq(self.retraction_control_run & ~self.abort),
+            retraction.hold.eq(self.retraction_control_hold | self.hold),
             retraction.retract.eq(command & self.retraction_command_retract),
             retraction.release.eq(command & self.retraction_command_release),
             retraction.safe.eq(self.safe),
@@ -252,8 +256,8 @@ class Machine(wiring.Component):
 
     def _discharge(self, m, retraction, law, condition, guard, armed):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
-        machining = Signal()    # wanted by firmware, and allowed by hand
-        m.d.comb += machining.eq(self.power_control_machining & armed)
+        machining = Signal()    # wanted by firmware, allowed by hand, and not reset by the operator
+        m.d.comb += machining.eq(self.power_control_machining & armed & ~self.abort)
         m.submodules.power = power = Power(
             clock_hz=self.clock_hz, level_max=self.level_max, on_max=self.clocks(self.on_max_s),
             off_min=self.clocks(self.off_min_s))
@@ -386,8 +390,7 @@ class Machine(wiring.Component):
             # A short and the way back and forth tell nothing of the stock ahead.
             removal.discard.eq((retraction.state != State.FRONT) | self.gap_status_shorted
                                | self.safe),
-            removal.hold.eq(self.retraction_control_hold | ~self.retraction_control_run
-                            | retraction.crowded),
+            removal.hold.eq(retraction.hold | ~retraction.run | retraction.crowded),
             removal.reference.eq(condition.law_reference_drop),
             removal.no_load.eq(condition.law_no_load),
             removal.ratio_min.eq(self.law_bounds_lowest),

@@ -11,6 +11,8 @@ field of its register, and ``b_r_f`` otherwise; ``softcore.soc`` joins the two b
 from dataclasses import dataclass
 from typing import Literal
 
+from softcore.linkmap import MARKS, REALTIME
+
 # rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
 # one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.
 Access = Literal["r", "rw", "w", "rw1c"]
@@ -94,16 +96,28 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      "for so long.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
 ))
 
-LINK = Block(name="link", base=0x100, doc="Bytes to and from the host.", registers=_registers(
-    ("receive", "Oldest byte received. Reading takes it.", (
-        Field(name="data", bits=8, access="r", doc="The byte."),
-        Field(name="valid", bits=1, access="r", doc="There was a byte.")), "read"),
+_MARKS = "; ".join(f"{number} `{name}`, {doc}" for number, (name, doc) in enumerate(MARKS))
+
+LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
+             "``softcore.link_decoder``.", registers=_registers(
+    ("receive", "Oldest entry of the receive queue. Reading takes it.", (
+        Field(name="data", bits=8, access="r", doc=f"The byte, or the mark's number: {_MARKS}."),
+        Field(name="mark", bits=1, access="r", doc="It is no byte, but a mark in its place."),
+        Field(name="valid", bits=1, access="r", doc="There was an entry.")), "read"),
     ("transmit", "Send a byte. Lost if the transmitter is not ready.",
      _value(8, "The byte.", access="w"), "write"),
     ("status", "State of the link.", (
         Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
-        Field(name="overrun", bits=1, access="rw1c", doc="A byte came with the queue full."),
-        Field(name="framing", bits=1, access="rw1c", doc="A byte came without its stop bit."))),
+        Field(name="hold", bits=1, access="r", doc="A `!` holds the feed."),
+        Field(name="reset", bits=1, access="r",
+              doc="Ctrl-X stops motion and discharge, until firmware has carried it out."))),
+    ("notes", "Real-time bytes that came since the last read. Reading clears them.", tuple(
+        Field(name=realtime.name, bits=1, access="r", doc=realtime.doc)
+        for realtime in REALTIME if realtime.name != "reset"), "read"),
+    ("release", "End what a real-time byte has begun, unless it came once more and firmware has "
+     "not seen that yet.", (
+        Field(name="hold", bits=1, access="w", doc="The feed may go on."),
+        Field(name="reset", bits=1, access="w", doc="The reset has been carried out.")), "write"),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "

@@ -220,7 +220,16 @@ class Machine:
     def framed(length: int, sequence: int, payload: bytes = b"") -> bytes:
         """Bytes of a frame."""
         body = bytes([length, sequence]) + payload
-        return b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+        body += crc_hqx(body, 0xFFFF).to_bytes(2)
+        return b"\x02" + b"".join(
+            bytes([0x10, byte ^ 0x40]) if byte in b"\x02\x03\x10\x18!?~" or 0x80 <= byte < 0xC0
+            else bytes([byte]) for byte in body) + b"\x03"
+
+    @staticmethod
+    def numbered(number: int, text: str) -> bytes:
+        """Bytes of a line with its number and check."""
+        line = f"@{number} {text}".encode("ascii")
+        return line + b"*%04X\n" % crc_hqx(line, 0xFFFF)
 
     def frame(self, length: int, sequence: int, payload: bytes = b"") -> None:
         """Send a frame until it is acknowledged."""
@@ -259,7 +268,7 @@ class Machine:
     @property
     def flags(self) -> set[str]:
         """What is switched on."""
-        names = ("run", "hold", "discharge", "data", "safe")
+        names = ("run", "hold", "discharge", "data", "safe", "held")
         return {name for bit, name in enumerate(names) if self.library.gk_flags() >> bit & 1}
 
     @property

@@ -16,6 +16,8 @@ typedef enum {
     FAULT_TV = 5,           /* odd number of characters in a block */
     FAULT_TOO_LONG = 6,     /* more characters than a block may have */
     FAULT_NO_END = 7,       /* material or rewind stop before the end word */
+    /* Link. */
+    FAULT_LINE = 8,         /* line damaged, out of sequence, or without room: it may be sent again */
     /* Block. */
     FAULT_CHARACTER = 10,   /* character out of place */
     FAULT_NUMBER = 11,      /* number missing or malformed */

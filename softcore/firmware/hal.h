@@ -20,7 +20,18 @@ uint32_t hal_cycle_low(void);   /* lower half, for short intervals */
 void hal_sleep(uint32_t clocks); /* until an event or a byte, at the longest for so long */
 
 /* Link. */
-int hal_receive(void);          /* next byte, or -1 */
+#define HAL_MARK 0x100u
+int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; -1 for nothing */
+
+#define NOTE_STATUS 1u
+#define NOTE_HOLD 2u
+#define NOTE_RESUME 4u
+#define NOTE_RETRACT 8u
+uint32_t hal_notes(void);       /* real-time bytes that have come since it was asked last, by bit */
+
+/* The feed may go on after a `!`; the reset of a Ctrl-X has been carried out. */
+void hal_release_hold(void);
+void hal_release_reset(void);
 bool hal_transmit_ready(void);
 void hal_transmit(uint8_t byte);
 

@@ -92,6 +92,8 @@ void machine_run(bool run) {
 void machine_hold(bool hold) {
     held = hold;
     hal_control(running, held || waits);
+    if (!hold)
+        hal_release_hold();
 }
 
 void machine_wait(bool wait) {
@@ -117,6 +119,7 @@ static void stop(void) {
     held = waits = false;
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
+    hal_release_hold();
     machine_discharge(false);
     hal_disarm();
     program_abort();
@@ -211,6 +214,7 @@ void machine_reset(void) {
     }
     stop();
     link_restart();
+    hal_release_reset();
 }
 
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {

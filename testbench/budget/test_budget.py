@@ -31,7 +31,7 @@ BUDGETS = {
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
     "interlock":     Cells(lut4=117,  ccu2c=30,  ff=90,   ram=0,  bram=0,  dsp=0),
     "law":           Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=800,  ccu2c=0,   ff=46,   ram=0,  bram=88, dsp=0),
+    "memory":        Cells(lut4=224,  ccu2c=0,   ff=46,   ram=0,  bram=96, dsp=0),
     "path":          Cells(lut4=486,  ccu2c=109, ff=643,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=213,  ccu2c=64,  ff=80,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
@@ -42,7 +42,7 @@ BUDGETS = {
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),
     "short":         Cells(lut4=112,  ccu2c=53,  ff=76,   ram=0,  bram=0,  dsp=0),
     "sleep":         Cells(lut4=27,   ccu2c=9,   ff=16,   ram=0,  bram=0,  dsp=0),
-    "uart":          Cells(lut4=134,  ccu2c=27,  ff=98,   ram=8,  bram=1,  dsp=0),
+    "uart":          Cells(lut4=184,  ccu2c=35,  ff=108,  ram=8,  bram=1,  dsp=0),
     "watchdog":      Cells(lut4=22,   ccu2c=20,  ff=20,   ram=0,  bram=0,  dsp=0),
 }
 

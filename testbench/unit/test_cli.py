@@ -296,7 +296,9 @@ def test_run_writes_its_folder_and_says_how_it_ended(workdir, tape, options, sta
         # One each millisecond from 0 on, and none at the very clock at which the run ends.
         assert len(trace["t"]) == -(-summary["cycles"] * 1000 // summary["clock_hz"])
         assert trace["z"][-1] == pytest.approx(summary["pos"]["z"], abs=0.001)
-        assert summary["max_depth_mm"] == pytest.approx(max(0, -trace["z"].min()), abs=1e-6)
+        # The encoder trembles: where the run ends may be a pulse deeper than any sample.
+        deepest = min(trace["z"].min(), summary["pos"]["z"])
+        assert summary["max_depth_mm"] == pytest.approx(max(0, -deepest), abs=1e-6)
 
 
 def test_same_seed_is_the_same_run(workdir):
