@@ -54,7 +54,8 @@ PADS = (
     Pad("step", "o", AXES), Pad("dir", "o", AXES), Pad("drive_enable", "o", AXES),
     # The main contactor of the discharge's power supply; it falls off whenever outputs are safe.
     Pad("contactor", "o"),
-    # Gates of the discharge and of the sensing source, and the current's level.
+    # Gates of the discharge and of the sensing source, and the current's level. The sensing source
+    # must have a voltage that may be touched (below 60 V DC) and be limited by its own resistance.
     Pad("gap_on", "o"), Pad("gap_level", "o", 6), Pad("gap_sense", "o"),
     # Open voltage (4 bits) and polarity (electrode negative) of the power supply.
     Pad("gap_supply", "o", 5),

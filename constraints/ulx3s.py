@@ -13,7 +13,8 @@ the USB chip's pull-up: idle. The lamp ``safe`` is then dark.
 
 **With a broken wire** an input falls to its own pull-down, which for all that guard the machine
 means a fault: they are closed contacts, or outputs that say "good", to 3.3 V. The voltage
-comparators are high above their level, so that a lost gap is a short and the electrode draws back.
+comparators are high above their level, so that a lost gap is a short and the electrode draws back;
+that of the current is high while none flows, so that a lost one is a gate that does not let go.
 An encoder that falls silent is found by the following error, a lost FIN by its time-out.
 
 **The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 256 KB of the 85F,
@@ -71,7 +72,7 @@ RESOURCES = (
     _output("gap_reference", "16+ 17+ 17-"),
     _output("gap_on", "18+"),
     _output("gap_level", "18- 19+ 19- 20+ 20- 21+"),
-    _input("gap_current", "21-"),
+    _input("gap_current", "21-", broken_is_fault=True),
     _input("gap_high", "22+"),
     _input("gap_arc", "22-", broken_is_fault=True),
     _input("gap_short", "23+", broken_is_fault=True),
@@ -109,8 +110,8 @@ class _Ulx3s45F(_WithPads, ulx3s.ULX3S_45F_Platform):
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=278528,
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=286720,
           pin_list=PIN_LIST),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180224,
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188416,
           pin_list=PIN_LIST),
 )

@@ -1,43 +1,77 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The host's end of the link: line mode and tape mode over any pipe of bytes.
+"""The host's end of the link: real-time bytes, lines and tape frames over any pipe of bytes.
 
-Line mode follows grbl 1.1: a line is answered ``ok`` or ``error:N``; real-time bytes may be sent at
-any time between frames. Tape mode carries punched bytes in frames::
+**Real-time bytes** (``softcore.linkmap``) act at once, whatever came before: the gateware takes
+them out of the stream. So they never occur in what follows.
 
-    0x02, length n, sequence, n bytes, CRC high, CRC low
+**Lines** follow grbl 1.1: each is answered ``ok`` or ``error:N``. A line may have a number and a
+check, and those of this host always do::
 
-with the CRC over length, sequence and bytes. The controller answers 0x06 sequence (taken) or
-0x15 sequence (damaged, send again), and nothing while its buffer is full; a frame without answer
-is sent again after a time-out, and a sequence number seen twice is taken once. Length 0 begins a
-tape, length 0xFF says that no more bytes follow. The frames of a tape are numbered from 0, modulo
-256; the one that begins it bears 255, so that no late answer to it is taken for one to the first
-bytes. So no byte of a tape can be lost, doubled, or
-taken for a real-time byte.
+    @17 G00 X1*5A3C
+
+The check is the CRC of everything before the ``*``, in four hexadecimal digits; the answer names
+the number, ``ok @17`` or ``error:37 @17``. Numbers begin with 0 after every greeting, and each is
+the last one and 1, modulo 65536. The same number again is answered as before, and not carried out
+again. Anything else, a wrong check, and a line in which the receiver saw an error are refused whole
+by ``error:8``, with the number if it could be read, and such a line may be sent again: so it is
+here, and if no answer comes.
+
+From the first numbered line to the next reset the link is *guarded*: a line without a number is
+refused, and the single bytes `~` and 0x92 do nothing, so that no bent byte starts a motion. Their
+work is done by the lines ``$RESUME`` and ``$RETRACT``, at any time: while a tape runs or is being
+sent, and before lines that wait.
+
+**Tape frames** carry punched bytes::
+
+    0x02, then stuffed: length n, sequence, n bytes, CRC high, CRC low, then bare: 0x03
+
+with the CRC over length, sequence and bytes. Stuffed is to say that a byte of ``linkmap.STUFFED``
+is sent as 0x10 and the byte with bit 6 turned over. So 0x02 begins a frame wherever it stands, and
+a real-time byte is never part of one. Whatever happens to a single byte of a frame is found: if the
+length is right, by the CRC, else by the place of 0x03.
+
+The controller answers 0x06 sequence (taken) or 0x15 sequence (damaged, send again), and nothing
+while its buffer is full; a frame without answer is sent again after a time-out, and a sequence
+number seen twice is taken once. Length 0 begins a tape, length 0xFF says that no more bytes follow.
+The frames of a tape are numbered from 0, modulo 256; the one that begins it bears 255, so that no
+late answer to it is taken for one to the first bytes. So no byte of a tape can be lost or doubled.
+Between the frames of a tape numbered lines are heard, others are not.
 
 Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 for ``123456789``.
 """
 
 import json
+import re
 from binascii import crc_hqx
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from host.brief import Expander
 from host.errors import UsageError, UserError
+from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
 
-FRAME, TAKEN, AGAIN = 0x02, 0x06, 0x15
+TAKEN, AGAIN = 0x06, 0x15
 PAYLOAD = 64
 BEGIN, FINISH = 0x00, 0xFF
 
-STATUS, HOLD, RESUME, RESET, RETRACT = b"?", b"!", b"~", b"\x18", b"\x92"
+_BYTES = {realtime.name: bytes([realtime.byte]) for realtime in REALTIME}
+STATUS, HOLD, RESET = (_BYTES[name] for name in ("status", "hold", "reset"))
+RESUME, RETRACT = "$RESUME", "$RETRACT"
 
 GREETING = "Gapkeeper"
-FRAME_TIMEOUT_S = 0.1     # a frame takes 0.7 ms at 1 Mbaud: no room, or noise hit it
+FRAME_TIMEOUT_S = 0.1     # a frame takes 1.4 ms at 1 Mbaud: no room, or noise hit it
+LINE_TIMEOUT_S = 0.3      # without an answer a line is sent again; it may be being carried out
 ANSWER_TIMEOUT_S = 2.0
 UNANSWERED_FRAMES = 20    # then the machine is asked whether it lives
-DAMAGED_FRAMES = 10
+DAMAGED = 10              # times in a row that a frame or a line may arrive damaged
 POLL_S = 0.01             # longest wait before one looks whether it is to go on
-LONGEST_LINE = 255        # characters; with its end it fills the controller's 256
+LONGEST_LINE = 255        # characters of a line's text
+NUMBERS = 1 << 16
+
+_ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
+_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/fault.h
+_BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
 
 class LinkError(UserError):
@@ -90,10 +124,22 @@ def check_line(line: str) -> None:
                          f"characters, and the controller takes {LONGEST_LINE}.")
 
 
+def numbered(number: int, line: str) -> bytes:
+    """Bytes of a line with its number and check."""
+    text = f"@{number} {line}".encode("ascii")
+    return text + b"*%04X\n" % crc(text)
+
+
+def stuffed(data: bytes) -> bytes:
+    """``data`` as it is sent within a frame."""
+    return b"".join(bytes([FRAME_ESCAPE, byte ^ FRAME_FLIP]) if byte in STUFFED else bytes([byte])
+                    for byte in data)
+
+
 def frame(length: int, sequence: int, payload: bytes = b"") -> bytes:
     """Bytes of one frame. ``length`` is that of the payload, or ``BEGIN`` or ``FINISH``."""
     body = bytes([length, sequence]) + payload
-    return bytes([FRAME]) + body + crc(body).to_bytes(2)
+    return bytes([FRAME_START, *stuffed(body + crc(body).to_bytes(2)), FRAME_END])
 
 
 def frames(rows: bytes):
@@ -107,12 +153,25 @@ def frames(rows: bytes):
     yield sequence, frame(FINISH, sequence)
 
 
+@dataclass
+class _Sent:
+    """A line that has been sent and not been answered yet."""
+
+    number: int
+    text: str
+    first_s: float              # when it was sent first,
+    last_s: float               # and last
+    awaited: bool               # somebody waits for the answer
+    damaged: int = 0            # times it was refused as damaged
+    answer: str | None = None
+
+
 class Link:
     """One controller at the other end of ``pipe``.
 
     ``on_line`` is called with every line that is no answer to a command: events (in full, see
     ``host.brief``), messages, alarms, status reports, greetings; in the order in which they came,
-    from within the call that waited.
+    from within the call that waited. It may call ``press``, and nothing else of the link.
     """
 
     def __init__(self, pipe: BytePipe, on_line: Callable[[str], None]):
@@ -122,17 +181,36 @@ class Link:
         self._full = Expander()
         self._mark = 0        # TAKEN or AGAIN, if its sequence number has not come yet
         self._marks = []      # answers to frames, oldest first
-        self._answers = None  # answers to a command, while one waits for them
+        self._number = 0      # of the next line
+        self._open = []       # lines without an answer, oldest first
+        self._again = False   # they are to be sent again
         self._report = None   # last status report, without its brackets
 
     def poll(self, timeout_s: float) -> None:
-        """Take what has come, waiting at most ``timeout_s`` for something."""
+        """Take what has come, waiting at most ``timeout_s`` for something.
+
+        Raises
+        ------
+        LinkError
+            If a line that nobody waits for is not answered, or keeps arriving damaged.
+        """
         for byte in self.pipe.read(timeout_s):
             self._take(byte)
+        self._tend()
 
     def realtime(self, byte: bytes) -> None:
         """Send one real-time byte."""
         self.pipe.write(byte)
+
+    def press(self, button: bytes | str) -> None:
+        """Do what an operator's button does: send ``HOLD``, ``RESUME``, ``RETRACT`` or ``RESET``.
+
+        Nothing is waited for. A line is looked after by every ``poll`` until it is answered.
+        """
+        if isinstance(button, bytes):
+            self.realtime(button)
+        else:
+            self._post(button, awaited=False)
 
     def await_greeting(self, timeout_s: float = ANSWER_TIMEOUT_S) -> None:
         """Wait until the controller says who it is.
@@ -155,32 +233,74 @@ class Link:
 
         Raises
         ------
+        UsageError
+            If it is no line.
         RefusedError
             If the controller refuses the line.
         LinkError
-            If it does not answer.
+            If it does not answer, or starts anew.
         """
-        self._answers = []
         said = []
         inner, self.on_line = self.on_line, lambda text: (said.append(text), inner(text))
+        sent = None
         try:
-            self.pipe.write(line.encode("ascii", "replace") + b"\n")
-            while not self._answers:
-                self._await_answer(line)
-            answer = self._answers[0]
+            sent = self._post(line, awaited=True)
+            while sent.answer is None:
+                self._await_answer(sent)
         finally:
-            self._answers, self.on_line = None, inner
-        if answer != "ok":
-            why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), answer)
+            self.on_line = inner
+            if sent in self._open:
+                self._open.remove(sent)
+        if sent.answer != "ok":
+            why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")),
+                       sent.answer)
             raise RefusedError(line, why)
 
-    def _await_answer(self, line):
-        try:
-            self._wait(lambda: self._answers, ANSWER_TIMEOUT_S,
-                       f'the controller does not answer to "{line}".')
-        except LinkError:
-            if self.status()["state"] != "Run":
-                raise
+    def _post(self, line, *, awaited):
+        check_line(line)
+        now = self.pipe.time_s()
+        sent = _Sent(self._number, line, now, now, awaited)
+        self._number = (self._number + 1) % NUMBERS
+        self._open.append(sent)
+        self.pipe.write(numbered(sent.number, line))
+        return sent
+
+    def _await_answer(self, sent):
+        if (not self._came(lambda: sent.answer is not None, ANSWER_TIMEOUT_S)
+                and self.status()["state"] not in _BUSY and sent.answer is None):
+            raise LinkError(f'the controller does not answer to "{sent.text}".')
+
+    def _tend(self):
+        """Send lines again that were damaged, or have had no answer for some time."""
+        now = self.pipe.time_s()
+        for sent in self._open:
+            if not sent.awaited and now - sent.first_s > ANSWER_TIMEOUT_S:
+                self._open.remove(sent)
+                raise LinkError(f'the controller does not answer to "{sent.text}".')
+            self._again = self._again or now - sent.last_s > LINE_TIMEOUT_S
+        if self._again and self._open:
+            # What an earlier one left on the line ends here: its own end may be what was hit.
+            self.pipe.write(b"\n" + b"".join(numbered(sent.number, sent.text)
+                                             for sent in self._open))
+            for sent in self._open:
+                sent.last_s = now
+        self._again = False
+
+    def _answered(self, code, number):
+        """Take an answer to one of this link's lines, or to one that cannot be told."""
+        sent = next((one for one in self._open if one.number == number), None)
+        if code != _DAMAGED_LINE:
+            if sent is not None:
+                sent.answer = code
+                self._open.remove(sent)
+            return
+        # A line that follows a damaged one is out of sequence, and refused as well.
+        self._again = True
+        for one in ([sent] if sent is not None else self._open[:1]):
+            one.damaged += 1
+            if one.damaged == DAMAGED:
+                self._open.remove(one)
+                raise LinkError(f'the link is bad: "{one.text}" arrived damaged {DAMAGED} times.')
 
     def send_tape(self, rows: bytes, stop: Callable[[], bool]) -> bool:
         """Send a tape, frame by frame, while ``on_line`` gets what the machine says meanwhile.
@@ -207,7 +327,7 @@ class Link:
                 return True
             if mark == AGAIN:
                 damaged += 1
-                if damaged == DAMAGED_FRAMES:
+                if damaged == DAMAGED:
                     raise LinkError(f"the link is bad: a frame of the tape arrived damaged "
                                     f"{damaged} times in a row.")
             else:
@@ -236,19 +356,28 @@ class Link:
             If none comes in time.
         """
         self._report = None
-        self.realtime(STATUS)
-        self._wait(lambda: self._report is not None, ANSWER_TIMEOUT_S,
-                   "the controller has fallen silent.")
+        end = self.pipe.time_s() + ANSWER_TIMEOUT_S
+        while self._report is None:
+            if self.pipe.time_s() >= end:
+                raise LinkError("the controller has fallen silent.")
+            self.realtime(STATUS)  # a byte may get lost
+            self._came(lambda: self._report is not None, LINE_TIMEOUT_S)
         state, *fields = self._report.split("|")
         return {"state": state} | dict(field.partition(":")[::2] for field in fields)
 
-    def _wait(self, condition, timeout_s, complaint):
+    def _came(self, condition, timeout_s):
+        """Poll until a condition holds; return whether it does in time."""
         end = self.pipe.time_s() + timeout_s
         while not condition():
             left = end - self.pipe.time_s()
             if left <= 0:
-                raise LinkError(complaint)
-            self.poll(left)
+                return False
+            self.poll(min(left, LINE_TIMEOUT_S) if self._open else left)
+        return True
+
+    def _wait(self, condition, timeout_s, complaint):
+        if not self._came(condition, timeout_s):
+            raise LinkError(complaint)
 
     def _take(self, byte):
         if self._mark:
@@ -267,7 +396,18 @@ class Link:
     def _dispatch(self, line):
         if line.startswith("<"):
             self._report = line.strip("<>")
-        if self._answers is not None and (line == "ok" or line.startswith("error:")):
-            self._answers.append(line)
-        else:
-            self.on_line(line)
+        elif line.startswith(GREETING):
+            self._started()
+        elif answer := _ANSWER.fullmatch(line):
+            code, _, number = answer.groups()
+            if number is not None or (code == _DAMAGED_LINE and self._open):
+                self._answered(code, None if number is None else int(number))
+                return
+        self.on_line(line)
+
+    def _started(self):
+        """Begin to number anew: a controller that starts knows of no line."""
+        self._number = 0
+        for sent in self._open:
+            sent.answer = "the controller has started anew"
+        self._open.clear()

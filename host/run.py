@@ -13,11 +13,12 @@ from typing import Protocol
 
 from host import events
 from host.errors import ALARM, DONE, REJECTED, UsageError
-from host.link import HOLD, POLL_S, RESUME, BytePipe, Link, LinkError, RefusedError
+from host.link import HOLD, POLL_S, RESUME, STATUS, BytePipe, Link, LinkError, RefusedError
 from host.machine import Machine
 from host.tape import Tape
 
-ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status
+ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status,
+ASKED = 3          # so often: a byte may get lost
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
@@ -75,7 +76,7 @@ class Run:
         self.link = Link(self.simulation, self._hear)
         self._message = ""
         self._heard_s = 0.0
-        self._asked = False
+        self._asked = 0
         self._began = False
         # Program zero is the workpiece's.
         self.offset = {axis: 0.0 - place for axis, place in self.machine.start_mm.items()}
@@ -97,7 +98,7 @@ class Run:
                 self.link.poll(POLL_S)
         if self.outcome is None:
             self.outcome = "stopped"
-            self.link.realtime(HOLD)
+            self.link.press(HOLD)
         self._come_to_rest()
         return self.outcome
 
@@ -128,15 +129,15 @@ class Run:
         """Whether the run is over; on the way, see that machine and controller are well."""
         now = self.simulation.time_s()
         if now - self._heard_s > ALIVE_S:
-            if self._asked:
+            if self._asked == ASKED:
                 raise LinkError("the controller has fallen silent.")
-            self._asked, self._heard_s = True, now
-            self.link.realtime(b"?")
+            self._asked, self._heard_s = self._asked + 1, now
+            self.link.realtime(STATUS)
         self.watch(self)
         return self.outcome is not None or (self.until_s is not None and now >= self.until_s)
 
     def _hear(self, line):
-        self._heard_s, self._asked = self.simulation.time_s(), False
+        self._heard_s, self._asked = self.simulation.time_s(), 0
         if events.is_event(line):
             self._note(events.parse(line, self.scale))
         elif line.startswith("[MSG:"):
@@ -158,7 +159,7 @@ class Run:
 
     def _note(self, event):
         if event["event"] == "pause":  # M00: there is nobody else to press the button
-            self.link.realtime(RESUME)
+            self.link.press(RESUME)
             return
         if self.outcome is not None:
             return  # what follows the end is not the program's

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
 from rtl.axes import join_axes
+from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_law import FeedLaw, Law
 from rtl.gap.fluid import FluidDetector
@@ -23,8 +24,7 @@ from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
 from rtl.motion.retraction import Retraction, State
 from rtl.power.condition import Condition
-from rtl.power.limiter import Limiter
-from rtl.power.pulse_generator import PulseGenerator
+from rtl.power.power import Power
 from rtl.report import report
 from rtl.safety.arming import Arming
 from rtl.safety.interlock import Interlock
@@ -64,6 +64,10 @@ class Machine(wiring.Component):
     -------
     cycle : In(32)
         Clock count, for events.
+    hold : In(1)
+        Feed hold by the operator, beside that of the register ``retraction.control``.
+    abort : In(1)
+        The operator's reset: no path pulse either way, and no discharge.
 
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
@@ -85,7 +89,7 @@ class Machine(wiring.Component):
         self.arm_strapped = arm_strapped
         self.fastest_mm_s = fastest_mm_s
         self.leaving_mm_s = leaving_mm_s
-        super().__init__({"cycle": In(32)} | pins() | registers())
+        super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1)} | pins() | registers())
 
     def clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -95,23 +99,24 @@ class Machine(wiring.Component):
         m = Module()
         m.submodules.removal = removal = RemovalDetector()
         m.submodules.law = law = FeedLaw()
+        m.submodules.contact = guard = ContactGuard(clock_hz=self.clock_hz)
         m.submodules.interlock = interlock = Interlock(clock_hz=self.clock_hz, axes=self.axes)
-        retraction, entered, faults = self._motion(m, law, removal, interlock)
+        retraction, entered, faults = self._motion(m, law, removal, guard, interlock)
         m.submodules.condition = condition = Condition()
         arming = self._arming(m)
-        self._discharge(m, retraction, law, condition, arming.armed)
+        power = self._discharge(m, retraction, law, condition, guard, arming.armed)
         fluid = self._fluid(m, removal)
         self._law(m, law, removal, retraction, condition)
+        faults |= {"contact": [guard.trip], "gate": [power.stuck]}
         self._safety(m, interlock, faults)
         report(m, self, retraction, entered, fluid, interlock, condition)
         m.submodules.auxiliary = auxiliary = AuxiliaryFunctions()
         m.d.comb += [
-            auxiliary.code.eq(self.auxiliary_send_code),
-            auxiliary.letter.eq(self.auxiliary_send_letter),
+            *(getattr(auxiliary, name).eq(getattr(self, f"auxiliary_send_{name}"))
+              for name in ("code", "letter")),
             auxiliary.send.eq(self.auxiliary_send_strobe),
             auxiliary.timeout.eq(self.auxiliary_timeout),
-            auxiliary.safe.eq(self.safe),
-            auxiliary.fin.eq(self.fin),
+            auxiliary.safe.eq(self.safe), auxiliary.fin.eq(self.fin),
             self.auxiliary_status_busy.eq(auxiliary.busy),
             self.auxiliary_status_timed_out.eq(auxiliary.timed_out),
             self.auxiliary_code.eq(auxiliary.function),
@@ -119,14 +124,14 @@ class Machine(wiring.Component):
         ]
         return m
 
-    def _motion(self, m, law, removal, interlock):
+    def _motion(self, m, law, removal, guard, interlock):
         """Zc → Ps → Pp → Pi → Er → speed command, for the path and every axis."""
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
         m.submodules.path = path = SegmentWindow(axes=self.axes, slots=self.slots)
         m.submodules.distributor = distributor = Distributor(axes=self.axes)
         m.submodules.retraction = retraction = Retraction()
-        load = Signal()
+        load, drop = Signal(), Signal()
         m.d.comb += load.eq(self.path_origin_strobe & ramp.rest)
         # Off a limit switch the machine creeps.
         creep = round(self.leaving_mm_s * self.pulses_per_mm * 2**32 / self.clock_hz)
@@ -140,8 +145,9 @@ class Machine(wiring.Component):
             feed.reverse.eq(retraction.reverse),
             feed.bound.eq(retraction.bound),
             feed.pull.eq(ramp.pull),
-            # What was stored when the outputs became safe will not be moved.
-            feed.load.eq(load | self.safe),
+            # What was stored when the outputs became safe, or it touched, will not be moved.
+            drop.eq(self.safe | guard.contact),
+            feed.load.eq(load | drop),
             feed.load_value.eq(Mux(load, 0, path.position)),
 
             ramp.start_rate.eq(self.ramp_start_rate),
@@ -151,13 +157,13 @@ class Machine(wiring.Component):
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
             ramp.ready.eq(path.ready),
-            ramp.drop.eq(self.safe),
+            ramp.drop.eq(drop),
 
             path.select.eq(self.path_slot_select),
             path.select_strobe.eq(self.path_slot_select_strobe),
             path.data.eq(self.path_slot_data),
             path.data_strobe.eq(self.path_slot_data_strobe),
-            path.pulse.eq(ramp.pp & ~self.safe),
+            path.pulse.eq(ramp.pp & ~drop),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.path_ahead),
             path.load.eq(load),
@@ -186,8 +192,8 @@ class Machine(wiring.Component):
         command = self.retraction_command_strobe
         m.d.comb += [
             retraction.commit_valid.eq(self.retraction_commit),
-            retraction.run.eq(self.retraction_control_run),
-            retraction.hold.eq(self.retraction_control_hold),
+            retraction.run.eq(self.retraction_control_run & ~self.abort),
+            retraction.hold.eq(self.retraction_control_hold | self.hold),
             retraction.retract.eq(command & self.retraction_command_retract),
             retraction.release.eq(command & self.retraction_command_release),
             retraction.safe.eq(self.safe),
@@ -211,6 +217,11 @@ class Machine(wiring.Component):
             retraction.rest.eq(ramp.rest),
             retraction.steady.eq(ramp.steady),
             retraction.distance.eq(ramp.distance),
+            retraction.wait.eq(guard.wait), retraction.contact.eq(guard.contact),
+            guard.wanted.eq(retraction.wanted & feed.room), guard.away.eq(path.away),
+            guard.moving.eq(~ramp.rest), guard.reverse.eq(retraction.reverse),
+            guard.fast.eq(ramp.fast), guard.settled.eq(self.path_status_in_position),
+            guard.quiet.eq(retraction.quiet),
             self.retraction_start.eq(retraction.start),
             self.retraction_first.eq(retraction.first),
             self.retraction_series.eq(retraction.series),
@@ -218,48 +229,33 @@ class Machine(wiring.Component):
 
         faults = join_axes(m, self, distributor=distributor, retraction=retraction, path=path,
                            interlock=interlock)
-        self._guard(m, feed, ramp, path, retraction, faults)
+        self._guard(m, feed, ramp, path, retraction, drop, faults)
         return retraction, path.entered, faults
 
-    def _discharge(self, m, retraction, law, condition, armed):
+    def _discharge(self, m, retraction, law, condition, guard, armed):
         """Discharge and sensing pulses, what they were, and the short signal Ss."""
-        m.submodules.limiter = limiter = Limiter(
-            level_max=self.level_max, on_max=self.clocks(self.on_max_s),
+        # Wanted by firmware, allowed by hand, not reset by the operator, nor on a limit switch.
+        machining = Signal()
+        m.d.comb += machining.eq(self.power_control_machining & armed & ~self.abort
+                                 & ~self.safety_limits_leaving)
+        m.submodules.power = power = Power(
+            clock_hz=self.clock_hz, level_max=self.level_max, on_max=self.clocks(self.on_max_s),
             off_min=self.clocks(self.off_min_s))
-        m.submodules.pulses = pulses = PulseGenerator()
         jumps = AXES[self.jump_axis] if self.jump_axis < self.axes else None
         m.d.comb += condition.follow(self)
         m.d.comb += [condition.position.eq(getattr(self, f"axis_{jumps}_position") if jumps else 0),
-                     condition.between.eq(pulses.between)]
+                     *power.follow(self, condition), power.machining.eq(machining)]
         m.submodules.discriminator = discriminator = Discriminator()
         m.submodules.short = short = ShortDetector()
         m.submodules.references = references = References()
         m.submodules.counters = counters = PresetCounters()
         gates = Signal(2)  # as the pads have them, which have a register too
-        m.d.sync += gates.eq(Cat(pulses.on, pulses.sense))
-        discharging = (self.power_control_machining & armed & ~self.safe & ~retraction.quiet
-                       & ~self.safety_limits_leaving)
+        m.d.sync += gates.eq(Cat(power.on, power.sense))
+        discharging = machining & ~self.safe & ~retraction.quiet
         stepped = law.law == Law.ZERO
         m.d.comb += [
-            limiter.level.eq(condition.power_level),
-            limiter.on_time.eq(condition.power_on_time),
-            limiter.off_time.eq(condition.power_off_time),
-            self.power_limits_level.eq(limiter.limit_level),
-            self.power_limits_off.eq(limiter.limit_off),
-
-            pulses.enable.eq(discharging),
-            pulses.sensing.eq(retraction.sensing),
-            pulses.on_time.eq(limiter.allowed_on),
-            pulses.off_time.eq(limiter.allowed_off),
-            pulses.level.eq(limiter.allowed_level),
-            pulses.sense_on.eq(self.power_sense_on), pulses.sense_off.eq(self.power_sense_off),
-            pulses.cut.eq(self.power_control_cut),
-            pulses.off_extra.eq(condition.power_off_extra),
-            pulses.abnormal.eq(discriminator.abnormal),
-            self.gap_on.eq(pulses.on), self.gap_sense.eq(pulses.sense),
-            self.gap_level.eq(pulses.level_out),
-            self.gap_supply.eq(Cat(condition.power_supply_voltage,
-                                   condition.power_supply_negative)),
+            power.sensing.eq(retraction.sensing), power.quiet.eq(retraction.quiet),
+            power.look.eq(guard.look), power.abnormal.eq(discriminator.abnormal),
             self.gap_reference.eq(references.stream),
 
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
@@ -278,9 +274,14 @@ class Machine(wiring.Component):
             short.window.eq(self.gap_short_ratio_window),
             short.duration.eq(self.gap_short_duration),
             short.clear_needed.eq(self.gap_clear_needed),
-            short.restart.eq(~self.power_control_machining),
+            short.restart.eq(power.forget),
             self.gap_status_shorted.eq(short.shorted),
             self.gap_status_last.eq(discriminator.last),
+
+            guard.off.eq(~machining), guard.safe.eq(self.safe),
+            guard.lag_time.eq(self.gap_lag_time), guard.clear_needed.eq(self.gap_clear_needed),
+            guard.sample.eq(discriminator.sample & discriminator.sample_sensing),
+            guard.sample_shorted.eq(short.sample_shorted), guard.shorted.eq(short.shorted),
 
             counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
             counters.kind.eq(discriminator.kind),
@@ -299,7 +300,8 @@ class Machine(wiring.Component):
 
             retraction.servo.eq(self.servo_control_on | stepped),
             retraction.step.eq(Mux(stepped, 1, condition.servo_step)),
-            retraction.shorted.eq(short.shorted),
+            # Without the discharge it is contact.
+            retraction.shorted.eq(short.shorted & machining),
             retraction.completed.eq(short.completed),
             retraction.discharging.eq(discharging),
         ]
@@ -313,6 +315,7 @@ class Machine(wiring.Component):
             m.d.sync += self.servo_ups.eq(self.servo_ups + 1)
         with m.If(counters.down):
             m.d.sync += self.servo_downs.eq(self.servo_downs + 1)
+        return power
 
     def _arming(self, m):
         """The button that allows the discharge, and the contactor."""
@@ -367,8 +370,7 @@ class Machine(wiring.Component):
             # A short and the way back and forth tell nothing of the stock ahead.
             removal.discard.eq((retraction.state != State.FRONT) | self.gap_status_shorted
                                | self.safe),
-            removal.hold.eq(self.retraction_control_hold | ~self.retraction_control_run
-                            | retraction.crowded),
+            removal.hold.eq(retraction.hold | ~retraction.run | retraction.crowded),
             removal.reference.eq(condition.law_reference_drop),
             removal.no_load.eq(condition.law_no_load),
             removal.ratio_min.eq(self.law_bounds_lowest),
@@ -388,14 +390,14 @@ class Machine(wiring.Component):
         for name in ("ratio", "windows", "known"):
             m.d.comb += getattr(self, f"law_status_{name}").eq(getattr(removal, name))
 
-    def _guard(self, m, feed, ramp, path, retraction, faults):
+    def _guard(self, m, feed, ramp, path, retraction, drop, faults):
         """Whether registers of the motion are damaged, and which: latched for firmware."""
         m.submodules.conservation = conservation = Conservation()
         m.d.comb += [
             conservation.command.eq(feed.command), conservation.position.eq(path.position),
             conservation.stored.eq(ramp.stored), conservation.ps.eq(feed.ps),
             conservation.pp.eq(ramp.pp), conservation.reverse.eq(retraction.reverse),
-            conservation.safe.eq(self.safe),
+            conservation.drop.eq(drop),
         ]
         found = Cat(faults.pop("damaged"), path.damaged_word, path.damaged_segment,
                     path.damaged_place, conservation.damaged)

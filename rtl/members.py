@@ -75,6 +75,7 @@ def registers():
         "gap_reference_open": In(10), "gap_reference_arc": In(10), "gap_reference_short": In(10),
         "gap_open_count": Out(32), "gap_ok_count": Out(32), "gap_dame_count": Out(32),
         "gap_short_count": Out(32), "gap_status_shorted": Out(1), "gap_status_last": Out(2),
+        "gap_lag_time": In(28),
 
         "power_on_time": In(20), "power_off_time": In(20), "power_level": In(6),
         "power_sense_on": In(16), "power_sense_off": In(16), "power_control_machining": In(1),

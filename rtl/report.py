@@ -6,6 +6,7 @@ from amaranth import *
 from rtl.lib.event_queue import EventQueue
 from rtl.members import AXES
 from rtl.motion.retraction import Event
+from rtl.safety.interlock import Cause
 
 __all__ = ["report"]
 
@@ -35,11 +36,12 @@ def report(m, machine, retraction, entered, fluid, interlock, condition):
 
     segment = Signal()  # a segment was entered: to be told
     trip = Signal()     # the interlock has tripped: to be told
+    stuck = Signal()    # ... a stuck gate later than another cause: to be told as well
     news = Signal()     # the fluid has changed: to be told
     switch = Signal()   # the condition was switched by depth: to be told
     segment_cycle = Signal(32)
     segment_slot = Signal(8)
-    trip_cycle = Signal(32)
+    trip_cycle, stuck_cycle = Signal(32), Signal(32)
     switch_cycle = Signal(32)
     with m.If(retraction.event != Event.NONE):
         m.d.comb += [
@@ -55,6 +57,10 @@ def report(m, machine, retraction, entered, fluid, interlock, condition):
         m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
                      detail.eq(interlock.first), first.eq(interlock.blamed)]
         m.d.sync += trip.eq(0)
+    with m.Elif(stuck):
+        m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(stuck_cycle),
+                     detail.eq(Cause.GATE)]
+        m.d.sync += stuck.eq(0)
     with m.Elif(news):
         # What is told is the state as it is now; of several changes the last.
         m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(machine.fluid_status_class),
@@ -76,6 +82,10 @@ def report(m, machine, retraction, entered, fluid, interlock, condition):
                      segment_slot.eq(machine.path_slot)]
     with m.If(interlock.tripped):
         m.d.sync += [trip.eq(1), trip_cycle.eq(machine.cycle)]
+    gates = Signal(2)   # stuck a clock ago, and two
+    m.d.sync += gates.eq(Cat(interlock.gate, gates))
+    with m.If((gates == 1) & ~(interlock.tripped & (interlock.first == Cause.GATE.value))):
+        m.d.sync += [stuck.eq(1), stuck_cycle.eq(machine.cycle)]
 
     m.d.comb += [
         Cat(*head).eq(queue.head),

@@ -3,10 +3,12 @@
 
 from pathlib import Path
 
+from softcore import linkmap
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
 
 HERE = Path(__file__).parent
-NOTICE = "Generated from softcore/regmap.py by `python -m softcore.generate`; do not edit."
+NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
+          "`python -m softcore.generate`; do not edit.")
 
 
 def _kind(block):
@@ -59,6 +61,13 @@ def c_header() -> str:
     lines += ["/* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */"]
     lines += [f"#define CAUSE_{name.upper()} {index}" for index, (name, _) in enumerate(CAUSES)]
     lines += [f"#define CAUSES {len(CAUSES)}", f"#define AXES {len(AXES)}"]
+    lines += ["", "/* Bytes of the link; marks by LINK->receive. */"]
+    lines += [f"#define REALTIME_{realtime.name.upper()} 0x{realtime.byte:02x}u"
+              for realtime in linkmap.REALTIME]
+    lines += [f"#define MARK_{name.upper()} {number}"
+              for number, (name, _) in enumerate(linkmap.MARKS)]
+    lines += [f"#define {name} 0x{getattr(linkmap, name):02x}u"
+              for name in ("FRAME_START", "FRAME_END", "FRAME_ESCAPE", "FRAME_FLIP")]
     return "\n".join(lines) + "\n"
 
 

@@ -11,12 +11,15 @@ field of its register, and ``b_r_f`` otherwise; ``softcore.soc`` joins the two b
 from dataclasses import dataclass
 from typing import Literal
 
+from softcore.linkmap import MARKS, REALTIME
+
 # rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
 # one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.
 Access = Literal["r", "rw", "w", "rw1c"]
 
 RATE = "2**-32 pulse/clock"
 LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
+SHORT_LEVEL = 122               # in force after reset: 12 V of 100, so that a short is always told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,16 +96,28 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      "for so long.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
 ))
 
-LINK = Block(name="link", base=0x100, doc="Bytes to and from the host.", registers=_registers(
-    ("receive", "Oldest byte received. Reading takes it.", (
-        Field(name="data", bits=8, access="r", doc="The byte."),
-        Field(name="valid", bits=1, access="r", doc="There was a byte.")), "read"),
+_MARKS = "; ".join(f"{number} `{name}`, {doc}" for number, (name, doc) in enumerate(MARKS))
+
+LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
+             "``softcore.link_decoder``.", registers=_registers(
+    ("receive", "Oldest entry of the receive queue. Reading takes it.", (
+        Field(name="data", bits=8, access="r", doc=f"The byte, or the mark's number: {_MARKS}."),
+        Field(name="mark", bits=1, access="r", doc="It is no byte, but a mark in its place."),
+        Field(name="valid", bits=1, access="r", doc="There was an entry.")), "read"),
     ("transmit", "Send a byte. Lost if the transmitter is not ready.",
      _value(8, "The byte.", access="w"), "write"),
     ("status", "State of the link.", (
         Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
-        Field(name="overrun", bits=1, access="rw1c", doc="A byte came with the queue full."),
-        Field(name="framing", bits=1, access="rw1c", doc="A byte came without its stop bit."))),
+        Field(name="hold", bits=1, access="r", doc="A `!` holds the feed."),
+        Field(name="reset", bits=1, access="r",
+              doc="Ctrl-X stops motion and discharge, until firmware has carried it out."))),
+    ("notes", "Real-time bytes that came since the last read. Reading clears them.", tuple(
+        Field(name=realtime.name, bits=1, access="r", doc=realtime.doc)
+        for realtime in REALTIME if realtime.name != "reset"), "read"),
+    ("release", "End what a real-time byte has begun, unless it came once more and firmware has "
+     "not seen that yet.", (
+        Field(name="hold", bits=1, access="w", doc="The feed may go on."),
+        Field(name="reset", bits=1, access="w", doc="The reset has been carried out.")), "write"),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "
@@ -239,7 +254,8 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
     ("reference", "References of the comparators.", (
         Field(name="open", bits=10, doc="Open level.", unit="1/1024 full scale"),
         Field(name="arc", bits=10, doc="Arc level.", unit="1/1024 full scale"),
-        Field(name="short", bits=10, doc="Short level.", unit="1/1024 full scale"))),
+        Field(name="short", bits=10, init=SHORT_LEVEL, doc="Short level.",
+              unit="1/1024 full scale"))),
     ("open_count", "Pulses without a discharge.", _value(32, "Pulses, wraps.", access="r")),
     ("ok_count", "Good discharges.", _value(32, "Pulses, wraps.", access="r")),
     ("dame_count", "Arcs: discharges below the arc level.",
@@ -249,6 +265,9 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
         Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
         Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
               "2 dame, 3 short."))),
+    ("lag_time", "The axes may be faster than the start/stop speed for so long after the ramp has "
+     "come down to it: contact with the discharge off then trips.",
+     _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
 ))
 
 POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``.",

@@ -103,7 +103,7 @@ class Soc(wiring.Component):
         Serial output, idle high.
     """
 
-    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 278528,
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 286720,
                  image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build
@@ -149,7 +149,7 @@ class Soc(wiring.Component):
             ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(reset),
             sleep.strobe.eq(registers.system_sleep_strobe),
             sleep.clocks.eq(registers.system_sleep),
-            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | reset),
+            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | uart.noted | reset),
             sleep.ack.eq(registers.ack),
         ]
 
@@ -185,7 +185,8 @@ class Soc(wiring.Component):
                     name = f"{block.name}_{register.name}_strobe"
                     m.d.comb += self._owned(block, name).eq(getattr(registers, name))
 
-        m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx)]
+        m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),
+                     machine.hold.eq(uart.hold), machine.abort.eq(uart.reset)]
         for name, port in pins().items():
             outer, inner = getattr(self, name), getattr(machine, name)
             m.d.comb += inner.eq(outer) if port.flow is In else outer.eq(inner)

@@ -7,10 +7,11 @@ from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from rtl.lib.event_queue import EventQueue
+from softcore.link_decoder import ENTRY, NOTES, LinkDecoder
 
 __all__ = ["Receiver", "Transmitter", "Uart"]
 
-RECEIVE_DEPTH = 256  # bytes: more than three whole tape frames
+RECEIVE_DEPTH = 256  # entries: at least one whole tape frame, stuffed, and what goes before it
 TRANSMIT_DEPTH = 64  # bytes: a line of the link's answers
 
 
@@ -145,11 +146,13 @@ class Transmitter(wiring.Component):
 
 
 class Uart(wiring.Component):
-    """The registers of block ``link``: a receive queue of 256 bytes, a transmit queue of 64.
+    """The registers of block ``link``: a receive queue of 256 entries, a transmit queue of 64.
 
-    ``receive_data`` shows the oldest byte while ``receive_valid`` is high, and ``receive_strobe``
-    takes it: the next one is in view in the next clock. A byte is in view 3 clocks after the middle
-    of its stop bit. A byte that finds the queue full is dropped: ``overrun`` is high for a clock.
+    ``receive_data`` and ``receive_mark`` show the oldest entry while ``receive_valid`` is high, and
+    ``receive_strobe`` takes it: the next one is in view in the next clock. A byte is in view 3
+    clocks after the middle of its stop bit. What bytes and marks there are, and what ``hold``,
+    ``reset``, the notes and their release mean: see ``softcore.link_decoder``. ``hold`` and
+    ``reset`` are up 2 clocks after the middle of their byte's stop bit.
 
     ``transmit`` is queued with ``transmit_strobe`` if ``ready`` is high, else it is lost.
 
@@ -162,14 +165,16 @@ class Uart(wiring.Component):
     -------
     rx : In(1), tx : Out(1)
         The lines; idle high.
-    receive_data : Out(8), receive_valid : Out(1), receive_strobe : In(1)
+    receive_data : Out(8), receive_mark : Out(1), receive_valid : Out(1), receive_strobe : In(1)
         Register ``receive``.
     transmit : In(8), transmit_strobe : In(1)
         Register ``transmit``.
     ready : Out(1)
         The transmit queue has room.
-    overrun, framing : Out(1)
-        A byte was lost for want of room, or of a stop bit: high for one clock each.
+    noted : Out(1)
+        There is a note.
+
+    The others are those of ``LinkDecoder``.
 
     Raises
     ------
@@ -181,26 +186,42 @@ class Uart(wiring.Component):
         self.divisor = _check(divisor)
         super().__init__({
             "rx": In(1, init=1), "tx": Out(1, init=1),
-            "receive_data": Out(8), "receive_valid": Out(1), "receive_strobe": In(1),
-            "transmit": In(8), "transmit_strobe": In(1),
-            "ready": Out(1), "overrun": Out(1), "framing": Out(1),
-        })
+            "receive_data": Out(8), "receive_mark": Out(1), "receive_valid": Out(1),
+            "receive_strobe": In(1),
+            "transmit": In(8), "transmit_strobe": In(1), "ready": Out(1),
+            "hold": Out(1), "reset": Out(1), "noted": Out(1), "notes_strobe": In(1),
+            "release_hold": In(1), "release_reset": In(1), "release_strobe": In(1),
+        } | {f"notes_{name}": Out(1) for name in NOTES})
 
     def elaborate(self, platform):
         m = Module()
 
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
-        m.submodules.received = received = SyncFIFOBuffered(width=8, depth=RECEIVE_DEPTH)
+        m.submodules.decoder = decoder = LinkDecoder()
+        received = SyncFIFOBuffered(width=ENTRY, depth=RECEIVE_DEPTH)
+        m.submodules.received = ResetInserter(decoder.flush)(received)
         m.d.comb += [
             receiver.rx.eq(self.rx),
-            received.w_data.eq(receiver.data),
-            received.w_en.eq(receiver.done),
-            self.overrun.eq(receiver.done & ~received.w_rdy),
-            self.framing.eq(receiver.framing),
-            self.receive_data.eq(received.r_data),
+            decoder.data.eq(receiver.data),
+            decoder.done.eq(receiver.done),
+            decoder.framing.eq(receiver.framing),
+            decoder.room.eq(received.level < RECEIVE_DEPTH - 1),
+            received.w_data.eq(decoder.entry),
+            received.w_en.eq(decoder.push),
+            Cat(self.receive_data, self.receive_mark).eq(received.r_data),
             self.receive_valid.eq(received.r_rdy),
             received.r_en.eq(self.receive_strobe),
+            decoder.head.eq(received.r_data),
+            decoder.taken.eq(received.r_rdy & self.receive_strobe),
+            self.hold.eq(decoder.hold),
+            self.reset.eq(decoder.reset),
+            decoder.notes_strobe.eq(self.notes_strobe),
+            self.noted.eq(Cat(getattr(self, f"notes_{name}") for name in NOTES).any()),
         ]
+        for name in NOTES:
+            m.d.comb += getattr(self, f"notes_{name}").eq(getattr(decoder, f"notes_{name}"))
+        for name in ("hold", "reset", "strobe"):
+            m.d.comb += getattr(decoder, f"release_{name}").eq(getattr(self, f"release_{name}"))
 
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
         m.submodules.waiting = waiting = EventQueue(width=8, depth=TRANSMIT_DEPTH)

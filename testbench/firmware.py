@@ -42,7 +42,8 @@ class Segment(ctypes.Structure):
     _fields_ = [
         ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("highest", ctypes.c_uint32),
         ("delta", ctypes.c_int32 * 3),
-        ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("major", ctypes.c_uint32),
+        ("arc", ctypes.c_uint32), ("outward", ctypes.c_uint32), ("away", ctypes.c_uint32),
+        ("major", ctypes.c_uint32),
         ("minor", ctypes.c_uint32), ("shift", ctypes.c_uint32), ("change", ctypes.c_int32),
         ("start", ctypes.c_int32 * 4), ("end", ctypes.c_int32 * 4),
     ]
@@ -219,7 +220,16 @@ class Machine:
     def framed(length: int, sequence: int, payload: bytes = b"") -> bytes:
         """Bytes of a frame."""
         body = bytes([length, sequence]) + payload
-        return b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+        body += crc_hqx(body, 0xFFFF).to_bytes(2)
+        return b"\x02" + b"".join(
+            bytes([0x10, byte ^ 0x40]) if byte in b"\x02\x03\x10\x18!?~" or 0x80 <= byte < 0xC0
+            else bytes([byte]) for byte in body) + b"\x03"
+
+    @staticmethod
+    def numbered(number: int, text: str) -> bytes:
+        """Bytes of a line with its number and check."""
+        line = f"@{number} {text}".encode("ascii")
+        return line + b"*%04X\n" % crc_hqx(line, 0xFFFF)
 
     def frame(self, length: int, sequence: int, payload: bytes = b"") -> None:
         """Send a frame until it is acknowledged."""
@@ -258,7 +268,7 @@ class Machine:
     @property
     def flags(self) -> set[str]:
         """What is switched on."""
-        names = ("run", "hold", "discharge", "data", "safe")
+        names = ("run", "hold", "discharge", "data", "safe", "held")
         return {name for bit, name in enumerate(names) if self.library.gk_flags() >> bit & 1}
 
     @property
@@ -280,9 +290,9 @@ class Machine:
     @property
     def gap(self) -> dict[str, object]:
         """What the gap was told: references in 1/1024, presets, servo in clocks and pulses."""
-        words = (ctypes.c_uint32 * 11)()
+        words = (ctypes.c_uint32 * 12)()
         self.library.gk_gap_read(words)
-        names = ("servo", "mode", "period", "step", "convert")
+        names = ("servo", "mode", "period", "step", "convert", "lag_time")
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
                 **dict(zip(names, words[6:], strict=True))}
 

@@ -14,7 +14,6 @@ import random
 import subprocess
 import sys
 import time
-from binascii import crc_hqx
 
 from host.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
@@ -76,8 +75,7 @@ def whole(rng, rows, sanitize):
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):
-        body = bytes([length, sequence % 256]) + payload
-        data = b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+        data = Machine.framed(length, sequence % 256, payload)
         if rng.random() < 0.05:
             data = damaged_rows(rng, data)
         machine.send(data)
@@ -88,8 +86,14 @@ def whole(rng, rows, sanitize):
 
 
 def _disturb(rng, machine):
-    kind = rng.randrange(8)
-    if kind == 0:
+    kind = rng.randrange(9)
+    if kind == 8:
+        line = programs.damage(rng, programs.block(rng)).encode("ascii", "ignore").decode()
+        sent = Machine.numbered(rng.randrange(3), rng.choice((line, "$RESUME", "$RETRACT", "$L")))
+        machine.send(sent if rng.random() < 0.7 else damaged_rows(rng, sent))
+        if rng.random() < 0.3:
+            machine.library.gk_send_broken()
+    elif kind == 0:
         machine.send(rng.choice((b"?", b"!", b"~", b"~", b"\x92", b"\x18")))
     elif kind == 1:
         machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")

@@ -15,8 +15,9 @@ class Conservation(wiring.Component):
 
     A pulse commanded is stored in the ramp, on its way or in the position: ``command - position``
     is ``stored + ps + pp``, or its opposite on the way back. ``damaged`` says that three clocks ago
-    this was not so, with ``safe`` low. The law holds again by itself at the next ``load`` of the
-    path, and while ``safe`` is high.
+    this was not so, with ``drop`` low.
+
+    Proof: ``testbench/formal/test_conservation.py``.
 
     Members
     -------
@@ -28,8 +29,8 @@ class Conservation(wiring.Component):
         A pulse on its way into the ramp, and one out of it.
     reverse : In(1)
         Pulses count down.
-    safe : In(1)
-        The pulses stored are being dropped.
+    drop : In(1)
+        What is on its way is being dropped; the command falls back to the position.
     damaged : Out(1)
         The law is broken.
     """
@@ -40,7 +41,7 @@ class Conservation(wiring.Component):
     ps: In(1)
     pp: In(1)
     reverse: In(1)
-    safe: In(1)
+    drop: In(1)
     damaged: Out(1)
 
     def elaborate(self, platform):
@@ -55,7 +56,7 @@ class Conservation(wiring.Component):
             under_way.eq(self.stored + self.ps + self.pp),
             back.eq(self.reverse),
             rest.eq(sum_or_difference(apart, under_way, ~back)),
-            looked.eq(Cat(~self.safe, looked)),
+            looked.eq(Cat(~self.drop, looked)),
             self.damaged.eq(looked[1] & rest.any()),
         ]
         return m

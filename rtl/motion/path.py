@@ -26,8 +26,9 @@ class SegmentWindow(wiring.Component):
     ====== ==========================================================================
     0, 1   length, 1 to 2**30 - 1 pulses; rate, 2**-32 pulse/clock
     2 to 4 travel of each axis: magnitude in pulses, bit 31 downwards
-    5      shape: bit 0 arc, bits 1 and 2 major axis, bits 3 and 4 minor axis, bit 5 outward;
-           bits 6 to 31 highest rate either way, 2**-28 pulse/clock, 0 for no bound
+    5      shape: bit 0 arc, bits 1 and 2 major axis, bits 3 and 4 minor axis, bit 5 outward, or
+           of a line that it leads away from the work; bits 6 to 31 highest rate either way,
+           2**-28 pulse/clock, 0 for no bound
     6, 7   change of pace, signed; divisor
     8 - 11 state at the start: pace, error, along, across (``rtl.motion.arc``)
     12-15  state at the end
@@ -86,6 +87,8 @@ class SegmentWindow(wiring.Component):
         Its feed, 2**-32 pulse/clock.
     highest : Out(26)
         The highest rate either way, 2**-28 pulse/clock; 0 for no bound.
+    away : Out(1)
+        It leads away from the work.
     ready : Out(1)
         The segment is there.
     distribute, distribute_reverse : Out(1)
@@ -141,6 +144,7 @@ class SegmentWindow(wiring.Component):
             "slot": Out(range(slots)),
             "rate": Out(30),
             "highest": Out(26),
+            "away": Out(1),
             "ready": Out(1, init=1),
             "distribute": Out(1),
             "distribute_reverse": Out(1),
@@ -289,6 +293,7 @@ class SegmentWindow(wiring.Component):
         travel = [Cat(axis.magnitude, axis.negative) for axis in self.travel]
         travel += [Signal(32, name=f"no_axis_{index}") for index in range(len(travel), 3)]
         shape = Cat(self.arc, self.major, self.minor, self.outward, self.highest)
+        m.d.comb += self.away.eq(self.outward & ~self.arc)
         with m.If(~self.ready), m.Switch(step):
             with m.Case(0):
                 m.d.comb += pair.eq(2)

@@ -67,6 +67,8 @@ class Ramp(wiring.Component):
         Speed of the ramp, 2**-32 pulse/clock, rounded down; below 2**30.
     distance : Out(24)
         Braking distance, pulses.
+    fast : Out(1)
+        The rate is above ``start_rate``.
     steady : Out(1)
         Pulses leave as they come, or at ``target``: it is within a step, or below ``start_rate``.
         One clock old, and as ``target`` was when it was last looked at.
@@ -90,6 +92,7 @@ class Ramp(wiring.Component):
     stored: Out(24)
     rate: Out(32)
     distance: Out(24)
+    fast: Out(1)
     steady: Out(1)
     rest: Out(1)
 
@@ -113,6 +116,7 @@ class Ramp(wiring.Component):
             self.rate.eq(quarters >> 2),
             climbed.eq(quarters - (self.start_rate << 2)),
             above.eq(Mux(ramping, climbed, 0)),
+            self.fast.eq(ramping),
         ]
         m.d.sync += [
             upper.eq(quarters + self.acceleration),

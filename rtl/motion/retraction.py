@@ -6,6 +6,7 @@ from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.gap.servo import Servo
+from rtl.motion.figures import Figures
 
 __all__ = ["Cause", "Event", "Halt", "Reason", "Retraction", "State"]
 
@@ -64,6 +65,7 @@ class Halt(enum.Enum, shape=8):
     SERIES = 3   # too many shorts returned
     NO_DATA = 4  # a short, and no retraction data in force
     SERVO = 5    # the servo wants to go back further than a retraction may
+    CONTACT = 6  # with the discharge off
 
 
 class Retraction(wiring.Component):
@@ -94,6 +96,10 @@ class Retraction(wiring.Component):
     else stands still. It goes no further than the segments that are loaded, either way; an ``up``
     that would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that strobes are
     lost on it: the servo is off, or the machine not at the front, or on hold.
+
+    With the discharge off ``rtl.gap.contact`` watches: no pulse Ps is made forwards while ``wait``
+    or ``contact`` is high, and ``contact`` in a state that goes forwards halts; what is stored is
+    then to be dropped. ``wanted`` says that pulses would go forwards but for the two and the bound.
 
     No rate is above ``highest``, that of the segment in which the machine is, in 2**-28 pulse/clock
     (0 bounds nothing). Like ``feed`` it is in force within the segment: what is faster than the
@@ -127,6 +133,7 @@ class Retraction(wiring.Component):
             "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
             # the machine
             "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
+            "wait": In(1), "contact": In(1), "wanted": Out(1),
             "in_position": In(1), "cycle": In(32),
             # the path
             "load": In(1), "feed": In(rate), "highest": In(26),
@@ -171,8 +178,14 @@ class Retraction(wiring.Component):
         ready = prepare == 0
 
         jump_due = self._jump_timer(m)
-        latency = self._latency(m)
-        plateau = self._plateau(m, moving)
+        m.submodules.figures = figures = Figures()
+        m.d.comb += [
+            figures.stopping.eq(state == State.STOPPING),
+            figures.retracting.eq(state == State.RETRACTING),
+            figures.moving.eq(moving),
+            *(getattr(figures, name).eq(getattr(self, name))
+              for name in ("steady", "pp", "reverse", "completed")),
+        ]
 
         outgoing = Signal()    # the last state was the front, or coming to rest from there
         ending = Signal()      # the retraction is over, but for coming to rest
@@ -194,8 +207,11 @@ class Retraction(wiring.Component):
         turns = Signal()       # the servo wants to go the other way
         m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != servo.back))
         with m.If(forward):
-            m.d.comb += moving.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe
-                                  & ~turns & ~self.crowded)
+            m.d.comb += [
+                self.wanted.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe & ~turns
+                               & ~self.crowded),
+                moving.eq(self.wanted & ~self.wait & ~self.contact),
+            ]
         with m.Elif(state == State.RETRACTING):
             m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
                                   & ((cause != Cause.SHORT) | self.shorted))
@@ -261,7 +277,7 @@ class Retraction(wiring.Component):
                         m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERIES), announce.eq(1)]
                     with m.Else():
                         m.d.sync += state.eq(State.RETRACTING)
-                        report(Event.START, cause, latency, before, stamp)
+                        report(Event.START, cause, figures.latency, before, stamp)
                     with m.If(cause == Cause.SHORT):
                         with m.If(returning):
                             m.d.sync += self.series.eq(self.series + 1)
@@ -273,7 +289,7 @@ class Retraction(wiring.Component):
                 with m.If(ending):
                     with m.If(at_rest):
                         m.d.comb += self.mark.eq(1)
-                        report(Event.END, reason, *plateau)
+                        report(Event.END, reason, figures.pulses, figures.clocks)
                         m.d.sync += [ending.eq(0), prepare.eq(self.PREPARE), announce.eq(1)]
                         with m.If(halt != Halt.NONE):
                             m.d.sync += state.eq(State.HALTED)
@@ -343,6 +359,8 @@ class Retraction(wiring.Component):
         with m.If(returning & (state == State.FRONT)
                   & ((self.position - self.first)[:32].as_signed() >= self.gain)):
             m.d.sync += [returning.eq(0), self.series.eq(0)]
+        with m.If(forward & self.contact):
+            m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.CONTACT), announce.eq(1)]
         with m.If(self.safe):
             m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NONE), announce.eq(0)]
         with m.If(self.load):
@@ -457,42 +475,3 @@ class Retraction(wiring.Component):
         with m.Elif(self.discharging & self.run & ~self.hold & ~due):
             m.d.sync += elapsed.eq(elapsed + 1)
         return due
-
-    def _latency(self, m):
-        """Clocks from the sample that completed the short to the last forward pulse after it."""
-        since = Signal(16)
-        latency = Signal(16)
-        # ``completed`` comes one clock after the sample.
-        with m.If(self.completed):
-            m.d.sync += since.eq(2)
-        with m.Elif(~since.all()):
-            m.d.sync += since.eq(since + 1)
-        with m.If((self.state == State.STOPPING) & self.pp):
-            m.d.sync += latency.eq(since)
-        with m.Elif(self.state != State.STOPPING):
-            m.d.sync += latency.eq(self.completed & self.pp & ~self.reverse)
-        return latency
-
-    def _plateau(self, m, moving):
-        """Pulses and clocks of the longest stretch of a retraction at its speed."""
-        pulses = Signal(31)
-        clocks = Signal(32)
-        count = Signal(31)  # of the stretch under way
-        now = Signal(32)
-        begun = Signal()
-        with m.If(self.state != State.RETRACTING):
-            with m.If(self.state == State.STOPPING):
-                m.d.sync += [pulses.eq(0), clocks.eq(0), begun.eq(0)]
-        with m.Else():
-            m.d.sync += now.eq(now + 1)
-            with m.If(~moving | ~self.steady):
-                m.d.sync += begun.eq(0)
-            with m.Elif(self.pp):
-                m.d.sync += begun.eq(1)
-                with m.If(begun):
-                    m.d.sync += count.eq(count + 1)
-                    with m.If(count >= pulses):
-                        m.d.sync += [pulses.eq(count + 1), clocks.eq(now + 1)]
-                with m.Else():
-                    m.d.sync += [now.eq(0), count.eq(0)]
-        return pulses, clocks

@@ -17,6 +17,7 @@ WORDS = {
     "servo_presets_dame": 8, "servo_presets_open": 8, "servo_presets_ok": 8, "servo_step": 16,
     "law_no_load": 16, "law_reference_voltage": 16, "law_reference_drop": 16,
 }
+SHORT_LEVEL = 122  # after reset: 12 V of 100, by which contact and stuck gates are told at once
 
 
 class Condition(wiring.Component):
@@ -24,7 +25,8 @@ class Condition(wiring.Component):
 
     When they do is told by ``rtl.power.condition_switch``, whose orders and reports these are: by
     order or at a depth, and always between two pulses, so that no pulse has something of two
-    conditions and each pause is that of its pulse. After reset all words are 0: without current.
+    conditions and each pause is that of its pulse. After reset all words are 0, without current,
+    but for the short level.
 
     Members
     -------
@@ -41,7 +43,8 @@ class Condition(wiring.Component):
         members = {name: member for name, member in self.switch.signature.members.items()
                    if name != "take"}
         for name, bits in WORDS.items():
-            members |= {f"staged_{name}": In(bits), name: Out(bits)}
+            init = SHORT_LEVEL if name == "gap_reference_short" else 0
+            members |= {f"staged_{name}": In(bits), name: Out(bits, init=init)}
         super().__init__(members)
 
     def follow(self, machine):

@@ -13,8 +13,11 @@ class PulseGenerator(wiring.Component):
 
     There are two modes, main and sensing. A pulse lasts exactly the on-time of its mode, and at
     least the off-time of the mode of the last pulse lies between two pulses, whatever happens:
-    exactly that, while ``enable`` is high. The mode of a pulse is ``sensing`` in the clock before
-    it begins, so the gates are never both high and change only over an off-time.
+    exactly that, while ``enable`` is high and ``live`` low. The mode of a pulse is ``sensing`` in
+    the clock before it begins, so the gates are never both high and change only over an off-time.
+
+    No pulse begins in the clock after one with ``live`` high: the gap has not died away since the
+    last one. The off-time lasts for so much longer.
 
     A main pulse ends early, one clock after ``cut`` and ``abnormal`` were both high and one clock
     after ``sensing`` rose: the discharge is reduced at once, not at the end of a long pulse. A
@@ -42,6 +45,8 @@ class PulseGenerator(wiring.Component):
         Sensing pulses, in clocks.
     level : In(6)
         Current of main pulses, in steps of the power supply.
+    live : In(1)
+        The gap still has voltage or current.
     cut : In(1)
         Abnormal main pulses are cut off.
     abnormal : In(1)
@@ -66,6 +71,7 @@ class PulseGenerator(wiring.Component):
     sense_on: In(16)
     sense_off: In(16)
     level: In(6)
+    live: In(1)
     cut: In(1)
     abnormal: In(1)
     on: Out(1)
@@ -94,14 +100,14 @@ class PulseGenerator(wiring.Component):
         m.d.comb += ends.eq((remaining <= 1)
                             | (~probe & ((self.cut & self.abnormal) | self.sensing)))
 
-        m.d.comb += self.between.eq(~pulse & (~self.enable | ~ready | (remaining > 1)))
+        m.d.comb += self.between.eq(~pulse & (~self.enable | ~ready | (remaining > 1) | self.live))
 
         m.d.sync += ready.eq(1)
         with m.If(~self.enable | ~ready | (pulse & ends)):
             m.d.sync += [pulse.eq(0), remaining.eq(off)]
         with m.Elif(remaining > 1):
             m.d.sync += remaining.eq(remaining - 1)
-        with m.Else():
+        with m.Elif(~self.live):
             m.d.sync += [
                 pulse.eq(1),
                 probe.eq(self.sensing),

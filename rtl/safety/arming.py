@@ -20,7 +20,8 @@ class Arming(wiring.Component):
     is low. A button that was held before does not count: it has to be released first.
     ``contactor`` opens in the same clock as ``safe`` rises, and in the clock after ``disarm``; it
     stays open until the next press. ``armed`` follows ``close_ms`` later, when the contacts have
-    closed: only then may anything burn. It falls with ``contactor``.
+    closed: only then may anything burn. It falls in the clock after ``safe`` or ``disarm`` rises,
+    so what makes outputs safe may depend on it; whoever acts on it looks at ``safe`` as well.
 
     ``strapped`` stands for a press as soon as nothing forbids one: a board's file says so where a
     builder wants no button.
@@ -82,7 +83,7 @@ class Arming(wiring.Component):
         wait = Signal(range(closing + 1), init=closing)  # clocks until the contacts have closed
         m.d.comb += [
             self.contactor.eq((state == CLOSED) & ~self.safe),
-            self.armed.eq(self.contactor & (wait == 0)),
+            self.armed.eq((state == CLOSED) & (wait == 0)),
         ]
         with m.If(self.safe | self.disarm):
             m.d.sync += [state.eq(OPEN), wait.eq(closing)]

@@ -225,12 +225,12 @@ static part move(fault *f) {
         events_notice(path_next(), line, text, length);
     told = true;
     if (work->corners && !cornered) {
-        path_append(&work->corner, units_rate(work->corner_speed));
+        path_append(&work->corner, units_rate(work->corner_speed), machine_machining());
         cornered = true;
         machine_run(true);
         return PART_MOVE;
     }
-    path_append(&work->move, units_rate(work->speed));
+    path_append(&work->move, units_rate(work->speed), machine_machining());
     plan_copy(&state, &work->after);
     machine_run(true);
     return work->acts_after ? PART_AFTER : PART_DONE;

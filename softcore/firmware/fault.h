@@ -16,6 +16,8 @@ typedef enum {
     FAULT_TV = 5,           /* odd number of characters in a block */
     FAULT_TOO_LONG = 6,     /* more characters than a block may have */
     FAULT_NO_END = 7,       /* material or rewind stop before the end word */
+    /* Link. */
+    FAULT_LINE = 8,         /* line damaged, out of sequence, or without room: it may be sent again */
     /* Block. */
     FAULT_CHARACTER = 10,   /* character out of place */
     FAULT_NUMBER = 11,      /* number missing or malformed */
@@ -53,7 +55,7 @@ typedef enum {
     FAULT_FLUID = 49,       /* the fluid's resistance is not known */
     FAULT_NO_DISCHARGE = 50, /* under servo a long way without a discharge */
     FAULT_NO_PROGRESS = 51, /* under servo a long time without new depth */
-    FAULT_CONTACT = 52,     /* contact with the discharge off */
+    FAULT_CONTACT = 52,     /* the electrode touches with the discharge off */
     FAULT_NOT_ARMED = 53,   /* nobody at the machine has allowed the discharge */
     FAULT_POSITION_LOST = 54, /* what the counters say of the axes may not be true */
     FAULT_GUARD = 55,       /* the axes are not where the path has led them */

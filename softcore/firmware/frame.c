@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "frame.h"
 
+#include "crc.h"
 #include "hal.h"
+#include "lines.h"
 #include "output.h"
 #include "program.h"
+#include "regs.h"
 #include "units.h"
 
 #define LONGEST 64          /* payload */
@@ -12,48 +15,51 @@
 
 /* A frame that stops in the middle is given up after this; the sender repeats it later. */
 #define STALL_US 50000
-/* After a damaged frame its rest could read as real-time bytes: everything is dropped until the line
-   has been quiet for so long, then the sender is asked again. */
-#define QUIET_US 5000
 
-static enum { CLOSED, LENGTH, SEQUENCE, PAYLOAD, CHECK_HIGH, CHECK_LOW, DAMAGED } state;
+static enum { CLOSED, LENGTH, SEQUENCE, PAYLOAD, CHECK_HIGH, CHECK_LOW, END } state;
 static uint8_t length, sequence, count, payload[LONGEST];
+static uint8_t flip;        /* of the next byte: the last one was FRAME_ESCAPE */
 static uint16_t crc, check;
-static uint32_t last_byte;  /* clock of it */
+static uint32_t stall_clocks;
 static bool waiting;        /* a good frame waits for room */
 static uint8_t last_sequence;
 static bool begun;          /* a tape has been begun */
+static frame_counts counts;
 
-void frame_init(void) {
+void frame_restart(void) {
     state = CLOSED;
     waiting = begun = false;
     sequence = 0;
 }
 
-bool frame_open(void) { return state != CLOSED; }
-
-/* CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF. The polynomial has so few terms that what a
-   byte adds is three shifts of it, after its upper half has gone round once. */
-static uint16_t crc_step(uint16_t value, uint8_t byte) {
-    uint32_t x = (uint32_t)(value >> 8 ^ byte);
-    x ^= x >> 4;
-    return (uint16_t)((uint32_t)value << 8 ^ x << 12 ^ x << 5 ^ x);
+void frame_init(void) {
+    counts = (frame_counts){0};
+    stall_clocks = units_clocks_of_us(STALL_US);
+    frame_restart();
 }
+
+bool frame_open(void) { return state != CLOSED; }
+frame_counts frame_count(void) { return counts; }
+void frame_ask_again(void) { output_answer(FRAME_NAK, sequence); }
 
 void frame_begin(void) {
+    counts.damaged += state != CLOSED;
+    counts.begun++;
     state = LENGTH;
-    crc = 0xffff;
-    count = 0;
+    crc = CRC_START;
+    count = flip = 0;
     waiting = false; /* the sender did not wait: it will send that frame again */
-    last_byte = hal_cycle_low();
 }
 
-bool frame_lost(void) {
-    if (!program_tape_due())
-        return false;
-    state = DAMAGED;
-    last_byte = hal_cycle_low();
-    return true;
+static void give_up(void) {
+    state = CLOSED;
+    counts.damaged++;
+    frame_ask_again();
+}
+
+void frame_damaged(void) {
+    give_up();
+    lines_frame_bad();
 }
 
 /* Give the waiting frame to the program if it can take it. */
@@ -73,57 +79,103 @@ static void deliver(void) {
     } else {
         if (program_tape_room() < length)
             return;
-        for (unsigned i = 0; i < length; i++)
-            program_tape_byte(payload[i]);
+        program_tape_bytes(payload, length);
     }
     last_sequence = sequence;
     waiting = false;
     output_answer(FRAME_ACK, sequence);
 }
 
+/* The end has come. It stands at its place, or a byte was lost or came twice. */
+static void end(void) {
+    if (state != END || check != crc) {
+        frame_damaged();
+        return;
+    }
+    state = CLOSED;
+    waiting = true;
+    lines_frame_good();
+    deliver();
+}
+
 void frame_byte(uint8_t byte) {
-    last_byte = hal_cycle_low();
-    if (state == LENGTH || state == SEQUENCE || state == PAYLOAD)
+    if (byte == FRAME_END) {
+        end();
+        return;
+    }
+    if (byte == FRAME_ESCAPE) {
+        if (flip)
+            frame_damaged();
+        flip = FRAME_FLIP;
+        return;
+    }
+    byte ^= flip;
+    flip = 0;
+    if (state <= SEQUENCE)
         crc = crc_step(crc, byte);
     switch (state) {
     case LENGTH:
         length = byte;
-        state = length <= LONGEST || length == LENGTH_END ? SEQUENCE : DAMAGED;
+        state = SEQUENCE;
+        if (length > LONGEST && length != LENGTH_END)
+            frame_damaged();
         break;
     case SEQUENCE:
         sequence = byte;
         state = length == LENGTH_BEGIN || length == LENGTH_END ? CHECK_HIGH : PAYLOAD;
-        break;
-    case PAYLOAD:
-        payload[count++] = byte;
-        if (count == length)
-            state = CHECK_HIGH;
         break;
     case CHECK_HIGH:
         check = (uint16_t)(byte << 8);
         state = CHECK_LOW;
         break;
     case CHECK_LOW:
-        if ((check | byte) == crc) {
-            state = CLOSED;
-            waiting = true;
-            deliver();
-        } else {
-            state = DAMAGED;
-        }
+        check |= byte;
+        state = END;
         break;
-    default: break;
+    default: frame_damaged(); break;
     }
+}
+
+/* Most of what comes is payload: here a byte of it costs half of what it does in frame_byte. */
+int frame_receive(unsigned *taken, unsigned most) {
+    if (state != PAYLOAD)
+        return hal_receive();
+    uint16_t sum = crc;
+    uint8_t turn = flip, *at = payload + count, *end_of_payload = payload + length;
+    int entry = -1;
+    while (*taken < most && at != end_of_payload) {
+        entry = hal_receive();
+        if (entry < 0 || entry & (int)HAL_MARK || entry == FRAME_START || entry == FRAME_END ||
+            (entry == FRAME_ESCAPE && turn))
+            break;
+        ++*taken;
+        if (entry == FRAME_ESCAPE) {
+            turn = FRAME_FLIP;
+        } else {
+            *at = (uint8_t)entry ^ turn;
+            sum = crc_step(sum, *at++);
+            turn = 0;
+        }
+        entry = -1;
+    }
+    crc = sum;
+    flip = turn;
+    count = (uint8_t)(at - payload);
+    if (at == end_of_payload)
+        state = CHECK_HIGH;
+    return at == end_of_payload && *taken < most ? hal_receive() : entry;
+}
+
+void frame_wait(uint32_t clocks) {
+    if (state == CLOSED || clocks <= stall_clocks)
+        return;
+    bool empty = state == LENGTH && !flip;
+    give_up();
+    if (!empty)
+        lines_frame_stalled();
 }
 
 void frame_step(void) {
     if (waiting)
         deliver();
-    if (state == CLOSED)
-        return;
-    uint32_t quiet = hal_cycle_low() - last_byte;
-    if (quiet > units_clocks_of_us(state == DAMAGED ? QUIET_US : STALL_US)) {
-        state = CLOSED;
-        output_answer(FRAME_NAK, sequence);
-    }
 }

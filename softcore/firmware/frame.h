@@ -4,13 +4,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define FRAME_START 0x02
 #define FRAME_ACK 0x06
 #define FRAME_NAK 0x15
 
-void frame_init(void);
+void frame_init(void);              /* at power-on */
+void frame_restart(void);
 bool frame_open(void);              /* bytes belong to a frame now */
 void frame_begin(void);             /* FRAME_START has come */
-bool frame_lost(void);              /* what has come instead can only be a damaged FRAME_START */
-void frame_byte(uint8_t byte);
-void frame_step(void);              /* time-outs, and frames that waited for room */
+void frame_byte(uint8_t byte);      /* that frame_receive has returned */
+int frame_receive(unsigned *taken, unsigned most);  /* hal_receive, behind payload that it takes */
+void frame_damaged(void);           /* the receiver saw an error in the frame that is open */
+void frame_ask_again(void);         /* what has come instead of a frame may have been one */
+void frame_wait(uint32_t clocks);   /* since the last byte */
+void frame_step(void);              /* a frame may wait for room */
+
+/* Since power-on: frames begun, and of these the ones that were damaged or stopped half-way. */
+typedef struct {
+    uint32_t begun, damaged;
+} frame_counts;
+frame_counts frame_count(void);

@@ -20,7 +20,18 @@ uint32_t hal_cycle_low(void);   /* lower half, for short intervals */
 void hal_sleep(uint32_t clocks); /* until an event or a byte, at the longest for so long */
 
 /* Link. */
-int hal_receive(void);          /* next byte, or -1 */
+#define HAL_MARK 0x100u
+int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; -1 for nothing */
+
+#define NOTE_STATUS 1u
+#define NOTE_HOLD 2u
+#define NOTE_RESUME 4u
+#define NOTE_RETRACT 8u
+uint32_t hal_notes(void);       /* real-time bytes that have come since it was asked last, by bit */
+
+/* The feed may go on after a `!`; the reset of a Ctrl-X has been carried out. */
+void hal_release_hold(void);
+void hal_release_reset(void);
 bool hal_transmit_ready(void);
 void hal_transmit(uint8_t byte);
 
@@ -36,6 +47,7 @@ typedef struct {
     uint32_t highest;           /* either way; 0 for no bound */
     int32_t delta[HAL_AXES];    /* pulses */
     bool arc, outward;          /* a piece of an arc; its minor axis leads away from the centre */
+    bool away;                  /* a line: with the discharge off it leads away from the work */
     uint8_t major, minor, shift;
     int32_t change;             /* of the pace, each pulse */
     hal_arc_state start, end;
@@ -112,6 +124,7 @@ typedef struct {
 } hal_discriminator;
 
 void hal_short_write(const hal_short_detector *detector);
+void hal_lag_time(uint32_t clocks);                     /* of the axes behind the ramp */
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
 void hal_discriminate(const hal_discriminator *rules);
 /* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */

@@ -9,17 +9,10 @@
 #include "watch.h"
 
 #define PASS_CLOCKS 1000
-#define BYTES (1u << 16)
 #define QUEUE 16
-
-typedef struct {
-    uint8_t bytes[BYTES];
-    uint32_t head, tail;
-} fifo;
 
 static uint32_t clock_hz, pulses_per_mm, jump_axis;
 static uint64_t cycle;
-static fifo to_firmware, from_firmware;
 static hal_segment slots[HAL_SLOTS];
 static int32_t bounds[BOUNDS];
 static int32_t position, front;
@@ -27,6 +20,7 @@ static uint32_t slot, offset;       /* place in the segment */
 static bool begun;                  /* the first segment has been entered */
 static unsigned entered_slot;
 static int32_t base[HAL_AXES];      /* axes at the start of the segment */
+static int32_t stood[HAL_AXES];     /* ... and where they were after the last pulse */
 static hal_motion_state state;
 static uint32_t speed;
 static bool stuck;
@@ -46,11 +40,6 @@ static uint8_t expected_pet;
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
 static int32_t errors[HAL_AXES];
-
-static void push(fifo *f, uint8_t byte) {
-    if (f->head - f->tail < BYTES)
-        f->bytes[f->head++ % BYTES] = byte;
-}
 
 static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
     uint64_t magnitude = s->delta[axis] < 0 ? 0u - (uint32_t)s->delta[axis] : (uint32_t)s->delta[axis];
@@ -207,6 +196,11 @@ void host_depth(void) {
         announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)gk_axis(jump_axis), 0);
 }
 
+static void stand_here(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        stood[axis] = gk_axis(axis);
+}
+
 int32_t gk_go(int32_t pulses) {
     int32_t made = 0;
     while (made < pulses || made < -pulses) {
@@ -214,6 +208,7 @@ int32_t gk_go(int32_t pulses) {
         if (!step)
             break;
         made += step;
+        stand_here();
         host_depth();
     }
     return pulses > 0 ? made : -made;
@@ -224,7 +219,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     pulses_per_mm = per_mm;
     jump_axis = axis;
     cycle = 0;
-    to_firmware.head = to_firmware.tail = from_firmware.head = from_firmware.tail = 0;
+    host_link_boot();
     position = front = 0;
     slot = offset = 0;
     begun = run = hold = discharge = armed = interrupts = late = lost = false;
@@ -233,7 +228,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     switches = (hal_limits){0};
     creep = 0;
     for (unsigned i = 0; i < HAL_AXES; i++)
-        base[i] = errors[i] = lost_pulses[i] = 0;
+        base[i] = stood[i] = errors[i] = lost_pulses[i] = 0;
     for (unsigned i = 0; i < HAL_SLOTS; i++)
         slots[i] = (hal_segment){0};
     for (unsigned i = 0; i < BOUNDS; i++)
@@ -258,23 +253,11 @@ void gk_pass(uint32_t passes) {
         cycle += PASS_CLOCKS;
         if (busy_passes && busy_passes != UINT32_MAX)
             busy_passes--;
-        if (run && !hold && !safe && speed && state == MOTION_FRONT)
-            (void)go_forward((int32_t)speed);
+        if (run && !hold && !host_link_held() && !safe && speed && state == MOTION_FRONT &&
+            go_forward((int32_t)speed))
+            stand_here();
         host_depth();
     }
-}
-
-uint32_t gk_send(const uint8_t *bytes, uint32_t length) {
-    for (uint32_t i = 0; i < length; i++)
-        push(&to_firmware, bytes[i]);
-    return length;
-}
-
-uint32_t gk_receive(uint8_t *bytes, uint32_t size) {
-    uint32_t count = 0;
-    while (count < size && from_firmware.tail != from_firmware.head)
-        bytes[count++] = from_firmware.bytes[from_firmware.tail++ % BYTES];
-    return count;
 }
 
 void gk_speed(uint32_t pulses) { speed = pulses; }
@@ -296,7 +279,7 @@ int32_t gk_position(void) { return position; }
 void gk_words(const hal_segment *s, gk_segment *words) {
     *words = (gk_segment){
         .length = s->length, .rate = s->rate, .highest = s->highest, .arc = s->arc,
-        .outward = s->outward,
+        .outward = s->outward, .away = s->away,
         .major = s->major, .minor = s->minor, .shift = s->shift, .change = s->change,
         .start_pace = s->start.pace, .start_error = s->start.error,
         .start_along = s->start.along, .start_across = s->start.across,
@@ -330,7 +313,7 @@ void gk_trip(uint32_t number, uint32_t axes) {
 
 uint32_t gk_flags(void) {
     return (uint32_t)run | (uint32_t)hold << 1 | (uint32_t)discharge << 2 |
-           (uint32_t)data.valid << 3 | (uint32_t)safe << 4;
+           (uint32_t)data.valid << 3 | (uint32_t)safe << 4 | (uint32_t)host_link_held() << 5;
 }
 
 void gk_data(uint32_t words[10]) {
@@ -347,15 +330,7 @@ uint32_t hal_pulses_per_mm(void) { return pulses_per_mm; }
 unsigned hal_jump_axis(void) { return jump_axis; }
 uint64_t hal_cycle(void) { return cycle; }
 uint32_t hal_cycle_low(void) { return (uint32_t)cycle; }
-
-int hal_receive(void) {
-    if (to_firmware.head == to_firmware.tail)
-        return -1;
-    return to_firmware.bytes[to_firmware.tail++ % BYTES];
-}
-
-bool hal_transmit_ready(void) { return from_firmware.head - from_firmware.tail < BYTES; }
-void hal_transmit(uint8_t byte) { push(&from_firmware, byte); }
+void host_cost(uint32_t clocks) { cycle += clocks; }
 
 void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
 void hal_fast_slot(unsigned number) { (void)number; }
@@ -366,8 +341,9 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
 }
 
 void hal_origin(unsigned number) {
+    /* The slot in which it stands may have been written anew. */
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        base[axis] = gk_axis(axis);
+        base[axis] = stood[axis];
     position = front = 0;
     slot = number;
     offset = 0;
@@ -379,7 +355,11 @@ void hal_origin(unsigned number) {
 int32_t hal_command(void) { return position; }
 int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
-unsigned hal_slot(void) { return slot; }
+/* At a border the next segment has been entered, if the path goes on. */
+unsigned hal_slot(void) {
+    bool end = begun && offset == slots[slot].length && distance(position, bounds[BOUND_AHEAD]) > 0;
+    return end ? (slot + 1) % HAL_SLOTS : slot;
+}
 hal_motion hal_motion_read(void) {
     return (hal_motion){.moving = false, .in_position = true, .crowded = !speed && !stuck,
                         .state = state};

@@ -101,6 +101,7 @@ void gk_discharges(uint32_t count) { discharges += count; }
 void gk_opens(uint32_t count) { opens += count; }
 
 void hal_short_write(const hal_short_detector *detector) { (void)detector; }
+void hal_lag_time(uint32_t clocks) { gap.lag_time = clocks; }
 void hal_gap_counts(uint32_t counts[4]) {
     counts[0] = opens;
     counts[2] = counts[3] = 0;

@@ -42,8 +42,19 @@ void hal_interrupts(bool enabled) {
 
 int hal_receive(void) {
     uint32_t word = LINK->receive;
-    return word & LINK_RECEIVE_VALID_MASK ? (int)GET(word, LINK_RECEIVE_DATA) : -1;
+    _Static_assert(HAL_MARK == LINK_RECEIVE_MARK_MASK, "a mark is told from a byte by its bit");
+    return word & LINK_RECEIVE_VALID_MASK
+               ? (int)(word & (LINK_RECEIVE_MARK_MASK | LINK_RECEIVE_DATA_MASK))
+               : -1;
 }
+
+_Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
+               NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK,
+               "hal.h and the register table disagree on the notes");
+
+uint32_t hal_notes(void) { return LINK->notes; }
+void hal_release_hold(void) { LINK->release = PUT(1, LINK_RELEASE_HOLD); }
+void hal_release_reset(void) { LINK->release = PUT(1, LINK_RELEASE_RESET); }
 
 bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
 void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
@@ -68,7 +79,8 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
     uint32_t highest = segment->highest >> 4;
     highest += !highest && segment->highest;
     PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
-                      (uint32_t)segment->minor << 3 | (uint32_t)segment->outward << 5 |
+                      (uint32_t)segment->minor << 3 |
+                      (uint32_t)(segment->arc ? segment->outward : segment->away) << 5 |
                       highest << 6;
     if (!segment->arc)
         return;
@@ -169,6 +181,8 @@ void hal_short_write(const hal_short_detector *detector) {
     GAP->clear_needed = detector->clear;
     GAP->blanking = detector->blanking;
 }
+
+void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }
 
 void hal_gap_counts(uint32_t counts[4]) {
     counts[0] = GAP->open_count;

@@ -6,13 +6,14 @@
 #include "units.h"
 
 /* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
-   until it is known. The two highest bits of the last word tell them apart, in both directions. */
+   until it is known. The two highest bits of the last word tell them apart, in both directions, and a
+   line that leads away from the work. */
 typedef struct {
     uint32_t word[4];
 } unit;
 _Static_assert(sizeof(unit) == PATH_UNIT, "a unit of the ring has no gaps");
 
-enum { LINE, ARC, ARC_REST };
+enum { LINE, ARC, ARC_REST, LINE_AWAY };
 #define KIND(word) ((word) >> 30)
 #define VALUE(word) ((word) & ((1u << 30) - 1))
 #define SENSE 4u            /* of the word that holds the plane */
@@ -38,6 +39,7 @@ typedef struct {
 
 static unit ring[PATH_RING];
 static uint32_t oldest, next;   /* ring holds the blocks [oldest, next) */
+static int32_t end[HAL_AXES];   /* of the last of them */
 static bow bows[BOWS];
 static unsigned last_bow;
 
@@ -50,6 +52,8 @@ static uint32_t before(uint32_t block) {
 
 void history_forget(uint32_t first) {
     oldest = next = first;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        end[axis] = hal_axis_command(axis);
     for (unsigned i = 0; i < BOWS; i++)
         bows[i].block = NO_BLOCK;
 }
@@ -59,18 +63,22 @@ uint32_t history_next(void) { return next; }
 bool history_empty(void) { return oldest == next; }
 bool history_has_room(void) { return next - oldest <= PATH_RING - 2; }
 
-uint32_t history_append(const path_move *move, uint32_t rate) {
-    uint32_t block = next;
+uint32_t history_append(const path_move *move, uint32_t rate, bool away) {
+    uint32_t block = next, kind = move->arc ? ARC : away ? LINE_AWAY : LINE;
     unit *u = unit_of(next++);
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         u->word[axis] = (uint32_t)move->delta[axis];
-    u->word[3] = (uint32_t)(move->arc ? ARC : LINE) << 30 | rate;
+        end[axis] += move->delta[axis];
+    }
+    u->word[3] = kind << 30 | rate;
     if (move->arc)
         *unit_of(next++) = (unit){{(uint32_t)move->centre[0], (uint32_t)move->centre[1],
                                    (uint32_t)move->plane | (move->ccw ? SENSE : 0),
                                    (uint32_t)ARC_REST << 30}};
     return block;
 }
+
+int32_t history_end(unsigned axis) { return end[axis]; }
 
 void history_prepend(unsigned axis, int32_t travel, uint32_t rate) {
     unit *u = unit_of(--oldest);
@@ -179,10 +187,15 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             move->delta[axis] = (int32_t)u->word[axis];
         move->length = length_of(move->delta);
+        move->away = s->away = KIND(u->word[3]) == LINE_AWAY;
         direction_of(move, s->from);
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             s->to[axis] = s->from[axis];
     }
+    int32_t way[HAL_AXES];
+    direction_of(move, way);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        s->way[axis] = (int8_t)(way[axis] / (1 << 9));
     move->rate = s->rate;
     if (move->highest && s->rate > move->highest)
         s->rate = move->highest;

@@ -33,10 +33,12 @@ typedef struct {
     bool tight;                 /* the highest speed is too much for its curve */
     bool corner;                /* the junction at its end is taken at the start/stop speed, */
     bool slows;                 /* or so only forward, because the next feed is lower */
+    bool away;                  /* leads away from the work */
+    int8_t way[HAL_AXES];       /* from its start to its end, 1/64 */
     int32_t from[HAL_AXES], to[HAL_AXES];   /* tangents at start and end of its block, 2**-15 */
 } path_segment;
 
-/* Forget all; the next block gets this number. */
+/* Forget all; the next block gets this number, and begins where the axes are told to be. */
 void history_forget(uint32_t first);
 
 uint32_t history_oldest(void);      /* number of the oldest block remembered, */
@@ -44,8 +46,11 @@ uint32_t history_next(void);        /* and of the next one to be appended */
 bool history_empty(void);
 bool history_has_room(void);        /* for any block */
 
-/* Append a block, if there is room; returns its number. */
-uint32_t history_append(const path_move *move, uint32_t rate);
+/* Append a block, if there is room; returns its number. A line may lead away from the work. */
+uint32_t history_append(const path_move *move, uint32_t rate, bool away);
+
+/* Where the axes are told to be at the end of all that was appended. */
+int32_t history_end(unsigned axis);
 
 /* Put a line along one axis before the oldest block, while nothing has been appended yet. */
 void history_prepend(unsigned axis, int32_t travel, uint32_t rate);

@@ -48,7 +48,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
 typedef struct {
     uint32_t length, rate, highest;
     int32_t delta[3];
-    uint32_t arc, outward, major, minor, shift;
+    uint32_t arc, outward, away, major, minor, shift;
     int32_t change;
     uint32_t start_pace;
     int32_t start_error, start_along, start_across;
@@ -74,10 +74,18 @@ void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void host_gap_boot(void);    /* its part of that */
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition is switched by depth */
 void host_depth(void);
+void host_cost(uint32_t clocks);    /* the firmware does something that takes its time */
+void host_link_boot(void);
+bool host_link_held(void);   /* a `!` or Ctrl-X lets nothing go forward */
 /* A pulse goes on for so long as this is not 0: what is staged is not taken over. */
 void gk_pulse_lasts(uint32_t lasts);
 void gk_pass(uint32_t passes);  /* passes of the main loop, each 1000 clocks */
+
+/* The line, and the gateware that takes it: bytes come at once, and what is no real-time byte waits in
+   a queue of `depth` entries at most, 256 on the target, until the firmware takes it. */
+void gk_queue(uint32_t depth);
 uint32_t gk_send(const uint8_t *bytes, uint32_t length);
+void gk_send_broken(void);      /* a byte without its stop bit */
 uint32_t gk_receive(uint8_t *bytes, uint32_t size);
 
 /* How the model moves by itself: path pulses per pass at most. At 0 it stands still, and says that
@@ -103,7 +111,8 @@ int32_t gk_bound(uint32_t bound);
 int32_t gk_position(void);
 void gk_slot(uint32_t slot, gk_segment *segment);   /* as it was written */
 int32_t gk_axis(uint32_t axis); /* commanded position */
-uint32_t gk_flags(void);        /* bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe */
+/* Bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe, 5 held by `!` or Ctrl-X. */
+uint32_t gk_flags(void);
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
 /* What the power supply was told, as is in force: clocks, steps of voltage. */
 typedef struct {
@@ -112,7 +121,7 @@ typedef struct {
 
 /* What the gap was told: references in 1/1024, presets dame, open, ok; clocks; pulses. */
 typedef struct {
-    uint32_t reference[3], presets[3], servo, mode, period, step, convert;
+    uint32_t reference[3], presets[3], servo, mode, period, step, convert, lag_time;
 } gk_gap;
 
 void gk_power_read(gk_power *words);

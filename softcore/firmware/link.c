@@ -5,63 +5,66 @@
 #include "execute.h"
 #include "frame.h"
 #include "hal.h"
+#include "lines.h"
 #include "machine.h"
 #include "output.h"
 #include "path.h"
 #include "planner.h"
 #include "program.h"
-#include "reader.h"
+#include "regs.h"
 #include "settings.h"
 #include "text.h"
+#include "units.h"
 #include "watch.h"
 
 #define VERSION "0.1"
-#define BURST 24            /* bytes taken per step; the gateware's queue holds 256 */
-#define TYPED 256           /* characters of lines that wait; a power of two */
+/* What is taken per step: so many bytes within a frame or a line. The end of a line, or what is refused,
+   takes as long as several; more than an answer is not said. */
+#define BURST 24
+#define COST_BYTE 1
+#define COST_LINE 6
+#define COST_ANSWER BURST
+#define QUIET_US 5000       /* without a byte: what comes then is the start of something */
 
 /* Rows of `$#`: work offsets, G92, wire offsets. */
 #define OFFSET_ROWS (PLAN_SYSTEMS + PLAN_WIRES)
 
-#define REALTIME_STATUS '?'
-#define REALTIME_HOLD '!'
-#define REALTIME_RESUME '~'
-#define REALTIME_RESET 0x18
-#define REALTIME_RETRACT 0x92
-
-static char typed[TYPED];   /* lines as they come, each ended by '\n' */
-static uint32_t typed_head, typed_tail;
-static bool typed_lost;     /* the line being typed did not fit */
 static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
+static uint32_t last_byte;  /* clock in which the last one was taken */
+static uint32_t quiet_clocks;
+static bool quiet;          /* that was so long ago */
+/* Since power-on: errors that the receiver saw, and single bytes that would have moved the machine, on
+   a guarded link. */
+static uint32_t errors, ignored;
 
-static void forget(void) {
-    typed_head = typed_tail = 0;
-    typed_lost = line_open = greets = false;
-    status = STATUS_NONE;
+void link_restart(void) {
+    line_open = quiet = false;
+    greets = true;
     listing = SETTINGS;
     offset_row = OFFSET_ROWS;
     planner_stop();
-    frame_init();
+    lines_restart();
+    frame_restart();
 }
 
-void link_restart(void) {
-    forget();
-    greets = true;
+void link_init(void) {
+    lines_init();
+    frame_init();
+    link_restart();
+    status = STATUS_NONE;
+    errors = ignored = 0;
+    /* What the first step finds came before; if there is nothing the line is quiet. */
+    quiet_clocks = units_clocks_of_us(QUIET_US);
+    last_byte = hal_cycle_low() - quiet_clocks - 1;
 }
 
 void link_answer(const fault *f) {
-    char sentence[200];
     line_open = false;
-    if (!f || f->code == FAULT_NONE) {
-        output_line("ok");
-        return;
-    }
-    fault_sentence(f, sentence, sizeof sentence);
-    output_line("[MSG:%s]", sentence);
-    output_line("error:%u", (uint32_t)f->code);
+    lines_answer(f);
 }
 
 static const char *state_name(void) {
@@ -98,39 +101,37 @@ static void tell_status(void) {
     status = STATUS_NONE;
 }
 
-static bool realtime(uint8_t byte) {
-    switch (byte) {
-    case REALTIME_STATUS:
-        if (status == STATUS_NONE)
-            status = STATUS_WANTED;
-        return true;
-    case REALTIME_HOLD: machine_hold(true); return true;
-    case REALTIME_RESUME:
-        machine_hold(false);
-        program_resume();
-        return true;
-    case REALTIME_RESET: machine_reset(); return true;
-    case REALTIME_RETRACT: machine_retract(); return true;
-    default: return false;
-    }
+static bool is_free(fault *f) {
+    return !machine_locked() ||
+           fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X");
 }
 
-static void line_byte(uint8_t byte) {
-    char c = byte == '\r' ? '\n' : (char)byte;
-    if (c == '\n' && typed_lost) {
-        fault f = {0};
-        fault_at(&f, FAULT_TOO_LONG, 0, "lines came faster than they were answered");
-        typed_lost = false;
-        link_answer(&f);
+void link_resume(fault *f) {
+    if (!is_free(f))
+        return;
+    machine_hold(false);
+    program_resume();
+}
+
+void link_retract(fault *f) {
+    if (is_free(f))
+        machine_retract();
+}
+
+/* Real-time bytes but the reset and the hold. */
+static void obey_notes(uint32_t notes) {
+    fault f = {0};
+    bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
+    if (notes & NOTE_STATUS && status == STATUS_NONE)
+        status = STATUS_WANTED;
+    if (lines_guarded()) {
+        ignored += resumes + retracts;
         return;
     }
-    if (typed_head - typed_tail < TYPED) {
-        typed[typed_head++ % TYPED] = c;
-        return;
-    }
-    typed_lost = true;
-    while (typed_head != typed_tail && typed[(typed_head - 1) % TYPED] != '\n')
-        typed_head--;
+    if (resumes)
+        link_resume(&f);
+    if (retracts)
+        link_retract(&f);
 }
 
 static void assign(const char *line, uint32_t length, fault *f) {
@@ -163,6 +164,14 @@ static bool says(const char *line, uint32_t length, const char *text) {
     return at == length && !text[at];
 }
 
+/* `$L`: what came over the link since power-on, and what of it was damaged. */
+static void tell_link(void) {
+    lines_counts lines = lines_count();
+    frame_counts frames = frame_count();
+    output_line("[LNK:lines %u,refused %u,frames %u,damaged %u,errors %u,ignored %u]",
+                lines.accepted, lines.refused, frames.begun, frames.damaged, errors, ignored);
+}
+
 /* A line that begins with `$`. */
 static void command(const char *line, uint32_t length) {
     fault f = {0};
@@ -187,8 +196,10 @@ static void command(const char *line, uint32_t length) {
         output_line("[VER:" VERSION ":Gapkeeper]");
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
+    else if (length == 2 && (c == 'L' || c == 'l'))
+        tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $X $POSITION=HERE $I $P $B ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -198,18 +209,13 @@ static void command(const char *line, uint32_t length) {
 
 /* True if there was a line. */
 static bool take_line(void) {
-    static char line[READER_BLOCK_SIZE];
-    uint32_t end = typed_tail, length = 0;
-    while (end != typed_head && typed[end % TYPED] != '\n')
-        end++;
-    if (end == typed_head)
-        return false;
-    for (; typed_tail != end; typed_tail++)
-        if (length < sizeof line)
-            line[length++] = typed[typed_tail % TYPED];
-    typed_tail++;
+    static char line[LINES_TEXT_SIZE];
+    uint32_t length;
+    lines_kind kind = lines_take(line, &length);
+    if (kind != LINES_TEXT)
+        return kind == LINES_REFUSED;
     if (length == 0) {
-        /* An empty line is the second half of CR LF; grbl's senders count no answer for it. */
+        link_answer(0);
         return true;
     }
     if (line[0] == '$') {
@@ -217,9 +223,7 @@ static bool take_line(void) {
         return true;
     }
     fault f = {0};
-    if (machine_locked())
-        fault_at(&f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X");
-    else if (program_on_tape() || !program_line(line, length))
+    if (is_free(&f) && (program_on_tape() || !program_line(line, length)))
         fault_at(&f, FAULT_BUSY, 0, "a program is running");
     if (f.code != FAULT_NONE)
         link_answer(&f);
@@ -253,18 +257,67 @@ static void tell_offset(void) {
         link_answer(0);
 }
 
-bool link_step(void) {
-    unsigned taken = 0;
-    for (; taken < BURST; taken++) {
-        int byte = hal_receive();
-        if (byte < 0)
-            break;
+/* Take an entry of the receive queue; what that costs. */
+static unsigned take(unsigned entry) {
+    if (entry == (HAL_MARK | MARK_RESET)) {
+        machine_reset();
+        return COST_ANSWER;
+    }
+    if (entry & HAL_MARK) {
+        errors++;
         if (frame_open())
-            frame_byte((uint8_t)byte);
-        else if (byte == FRAME_START)
-            frame_begin();
-        else if (!realtime((uint8_t)byte) && !frame_lost())
-            line_byte((uint8_t)byte);
+            frame_damaged();
+        else
+            lines_damaged(entry & ~HAL_MARK);
+        return COST_BYTE;
+    }
+    if (entry == FRAME_START) {
+        lines_cut();
+        frame_begin();
+        return COST_LINE;
+    }
+    if (frame_open()) {
+        frame_byte((uint8_t)entry);
+        return COST_BYTE;
+    }
+    if (entry == FRAME_END) {
+        lines_frame_end();
+        return COST_LINE;
+    }
+    switch (lines_byte((uint8_t)entry)) {
+    case LINES_MORE: return COST_BYTE;
+    case LINES_ENDED: return COST_LINE;
+    default: return COST_ANSWER;
+    }
+}
+
+/* Take bytes, but no more than the watchdog bears, whatever they are. True if there was one. */
+static bool take_bytes(void) {
+    unsigned spent = 0;
+    int entry;
+    while (spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0)
+        spent += take((unsigned)entry);
+    return spent;
+}
+
+bool link_step(void) {
+    uint32_t notes = hal_notes();
+    if (notes)
+        obey_notes(notes);
+    bool taken = take_bytes();
+    /* The hold is in force already. It goes last: it may have come last. */
+    if (notes & NOTE_HOLD)
+        machine_hold(true);
+    if (taken) {
+        last_byte = hal_cycle_low();
+        quiet = false;
+    } else if (!quiet || frame_open()) {
+        uint32_t since = hal_cycle_low() - last_byte;
+        frame_wait(since);
+        if (!quiet && since > quiet_clocks) {
+            quiet = true;
+            lines_quiet();
+        }
     }
     frame_step();
     return output_step() || taken;
@@ -274,6 +327,9 @@ bool link_serve(void) {
     if (!output_has_room() || machine_alarm_waits())
         return false;
     if (greets) {
+        /* Before that a sender may be in the middle of something. */
+        if (!lines_whole())
+            return false;
         greets = false;
         output_line("Gapkeeper " VERSION " ['$' for help]");
     } else if (status != STATUS_NONE) {

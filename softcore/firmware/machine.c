@@ -75,6 +75,8 @@ void machine_run(bool run) {
 void machine_hold(bool hold) {
     held = hold;
     hal_control(running, held || waits);
+    if (!hold)
+        hal_release_hold();
 }
 
 void machine_wait(bool wait) {
@@ -85,6 +87,8 @@ void machine_wait(bool wait) {
 }
 
 void machine_discharge(bool on) {
+    if (machining && !on)
+        path_note_work(false);
     machining = on;
     hal_discharge(on);
 }
@@ -98,6 +102,7 @@ static void stop(void) {
     held = waits = false;
     running = true; /* so that the register is written whatever it was */
     machine_run(false);
+    hal_release_hold();
     machine_discharge(false);
     hal_disarm();
     program_abort();
@@ -193,12 +198,13 @@ void machine_reset(void) {
     }
     stop();
     link_restart();
+    hal_release_reset();
 }
 
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
                                        FAULT_HALT_SERIES, FAULT_HALT_NO_DATA,
-                                       FAULT_HALT_SERVO};
+                                       FAULT_HALT_SERVO, FAULT_CONTACT};
     static const char *const texts[] = {
         "retraction stopped",
         "still short at the retractable limit",
@@ -206,8 +212,11 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
         "too many shorts in series without new depth",
         "short without retraction data (G36)",
         "the servo would go back beyond the retractable limit or the ceiling or the soft limit",
+        "contact with the discharge off; only a move away from the work goes on from here",
     };
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
+    if (codes[row] == FAULT_CONTACT)
+        path_note_work(true);
     fault f = {.line = events_line()};
     fault_at(&f, codes[row], 0, "%s", texts[row]);
     alarm_at(&f, cycle, position);
@@ -216,6 +225,8 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
 void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
+    if (cause == CAUSE_CONTACT)
+        path_note_work(true);
     fault f = {.line = events_line()};
     if (cause_loses_position(cause) || settings_get(SET_STEP_AXES))
         place = 0;

@@ -23,7 +23,7 @@ bool machine_position_lost(void);
 bool machine_take_position(fault *f);
 
 void machine_run(bool run);             /* path pulses are allowed */
-void machine_hold(bool hold);
+void machine_hold(bool hold);           /* false also ends the hold that a `!` began in the gateware */
 void machine_wait(bool wait);           /* hold of the program's own: no jump begins, nothing advances */
 void machine_discharge(bool machining);
 void machine_retract(void);             /* operator's order */

@@ -5,6 +5,7 @@
 #include "fault.h"
 #include "gap.h"
 #include "hal.h"
+#include "history.h"
 #include "machine.h"
 #include "path.h"
 #include "units.h"
@@ -22,7 +23,7 @@ static int32_t position;
 /* The last pulses are on their way to the axes for a few clocks: what counts is what lasts. */
 static void look_at_axes(void) {
     unsigned axis = 0;
-    while (axis < HAL_AXES && hal_axis_command(axis) == path_end(axis))
+    while (axis < HAL_AXES && hal_axis_command(axis) == history_end(axis))
         axis++;
     if (axis == HAL_AXES || !doubted) {
         doubted = axis < HAL_AXES;
@@ -31,7 +32,7 @@ static void look_at_axes(void) {
     doubted = false;
     fault f = {.line = events_line()};
     fault_at(&f, FAULT_GUARD, 0, "the command of axis %c is %p mm from where the path ends",
-             "XYZ"[axis], hal_axis_command(axis) - path_end(axis));
+             "XYZ"[axis], hal_axis_command(axis) - history_end(axis));
     machine_alarm(&f);
 }
 

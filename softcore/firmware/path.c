@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path.h"
 
+#include "approach.h"
 #include "history.h"
 #include "settings.h"
 #include "units.h"
@@ -41,7 +42,6 @@ static int32_t bounds[BOUNDS];              /* as written */
 static uint32_t limit;
 static bool ceiling;
 static int32_t height;
-static int32_t end[HAL_AXES];               /* of all that was appended */
 static struct {
     bool known;
     uint32_t at;        /* looked at from this segment, */
@@ -82,6 +82,7 @@ static void forget(void) {
 void path_init(void) {
     limit = 0;
     ceiling = known = virtual_segment = false;
+    approach_init();
     forget();
 }
 
@@ -212,10 +213,8 @@ void path_forget(void) {
 void path_begin(void) {
     forget();
     known = true;
-    for (unsigned i = 0; i < HAL_AXES; i++)
-        end[i] = hal_axis_command(i);
     unsigned axis = hal_jump_axis();
-    fresh_height = axis < HAL_AXES ? end[axis] : 0;
+    fresh_height = axis < HAL_AXES ? history_end(axis) : 0;
     make_virtual();
     floor_in_force = fresh_floor;
     const int32_t values[BOUNDS] = {
@@ -257,13 +256,9 @@ path_room path_has_room(void) {
     return history_has_room() ? PATH_ROOM : PATH_WAIT;
 }
 
-uint32_t path_append(const path_move *move, uint32_t rate) {
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        end[axis] += move->delta[axis];
-    return history_append(move, rate);
+uint32_t path_append(const path_move *move, uint32_t rate, bool discharge) {
+    return history_append(move, rate, !discharge && approach_leads_away(move));
 }
-
-int32_t path_end(unsigned axis) { return end[axis]; }
 
 static void finish_scan(int32_t floor) {
     scan.active = false;
@@ -317,6 +312,17 @@ bool path_bounds_step(void) {
 static uint32_t current(void) {
     uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
     return number < high ? number : high - 1;
+}
+
+void path_note_work(bool touched) {
+    if (!known || low == high)
+        return;
+    uint32_t number = current();
+    bool stands = hal_position() == in_window(number)->start;
+    if (stands && !touched && number > low)
+        number--;
+    if (!in_window(number)->away && !(stands && touched))
+        approach_note(in_window(number)->way);
 }
 
 /* Shrink the window by a segment, unless the machine is already beyond the new bound: what is
@@ -488,7 +494,6 @@ bool path_at_front(void) {
 }
 
 uint32_t path_pace(void) {
-    if (!known || low == high || hal_position() == bounds[BOUND_AHEAD])
-        return 0;
-    return in_window(current())->rate;
+    bool on = known && low != high && hal_position() != bounds[BOUND_AHEAD];
+    return on ? in_window(current())->rate : 0;
 }

@@ -31,8 +31,14 @@ void path_begin(void);
 typedef enum { PATH_ROOM, PATH_WAIT, PATH_UNCOVERED } path_room;
 path_room path_has_room(void);
 
-/* Append a move and grant it; returns the block's number. */
-uint32_t path_append(const path_move *move, uint32_t rate);
+/* Append a move and grant it; returns the block's number. With the discharge off it may lead away from
+   the work. */
+uint32_t path_append(const path_move *move, uint32_t rate, bool discharge);
+
+/* The discharge goes off, or the electrode has `touched`: the work is where the segment in which the
+   machine is leads to, unless it leads away itself. What touches before the machine has moved says
+   nothing of that. */
+void path_note_work(bool touched);
 
 /* Put a retractable limit and a ceiling (machine frame) in force, only at the front. Looks back along
    the path in several calls: go on with path_bounds_step until it returns true. */
@@ -44,9 +50,6 @@ bool path_step(void);
 
 /* Everything granted has been machined and the machine rests at the front. */
 bool path_at_front(void);
-
-/* Where the path leads an axis: its command at the front, at rest. */
-int32_t path_end(unsigned axis);
 
 /* The lower rate at which the front may be going now, if the path goes on; 0 if it does not, as far as
    it is loaded. */

@@ -95,9 +95,14 @@ bool program_tape_begin(void) {
 
 uint32_t program_tape_room(void) { return PROGRAM_TAPE - (tape_head - tape_tail); }
 
-void program_tape_byte(uint8_t byte) {
-    if (tape_state == TAPE_OPEN || tape_state == TAPE_RUNNING)
-        tape[tape_head++ % PROGRAM_TAPE] = byte;
+void program_tape_bytes(const uint8_t *bytes, uint32_t count) {
+    if (tape_state != TAPE_OPEN && tape_state != TAPE_RUNNING)
+        return;
+    uint32_t place = tape_head % PROGRAM_TAPE, first = PROGRAM_TAPE - place;
+    first = first < count ? first : count;
+    __builtin_memcpy(tape + place, bytes, first);
+    __builtin_memcpy(tape, bytes + first, count - first);
+    tape_head += count;
 }
 
 void program_tape_end(void) { tape_ended = true; }

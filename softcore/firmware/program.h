@@ -25,7 +25,7 @@ bool program_on_tape(void);
 /* Tape. The bytes of an aborted tape are taken and dropped. */
 bool program_tape_begin(void);      /* false while another tape runs */
 uint32_t program_tape_room(void);
-void program_tape_byte(uint8_t byte);
+void program_tape_bytes(const uint8_t *bytes, uint32_t count);  /* no more than there is room for */
 void program_tape_end(void);        /* there are no more bytes */
 bool program_tape_due(void);        /* there will be more: for a while after the program's end, too */
 

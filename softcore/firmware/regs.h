@@ -1,4 +1,4 @@
-/* Generated from softcore/regmap.py by `python -m softcore.generate`; do not edit. */
+/* Generated from softcore/regmap.py and softcore/linkmap.py by `python -m softcore.generate`; do not edit. */
 #pragma once
 #include <stddef.h>
 #include <stdint.h>
@@ -32,27 +32,45 @@ _Static_assert(offsetof(system_regs, sleep) == 0x1c, "");
 #define SYSTEM_SLEEP_VALUE_MASK 0x0000ffffu
 #define SYSTEM ((system_regs *)0x80000000u)
 
-/* Bytes to and from the host. */
+/* Bytes to and from the host; see ``softcore.link_decoder``. */
 typedef volatile struct {
-    const uint32_t receive; /* Oldest byte received. Reading takes it. */
+    const uint32_t receive; /* Oldest entry of the receive queue. Reading takes it. */
     uint32_t transmit; /* Send a byte. Lost if the transmitter is not ready. */
-    uint32_t status; /* State of the link. */
+    const uint32_t status; /* State of the link. */
+    const uint32_t notes; /* Real-time bytes that came since the last read. Reading clears them. */
+    uint32_t release; /* End what a real-time byte has begun, unless it came once more and firmware has not seen that yet. */
 } link_regs;
 _Static_assert(offsetof(link_regs, receive) == 0x0, "");
 _Static_assert(offsetof(link_regs, transmit) == 0x4, "");
 _Static_assert(offsetof(link_regs, status) == 0x8, "");
+_Static_assert(offsetof(link_regs, notes) == 0xc, "");
+_Static_assert(offsetof(link_regs, release) == 0x10, "");
 #define LINK_RECEIVE_DATA_SHIFT 0
 #define LINK_RECEIVE_DATA_MASK 0x000000ffu
-#define LINK_RECEIVE_VALID_SHIFT 8
-#define LINK_RECEIVE_VALID_MASK 0x00000100u
+#define LINK_RECEIVE_MARK_SHIFT 8
+#define LINK_RECEIVE_MARK_MASK 0x00000100u
+#define LINK_RECEIVE_VALID_SHIFT 9
+#define LINK_RECEIVE_VALID_MASK 0x00000200u
 #define LINK_TRANSMIT_VALUE_SHIFT 0
 #define LINK_TRANSMIT_VALUE_MASK 0x000000ffu
 #define LINK_STATUS_READY_SHIFT 0
 #define LINK_STATUS_READY_MASK 0x00000001u
-#define LINK_STATUS_OVERRUN_SHIFT 1
-#define LINK_STATUS_OVERRUN_MASK 0x00000002u
-#define LINK_STATUS_FRAMING_SHIFT 2
-#define LINK_STATUS_FRAMING_MASK 0x00000004u
+#define LINK_STATUS_HOLD_SHIFT 1
+#define LINK_STATUS_HOLD_MASK 0x00000002u
+#define LINK_STATUS_RESET_SHIFT 2
+#define LINK_STATUS_RESET_MASK 0x00000004u
+#define LINK_NOTES_STATUS_SHIFT 0
+#define LINK_NOTES_STATUS_MASK 0x00000001u
+#define LINK_NOTES_HOLD_SHIFT 1
+#define LINK_NOTES_HOLD_MASK 0x00000002u
+#define LINK_NOTES_RESUME_SHIFT 2
+#define LINK_NOTES_RESUME_MASK 0x00000004u
+#define LINK_NOTES_RETRACT_SHIFT 3
+#define LINK_NOTES_RETRACT_MASK 0x00000008u
+#define LINK_RELEASE_HOLD_SHIFT 0
+#define LINK_RELEASE_HOLD_MASK 0x00000001u
+#define LINK_RELEASE_RESET_SHIFT 1
+#define LINK_RELEASE_RESET_MASK 0x00000002u
 #define LINK ((link_regs *)0x80000100u)
 
 /* The path: its window of segments and where the machine is on it. Coordinates are path pulses and wrap at 32 bits. */
@@ -251,6 +269,7 @@ typedef volatile struct {
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
     const uint32_t short_count; /* Shorted pulses. */
     const uint32_t status; /* State of the gap. */
+    uint32_t lag_time; /* The axes may be faster than the start/stop speed for so long after the ramp has come down to it: contact with the discharge off then trips. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
@@ -266,6 +285,7 @@ _Static_assert(offsetof(gap_regs, ok_count) == 0x28, "");
 _Static_assert(offsetof(gap_regs, dame_count) == 0x2c, "");
 _Static_assert(offsetof(gap_regs, short_count) == 0x30, "");
 _Static_assert(offsetof(gap_regs, status) == 0x34, "");
+_Static_assert(offsetof(gap_regs, lag_time) == 0x38, "");
 #define GAP_SHORT_RATIO_NEEDED_SHIFT 0
 #define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
 #define GAP_SHORT_RATIO_WINDOW_SHIFT 6
@@ -298,6 +318,8 @@ _Static_assert(offsetof(gap_regs, status) == 0x34, "");
 #define GAP_STATUS_SHORTED_MASK 0x00000001u
 #define GAP_STATUS_LAST_SHIFT 1
 #define GAP_STATUS_LAST_MASK 0x00000006u
+#define GAP_LAG_TIME_VALUE_SHIFT 0
+#define GAP_LAG_TIME_VALUE_MASK 0x0fffffffu
 #define GAP ((gap_regs *)0x80000600u)
 
 /* Discharge pulses; see ``rtl.power``. */
@@ -715,3 +737,17 @@ _Static_assert(offsetof(law_regs, feed) == 0x2c, "");
 #define CAUSE_GUARD 17
 #define CAUSES 18
 #define AXES 3
+
+/* Bytes of the link; marks by LINK->receive. */
+#define REALTIME_STATUS 0x3fu
+#define REALTIME_HOLD 0x21u
+#define REALTIME_RESUME 0x7eu
+#define REALTIME_RESET 0x18u
+#define REALTIME_RETRACT 0x92u
+#define MARK_FRAMING 0
+#define MARK_OVERRUN 1
+#define MARK_RESET 2
+#define FRAME_START 0x02u
+#define FRAME_END 0x03u
+#define FRAME_ESCAPE 0x10u
+#define FRAME_FLIP 0x40u

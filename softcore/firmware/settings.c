@@ -10,6 +10,7 @@
 #define LARGEST_GAIN 400 /* 1/s: what the gateware's model of the drive can express */
 #define FARTHEST 20000000 /* um: within UNITS_POSITION_LIMIT */
 #define TRAVEL 299000 /* um: 1 mm before the limit switches of the machines that are built in */
+#define LAG_TIMES 5 /* time constants of the position loop: the axes are as slow as the command then */
 
 const setting_row SETTING_ROWS[SETTINGS] = {
     [SET_SHORT_NEEDED] = {4, 1, 32, "short: shorted pulses needed"},
@@ -125,6 +126,8 @@ static void apply_motion(void) {
 /* The loop's gain bounds speeds on arcs, and is that of the gateware's model of the drives. */
 static void apply_arcs(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
+    hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
+                         (1u << 28) - 1));
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));

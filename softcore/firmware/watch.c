@@ -57,7 +57,7 @@ void watch_boot(void) {
     output_frame(program_offset());
     pet();
     hal_interrupts(true);
-    link_restart();
+    link_init();
 }
 
 /* One step of a task; true if there was something to do. */

@@ -20,7 +20,8 @@ SETTINGS = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", 
             "jump_rate", "jump_high_rate", "commit_valid", "commit_strobe", "jump_period", "gain",
             "repeats", "settle", "run", "hold", "retract", "release", "safe", "shorted",
             "completed", "discharging", "in_position", "cycle", "ahead", "behind", "floor",
-            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded")
+            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded", "wait",
+            "contact")
 
 
 class Motion(wiring.Component):
@@ -28,7 +29,7 @@ class Motion(wiring.Component):
 
     What holds in every clock, whatever the inputs, is asserted: a pulse commanded is stored, on its
     way or in the position; pulses Ps are 4 clocks apart; the direction changes at rest only; and
-    no pulse Ps follows ``shorted`` forwards.
+    no pulse Ps follows ``shorted``, ``wait`` or ``contact`` forwards.
 
     The submodules are attributes too, so that a bench can look at what it wants.
 
@@ -45,6 +46,8 @@ class Motion(wiring.Component):
         Of the ramp.
     axis : Out(signed(32)) x axes
         Sum of the axis pulses Pi.
+    contact : In(1)
+        For one clock, and not while going back, as ``rtl.gap.contact`` and this give it together.
     The others are the members of ``Retraction`` and of ``SegmentWindow`` by the same name.
     """
 
@@ -75,7 +78,7 @@ class Motion(wiring.Component):
         m.submodules.retraction = retraction
         m.submodules.conservation = conservation = self.conservation
 
-        load = Signal()
+        load, drop = Signal(), Signal()
         m.d.comb += load.eq(self.load & ramp.rest)
         m.d.comb += [getattr(retraction, name).eq(getattr(self, name)) for name in SETTINGS]
         m.d.comb += [
@@ -84,7 +87,8 @@ class Motion(wiring.Component):
             feed.reverse.eq(retraction.reverse),
             feed.bound.eq(retraction.bound),
             feed.pull.eq(ramp.pull),
-            feed.load.eq(load | self.safe),
+            drop.eq(self.safe | self.contact),
+            feed.load.eq(load | drop),
             feed.load_value.eq(Mux(load, 0, path.position)),
 
             ramp.start_rate.eq(self.start_rate),
@@ -94,11 +98,11 @@ class Motion(wiring.Component):
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
             ramp.ready.eq(path.ready),
-            ramp.drop.eq(self.safe),
+            ramp.drop.eq(drop),
 
             *(getattr(path, name).eq(getattr(self, name)) for name in (
                 "select", "select_strobe", "data", "data_strobe")),
-            path.pulse.eq(ramp.pp & ~self.safe),
+            path.pulse.eq(ramp.pp & ~drop),
             path.reverse.eq(retraction.reverse),
             path.ahead.eq(self.ahead),
             path.load.eq(load),
@@ -125,7 +129,7 @@ class Motion(wiring.Component):
             conservation.ps.eq(feed.ps),
             conservation.pp.eq(ramp.pp),
             conservation.reverse.eq(retraction.reverse),
-            conservation.safe.eq(self.safe),
+            conservation.drop.eq(drop),
         ]
         for index in range(self.axes):
             with m.If(distributor.pi[index]):
@@ -149,7 +153,8 @@ class Motion(wiring.Component):
         m.d.sync += [
             reverse.eq(retraction.reverse),
             rest.eq(ramp.rest),
-            shorted.eq(self.shorted & ~retraction.reverse & (ramp.rate == self.start_rate)),
+            shorted.eq((self.shorted | self.wait | self.contact) & ~retraction.reverse
+                       & (ramp.rate == self.start_rate)),
         ]
         with m.If(feed.ps):
             m.d.sync += since.eq(0)

@@ -19,6 +19,8 @@ __all__ = ["HEIGHT_MM", "MM", "PATIENCE_S", "Data", "Job", "program"]
 MM = 10_000          # pulses
 PATIENCE_S = 3.0     # of the machine's time: longer than anything a scenario waits for
 LOOK_CLOCKS = 64     # between two looks at a condition
+BUTTON_CLOCKS = 100  # a byte takes so long,
+ORDER_CLOCKS = 3000  # and a line with number and check
 QUIET_GAP_UM = 30.0  # discharges, and nothing else happens
 HEIGHT_MM = 0.1      # of the electrode over program Z 0, at the start
 
@@ -98,10 +100,10 @@ class Job:
         rows = (encode(tape) if isinstance(tape, str) else tape).rows
         assert self.link.send_tape(rows, lambda: False)
 
-    def press(self, byte: bytes) -> None:
-        """Send a real-time byte, and let it arrive."""
-        self.link.realtime(byte)
-        self.run(len(byte) * 100)
+    def press(self, button: bytes | str) -> None:
+        """Press a button of the operator's, a real-time byte or an order, and let it arrive."""
+        self.link.press(button)
+        self.run(BUTTON_CLOCKS if isinstance(button, bytes) else ORDER_CLOCKS)
 
     def short(self, on: bool) -> None:
         """Close the gap, or open it again."""

@@ -5,7 +5,17 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from testbench.cosim import faults, reaction, retractions, series, servo, staircase, tapes
+from testbench.cosim import (
+    contact,
+    faults,
+    gates,
+    reaction,
+    retractions,
+    series,
+    servo,
+    staircase,
+    tapes,
+)
 from testbench.native.station import Session
 
 __all__ = ["SCENARIOS", "Scenario"]
@@ -55,6 +65,8 @@ SCENARIOS = (
       for kind, delay in (("clock", 0), ("clock", 1234), ("clock", 7777), ("memory", 0),
                           ("memory", 1234), ("memory", 7777))),
     *(Scenario(faults.browned_out, {"clocks": clocks}) for clocks in (1, 20_000)),
+    Scenario(contact.touches, dict(zip(("blocks", "highest"), contact.WAYS["feed"], strict=True))),
+    Scenario(gates.stuck, {"kind": "main", "when": "cut"}),
     Scenario(servo.both_ways),
     Scenario(servo.widens_beyond),
     Scenario(servo.stuck_open),

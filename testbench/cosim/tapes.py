@@ -11,6 +11,7 @@ from host.link import AGAIN, TAKEN, frame, frames
 from host.run import Run
 from host.simulation import Simulation as Piped
 from host.tape import Tape, encode, load
+from softcore.linkmap import REALTIME
 from testbench.cosim.job import HEIGHT_MM, MM, Job
 from testbench.native.station import Session
 from testbench.punch import TAPES, broken
@@ -113,17 +114,24 @@ def broken_tapes(session: Session) -> dict:
     return {"told": told, "cycle": session.cycle}
 
 
+def _bent(data, at, bit):
+    """A frame with one bit turned over, or the next one: no byte becomes a real-time byte."""
+    realtime = {one.byte for one in REALTIME}
+    found = bytearray(data)
+    while found[at] == data[at] or found[at] in realtime:
+        found[at] = data[at] ^ 1 << bit % 8
+        bit += 1
+    return bytes(found)
+
+
 def noisy_line(session: Session) -> dict:
     """Frames damaged anywhere, that come twice, or cut off: asked for again, and no byte is lost.
 
-    Real-time bytes hidden in what is left of a damaged frame do nothing.
+    Then lines and frames over a line that loses, doubles and breaks one byte in eighty.
     """
     job = Job(session, watched=WATCHED)
     rows = encode(TAPE.replace("N50 M02", "(A HOLD !)\nN50 M02")).rows
     sent = list(frames(rows))
-    whole = b"".join(data for _, data in sent[1:-1])
-    assert b"!" in whole
-
     heard = bytearray()
 
     def answers(data):
@@ -140,13 +148,11 @@ def noisy_line(session: Session) -> dict:
         return found
 
     for number, (sequence, data) in enumerate(sent):
-        for at in (0, 1, 2, 3, -2, -1):
-            damaged = bytearray(data)
-            damaged[at] ^= 1 << (number + at) % 8
+        for at in (0, 1, 2, 3, -3, -2, -1):
             # Before a tape has begun, what has no start could be a line.
             lost = number == at == 0
-            assert [mark for mark, _ in answers(bytes(damaged))] == ([] if lost else [AGAIN]), (
-                number, at)
+            assert [mark for mark, _ in answers(_bent(data, at, number + at))] == (
+                [] if lost else [AGAIN]), (number, at)
         if number == 2:
             assert answers(data[:-4]) == [(AGAIN, sequence)]
         assert answers(data) == [(TAKEN, sequence)]
@@ -157,7 +163,20 @@ def noisy_line(session: Session) -> dict:
     job.run(session.clock_hz // 5)
     assert job.link.status()["state"] == "Idle"
     assert job.probe("axis_z_command") == -100
-    return {"cycle": session.cycle}
+
+    session.damage(1, dropped=0.004, doubled=0.004, unstopped=0.004)
+    for count in range(30):
+        job.link.command(f"G91 G00 X0.{count:04} (HALF OF IT)")
+    done = len(job.told("program_end"))
+    job.start(TAPE.replace("N40 X0.01", "N40 X0.05"))
+    job.until(lambda: len(job.told("program_end")) > done, "the end", step=10_000)
+    harms = [harm for harm, _, _ in session.hits()]
+    assert min(map(harms.count, ("dropped", "doubled", "unstopped"))) > 1
+    assert job.probe("axis_x_command") == 0.05 * MM
+    assert job.probe("axis_z_command") == -100
+    assert [event["text"] for event in job.told("block")][-5:] == TAPE.replace(
+        "N40 X0.01", "N40 X0.05").split("\n")[1:6]
+    return {"cycle": session.cycle, "hits": session.hits()}
 
 
 def hard_work(session: Session) -> dict:

@@ -45,9 +45,9 @@ class ArmingContract(wiring.Component):
             m.d.sync += [closed.eq(1), age.eq(0)]
 
         m.d.comb += [
-            Assert(~(self.safe & (dut.contactor | dut.armed))),
+            Assert(~(self.safe & dut.contactor)),
             Assert(dut.contactor == (closed & ~self.safe)),
-            Assert(dut.armed == (closed & ~self.safe & (age == CLOSING))),
+            Assert(dut.armed == (closed & (age == CLOSING))),
         ]
         # What makes the argument close: the block's own view of the button is the true one.
         m.d.comb += [
@@ -56,7 +56,7 @@ class ArmingContract(wiring.Component):
         ]
         m.d.comb += [Cover(dut.armed), Cover(dut.armed & self.disarm)]
         again = Signal()
-        with m.If(self.disarm & dut.armed):
+        with m.If(self.disarm & dut.armed & ~self.safe):
             m.d.sync += again.eq(1)
         m.d.comb += Cover(again & dut.armed)
         return m

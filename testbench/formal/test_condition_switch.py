@@ -36,6 +36,7 @@ class SwitchContract(wiring.Component):
     sense_on: In(16)
     sense_off: In(16)
     abnormal: In(1)
+    live: In(1)
 
     def elaborate(self, platform):
         m = Module()
@@ -49,7 +50,8 @@ class SwitchContract(wiring.Component):
         ]
         for name in ORDERS:
             m.d.comb += getattr(switch, name).eq(getattr(self, name))
-        for name in "enable", "sensing", "on_time", "off_time", "sense_on", "sense_off", "abnormal":
+        for name in ("enable", "sensing", "on_time", "off_time", "sense_on", "sense_off",
+                     "abnormal", "live"):
             m.d.comb += getattr(pulses, name).eq(getattr(self, name))
 
         ready = Signal()

@@ -18,8 +18,8 @@ from testbench.formal.prover import prove
 class PulsesContract(wiring.Component):
     """The guard looks at the generator, the ramp and a window that counts what comes.
 
-    The direction changes at rest only, and the path begins anew only there; after ``safe`` it does,
-    before anything is looked at again. All else is anything: rates, bounds, stops.
+    The direction changes at rest only, and the path begins anew only there. All else is anything:
+    rates, bounds, stops, and when what is on its way is dropped.
     """
 
     rate: In(30)
@@ -31,7 +31,7 @@ class PulsesContract(wiring.Component):
     target: In(30)
     brake: In(1)
     ready: In(1)
-    safe: In(1)
+    drop: In(1)
     load: In(1)
     load_value: In(signed(32))
     damaged: Out(1)
@@ -41,7 +41,7 @@ class PulsesContract(wiring.Component):
         m.submodules.feed = feed = PathPulseGenerator()
         m.submodules.ramp = ramp = Ramp()
         m.submodules.guard = guard = Conservation()
-        for name in ("rate", "go", "reverse", "bound", "load_value"):
+        for name in ("rate", "go", "reverse", "bound"):
             m.d.comb += getattr(feed, name).eq(getattr(self, name))
         for name in ("start_rate", "acceleration", "target", "brake", "ready"):
             m.d.comb += getattr(ramp, name).eq(getattr(self, name))
@@ -49,44 +49,34 @@ class PulsesContract(wiring.Component):
         position = Signal(signed(32))
         m.d.comb += [
             load.eq(self.load & ramp.rest),
-            feed.load.eq(load), feed.pull.eq(ramp.pull),
-            ramp.ps.eq(feed.ps), ramp.room.eq(feed.room), ramp.drop.eq(self.safe),
+            feed.load.eq(load | self.drop), feed.pull.eq(ramp.pull),
+            feed.load_value.eq(Mux(load, self.load_value, position)),
+            ramp.ps.eq(feed.ps), ramp.room.eq(feed.room), ramp.drop.eq(self.drop),
             guard.command.eq(feed.command), guard.position.eq(position),
             guard.stored.eq(ramp.stored), guard.ps.eq(feed.ps), guard.pp.eq(ramp.pp),
-            guard.reverse.eq(self.reverse), guard.safe.eq(self.safe),
+            guard.reverse.eq(self.reverse), guard.drop.eq(self.drop),
             self.damaged.eq(guard.damaged),
             Assume(~ResetSignal("sync")),
         ]
         with m.If(load):
             m.d.sync += position.eq(self.load_value)
-        with m.Elif(ramp.pp):
+        with m.Elif(ramp.pp & ~self.drop):
             m.d.sync += position.eq(Mux(self.reverse, position - 1, position + 1))
 
         ready, reverse = Signal(), Signal()
         m.d.sync += [ready.eq(1), reverse.eq(self.reverse)]
         m.d.comb += Assume(~ready | (self.reverse == reverse) | ramp.rest)
-        # Pulses may have been dropped since the path began.
-        dropped = Signal()
-        with m.If(self.safe):
-            m.d.sync += dropped.eq(1)
-        with m.Elif(load):
-            m.d.sync += dropped.eq(0)
-        with m.If(~self.safe):
-            m.d.comb += Assume(~dropped)
-
         # What the guard asserts, in the clock itself; and what induction needs to know.
         apart, under_way = Signal(32), Signal(25)
         m.d.comb += [
             apart.eq(Mux(self.reverse, position - feed.command, feed.command - position)),
             under_way.eq(ramp.stored + feed.ps + ramp.pp),
         ]
-        with m.If(~dropped):
-            m.d.comb += Assert(apart == under_way)
-        m.d.comb += Assert(~guard.damaged)
+        m.d.comb += [Assert(apart == under_way), Assert(~guard.damaged)]
         # No more pulses come than the ramp can store.
         m.d.comb += Assume(~feed.ps | (ramp.stored != (1 << 24) - 1))
         m.d.comb += [Cover((ramp.stored == 2) & ramp.pp & feed.ps & self.reverse),
-                     Cover(ready & ~dropped & (feed.command == 5) & (position == 3))]
+                     Cover(ready & ~self.drop & (feed.command == 5) & (position == 3))]
         return m
 
 

@@ -6,7 +6,7 @@ from amaranth.hdl import Assume, Cover
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from rtl.power.pulse_generator import PulseGenerator
+from rtl.power.power import Power
 from rtl.safety.interlock import BY_AXIS, CLEAR_KEY, Cause, Interlock
 from rtl.safety.watchdog import Watchdog
 from testbench.formal.prover import prove
@@ -20,7 +20,7 @@ AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "fo
 
 
 class InterlockContract(wiring.Component):
-    """Watchdog, interlock and pulse generator, joined as in the machine.
+    """Watchdog, interlock and the gates of the sources, joined as in the machine.
 
     Beside them stands the truth, kept from the inputs alone: which causes there are (``causes``),
     and whether one came that nobody has acknowledged since it went (``owed``).
@@ -52,13 +52,16 @@ class InterlockContract(wiring.Component):
     pet_key: In(8)
     machining: In(1)
     sensing: In(1)
+    look: In(1)
+    current: In(1)
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.watchdog = watchdog = Watchdog(clock_hz=1_000_000, period_us=PERIOD)
         m.submodules.interlock = interlock = Interlock(
             clock_hz=1000, axes=AXES, limit_release_us=1000 * RELEASE, fluid_ms=SPLASH)
-        m.submodules.pulses = pulses = PulseGenerator()
+        m.submodules.power = power = Power(clock_hz=1_000_000, level_max=20, on_max=4, off_min=3,
+                                           dead_ns=1000, limit_us=2, settle_us=1)
         m.d.comb += Assume(~ResetSignal("sync"))
         m.d.comb += [
             watchdog.pet.eq(self.pet), watchdog.key.eq(self.pet_key),
@@ -67,14 +70,18 @@ class InterlockContract(wiring.Component):
             interlock.leave.eq(self.leave), interlock.leave_key.eq(self.leave_key),
             interlock.onto.eq(self.onto),
             interlock.discharging.eq(self.machining),
-            pulses.enable.eq(self.machining & ~interlock.safe & ~interlock.leaving),
-            pulses.sensing.eq(self.sensing),
+            power.machining.eq(self.machining & ~interlock.leaving),
+            power.safe.eq(interlock.safe),
+            power.sensing.eq(self.sensing), power.look.eq(self.look),
+            power.current.eq(self.current), power.short.eq(1),
+            interlock.gate.eq(self.gate | power.stuck),
         ]
         for name in (*AT_ONCE, "estop", "limit_low", "limit_high", "fluid_low", "fluid_required",
                      "stop"):
-            m.d.comb += getattr(interlock, name).eq(getattr(self, name))
+            if name != "gate":
+                m.d.comb += getattr(interlock, name).eq(getattr(self, name))
         powered = Signal()
-        m.d.comb += powered.eq(pulses.on | pulses.sense)
+        m.d.comb += powered.eq(power.on | power.sense)
 
         def lasts(level, clocks):
             """Return whether a level has lasted so many clocks, up to the last."""
@@ -83,7 +90,8 @@ class InterlockContract(wiring.Component):
             return seen.all()
 
         # Limit switches and fluid: a cause at the latest when the level has lasted.
-        causes = [self.estop, self.stop, *(getattr(self, name).any() for name in AT_ONCE)]
+        causes = [self.estop, self.stop, power.stuck,
+                  *(getattr(self, name).any() for name in AT_ONCE)]
         excused = []
         for switches, at, left in (
                 (self.limit_low, interlock.at_low, interlock.left_low),
@@ -116,10 +124,10 @@ class InterlockContract(wiring.Component):
         # SAFETY: in the very clock of a cause, and until it is gone and acknowledged.
         with m.If(cause | owed):
             m.d.comb += [Assert(interlock.safe), Assert(~powered)]
-        m.d.comb += Assert(~(pulses.on & pulses.sense))
+        m.d.comb += Assert(~(power.on & power.sense))
 
         # EXCUSES: only a switch that is pressed when someone asks, while safe, until it is released
-        # or something else comes; and no power as long as there is one.
+        # or something else comes; and no discharge as long as there is one.
         asked = Signal()
         m.d.comb += asked.eq(self.leave & (self.leave_key == CLEAR_KEY) & interlock.safe)
         for excuse, at, left, switch in excused:
@@ -130,11 +138,12 @@ class InterlockContract(wiring.Component):
                 m.d.sync += excuse.eq(0)
             m.d.comb += Assert(~left | excuse)
             with m.If(left):
-                m.d.comb += Assert(~powered)
+                m.d.comb += Assert(~power.on)
             m.d.comb += Cover(left & ~interlock.safe)
 
         self._bookkeeping(m, interlock, acknowledged)
-        m.d.comb += [Cover(pulses.on), Cover(pulses.sense),
+        m.d.comb += [Cover(power.on), Cover(power.sense), Cover(power.sense & ~self.machining),
+                     Cover(power.stuck & ~self.gate),
                      Cover(interlock.tripped & interlock.simultaneous[1:].all())]
         trips = Signal(2)
         with m.If(interlock.tripped):

@@ -1,23 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.power``: no register makes a pulse longer, denser or stronger than allowed."""
+"""Proofs on ``rtl.power``: no register makes a pulse longer, denser or stronger than allowed.
+
+Nor does any let a source be on when it may not, or hide a gate that is stuck.
+"""
 
 from amaranth import *
-from amaranth.hdl import Assume, Cover
+from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from rtl.power.limiter import Limiter
-from rtl.power.pulse_generator import PulseGenerator
+from rtl.power.power import Power
 from testbench.formal.prover import prove
 
 LEVEL, LONGEST, SHORTEST = 20, 4, 3
+DEAD, LIMIT, SETTLE = 2, 4, 3   # clocks of the read-back
 
 
 class PowerContract(wiring.Component):
-    """Limiter and pulse generator, joined as in the machine; every input is free in every clock."""
+    """Both sources joined as in the machine; every input is free in every clock."""
 
-    enable: In(1)
+    machining: In(1)
     sensing: In(1)
+    look: In(1)
+    safe: In(1)
+    quiet: In(1)
     on_time: In(20)
     off_time: In(20)
     sense_on: In(16)
@@ -26,56 +32,119 @@ class PowerContract(wiring.Component):
     cut: In(1)
     abnormal: In(1)
     off_extra: In(20)
+    current: In(1)
+    short: In(1)
+    reference: In(10)
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.limiter = limiter = Limiter(level_max=LEVEL, on_max=LONGEST, off_min=SHORTEST)
-        m.submodules.pulses = pulses = PulseGenerator()
+        m.submodules.power = power = Power(
+            clock_hz=1_000_000, level_max=LEVEL, on_max=LONGEST, off_min=SHORTEST,
+            dead_ns=1000 * DEAD, limit_us=LIMIT, settle_us=SETTLE)
         m.d.comb += Assume(~ResetSignal("sync"))
-        m.d.comb += [
-            limiter.level.eq(self.level), limiter.on_time.eq(self.on_time),
-            limiter.off_time.eq(self.off_time),
-            pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
-            pulses.off_time.eq(limiter.allowed_off),
-        ]
-        for name in "enable", "sensing", "sense_on", "sense_off", "cut", "abnormal", "off_extra":
-            m.d.comb += getattr(pulses, name).eq(getattr(self, name))
+        for name, member in self.signature.members.items():
+            if member.flow is In:
+                m.d.comb += getattr(power, name).eq(getattr(self, name))
+        m.d.comb += Assert(~(power.on & power.sense))
+        self._allowed(m, power)
+        self._limits(m, power)
+        self._stuck(m, power)
+        return m
 
+    def _allowed(self, m, power):
+        """Which source may be on."""
+        before = Signal()
+        m.d.sync += before.eq(self.machining)
+        with m.If(self.safe | self.quiet | (self.machining != before)):
+            m.d.comb += Assert(~power.on & ~power.sense)
+        with m.If(power.on):
+            m.d.comb += Assert(self.machining)
+        with m.If(power.sense):
+            m.d.comb += Assert(self.machining | self.look)
+        m.d.comb += [Cover(power.sense & self.machining), Cover(power.sense & ~self.machining)]
+
+    def _limits(self, m, power):
+        """Pulses by their times."""
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
         resting = Signal(range(SHORTEST + 1))             # clocks since the last main pulse
-        m.d.sync += burning.eq(Mux(pulses.on, burning + (burning <= LONGEST), 0))
-        m.d.sync += resting.eq(Mux(pulses.on, 0, resting + (resting < SHORTEST)))
+        m.d.sync += burning.eq(Mux(power.on, burning + (burning <= LONGEST), 0))
+        m.d.sync += resting.eq(Mux(power.on, 0, resting + (resting < SHORTEST)))
         before, probe, level = Signal(), Signal(), Signal(6)
         cut, sensing = Signal(), Signal()
-        m.d.sync += [before.eq(pulses.on), probe.eq(pulses.sense), level.eq(pulses.level_out),
+        m.d.sync += [before.eq(power.on), probe.eq(power.sense), level.eq(power.level_out),
                      cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing)]
-
-        m.d.comb += Assert(~(pulses.on & pulses.sense))
-        with m.If(~self.enable):
-            m.d.comb += Assert(~pulses.on & ~pulses.sense)
-        with m.If(pulses.on):
-            m.d.comb += [Assert(burning < LONGEST), Assert(pulses.level_out <= LEVEL),
+        with m.If(power.on):
+            m.d.comb += [Assert(burning < LONGEST), Assert(power.level_out <= LEVEL),
                          Assert(~probe)]
         with m.Else():
-            m.d.comb += Assert(pulses.level_out == 0)
-        with m.If(pulses.on & ~before):
+            m.d.comb += Assert(power.level_out == 0)
+        with m.If((power.on & ~before) | (power.sense & ~probe)):
             m.d.comb += Assert(resting == SHORTEST)
-        with m.If(pulses.sense & ~probe):
-            m.d.comb += Assert(resting == SHORTEST)
-        with m.If(pulses.on & before):
-            m.d.comb += [Assert(pulses.level_out == level), Assert(~cut), Assert(~sensing)]
-        m.d.comb += [Cover(burning == LONGEST), Cover(before & cut), Cover(before & ~self.enable),
-                     Cover(pulses.level_out == LEVEL)]
+        with m.If(power.on & before):
+            m.d.comb += [Assert(power.level_out == level), Assert(~cut), Assert(~sensing)]
+        m.d.comb += [Cover(burning == LONGEST), Cover(before & cut), Cover(before & self.safe),
+                     Cover(power.level_out == LEVEL)]
         after_main, after_sense = Signal(), Signal()  # what the last pulse was
-        with m.If(pulses.on | pulses.sense):
-            m.d.sync += [after_main.eq(pulses.on), after_sense.eq(pulses.sense)]
-        m.d.comb += [Cover(pulses.sense & after_main), Cover(pulses.on & after_sense)]
-        return m
+        with m.If(power.on | power.sense):
+            m.d.sync += [after_main.eq(power.on), after_sense.eq(power.sense)]
+        m.d.comb += [Cover(power.sense & after_main), Cover(power.on & after_sense)]
+
+    def _stuck(self, m, power):
+        """A gap that stays live is found, and gets no pulse meanwhile."""
+        reference = Signal(10)
+        trusted = Signal(range(SETTLE + 1))  # clocks of the short level
+        m.d.sync += reference.eq(self.reference)
+        with m.If(self.reference != reference):
+            m.d.sync += trusted.eq(0)
+        with m.Elif(trusted != SETTLE):
+            m.d.sync += trusted.eq(trusted + 1)
+        gate, life = Signal(), Signal()
+        m.d.comb += [
+            gate.eq(power.on | power.sense),
+            life.eq(self.current | (~self.short & (trusted == SETTLE))),
+        ]
+
+        # Clocks with life and both gates off, in a row, before this one.
+        silent = Signal(range(LIMIT + 2))
+        with m.If(gate | ~life):
+            m.d.sync += silent.eq(0)
+        with m.Elif(silent <= LIMIT):
+            m.d.sync += silent.eq(silent + 1)
+        with m.If(silent == LIMIT + 1):
+            m.d.comb += Assert(power.stuck)
+
+        # Clocks without life or gate before this one: so many lie before every pulse, but for the
+        # clock in which it was decided.
+        since = Signal(range(DEAD + 1))
+        with m.If(gate | life):
+            m.d.sync += since.eq(0)
+        with m.Elif(since != DEAD):
+            m.d.sync += since.eq(since + 1)
+        was, decided = Signal(), Signal(range(DEAD + 1))
+        begun = Signal(init=1)   # a gate or life has been seen since reset, with which it is dead
+        m.d.sync += [was.eq(gate), decided.eq(since)]
+        with m.If(gate | life):
+            m.d.sync += begun.eq(0)
+        fresh = Signal(init=1)
+        m.d.sync += fresh.eq(begun)
+        with m.If(gate & ~was):
+            m.d.comb += Assert((decided == DEAD) | fresh)
+
+        # What is told was there: life without a gate for LIMIT clocks, pauses below DEAD aside.
+        quiet = Signal(range(LIMIT + 1))
+        with m.If(gate | (since == DEAD)):
+            m.d.sync += quiet.eq(0)
+        with m.Elif(quiet != LIMIT):
+            m.d.sync += quiet.eq(quiet + 1)
+        with m.If(power.stuck):
+            m.d.comb += Assert(quiet == LIMIT)
+        m.d.comb += [Cover(power.stuck & self.current), Cover(power.stuck & ~self.current & life),
+                     Cover(power.stuck & self.safe), Cover(power.on & (silent == 0))]
 
 
 def test_contract_holds(workdir):
-    prove(PowerContract(), workdir, depth=LONGEST + SHORTEST + 2)
+    prove(PowerContract(), workdir, depth=LONGEST + SHORTEST + LIMIT + SETTLE + 2)
 
 
 def test_contract_is_reachable(workdir):
-    prove(PowerContract(), workdir, depth=16, mode="cover")
+    prove(PowerContract(), workdir, depth=20, mode="cover")

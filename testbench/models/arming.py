@@ -27,7 +27,7 @@ class Arming:
 
     @property
     def armed(self):
-        return self.contactor and self.clock - self.closed_at >= self.closing
+        return self.closed_at is not None and self.clock - self.closed_at >= self.closing
 
     def end(self):
         arm, safe, disarm = self.inputs

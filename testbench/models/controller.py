@@ -20,11 +20,24 @@ def crc16(data: bytes) -> int:
     return value
 
 
+def unstuffed(data: bytes) -> bytes:
+    """What is meant by the bytes between the start and the end of a frame."""
+    found, flip = bytearray(), 0
+    for byte in data:
+        if byte == 0x10:
+            flip = 0x40
+        else:
+            found.append(byte ^ flip)
+            flip = 0
+    return bytes(found)
+
+
 class Controller:
     """Line and tape mode, with a tape buffer of ``room`` bytes that ``drain`` empties.
 
     ``script`` is called as ``script(controller, line)`` for every line of line mode and may return
-    an answer other than ``ok``; ``on_finish(controller)`` when a tape has come whole.
+    an answer other than ``ok``, or ``""`` if there is none yet; ``on_finish(controller)`` when a
+    tape has come whole.
     """
 
     def __init__(self, *, room=256, script=None, on_finish=None):
@@ -33,6 +46,9 @@ class Controller:
         self.buffered = 0
         self.finished = False
         self.lines, self.realtime = [], []
+        self.number = 0                    # of the next line
+        self.last, self.answer = b"", None  # the last one, and its answer
+        self.guarded = False
         self.offset = "0.0000,0.0000,0.0000"  # of the program's frame, for status reports
         self.out = deque()
         self._in = bytearray()
@@ -46,48 +62,86 @@ class Controller:
         self.buffered = max(0, self.buffered - count)
 
     def feed(self, data):
-        self._in += data
+        """Take bytes; real-time ones before all others."""
+        for byte in data:
+            if byte in b"?!~\x18\x92":
+                self._realtime(byte)
+            else:
+                self._in.append(byte)
         while self._in and self._step():
             pass
 
+    def _realtime(self, byte):
+        self.realtime.append(byte)
+        if byte == ord("?"):
+            self.say(f"<Idle|MPos:0.000,0.000,0.000|WCO:{self.offset}>")
+        elif byte == 0x18:
+            self._in.clear()
+            self.number, self.answer, self.guarded = 0, None, False
+            self.say(GREETING)
+
     def _step(self):
-        first = self._in[0]
-        if first == 0x02:
+        if self._in[0] == 0x02:
             return self._frame()
-        if first in b"?!~\x18\x92":
-            self._in.pop(0)
-            self.realtime.append(first)
-            if first == ord("?"):
-                self.say("<Idle|MPos:0.000,0.000,0.000|"
-                         f"WCO:{self.offset}>")
-            return True
-        end = self._in.find(b"\n")
-        if end < 0:
+        ends = [at for at in (self._in.find(b"\n"), self._in.find(b"\x02")) if at >= 0]
+        if not ends:
             return False
-        line = bytes(self._in[:end]).decode()
-        del self._in[:end + 1]
-        self.lines.append(line)
-        self.say((self.script and self.script(self, line)) or "ok")
+        line = bytes(self._in[:min(ends)])
+        cut = self._in[min(ends)] == 0x02
+        del self._in[:min(ends) + (not cut)]
+        if line:
+            self._line(line, cut)
         return True
 
+    def _line(self, line, cut):
+        if not line.startswith(b"@"):
+            if cut or self.guarded:
+                self.say("error:8")
+            else:
+                self._obey(line.decode(), "")
+            return
+        text, star, check = line.rpartition(b"*")
+        number, space, command = text[1:].partition(b" ")
+        if cut or not (star and space and number.isdigit() and len(check) == 4
+                       and b"%04X" % crc16(text) == check):
+            self.say("error:8")
+        elif self.answer is not None and line == self.last:
+            if self.answer:
+                self.say(self.answer)
+        elif int(number) != self.number:
+            self.say(f"error:8 @{int(number)}")
+        else:
+            self.guarded = True
+            self.number = (self.number + 1) % 65536
+            self.last = line
+            self._obey(command.decode(), f" @{int(number)}")
+
+    def _obey(self, line, suffix):
+        self.lines.append(line)
+        answer = self.script(self, line) if self.script else None
+        answer = "ok" if answer is None else answer
+        self.answer = answer and answer + suffix
+        if answer:
+            self.say(self.answer)
+
     def _frame(self):
-        if len(self._in) < 2:
+        ends = [at for at in (self._in.find(b"\x02", 1), self._in.find(b"\x03")) if at >= 0]
+        if not ends:
             return False
-        length = self._in[1]
+        body, whole = unstuffed(self._in[1:min(ends)]), self._in[min(ends)] == 0x03
+        del self._in[:min(ends) + whole]
+        if not whole:
+            return True  # the next one has begun
+        length, sequence = (*body, 0, 0)[:2]
         count = 0 if length in (0, 0xFF) else length
-        if len(self._in) < count + 5:
-            return False
-        taken = bytes(self._in[:count + 5])
-        del self._in[:count + 5]
-        sequence, payload = taken[2], taken[3:-2]
-        if count > 64 or crc16(taken[1:-2]) != int.from_bytes(taken[-2:]):
+        if count > 64 or len(body) != count + 4 or crc16(body[:-2]) != int.from_bytes(body[-2:]):
             self.out.extend([0x15, sequence])
         elif sequence == self._last and length != 0:
             self.out.extend([0x06, sequence])
         elif length != 0 and sequence != (0 if self._last is None else (self._last + 1) % 256):
             self.out.extend([0x15, sequence])
         elif self.buffered + count <= self.room:
-            self._accept(length, sequence, payload)
+            self._accept(length, sequence, body[2:-2])
             self.out.extend([0x06, sequence])
         return True
 

@@ -18,14 +18,14 @@ class PulseGenerator:
     level: int = 0
     fresh: bool = True
 
-    def outputs(self, *, enable):
+    def outputs(self, *, enable, live=0):
         """Return ``(on, sense, level_out, between)``."""
         on, sense = (int(bool(enable) and self.running == kind) for kind in ("main", "sense"))
-        begins = enable and not self.fresh and self.clocks <= 1
+        begins = enable and not self.fresh and self.clocks <= 1 and not live
         return on, sense, self.level if on else 0, int(not self.running and not begins)
 
     def edge(self, *, enable, sensing, on_time, off_time, off_extra, sense_on, sense_off, level,
-             cut, abnormal):
+             cut, abnormal, live=0):
         """Go to the next clock."""
         self.clocks -= 1
         poor = self.running == "main" and abnormal
@@ -35,7 +35,7 @@ class PulseGenerator:
             self.fresh, self.running = False, ""
             rest = off_time if self.last == "main" else sense_off
             self.clocks = max(1, rest + (off_extra if poor and enable else 0))
-        elif not self.running and self.clocks <= 0:
+        elif not self.running and self.clocks <= 0 and not live:
             self.running = self.last = "sense" if sensing else "main"
             self.clocks = max(1, sense_on if sensing else on_time)
             self.level = level

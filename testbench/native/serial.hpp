@@ -1,19 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 // The host's end of the serial line: 8 data bits, no parity, 1 stop bit, at a whole number of
-// clocks per bit.
+// clocks per bit. The way to the controller may be made a bad one.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <vector>
+
+#include "random.hpp"
 
 namespace bench {
+
+constexpr unsigned BROKEN = 0x100;  // with a byte to send: without its stop bit
+
+// What happens to a byte: one bit is turned over, it is lost, comes twice, or has no stop bit.
+enum Harm { BENT, DROPPED, DOUBLED, UNSTOPPED, HARMS };
+
+struct Hit {
+    unsigned harm, sent, came;
+};
 
 class Serial {
 public:
     explicit Serial(unsigned divisor) : divisor_(divisor) {}
 
-    std::deque<uint8_t> to_send, received;
+    std::deque<uint16_t> to_send;
+    std::deque<uint8_t> received;
     uint64_t framing_errors = 0;
+    std::vector<Hit> hits;
+
+    // From now on so large a share of the bytes is harmed in each way.
+    void damage(uint64_t seed, const double* shares) {
+        random_ = plant::Random(seed);
+        for (unsigned harm = 0; harm < HARMS; ++harm)
+            shares_[harm] = shares[harm];
+    }
 
     // One clock: the level of tx in it; returns whether a byte has become complete.
     bool take(bool tx) {
@@ -44,11 +65,13 @@ public:
     // One clock: the level of rx in the next.
     bool give() {
         if (left_ == 0) {
-            if (to_send.empty())
+            const unsigned next = harmed();
+            if (next == NOTHING)
                 return true;
-            frame_ = 0x200u | static_cast<unsigned>(to_send.front()) << 1;
-            to_send.pop_front();
-            left_ = 10 * divisor_;
+            // Behind a stop bit that is missing the line is high for a bit, so that it is seen.
+            const bool stops = !(next & BROKEN);
+            frame_ = (stops ? 0x200u : 0x400u) | (next & 0xff) << 1;
+            left_ = (stops ? 10 : 11) * divisor_;
             held_ = divisor_;
         } else if (held_ == 0) {
             frame_ >>= 1;
@@ -61,10 +84,44 @@ public:
 
 private:
     static constexpr unsigned IDLE = 15;
+    static constexpr unsigned NOTHING = ~0u;
+
+    // The next byte to be sent, as it comes.
+    unsigned harmed() {
+        while (!to_send.empty()) {
+            const unsigned sent = to_send.front();
+            to_send.pop_front();
+            const unsigned harm = draw();
+            if (harm == HARMS)
+                return sent;
+            const unsigned came = harm == BENT ? sent ^ 1u << (random_.bits() >> 61) : sent;
+            hits.push_back({harm, sent, came});
+            if (harm == DOUBLED)
+                to_send.push_front(static_cast<uint16_t>(sent));
+            if (harm != DROPPED)
+                return harm == UNSTOPPED ? came | BROKEN : came;
+        }
+        return NOTHING;
+    }
+
+    unsigned draw() {
+        if (shares_[BENT] + shares_[DROPPED] + shares_[DOUBLED] + shares_[UNSTOPPED] == 0)
+            return HARMS;
+        double left = random_.uniform();
+        for (unsigned harm = 0; harm < HARMS; ++harm) {
+            left -= shares_[harm];
+            if (left < 0)
+                return harm;
+        }
+        return HARMS;
+    }
+
     unsigned divisor_;
     unsigned bit_ = IDLE, wait_ = 0;
     uint8_t byte_ = 0;
     unsigned frame_ = 1, left_ = 0, held_ = 0;
+    double shares_[HARMS] = {};
+    plant::Random random_{0};
 };
 
 }  // namespace bench

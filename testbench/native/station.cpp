@@ -26,6 +26,19 @@ void station_receive(Station* s, uint8_t* out) {
     for (; !s->serial.received.empty(); s->serial.received.pop_front())
         *out++ = s->serial.received.front();
 }
+void station_send_broken(Station* s, uint8_t byte) {
+    s->serial.to_send.push_back(static_cast<uint16_t>(byte | bench::BROKEN));
+}
+void station_damage(Station* s, uint64_t seed, const double* shares) {
+    s->serial.damage(seed, shares);
+}
+uint64_t station_hits(Station* s) { return s->serial.hits.size(); }
+void station_hit(Station* s, uint64_t index, uint64_t* out) {
+    const bench::Hit& hit = s->serial.hits[index];
+    out[0] = hit.harm;
+    out[1] = hit.sent;
+    out[2] = hit.came;
+}
 uint64_t station_framing_errors(Station* s) { return s->serial.framing_errors; }
 
 uint64_t station_auxiliaries(Station* s) { return s->machine.auxiliaries().size(); }

@@ -13,6 +13,7 @@ import numpy as np
 __all__ = ["AXES", "Session", "parameters"]
 
 AXES = "xyz"
+HARMS = ("bent", "dropped", "doubled", "unstopped")     # of a byte on the line
 
 # Words of a machine's file, by the numbers that the plant has for them.
 WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
@@ -29,6 +30,10 @@ _FUNCTIONS = {
     "station_send": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
     "station_waiting": (_UNSIGNED, [_POINTER]),
     "station_receive": (None, [_POINTER, ctypes.c_char_p]),
+    "station_send_broken": (None, [_POINTER, ctypes.c_uint8]),
+    "station_damage": (None, [_POINTER, _UNSIGNED, ctypes.POINTER(_DOUBLE)]),
+    "station_hits": (_UNSIGNED, [_POINTER]),
+    "station_hit": (None, [_POINTER, _UNSIGNED, ctypes.POINTER(_UNSIGNED)]),
     "station_framing_errors": (_UNSIGNED, [_POINTER]),
     "station_extent": (None, [_POINTER, ctypes.POINTER(ctypes.c_int64)]),
     "station_left": (None, [_POINTER, *[ctypes.c_int64] * 4, _POINTER]),
@@ -214,6 +219,28 @@ class Session:
     def send(self, data: bytes) -> None:
         """Queue bytes for the controller, back to back, from the next clock on."""
         self._station_library.station_send(self._station, data, len(data))
+
+    def send_broken(self, byte: int) -> None:
+        """Queue a byte that comes without its stop bit."""
+        self._station_library.station_send_broken(self._station, byte)
+
+    def damage(self, seed: int, **shares: float) -> None:
+        """Make the line to the controller a bad one: ``shares`` of the bytes, by ``HARMS``.
+
+        A bent byte has one bit turned over.
+        """
+        assert set(shares) <= set(HARMS)
+        self._station_library.station_damage(
+            self._station, seed, (_DOUBLE * len(HARMS))(*(shares.get(harm, 0) for harm in HARMS)))
+
+    def hits(self) -> list[tuple[str, int, int]]:
+        """Bytes that were harmed so far: how, as it was sent, as it came."""
+        found = []
+        for index in range(self._station_library.station_hits(self._station)):
+            row = (_UNSIGNED * 3)()
+            self._station_library.station_hit(self._station, index, row)
+            found.append((HARMS[row[0]], row[1], row[2]))
+        return found
 
     def _arm(self, clocks, until_byte) -> bool:
         """Say where to stop; return whether there is a clock to run."""

@@ -9,6 +9,8 @@ namespace plant {
 namespace {
 
 constexpr double RISEN = 0.995;  // of the open voltage: nothing changes any more
+constexpr double FALLEN_V = 0.05;  // so little counts as none
+constexpr uint32_t NEVER = UINT32_MAX;
 constexpr int STRETCH_SHAPE = 3;
 constexpr double SPARKING_US = 1000;  // since the last discharge: bridges may grow
 
@@ -79,16 +81,30 @@ void Gap::enter(State state, double volts) {
     noisy_ = state == State::burning && noise_.uniform() >= p_.noise_miss;
 }
 
+// Of the fluid: Rg = rho g / A.
+double Gap::leak_ohm() const {
+    return fluid_ * (std::max(gap_, 1.0) * 1e-4) / (p_.area_mm2 * 1e-2);
+}
+
 void Gap::open() {
-    // The fluid leaks: Rg = rho g / A, and the source has its resistance.
-    leak_ohm_ = fluid_ * (std::max(gap_, 1.0) * 1e-4) / (p_.area_mm2 * 1e-2);
-    source_v_ = supply_v_ * leak_ohm_ / (leak_ohm_ + p_.source_ohm);
-    draw_ = draw();
+    // The fluid leaks, and the source has its resistance, through which it charges the gap's capacity.
+    leak_ohm_ = leak_ohm();
+    source_v_ = supply_v_ * leak_ohm_ / (leak_ohm_ + source_ohm_);
+    rising_ = std::exp(-clock_us_ / p_.rise_us * p_.source_ohm / source_ohm_);
+    draw_ = gate_ == Gate::main ? draw() : 0;
     integral_ = 0;
     waited_ = looked_ = 0;
     next_ = 1;
-    // The source charges the gap's capacity: the first clock's mean is what the comparators see.
-    enter(State::open, source_v_ * (1 - std::exp(-clock_us_ / p_.rise_us)));
+    // The comparators see what the voltage is at the end of a clock.
+    enter(State::open, source_v_ - (source_v_ - volts_) * rising_);
+}
+
+// With both gates off that capacity empties, through the fluid too; a bridge takes it all at once.
+void Gap::fall() {
+    waited_ = 0;
+    const double left = touching() ? 0 : volts_ * falling_;
+    next_ = left < FALLEN_V ? NEVER : 1;
+    enter(State::off, left < FALLEN_V ? 0 : left);
 }
 
 bool Gap::touching() {
@@ -104,13 +120,22 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
         extinguish();
     gate_ = gate;
     if (gate == Gate::none) {
+        const double leak = p_.source_ohm / (p_.rise_us * leak_ohm());
+        falling_ = std::exp(-clock_us_ * (1 / p_.fall_us + leak));
         amps_ = 0;
-        enter(State::off, 0);
+        fall();
         return;
     }
-    amps_ = gate == Gate::main ? level * p_.step_a : p_.sensing_a;
-    const unsigned steps = gate == Gate::main ? supply & 15 : 0;
-    supply_v_ = steps != 0 ? steps * p_.supply_step_v : p_.open_v;
+    if (gate == Gate::main) {
+        const unsigned steps = supply & 15;
+        supply_v_ = steps != 0 ? steps * p_.supply_step_v : p_.open_v;
+        source_ohm_ = p_.source_ohm;
+        amps_ = level < BARE ? level * p_.step_a : supply_v_ / source_ohm_;
+    } else {
+        supply_v_ = p_.sensing_v;
+        source_ohm_ = p_.sensing_v / p_.sensing_a;
+        amps_ = (supply_v_ - p_.short_v) / (source_ohm_ + p_.short_ohm);
+    }
     negative_ = supply >> 4 & 1;
     // Debris caught for one pulse only: a single shorted pulse is normal.
     single_ = gate == Gate::main && force.short_ < 0 &&
@@ -130,13 +155,16 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
 
 // The hazard law, integrated in steps of a microsecond until it reaches the pulse's own draw.
 void Gap::wait() {
-    if (volts_ < RISEN * source_v_) {
-        const double left = (source_v_ - volts_) * std::exp(-clock_us_ / p_.rise_us);
-        const double volts = source_v_ - left;
-        set_volts(volts < RISEN * source_v_ ? volts : source_v_);
+    if (state_ == State::off) {
+        fall();
+        return;
+    }
+    if (volts_ != source_v_) {
+        const double left = (source_v_ - volts_) * rising_;
+        set_volts(std::abs(left) > (1 - RISEN) * source_v_ ? source_v_ - left : source_v_);
         next_ = waited_ + 1;
     } else {
-        next_ = waited_ + step_;
+        next_ = gate_ == Gate::main ? waited_ + step_ : NEVER;
     }
     const double elapsed = (waited_ - looked_) * clock_us_;
     looked_ = waited_;

@@ -36,10 +36,11 @@ struct GapParameters {
     double weibull_wide_shape = 1.6;
     double formative_us = 0.5;
     // Source
-    double open_v = 80;             // with the supply's code at 0, and of the sensing source
+    double open_v = 80;             // with the supply's code at 0
     double supply_step_v = 20;      // per step of that code
     double negative_removal = 0.5;  // electrode negative, as a share of positive
-    double rise_us = 0.2;
+    double rise_us = 0.2;           // of the main source: source_ohm times the capacity of the gap
+    double fall_us = 0.2;           // after a pulse, that capacity through what else is across it
     double source_ohm = 10;
     double step_a = 1.5;            // per step of the current level
     double burning_v = 25;
@@ -48,7 +49,8 @@ struct GapParameters {
     double arc_spread_v = 0.7;
     double short_v = 2;             // contact drop
     double short_ohm = 0.2;
-    double sensing_a = 0.2;
+    double sensing_v = 24;          // of the sensing source
+    double sensing_a = 1;           // what its resistor lets through at that voltage
     // Fluid
     double fluid_ohm_cm = 1e9;
     double drift_end_ohm_cm = 1e9;  // geometric from fluid_ohm_cm, reached after
@@ -84,7 +86,7 @@ struct GapForces {
 
 class Gap {
 public:
-    enum class State : uint8_t { off, open, burning, arcing, shorted };
+    enum class State : uint8_t { off, open, burning, arcing, shorted };  // in off it may still fall
     enum class Gate : uint8_t { none, main, sensing };
 
     explicit Gap(uint64_t seed) : sparks_(seed, 1), bridges_(seed, 2), noise_(seed, 3) {}
@@ -99,12 +101,14 @@ public:
     void put_levels(double high_v, double arc_v, double short_v);
 
     // Every clock, with the gates of the two sources, the main one's current level and its supply:
-    // bits 0 to 3 the steps of its voltage, bit 4 an electrode that is negative.
+    // bits 0 to 3 the steps of its voltage, bit 4 an electrode that is negative. At the level BARE
+    // nothing but the source's resistance bounds the current: its transistor is shorted.
+    static constexpr unsigned BARE = 64;
     void clock(bool on, bool sensing, unsigned level, unsigned supply) {
         const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
         if (gate != gate_)
             switch_to(gate, level, supply);
-        else if (state_ == State::open && ++waited_ >= next_)
+        else if (state_ <= State::open && ++waited_ >= next_)
             wait();
         ++now_;
     }
@@ -139,11 +143,13 @@ public:
 private:
     void switch_to(Gate gate, unsigned level, unsigned supply);
     void wait();
+    void fall();
     void ignite(bool arc);
     void extinguish();
     void enter(State state, double volts);
     void set_volts(double volts);
     void compare();
+    double leak_ohm() const;
     void set_fluid();
     void set_hazard();
     double draw();
@@ -167,7 +173,9 @@ private:
     bool high_ = false, below_arc_ = true, below_short_ = true, conducting_ = false;
     bool noisy_ = false, negative_ = false, single_ = false;
     double high_v_ = 0, arc_v_ = 0, short_v_ = 0;
-    double volts_ = 0, amps_ = 0, supply_v_ = 0, source_v_ = 0, leak_ohm_ = 0;
+    double volts_ = 0, amps_ = 0, leak_ohm_ = 0;
+    double supply_v_ = 0, source_v_ = 0, source_ohm_ = 10;  // of the source that is on
+    double rising_ = 0, falling_ = 0;   // what a clock leaves of the way to its voltage, and to 0
     double draw_ = 0, integral_ = 0, field_v_ = 0, field_ = 0;
     double fluid_ = 0, ease_ = 1, deionisation_us_ = 0;
 

@@ -57,6 +57,7 @@ Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     p["source.supply_step_v"] = &process_.supply_step_v;
     p["source.negative_removal"] = &process_.negative_removal;
     p["source.rise_us"] = &process_.rise_us;
+    p["source.fall_us"] = &process_.fall_us;
     p["source.source_ohm"] = &process_.source_ohm;
     p["source.step_a"] = &process_.step_a;
     p["source.burning_v"] = &process_.burning_v;
@@ -65,6 +66,7 @@ Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     p["source.arc_spread_v"] = &process_.arc_spread_v;
     p["source.short_v"] = &process_.short_v;
     p["source.short_ohm"] = &process_.short_ohm;
+    p["source.sensing_v"] = &process_.sensing_v;
     p["source.sensing_a"] = &process_.sensing_a;
     p["comparator.fixed"] = &reference_fixed_;
     p["comparator.high_level_v"] = &high_level_v_;
@@ -149,6 +151,9 @@ Plant::Plant(uint64_t seed) : lines_(seed), gap_(seed), wire_(seed) {
     p["force.encoder_open"] = &lines_.force.open;
     p["force.encoder_a_noise"] = &lines_.force.a_noise;
     p["force.encoder_noise_hz"] = &lines_.force.noise_hz;
+    p["force.gate_stuck"] = &force_gate_stuck_;
+    p["force.comparator_cut"] = &force_comparator_cut_;
+    p["force.comparator_dead"] = &force_comparator_dead_;
     configure();
 }
 
@@ -235,6 +240,9 @@ void Plant::configure() {
     fluid_low_ = force_fluid_low_ != 0;
     faults();
     lines_.configure(clock_hz_);
+    stuck_ = static_cast<unsigned>(force_gate_stuck_);
+    wires_cut_ = static_cast<unsigned>(force_comparator_cut_);
+    wires_dead_ = static_cast<unsigned>(force_comparator_dead_);
     limits();
 }
 

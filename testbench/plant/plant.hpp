@@ -65,7 +65,7 @@ public:
         step_ = from.step;
         for (unsigned bits = moving_; bits; bits &= bits - 1)
             axes_[__builtin_ctz(bits)].clock();
-        gap_.clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
+        gates(from);
         references_ += SPREAD[from.gap_reference];
         const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
         if (serial != serial_) {
@@ -79,8 +79,8 @@ public:
         coders(to);
         to.gap_high = gap_.high();
         to.gap_arc = gap_.below_arc();
-        to.gap_short = gap_.below_short();
-        to.gap_current = gap_.conducting();
+        to.gap_short = (gap_.below_short() | wires_cut_) & ~wires_dead_ & 1;
+        to.gap_current = (gap_.conducting() | wires_cut_ >> 1) & ~(wires_dead_ >> 1) & 1;
         to.gap_noise = gap_.noise();
         to.estop = estop_;
         to.drive_fault = drive_fault_;
@@ -111,6 +111,20 @@ private:
     void levels();
     double electrode_um() const;
     unsigned sample(unsigned channel) const;
+
+    // The gates as the sources have them: one that is stuck stays on, at the level it had last. The
+    // source of a shorted transistor has no level. The main source hangs on the main contactor.
+    void gates(const FromController& from) {
+        if (from.gap_level != 0)
+            level_ = from.gap_level;
+        if (stuck_ == NONE)
+            gap_.clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
+        else if (stuck_ == SENSING)
+            gap_.clock(from.gap_on && powered_, true, from.gap_level, from.gap_supply);
+        else
+            gap_.clock(powered_, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE,
+                       from.gap_supply);
+    }
 
     void coders(ToController& to) {
         unsigned a = 0, b = 0;
@@ -143,6 +157,10 @@ private:
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
            force_arm_ = 0, force_brown_out_ = 0;
+    // Which gate is stuck; and the wires of comparators, 1 that of the short level, 2 that of the
+    // current: a cut one reads as constraints/ulx3s.py has it, a dead one as good.
+    enum Stuck { NONE, MAIN, SENSING, SHORTED };
+    double force_gate_stuck_ = 0, force_comparator_cut_ = 0, force_comparator_dead_ = 0;
 
     Motor axes_[AXES];
     CoderLines lines_;
@@ -154,7 +172,8 @@ private:
     double reference_v_[3] = {0, 0, 0}, reference_one_v_ = 0, reference_step_ = 0;
     unsigned serial_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
-    unsigned moving_ = 0;
+    unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
+    unsigned level_ = 1;
     uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
     uint8_t arm_ = 0, power_good_ = 1;

@@ -77,11 +77,11 @@ def test_holds_its_peace_while_the_pulses_are_dropped(simulate):
     dut = Conservation()
 
     async def run(ctx):
-        put(ctx, dut, {"command": 9, "safe": 1})
+        put(ctx, dut, {"command": 9, "drop": 1})
         for _ in range(6):
             await ctx.tick()
             assert not ctx.get(dut.damaged)
-        put(ctx, dut, {"command": 0, "safe": 0})
+        put(ctx, dut, {"command": 0, "drop": 0})
         for _ in range(6):
             await ctx.tick()
             assert not ctx.get(dut.damaged)

@@ -172,7 +172,8 @@ def test_programmed_stop_is_resumed():
     controller, machine = ended_by("[E:pause,4,3,0,0,0]", "[E:end,5,3,0,0,0]")
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "end"
-    assert controller.realtime.count(ord("~")) == 1
+    assert controller.lines.count("$RESUME") == 1
+    assert not controller.realtime
     assert len(run.events) == 1
 
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware's end of the link: lines, real-time bytes and tape frames."""
+"""The firmware's end of the link: reports, real-time bytes and tape frames.
+
+Of lines as such see test_firmware_lines.
+"""
 
 import re
 from binascii import crc_hqx
@@ -20,9 +23,8 @@ def machine():
     return ready
 
 
-def frame(length, sequence, payload=b""):
-    body = bytes([length, sequence]) + payload
-    return b"\x02" + body + crc_hqx(body, 0xFFFF).to_bytes(2)
+frame = Machine.framed
+REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0x92}
 
 
 def answers(machine, data, passes=60):
@@ -41,6 +43,16 @@ def test_greeting_and_lock():
     assert machine.line("?")[-1].startswith("<Alarm|")
     assert machine.line("$position=here") == ["ok"]
     assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_what_came_over_the_link_is_told(machine):
+    machine.send(b"G99\n\xff(\xff)\n")
+    machine.library.gk_send_broken()
+    machine.send(b"\n" + frame(3, 0, b"abc")[:-1] + b"\x00" + frame(3, 0, b"abc")[:4])
+    machine.run(400)
+    assert machine.line("$L")[-1] == "error:8", "the frame that stopped may have been its start"
+    assert machine.line("$L") == [
+        "[LNK:lines 3,refused 3,frames 2,damaged 2,errors 1,ignored 0]", "ok"]
 
 
 def test_status_report_has_the_form_of_grbl(machine):
@@ -88,13 +100,6 @@ def test_settings_are_listed_and_changed(machine):
     assert "$8=7 (shorts in a series that halt (0 no bound))" in machine.line("$$", passes=2000)
 
 
-def test_too_many_lines_are_refused_not_lost_in_silence(machine):
-    machine.send(b"G04 X1\n" + b"(" + b"x" * 300 + b")\n")
-    lines = machine.run(4000)
-    assert lines[-1] in ("ok", "error:6")
-    assert "error:6" in lines
-
-
 def test_frames_are_acknowledged_in_turn(machine):
     assert answers(machine, frame(0, 0)) == [(ACK, 0)]
     assert answers(machine, frame(3, 1, b"abc")) == [(ACK, 1)]
@@ -122,27 +127,68 @@ def test_sequence_numbers_wrap(machine):
     assert events(machine.tape(rows), "end") == [["end"]]
 
 
-@pytest.mark.parametrize("at", range(8))
-def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, at, rng):
+@pytest.mark.parametrize("harm", ["bent", "dropped", "doubled", "broken"])
+def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
     """Whatever byte is hit, nothing of the frame is taken for a real-time byte or a line."""
     machine.frame(0, 0)
-    good = frame(3, 1, b"!\x18?")
-    for _ in range(20):
-        bad = bytearray(good)
-        # A start with more than one bit wrong could read as a real-time byte itself.
-        bad[at] ^= rng.randrange(1, 256) if at else 1 << rng.randrange(8)
-        assert answers(machine, bad, passes=400) in ([(NAK, bad[2])], [(NAK, 1)], [(NAK, 0)])
+    good = frame(6, 1, b"!\x18?\n$I\n"[:6])
+    harmed = []
+    for at in range(len(good)):
+        before, byte, after = good[:at], good[at], good[at + 1:]
+        if harm == "bent":
+            # One that reads as a real-time byte is one.
+            harmed += [before + bytes([byte ^ 1 << bit]) + after for bit in range(8)
+                       if byte ^ 1 << bit not in REALTIME]
+        elif harm != "doubled":
+            harmed.append((before, b"", after))
+        elif before and after:  # else it is a whole frame, and a byte beside it
+            harmed.append((before, bytes([byte] * 2), after))
+    assert len(harmed) > 10
+    for bad in harmed:
+        machine.marks.clear()
+        if harm == "bent":
+            machine.send(bad)
+        else:
+            machine.send(bad[0] + bad[1])
+            if harm == "broken":
+                machine.library.gk_send_broken()
+            machine.send(bad[2])
+        lines = machine.run(300)
+        assert {mark for mark, _ in machine.marks} == {NAK}, bad
+        assert not [line for line in lines if not line.startswith(("[MSG", "error:8"))]
         assert machine.line("?")[-1].startswith("<Idle|")
     assert answers(machine, good) == [(ACK, 1)]
-    assert "error:38" not in machine.lines
     assert not any(line.startswith("Gapkeeper") for line in machine.lines[1:])
+
+
+def test_frame_that_ends_too_soon_is_no_frame(machine, rng):
+    """Not even if the check of the one before happens to be that of what has come."""
+    machine.frame(0, 0)
+    check = crc_hqx(b"\x08\x02", 0xFFFF)
+    payload = next(data for data in iter(lambda: rng.randbytes(8), None)
+                   if crc_hqx(b"\x08\x01" + data, 0xFFFF) == check)
+    assert answers(machine, frame(8, 1, payload)) == [(ACK, 1)]
+    assert answers(machine, b"\x02\x08\x10\x42\x03") == [(NAK, 2)]
+    assert answers(machine, frame(8, 2, bytes(8))) == [(ACK, 2)]
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3, 5, 8])
+def test_frame_begins_anew_wherever_the_one_before_ends(machine, cut):
+    """No time has to pass, whatever of the other has come."""
+    machine.frame(0, 0)
+    good = frame(3, 1, b"a!c")
+    assert answers(machine, good[:cut] + good) == [(ACK, 1)]
+    assert answers(machine, (good[:cut] + good) * 3)[-1] == (ACK, 1)
 
 
 def test_lines_are_heard_again_when_a_tape_is_aborted_half_way(machine):
     rows = punched(["G00 X1", "G99", "M02"])
     machine.frame(0, 0)
     machine.frame(64, 1, rows[:64])
-    assert answers(machine, b"$I\n", passes=400) == [(NAK, 1)], "no line belongs here"
+    assert answers(machine, b"$I\n$I\n", passes=400) == [(NAK, 1)], "no plain line belongs here"
+    assert machine.lines[-2:] == [
+        "[MSG:A line is refused: between the frames of a tape it needs a number and a check.]",
+        "error:8"]
     for sequence, start in enumerate(range(64, len(rows), 64), start=2):
         machine.frame(len(rows[start:start + 64]), sequence, rows[start:start + 64])
     machine.run(1000)
@@ -156,7 +202,7 @@ def test_frame_that_stops_half_way_is_given_up(machine):
     machine.send(frame(5, 1, b"abcde")[:4])
     machine.run(10)
     machine.send(b"?")
-    assert machine.run(20) == [], "the byte belongs to the frame"
+    assert machine.run(20)[0].startswith("<Idle|"), "heard in the middle of the frame"
     machine.marks.clear()
     assert machine.run(400) == []
     assert machine.marks == [(NAK, 1)]
@@ -171,7 +217,7 @@ def test_frame_without_room_is_answered_when_there_is(machine):
     while answers(machine, frame(64, sequence + 1, rows[:64]), passes=400):
         sequence += 1
         rows = rows[64:]
-    assert 0 < sequence < 20
+    assert 10 < sequence < 30
     assert answers(machine, b"", passes=2000) == []
     machine.library.gk_speed(1000)
     assert answers(machine, b"", passes=400) == [(ACK, sequence + 1)]

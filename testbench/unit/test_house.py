@@ -62,7 +62,8 @@ def forbidden(path, tree):
     top = path.split("/")[0]
     if top not in ALLOWED:
         return
-    plain = path.startswith(("testbench/models/", "host/")) or path.endswith("/regmap.py")
+    plain = path.startswith(("testbench/models/", "host/")) or path.endswith(
+        ("/regmap.py", "/linkmap.py"))
     foreign = set(ALLOWED) - {top} - ALLOWED[top]
     for name in imported(tree):
         if name.split(".")[0] in foreign and (path, name) not in DOOR:

@@ -5,8 +5,12 @@ import pytest
 
 from host.errors import UsageError
 from host.link import (
+    HOLD,
     LONGEST_LINE,
+    NUMBERS,
     PAYLOAD,
+    RESET,
+    RESUME,
     RETRACT,
     Link,
     LinkError,
@@ -15,8 +19,11 @@ from host.link import (
     crc,
     frame,
     frames,
+    numbered,
+    stuffed,
 )
-from testbench.models.controller import GREETING, Controller, Pipe, crc16
+from softcore.linkmap import REALTIME, STUFFED
+from testbench.models.controller import Controller, Pipe, crc16, unstuffed
 
 
 def never():
@@ -24,8 +31,12 @@ def never():
 
 
 def talk(controller, **options):
+    """A link whose greeting has been heard, and what it hears from then on."""
     heard = []
-    return Link(Pipe(controller, **options), heard.append), heard
+    link = Link(Pipe(controller, **options), heard.append)
+    if controller.out:
+        link.await_greeting()
+    return link, heard
 
 
 def test_crc_is_ccitt_false(rng):
@@ -36,7 +47,24 @@ def test_crc_is_ccitt_false(rng):
 
 
 def test_frame_is_length_sequence_payload_and_crc():
-    assert frame(3, 7, b"abc") == b"\x02\x03\x07abc" + crc16(b"\x03\x07abc").to_bytes(2)
+    assert frame(3, 7, b"abc") == (
+        b"\x02\x10\x43\x07abc" + stuffed(crc16(b"\x03\x07abc").to_bytes(2)) + b"\x03")
+    assert frame(2, 2, b"!\xb1") == b"\x02\x10\x42\x10\x42\x10\x61\x10\xf1" + stuffed(
+        crc16(b"\x02\x02!\xb1").to_bytes(2)) + b"\x03"
+
+
+def test_stuffed_bytes_are_never_what_means_something_by_itself():
+    """All bytes come through, and none of them is sent that begins a frame or acts at once."""
+    data = bytes(range(256))
+    sent = stuffed(data)
+    assert unstuffed(sent) == data
+    assert not set(sent) & (STUFFED - {0x10})
+    assert {realtime.byte for realtime in REALTIME} < STUFFED
+    assert len(sent) == 256 + 7 + 64
+
+
+def test_numbered_line():
+    assert numbered(17, "G00 X1") == b"@17 G00 X1*%04X\n" % crc16(b"@17 G00 X1")
 
 
 @pytest.mark.parametrize("length", [0, 1, PAYLOAD - 1, PAYLOAD, PAYLOAD + 1, 300 * PAYLOAD + 5])
@@ -46,7 +74,7 @@ def test_frames_cover_the_tape_in_sequence(rng, length):
     assert cut[0] == (255, frame(0, 255))
     assert cut[-1][1][1] == 0xFF
     assert [number for number, _ in cut[1:]] == [n % 256 for n in range(len(cut) - 1)]
-    assert b"".join(data[3:-2] for _, data in cut[1:-1]) == rows
+    assert b"".join(unstuffed(data[1:-1])[2:-2] for _, data in cut[1:-1]) == rows
 
 
 @pytest.mark.parametrize("line", ["G36 R300", "$8=19", '(SAYS "A")', "Y" * LONGEST_LINE])
@@ -73,7 +101,7 @@ def test_what_is_no_line_is_refused(line, message):
 
 
 def test_greeting_is_awaited():
-    link, _ = talk(Controller())
+    link = Link(Pipe(Controller()), [].append)
     link.await_greeting()
     silent = Controller()
     silent.out.clear()
@@ -91,16 +119,155 @@ def test_lines_are_answered_and_the_rest_is_heard():
     link, heard = talk(controller)
     link.command("G36 R300")
     assert controller.lines == ["G36 R300"]
-    assert heard == [GREETING, "[MSG:Fine]"]
+    assert heard == ["[MSG:Fine]"]
     with pytest.raises(RefusedError, match=r'^the controller refuses "G36 R0": Speed is too high$'):
         link.command("G36 R0")
+    link.command("G36 R200")
+    assert controller.number == 3
+
+
+def test_what_is_no_line_is_not_sent():
+    """Not even as something that looks like it: a `?` for a letter would ask for a status."""
+    controller = Controller()
+    link, _ = talk(controller)
+    for line in ("GÄ", "G00 X1?", "X1\nX2", ""):
+        with pytest.raises(UsageError):
+            link.command(line)
+    assert not controller.lines
+    assert not controller.realtime
 
 
 def test_no_answer_is_an_error():
     controller = Controller()
-    link, _ = talk(controller, noise=lambda direction, data: b"" if direction == "out" else data)
+    link, _ = talk(controller, noise=lambda direction, data: (
+        b"" if direction == "out" and controller.number == 0 else data))
     with pytest.raises(LinkError, match=r"^the controller has fallen silent\.$"):
         link.command("G90")
+
+
+def test_a_line_may_take_as_long_as_the_machine_is_at_it():
+    """It is sent again meanwhile, which does nothing."""
+    def script(controller, line):
+        controller.due = link.pipe.now + 7
+        return ""
+
+    class Busy(Controller):
+        def _realtime(self, byte):
+            super()._realtime(byte)
+            self.out = type(self.out)(bytes(self.out).replace(b"Idle", b"Run"))
+
+        def drain(self, count):
+            if self.answer == "" and link.pipe.now > self.due:
+                self.answer = "ok @0"
+                self.say("ok @0")
+
+    controller = Busy(script=script)
+    link, _ = talk(controller)
+    link.command("G04 X7")
+    assert controller.lines == ["G04 X7"]
+    assert link.pipe.now > 7
+
+
+@pytest.mark.parametrize("share", [0.0, 0.002, 0.01])
+def test_no_line_is_lost_or_carried_out_twice_over_a_bad_cable(rng, share):
+    """Bytes flip, get lost and come twice on their way, and answers get lost."""
+    def noise(direction, data):
+        if direction == "in":
+            return b"" if rng.random() < 10 * share else data
+        sent = bytearray()
+        for byte in data:
+            kind = rng.random() / share if share else 9
+            sent += (b"" if kind < 0.3 else bytes([byte, byte]) if kind < 0.6
+                     else bytes([byte ^ 1 << rng.randrange(8)]) if kind < 1 else bytes([byte]))
+        return bytes(byte for byte in sent if byte != 0x18)
+
+    controller = Controller()
+    link, _ = talk(controller, noise=noise)
+    lines = [f"G01 X{count}" for count in range(500)]
+    for line in lines:
+        link.command(line)
+    assert controller.lines == lines
+
+
+def test_a_line_whose_end_is_lost_is_taken_when_it_comes_again():
+    """What is sent again ends what the line has left behind."""
+    written = []
+
+    def noise(direction, data):
+        if direction == "out":
+            written.append(data)
+            return data[:-1] if len(written) == 1 else data
+        return data
+
+    controller = Controller()
+    link, _ = talk(controller, noise=noise)
+    link.command("G90")
+    assert controller.lines == ["G90"]
+    assert len(written) == 2
+
+
+def test_numbers_go_round_and_begin_anew_with_the_controller():
+    controller = Controller()
+    link, _ = talk(controller)
+    link._number = controller.number = NUMBERS - 1
+    controller.answer = "ok"
+    link.command("G90")
+    link.command("G91")
+    assert controller.number == 1
+    link.press(RESET)
+    link.await_greeting()
+    link.command("G92 X0")
+    assert controller.number == 1
+
+
+def test_a_controller_that_starts_anew_answers_nothing():
+    def script(controller, line):
+        controller._realtime(0x18)
+        return ""
+
+    link, _ = talk(Controller(script=script))
+    with pytest.raises(LinkError, match="the controller has started anew"):
+        link.command("G04 X1")
+
+
+def test_an_order_is_looked_after_while_something_else_is_waited_for():
+    """A line that is sent from within ``on_line``: damaged at first, and then heard."""
+    lost = []
+
+    def noise(direction, data):
+        if direction == "out" and b"$RESUME" in data and len(lost) < 3:
+            lost.append(data)
+            return data.replace(b"R", b"T")
+        return data
+
+    def script(controller, line):
+        if line == "M00":
+            controller.say("[E:pause,4,3,0,0,0]")
+            return ""
+        controller.say("ok @0")
+        return "ok"
+
+    controller = Controller(script=script)
+    link, _ = talk(controller, noise=noise)
+    link.on_line = lambda line: link.press(RESUME) if line.startswith("[E:pause") else None
+    link.command("M00")
+    assert controller.lines == ["M00", "$RESUME"]
+    assert len(lost) == 3
+
+
+def test_an_order_that_nobody_hears_is_an_error():
+    controller = Controller()
+    link, _ = talk(controller, noise=lambda direction, data: (
+        b"" if direction == "out" and controller.number else data))
+    link.command("G90")
+    link.press(RETRACT)
+
+    def wait():
+        while link.pipe.now < 5:
+            link.poll(1)
+
+    with pytest.raises(LinkError, match=r'^the controller does not answer to "\$RETRACT"\.$'):
+        wait()
 
 
 @pytest.mark.parametrize("length", [0, 1, 64, 65, 20_000])
@@ -119,9 +286,10 @@ def test_no_byte_is_lost_or_doubled_over_a_bad_cable(rng, share):
     def noise(direction, data):
         if direction == "in" and len(data) == 2 and rng.random() < share:
             return b""
-        if direction == "out" and len(data) > 6 and rng.random() < share:
+        if direction == "out" and rng.random() < share:
             place = rng.randrange(2, len(data))  # a flip of the head is a frame that never was
-            return data[:place] + bytes([data[place] ^ 1 << rng.randrange(8)]) + data[place + 1:]
+            bent = data[:place] + bytes([data[place] ^ 1 << rng.randrange(8)]) + data[place + 1:]
+            return bent.replace(b"\x18", b"")
         return data
 
     controller = Controller()
@@ -163,7 +331,7 @@ def test_answers_are_told_from_lines(rng):
 
     controller._accept = chatty
     assert link.send_tape(rng.randbytes(256 * PAYLOAD), never)
-    assert heard == [GREETING] + [f"[E:block,{n % 256}]" for n in [255, *range(257)]]
+    assert heard == [f"[E:block,{n % 256}]" for n in [255, *range(257)]]
 
 
 def test_sending_stops_when_asked(rng):
@@ -179,18 +347,22 @@ def test_full_buffer_is_waited_for_but_silence_is_not(rng):
     link, _ = talk(controller, per_ms=0)
     assert not link.send_tape(rng.randbytes(1000), lambda: link.pipe.now > 60)
     assert controller.realtime.count(ord("?")) >= 20, "the machine is asked whether it lives"
-    link, _ = talk(controller, per_ms=0, noise=lambda *_: b"")
+    link = Link(Pipe(controller, per_ms=0, noise=lambda *_: b""), [].append)
     with pytest.raises(LinkError, match="fallen silent"):
         link.send_tape(rng.randbytes(1000), never)
 
 
 def test_a_line_that_only_damages_is_given_up(rng):
     def noise(direction, data):
-        return data[:-1] + bytes([data[-1] ^ 1]) if direction == "out" else data
+        at = len(data) - 4
+        return data if direction == "in" else data[:at] + bytes([data[at] ^ 1]) + data[at + 1:]
 
     link, _ = talk(Controller(), noise=noise)
-    with pytest.raises(LinkError, match="damaged 10 times"):
+    with pytest.raises(LinkError, match="a frame of the tape arrived damaged 10 times"):
         link.send_tape(b"abc", never)
+    link, _ = talk(Controller(), noise=noise)
+    with pytest.raises(LinkError, match='"G90" arrived damaged 10 times'):
+        link.command("G90")
 
 
 def test_status_report_is_taken_apart():
@@ -202,5 +374,5 @@ def test_status_report_is_taken_apart():
 def test_realtime_bytes_are_sent_alone():
     controller = Controller()
     link, _ = talk(controller)
-    link.realtime(RETRACT)
-    assert controller.realtime == [0x92]
+    link.press(HOLD)
+    assert controller.realtime == [0x21]

@@ -43,13 +43,14 @@ class Segment:
     travel: list
     arc: Arc | None = None
     highest: int = 0
+    away: int = 0
 
     def words(self):
         """Its words in a slot."""
         travel = [abs(value) | (value < 0) << 31 for value in self.travel]
         words = [self.length, self.rate, *travel, *[0] * (3 - len(travel))]
         if self.arc is None:
-            return [*words, self.highest << 6]
+            return [*words, self.away << 5 | self.highest << 6]
         arc = self.arc
         shape = 1 | arc.major << 1 | arc.minor << 3 | arc.outward << 5 | self.highest << 6
         return [*words, shape, arc.change, arc.divisor, *arc.start, *arc.end]
@@ -161,6 +162,7 @@ class Bench:
         assert ctx.get(dut.rate) == segment.rate
         assert ctx.get(dut.highest) == segment.highest
         assert ctx.get(dut.arc) == (segment.arc is not None)
+        assert ctx.get(dut.away) == segment.away
         if segment.arc:
             for name in ("major", "minor", "outward", "change", "divisor"):
                 assert ctx.get(getattr(dut, name)) == getattr(segment.arc, name)
@@ -243,10 +245,13 @@ def random_segments(rng, count, longest=50):
         return Arc(rng.randrange(3), rng.randrange(3), rng.randrange(2),
                    rng.getrandbits(32) - (1 << 31), rng.getrandbits(30), *state)
 
-    return [Segment(rng.choice((1, 1, 2, rng.randint(1, longest))), rng.getrandbits(30),
-                    [rng.choice((1, -1)) * rng.randint(1, longest) for _ in range(2)],
-                    arc() if rng.random() < 0.4 else None, rng.choice((0, rng.getrandbits(26))))
-            for _ in range(count)]
+    found = [Segment(rng.choice((1, 1, 2, rng.randint(1, longest))), rng.getrandbits(30),
+                     [rng.choice((1, -1)) * rng.randint(1, longest) for _ in range(2)],
+                     arc() if rng.random() < 0.4 else None, rng.choice((0, rng.getrandbits(26))))
+             for _ in range(count)]
+    for segment in found:
+        segment.away = 0 if segment.arc else rng.randrange(2)
+    return found
 
 
 @pytest.mark.parametrize("offset", [0, (1 << 31) - 40, -30], ids=hex)

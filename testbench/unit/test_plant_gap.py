@@ -93,11 +93,86 @@ def test_sensing_pulses_see_a_short_and_never_burn(plant):
         plant.set("force.short", forced)
         plant.drive(gap_sense=1)
         plant.run(2000)
-        assert plant.input("gap_short") == forced
-        assert not plant.input("gap_current")
+        assert plant.input("gap_short") == plant.input("gap_current") == forced
+        volts = 2 + 0.2 * 22 / 24.2 if forced else 24
+        assert plant.get("read.gap_v") == pytest.approx(volts, rel=1e-4)
         plant.drive(gap_sense=0)
         plant.run(100)
     assert plant.get("read.sparks") == plant.get("read.removed_mm3") == 0
+
+
+@pytest.mark.parametrize(("fluid_ohm_cm", "gap_um", "short"), [
+    (1e9, 0.5, 0), (1e5, 3, 0), (1e3, 26, 0), (1e3, 22, 1)])
+def test_sensing_pulses_tell_a_leak_from_a_short(plant, fluid_ohm_cm, gap_um, short):
+    # V Rg/(Rg + 24 ohm) with Rg = rho g/A, on 10 mm2: half of it, the short level, at 24 ohm.
+    plant.set("gap.area_mm2", 10)
+    plant.set("gap.fluid_ohm_cm", fluid_ohm_cm)
+    plant.set("gap.contact_um", 0.1)
+    plant.hold(gap_um=gap_um)
+    plant.drive(gap_sense=1)
+    plant.run(20)
+    leak = fluid_ohm_cm * max(gap_um, 1) * 1e-4 / 0.1
+    assert plant.get("read.gap_v") == pytest.approx(24 * leak / (leak + 24), rel=0.01)
+    assert plant.input("gap_short") == short
+
+
+@pytest.mark.parametrize(("fluid_ohm_cm", "fall_us"), [(1e9, 0.2), (1e9, 100), (1e4, 100)])
+def test_voltage_falls_when_both_gates_are_off(plant, fluid_ohm_cm, fall_us):
+    # 80 V exp(-t/T), 1/T = 1/fall + 1/(Rg C), C = 0.2 us / 10 ohm = 20 nF. A short takes it all.
+    plant.set("source.fall_us", fall_us)
+    plant.set("gap.fluid_ohm_cm", fluid_ohm_cm)
+    plant.hold(gap_um=1000)
+    plant.drive(gap_on=1)
+    plant.run(40)
+    begin = plant.get("read.gap_v")
+    plant.drive(gap_on=0)
+    plant.run(2)    # the gate is seen in the first of them
+    leak = fluid_ohm_cm * 1000e-4 / 1.0
+    rate = 1 / fall_us + 1 / (leak * 0.02)
+    assert plant.get("read.gap_v") == pytest.approx(begin * math.exp(-rate), rel=1e-6)
+    assert not plant.input("gap_current")
+    plant.set("force.short", 1)
+    plant.run(2)
+    assert plant.get("read.gap_v") == 0
+
+
+@pytest.mark.parametrize(("stuck", "volts", "burning", "shorted"), [
+    (1, 80, 9, 9), (2, 24, 0, 22 / 24.2), (3, 80, 8, 8)])
+def test_a_gate_that_is_stuck_stays_on(plant, stuck, volts, burning, shorted):
+    # At the level it had; of a shorted transistor 80 V through 10 ohm are left.
+    plant.hold(gap_um=200)
+    plant.drive(gap_on=1, gap_level=6)
+    plant.run(10)
+    plant.drive(gap_on=0, gap_level=0)
+    plant.run(10)
+    plant.set("force.gate_stuck", stuck)
+    plant.run(100)
+    assert plant.get("read.gap_v") == pytest.approx(volts, rel=1e-4)
+    assert not plant.input("gap_short")
+    plant.hold(gap_um=10)
+    plant.run(2000)
+    assert plant.get("read.gap_a") == pytest.approx(burning, abs=1e-3)
+    plant.set("force.short", 1)
+    plant.run(16)
+    assert plant.get("read.gap_a") == pytest.approx(shorted)
+    assert plant.input("gap_short")
+    assert plant.input("gap_current")
+    plant.set("force.gate_stuck", 0)
+    plant.run(16)
+    assert plant.get("read.gap_a") == plant.get("read.gap_v") == 0
+
+
+def test_wires_of_comparators_break(plant):
+    # A cut one reads as the board has it, a short and a current; a dead one as neither.
+    for force, level in (("force.comparator_cut", 1), ("force.comparator_dead", 0)):
+        plant.hold(gap_um=200)
+        plant.drive(gap_on=0)
+        plant.run(100)
+        for mask, names in ((1, ("gap_short",)), (2, ("gap_current",)), (0, ())):
+            plant.set(force, mask)
+            plant.run(1)
+            for name, healthy in (("gap_short", 1), ("gap_current", 0)):
+                assert plant.input(name) == (level if name in names else healthy)
 
 
 def test_bridges_grow_with_debris(plant):

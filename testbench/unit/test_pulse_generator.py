@@ -12,7 +12,7 @@ from testbench.models import pulse_generator as model
 from testbench.refusal import refuses
 
 TIMES = dict(on_time=7, off_time=5, off_extra=0, sense_on=3, sense_off=4)
-QUIET = dict(enable=1, sensing=0, level=9, cut=1, abnormal=0) | TIMES
+QUIET = dict(enable=1, sensing=0, level=9, live=0, cut=1, abnormal=0) | TIMES
 
 
 class Bench:
@@ -29,7 +29,7 @@ class Bench:
             ctx.set(getattr(dut, name), value)
         got = tuple(ctx.get(getattr(dut, name))
                     for name in ("on", "sense", "level_out", "between"))
-        assert got == self.model.outputs(enable=inputs["enable"])
+        assert got == self.model.outputs(enable=inputs["enable"], live=inputs["live"])
         self.gates.append("main" if got[0] else "sense" if got[1] else "")
         self.model.edge(**{name: value for name, value in inputs.items() if name != "enable"},
                         enable=inputs["enable"])
@@ -54,7 +54,8 @@ def test_follows_the_model(simulate, rng):
             if rng.random() < 0.02:
                 inputs |= times()
             inputs |= dict(level=rng.randrange(64), abnormal=rng.random() < 0.2)
-            for name, chance in (("enable", 0.03), ("sensing", 0.03), ("cut", 0.05)):
+            for name, chance in (("enable", 0.03), ("sensing", 0.03), ("cut", 0.05),
+                                 ("live", 0.1)):
                 if rng.random() < chance:
                     inputs[name] ^= 1
             await bench.clock(ctx, **inputs)
@@ -117,6 +118,18 @@ def test_rest_after_an_abnormal_pulse_is_longer(simulate, cut):
             await bench.clock(ctx, **QUIET | dict(
                 cut=cut, off_extra=9, abnormal=clock in ((8,), (8, 12))[not cut]))
         assert bench.runs[1:5] == [("main", 3 if cut else 7), ("", 14), ("main", 7), ("", 5)]
+
+    simulate(bench.dut, run)
+
+
+def test_a_gap_that_is_live_gets_no_pulse(simulate):
+    bench = Bench(PulseGenerator())
+
+    async def run(ctx):
+        for clock in range(60):
+            await bench.clock(ctx, **QUIET | dict(live=clock in range(6, 25)))
+        # It says nothing to the pulse under way, and the off-time counts meanwhile.
+        assert bench.runs[:6] == [("", 6), ("main", 7), ("", 13), ("main", 7), ("", 5), ("main", 7)]
 
     simulate(bench.dut, run)
 

@@ -37,6 +37,7 @@ class Bench:
         assert ctx.get(dut.rest) == ramp.rest(ps)
         await ctx.tick()
         ramp.tick(ps, target=target, brake=brake, room=room, ready=ready, drop=drop)
+        assert ctx.get(self.dut.fast) == self.model.moving
         for name in ("pp", "stored", "rate", "distance", "steady"):
             assert ctx.get(getattr(dut, name)) == getattr(ramp, name), name
         self.sent += ps

@@ -5,9 +5,10 @@ import pytest
 from amaranth.hdl import Fragment
 
 from rtl.machine import Machine
+from rtl.power import condition
 from softcore.csr import RegisterFile, member
 from softcore.generate import OUTPUTS
-from softcore.regmap import BLOCKS, CAUSES, LINK, SYSTEM
+from softcore.regmap import BLOCKS, CAUSES, LINK, SHORT_LEVEL, SYSTEM
 from softcore.uart import Uart
 from testbench.models.csr import RegisterFile as Model
 
@@ -33,6 +34,10 @@ def test_blocks_do_not_overlap():
     bases = [block.base for block in BLOCKS[1:]]
     assert all(end <= base for end, base in zip(ends, bases, strict=False))
     assert ends[-1] <= 4 << 10, "beyond the bus's address"
+
+
+def test_short_level_after_reset_is_the_one_in_force():
+    assert condition.SHORT_LEVEL == SHORT_LEVEL
 
 
 @pytest.mark.parametrize("path", OUTPUTS, ids=lambda path: path.name)

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The gates of both sources, joined: limits, pulses, and what reads them back."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.power.limiter import Limiter
+from rtl.power.pulse_generator import PulseGenerator
+from rtl.power.readback import ReadBack
+
+__all__ = ["Power"]
+
+# Members that are those of the pulse generator, or pass the limiter before it.
+TIMES = {"on_time": 20, "off_time": 20, "off_extra": 20, "sense_on": 16, "sense_off": 16,
+         "level": 6}
+SIGNS = ("cut", "abnormal", "current", "short")
+
+
+class Power(wiring.Component):
+    """When which source is on, whatever registers and firmware say.
+
+    With ``machining`` there are main pulses, or sensing pulses in their place while ``sensing``.
+    Without, the discharge is off: there are sensing pulses while ``look`` is high, and none else.
+    Never any with ``safe`` or ``quiet``. Each of these takes the gates low in the same clock, and
+    so does every change of ``machining``, for its clock at least; then an off-time passes.
+
+    ``forget`` says that what the last pulses were is out of date: the discharge is off and nobody
+    looks, or this is the first clock of another ``machining``.
+
+    No pulse exceeds the limits, and none begins while the gap has not died away since the last
+    (``rtl.power.readback``). With current, or voltage above the short level, in every clock
+    ``stuck`` comes ``limit`` + 1 clocks after the pulse under way at the latest, or after the one
+    that begins in the next clock.
+
+    Proof: ``testbench/formal/test_power.py``.
+
+    Parameters
+    ----------
+    clock_hz : int
+        Frequency of the clock.
+    level_max, on_max, off_min : int
+        See ``rtl.power.limiter``.
+    **times
+        Other times than usual of the ``rtl.power.readback``.
+
+    Members
+    -------
+    machining : In(1)
+        The discharge is wanted.
+    sensing : In(1)
+        ... reduced to sensing pulses.
+    look : In(1)
+        Sensing pulses are wanted while the discharge is off.
+    safe, quiet : In(1)
+        No pulses at all: outputs are safe, or the machine has halted.
+    level, on_time, off_time, off_extra, sense_on, sense_off, cut, abnormal : In
+        See ``rtl.power.pulse_generator``.
+    current, short : In(1)
+        Comparators of the gap.
+    reference : In(10)
+        The short level in force.
+    on, sense : Out(1)
+        Gates of the sources.
+    level_out : Out(6), between : Out(1)
+        See ``rtl.power.pulse_generator``.
+    forget : Out(1)
+        Samples of pulses before this clock no longer count.
+    stuck : Out(1)
+        The gap stays live with both gates off.
+    limit_level : Out(6), limit_off : Out(20)
+        The limits.
+
+    Raises
+    ------
+    ValueError
+        If a limit or a time is out of its range.
+    """
+
+    def __init__(self, *, clock_hz, level_max, on_max, off_min, **times):
+        self.limiter = Limiter(level_max=level_max, on_max=on_max, off_min=off_min)
+        self.readback = ReadBack(clock_hz=clock_hz, **times)
+        super().__init__({
+            "machining": In(1), "sensing": In(1), "look": In(1), "safe": In(1), "quiet": In(1),
+            **{name: In(bits) for name, bits in TIMES.items()},
+            **{name: In(1) for name in SIGNS}, "reference": In(10),
+            "on": Out(1), "sense": Out(1), "level_out": Out(6), "between": Out(1),
+            "forget": Out(1), "stuck": Out(1), "limit_level": Out(6), "limit_off": Out(20),
+        })
+
+    def follow(self, machine, condition):
+        """All connections but ``machining``: with a machine and its condition in force."""
+        return [
+            self.safe.eq(machine.safe),
+            *(getattr(self, name).eq(getattr(condition, f"power_{name}"))
+              for name in ("level", "on_time", "off_time", "off_extra")),
+            self.sense_on.eq(machine.power_sense_on), self.sense_off.eq(machine.power_sense_off),
+            self.cut.eq(machine.power_control_cut),
+            self.current.eq(machine.gap_current), self.short.eq(machine.gap_short),
+            self.reference.eq(condition.gap_reference_short), condition.between.eq(self.between),
+            machine.gap_on.eq(self.on), machine.gap_sense.eq(self.sense),
+            machine.gap_level.eq(self.level_out),
+            machine.gap_supply.eq(Cat(condition.power_supply_voltage,
+                                      condition.power_supply_negative)),
+            machine.power_limits_level.eq(self.limit_level),
+            machine.power_limits_off.eq(self.limit_off),
+        ]
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.limiter = limiter = self.limiter
+        m.submodules.pulses = pulses = PulseGenerator()
+        m.submodules.readback = readback = self.readback
+
+        before = Signal()   # machining, a clock ago
+        changed = Signal()
+        m.d.sync += before.eq(self.machining)
+        m.d.comb += [
+            changed.eq(self.machining != before),
+            self.forget.eq(changed | ~(self.machining | self.look)),
+
+            limiter.level.eq(self.level), limiter.on_time.eq(self.on_time),
+            limiter.off_time.eq(self.off_time),
+            self.limit_level.eq(limiter.limit_level), self.limit_off.eq(limiter.limit_off),
+
+            pulses.enable.eq((self.machining | self.look) & ~changed & ~self.safe & ~self.quiet),
+            pulses.sensing.eq(self.sensing | ~self.machining),
+            pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
+            pulses.off_time.eq(limiter.allowed_off),
+            *(getattr(pulses, name).eq(getattr(self, name))
+              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal")),
+            pulses.live.eq(readback.live),
+            self.on.eq(pulses.on), self.sense.eq(pulses.sense),
+            self.level_out.eq(pulses.level_out), self.between.eq(pulses.between),
+
+            readback.on.eq(pulses.on), readback.sense.eq(pulses.sense),
+            readback.current.eq(self.current), readback.short.eq(self.short),
+            readback.level.eq(self.reference), self.stuck.eq(readback.stuck),
+        ]
+        return m

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A person at a terminal: plain lines and single bytes on the line of a simulated controller.
+
+Nothing is numbered, checked or sent again here: what the line does to a byte, the controller gets.
+"""
+
+from itertools import pairwise
+
+from testbench.native.station import Session
+
+__all__ = ["WATCHDOG_S", "Terminal"]
+
+PATIENCE_S = 2.0
+WATCHDOG_S = 5e-3
+SECOND_KEY = 0x5A
+PETS = ("safety_pet_strobe", "safety_pet")
+AGAIN = b"\x15"
+
+
+class Terminal:
+    """A controller, switched on and unlocked, with its machine in a gap that burns.
+
+    ``lines`` are those that it has said.
+
+    Parameters
+    ----------
+    session : Session
+        The controller, switched on.
+    watched : iterable of str
+        Probes to record, beside the watchdog's calls.
+    """
+
+    def __init__(self, session: Session, watched=()):
+        self.session = session
+        self.lines: list[str] = []
+        self._open = bytearray()
+        self.changes: list[tuple[int, str, int]] = []
+        session.watch([*PETS, *watched])
+        session.set("force.short", 0)
+        session.set("force.gap_um", 30.0)
+        self.until("Gapkeeper")
+        self.enter("$X")
+
+    def take(self, clocks: int) -> None:
+        """Let time go by, and hear what is said."""
+        for byte in self.session.receive(clocks):
+            if self._open[:1] == AGAIN:
+                self._open.clear()  # to a frame: its sequence number ends it
+                continue
+            self._open.append(byte)
+            if byte == 0x0A:
+                self.lines.append(self._open.decode("ascii").strip())
+                self._open.clear()
+        self.changes += self.session.changes()
+
+    def run(self, seconds: float) -> list[str]:
+        """Let so much time go by; the lines that were said meanwhile."""
+        count, end = len(self.lines), self.session.cycle + round(seconds * self.session.clock_hz)
+        while self.session.cycle < end:
+            self.take(min(20_000, end - self.session.cycle))
+        return self.lines[count:]
+
+    def until(self, start: str) -> str:
+        """Wait for a line that starts so."""
+        end = self.session.cycle + round(PATIENCE_S * self.session.clock_hz)
+        count = len(self.lines)
+        while True:
+            for line in self.lines[count:]:
+                if line.startswith(start):
+                    return line
+            assert self.session.cycle < end, f"{start} did not come: {self.lines[-3:]}"
+            count = len(self.lines)
+            self.take(2000)
+
+    def enter(self, line: str) -> None:
+        """Type a line that is taken."""
+        self.session.send(line.encode("latin-1") + b"\n")
+        assert self.until(("ok", "error")) == "ok", (line, self.lines[-2:])
+
+    def answers(self, since: int = 0) -> list[str]:
+        """Answers to lines."""
+        return [line for line in self.lines[since:] if line.startswith(("ok", "error"))]
+
+    def watched_well(self) -> None:
+        """Check that the watchdog was called in good time, and has not tripped."""
+        calls, strobe = [], 0
+        for clock, name, value in self.changes:
+            if name == "safety_pet_strobe":
+                strobe = value
+            elif name == "safety_pet" and value == SECOND_KEY:
+                calls.append(clock)
+        assert strobe in (0, 1)
+        longest = max(after - before for before, after in pairwise(calls))
+        assert longest <= 0.85 * WATCHDOG_S * self.session.clock_hz, longest
