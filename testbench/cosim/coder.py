@@ -8,6 +8,7 @@ would have been until the drives are off, and how far it coasts then.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from host.link import HOLD, RESUME
 from rtl.motion.retraction import State
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import AXES, Session
@@ -74,7 +75,7 @@ def _at_rest(job):
 
 
 def _go(job):
-    job.press(b"~")
+    job.press(RESUME)
 
 
 def _in_state(state, clocks=0.002):
@@ -91,7 +92,7 @@ def _in_state(state, clocks=0.002):
 
 def _hold(job):
     _in_motion(job)
-    job.press(b"!")
+    job.press(HOLD)
 
 
 SITUATIONS = {
@@ -120,7 +121,7 @@ def course(session: Session, name: str, axis: str, fault: str = "", condition: i
     way = f"G00 {axis.upper()}-2" if situation.rapid else (
         f"G01 {axis.upper()}-2 F{min(situation.feed, highest):g}")
     if situation.held:
-        job.press(b"!")
+        job.press(HOLD)
     job.start(program(DATA, way, condition=condition))
     situation.reach(job)
     begun = session.cycle

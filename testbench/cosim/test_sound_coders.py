@@ -6,6 +6,7 @@ import copy
 import pytest
 
 from host import machine as machines
+from host.link import HOLD, RESUME
 from host.machine import Machine
 from host.run import Run
 from host.simulation import Simulation as Piped
@@ -49,9 +50,9 @@ def hurried(machine, clock_hz):
         job.run(clock_hz // 100)
         job.short(False)
         job.wait("resume")
-        job.press(b"!")
+        job.press(HOLD)
         job.run(clock_hz // 20)
-        job.press(b"~")
+        job.press(RESUME)
         job.finish()
 
 
