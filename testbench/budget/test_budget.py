@@ -19,6 +19,7 @@ from softcore.build import Cells
 from testbench.budget import resources
 
 BUDGETS = {
+    "arming":        Cells(lut4=50,   ccu2c=23,  ff=44,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=289,  ccu2c=139, ff=262,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=46,   ccu2c=39,  ff=296,  ram=0,  bram=0,  dsp=0),
@@ -36,7 +37,7 @@ BUDGETS = {
     "power":         Cells(lut4=213,  ccu2c=64,  ff=80,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=3021, ccu2c=0,   ff=1652, ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=2991, ccu2c=0,   ff=1655, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),
