@@ -90,10 +90,10 @@ ALL = pytest.param(1, id="all", marks=pytest.mark.soak)
 @pytest.mark.parametrize("step", [SOME, ALL])
 @pytest.mark.parametrize("byte", [HOLD, RESET], ids=["hold", "reset"])
 def test_stops_within_8_clocks_after_every_prefix(byte, step):
-    """From the middle of its stop bit to the last path pulse; Ctrl-X ends the discharge, too. The
-    sensing source watches for contact until the axes have come to rest.
+    """From the middle of its stop bit to the last path pulse; Ctrl-X ends the discharge, too.
 
-    Then firmware does its part: `?` is answered, and the machine goes on when it is told to.
+    The sensing source watches for contact until the axes have come to rest. Then firmware does
+    its part: `?` is answered, and the machine goes on when it is told to.
     """
     tried = prefixes()
     assert len(tried) > 200
