@@ -5,7 +5,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from softcore.regmap import Block, Field, Register
+from softcore.registers import Block, Field, Register
 
 __all__ = ["RegisterFile", "member"]
 

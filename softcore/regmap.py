@@ -8,73 +8,18 @@ A field of register ``r`` in block ``b`` is the member ``b_r`` of the machine if
 field of its register, and ``b_r_f`` otherwise; ``softcore.soc`` joins the two by that name.
 """
 
-from dataclasses import dataclass
-from typing import Literal
-
 from softcore.linkmap import MARKS, REALTIME
-
-# rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
-# one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.
-Access = Literal["r", "rw", "w", "rw1c"]
+from softcore.registers import Block, Field
+from softcore.registers import registers as _registers
+from softcore.registers import value as _value
 
 RATE = "2**-32 pulse/clock"
 LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
 SHORT_LEVEL = 122               # in force after reset: 12 V of 100, so that a short is always told
 
-
-@dataclass(frozen=True, kw_only=True)
-class Field:
-    """A range of bits. ``unit`` is the physical size of one count; ``""`` for a flag or a code."""
-
-    name: str
-    bits: int
-    doc: str
-    access: Access = "rw"
-    signed: bool = False
-    init: int = 0
-    unit: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Register:
-    """A 32-bit word at a byte ``offset`` into its block; fields fill it from bit 0 upwards.
-
-    ``pulse`` says that the gateware is told of every access: ``"write"`` gives it a strobe in the
-    clock after a write, ``"read"`` one in the clock in which the value was taken.
-    """
-
-    name: str
-    offset: int
-    doc: str
-    fields: tuple[Field, ...]
-    pulse: Literal["", "read", "write"] = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Block:
-    """The registers of one peripheral, at a byte address ``base`` of the register space."""
-
-    name: str
-    base: int
-    doc: str
-    registers: tuple[Register, ...]
-
-
 BASE = 0x8000_0000  # the CPU's data cache leaves addresses with the top bit set alone
 
 AXES = "xyz"
-
-
-def _value(bits, doc, **options):
-    return (Field(name="value", bits=bits, doc=doc, **options),)
-
-
-def _registers(*rows):
-    """Number the rows ``(name, doc, fields[, pulse])`` from offset 0 on."""
-    return tuple(Register(name=row[0], offset=4 * index, doc=row[1], fields=row[2],
-                          pulse=row[3] if len(row) > 3 else "")
-                 for index, row in enumerate(rows))
-
 
 SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
                registers=_registers(

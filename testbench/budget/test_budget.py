@@ -19,6 +19,7 @@ from softcore.build import Cells
 from testbench.budget import resources
 
 BUDGETS = {
+    "arming":        Cells(lut4=50,   ccu2c=23,  ff=44,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=668,  ccu2c=326, ff=594,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=46,   ccu2c=39,  ff=296,  ram=0,  bram=0,  dsp=0),

@@ -40,6 +40,8 @@ class Terminal:
         session.set("force.gap_um", 30.0)
         self.until("Gapkeeper")
         self.enter("$X")
+        session.press_arm()
+        self.enter("$POSITION=HERE")
 
     def take(self, clocks: int) -> None:
         """Let time go by, and hear what is said."""

