@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs on the joined machine: what each block promises holds of all of them together.
+
+Every input is free: registers, coders, comparators, buttons. So nothing that firmware does is
+assumed.
+"""
+
+from amaranth import *
+from amaranth.hdl import Assume
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from rtl.machine import Machine
+from rtl.motion.retraction import State
+from testbench.formal.prover import prove
+
+REACTION = 8    # clocks from the sample that completes a short to the last forward pulse
+ENTRY = 4       # ... and to the last that enters the ramp
+LOOK = 12       # ... and so long none may follow
+
+
+class Joined(wiring.Component):
+    """A machine, given as its class, whose every input is free, and whose outputs lead nowhere."""
+
+    def __init__(self, machine):
+        self.machine = machine(clock_hz=2_000_000)
+        super().__init__({name: In(member.shape)
+                          for name, member in self.machine.signature.members.items()
+                          if member.flow is In})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.machine = self.machine
+        m.d.comb += Assume(~ResetSignal("sync"))
+        m.d.comb += [getattr(self.machine, name).eq(getattr(self, name))
+                     for name in self.signature.members]
+        return m
+
+
+class SafeMeansOff(Machine):
+    """With ``safe`` every output is off.
+
+    The gates of both sources, the contactor and the drives' enables in the same clock; the speed
+    commands, the steps and the strobe of auxiliary functions from the next clock on.
+    """
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        before = Signal()
+        m.d.sync += before.eq(self.safe)
+        with m.If(self.safe):
+            m.d.comb += [Assert(~self.gap_on), Assert(~self.gap_sense), Assert(~self.contactor),
+                         Assert(~self.drive_enable.any())]
+        with m.If(self.safe & before):
+            m.d.comb += [Assert(~self.dac.any()), Assert(~self.step.any()),
+                         Assert(~self.auxiliary_strobe.any())]
+        # What makes the argument close: who waits for nobody asks for nothing.
+        m.d.comb += Assert(self.auxiliary_status_busy | ~self.auxiliary_strobe.any())
+        return m
+
+
+class NothingForwardAfterShort(Machine):
+    """A short at or below the start/stop speed ends forward motion within ``REACTION`` clocks.
+
+    At or below it the ramp is a delay of two clocks (its own promise, held by
+    ``testbench/unit/test_ramp.py``, and assumed here while it is looked at); on an arc the path may
+    keep a pulse waiting, which ``testbench/cosim`` measures.
+    """
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        ramp, retraction = m.submodules.ramp, m.submodules.retraction
+        path, short = m.submodules.path, m.submodules.short
+        since = Signal(range(LOOK + 1))     # clocks since the sample that completed a short
+        begins = Signal()
+        came = Signal(2)    # a pulse into the ramp, a clock ago and two
+        m.d.sync += came.eq(Cat(ramp.ps, came))
+        m.d.comb += Assume((since == 0) | (ramp.pp == came[1]))
+        m.d.comb += begins.eq(short.completed & short.shorted & retraction.discharging
+                              & retraction.run
+                              & ~ramp.fast & (ramp.stored == came[0])
+                              & ((retraction.state == State.FRONT)
+                                 | (retraction.state == State.HIGH)
+                                 | (retraction.state == State.LOW)))
+        over = Signal()     # short no more, or the ramp had set out to be faster
+        m.d.comb += over.eq(~short.shorted | ~retraction.discharging | ~retraction.run
+                             | retraction.load | ramp.fast)
+        with m.If(begins):
+            m.d.sync += since.eq(2)     # that sample was a clock ago
+        with m.Elif(over | (since == LOOK)):
+            m.d.sync += since.eq(0)
+        with m.Elif(since != 0):
+            m.d.sync += since.eq(since + 1)
+        m.d.comb += [
+            Assert(~((since > ENTRY) & ramp.ps & ~retraction.reverse)),
+            Assert(~((since > REACTION) & path.pulse & ~path.reverse)),
+        ]
+        return m
+
+
+def test_safe_means_off(workdir):
+    prove(Joined(SafeMeansOff), workdir, depth=3)
+
+
+def test_no_forward_pulse_after_a_short(workdir):
+    prove(Joined(NothingForwardAfterShort), workdir, depth=LOOK + 2)
