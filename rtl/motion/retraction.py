@@ -112,7 +112,7 @@ class Retraction(wiring.Component):
     return there.
 
     Ref: first patent (retraction conditions in the tape), Figs. 2 to 4. The rules where it is
-    silent: README, "Retraction".
+    silent: docs/reference/retraction.md.
     """
 
     PREPARE = 6   # clocks until bounds and comparisons have followed a change of state

@@ -5,7 +5,7 @@ Written from the rules of the dialect and not from the firmware. Distances are r
 pulses half away from zero, speeds to whole um/min half upwards; an inch is 25.4 mm. The centre of
 an arc is in 1/64 pulse.
 
-Ref: ISO 6983-1; README, "Programs".
+Ref: ISO 6983-1; docs/reference/programs.md.
 """
 
 import re

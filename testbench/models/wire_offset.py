@@ -6,7 +6,7 @@ elements; the one beside it begins and ends beside its first and last point, goe
 corners in arcs of the offset, and is cut off where two offset curves meet inside a corner: where
 they do so more than once, at the point nearest to the corner.
 
-Ref: README, "Programs". Written from the rules, not from the firmware.
+Ref: docs/reference/programs.md. Written from the rules, not from the firmware.
 """
 
 import cmath
