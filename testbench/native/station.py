@@ -180,8 +180,12 @@ class Session:
         return self._station_library.station_clock(self._station)
 
     def press_arm(self) -> None:
-        """Press the button ``arm`` as a person would, and let the contactor close."""
-        for level, seconds in ((1, PRESS_S), (0, CLOSE_S)):
+        """Press the button ``arm`` as a person would, and let the contactor close.
+
+        Not sooner after power-on than anybody could: a button held since then does not count.
+        """
+        early = PRESS_S - self.cycle / self.clock_hz
+        for level, seconds in ((0, max(0.0, early)), (1, PRESS_S), (0, CLOSE_S)):
             self.set("force.arm", level)
             self.run(round(seconds * self.clock_hz))
 

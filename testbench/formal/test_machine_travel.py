@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proof on the joined machine: no axis is told to leave its soft limits, whatever firmware does."""
+
+from amaranth import *
+from amaranth.hdl import Assume
+
+from rtl.machine import Machine
+from rtl.members import AXES
+from testbench.formal.prover import prove
+from testbench.formal.test_machine import Joined
+
+
+class CommandsStayWithin(Machine):
+    """A command goes up only from below its upper limit, and down only from above its lower one.
+
+    So from within it stays within, and from outside, where only taking over the position with
+    ``safe`` may have put it, it comes nearer. The limits stay as they are, low below high. All else
+    is free, paths and their order too. That the limits can be reached, and that pulses pass up to
+    them: ``testbench/formal/test_limits.py``.
+    """
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        ready = Signal()
+        m.d.sync += ready.eq(1)
+        for letter in AXES:
+            axis = getattr(m.submodules, f"axis_{letter}")
+            low, high = (getattr(self, f"axis_{letter}_{end}") for end in ("low", "high"))
+            before, low_before, high_before = (
+                Signal(signed(32), name=f"{name}_before_{letter}")
+                for name in ("command", "low", "high"))
+            adopted = Signal(name=f"adopted_{letter}")
+            m.d.sync += [before.eq(axis.command), low_before.eq(low), high_before.eq(high),
+                         adopted.eq(axis.adopt & axis.safe)]
+            m.d.comb += Assume(low <= high)
+            with m.If(ready):
+                m.d.comb += Assume((low == low_before) & (high == high_before))
+            with m.If(ready & ~adopted):
+                m.d.comb += [Assert((axis.command <= before) | (before < high)),
+                             Assert((axis.command >= before) | (before > low))]
+                with m.If((before >= low) & (before <= high)):
+                    m.d.comb += Assert((axis.command >= low) & (axis.command <= high))
+        return m
+
+
+def test_no_command_leaves_the_soft_limits(workdir):
+    prove(Joined(CommandsStayWithin), workdir, depth=3)
