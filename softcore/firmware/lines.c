@@ -177,13 +177,14 @@ static bool is_text(const char *order) {
     return now.length - now.text - (now.numbered ? CHECK : 0) == length;
 }
 
+bool lines_order(void) { return is_text("$RESUME") || is_text("$RETRACT"); }
+
 /* Carry the line out if it is an order; false if it is none. */
 static bool obey(uint32_t *code) {
-    bool resumes = is_text("$RESUME");
-    if (!resumes && !is_text("$RETRACT"))
+    if (!lines_order())
         return false;
     fault f = {0};
-    if (resumes)
+    if (is_text("$RESUME"))
         link_resume(&f);
     else
         link_retract(&f);

@@ -25,6 +25,7 @@ bool lines_whole(void);                 /* what comes now is the start of someth
 /* A character: part of a line, or its end, or one that was answered at once. */
 typedef enum { LINES_MORE, LINES_ENDED, LINES_ANSWERED } lines_part;
 lines_part lines_byte(uint8_t byte);
+bool lines_order(void);                 /* what has come of the line reads as an order, whole */
 void lines_damaged(unsigned mark);      /* the receiver saw an error here: a MARK of regs.h */
 void lines_cut(void);                   /* a frame begins here */
 void lines_frame_good(void);            /* it has come whole */

@@ -41,6 +41,10 @@ static bool quiet;          /* that was so long ago */
    a guarded link. */
 static uint32_t errors, ignored;
 
+/* A hold was noted in this step: it may have come before what is taken now, or after it. */
+static bool hold_came;
+static char order_end;      /* the character that was put off to this step, or 0 */
+
 void link_restart(void) {
     line_open = quiet = false;
     greets = true;
@@ -109,6 +113,10 @@ static bool is_free(fault *f) {
 void link_resume(fault *f) {
     if (!is_free(f))
         return;
+    if (hold_came) {
+        fault_at(f, FAULT_BUSY, 0, "a hold came at the same time, and is in force: resume again");
+        return;
+    }
     machine_hold(false);
     program_resume();
 }
@@ -291,17 +299,32 @@ static unsigned take(unsigned entry) {
     }
 }
 
+/* The end of an order begins a step: its answer takes as long as a burst of bytes. */
+static bool ends_order(int entry) {
+    return (entry == '\n' || entry == '\r') && !frame_open() && lines_order();
+}
+
 /* Take bytes, but no more than the watchdog bears, whatever they are. True if there was one. */
 static bool take_bytes(void) {
     unsigned spent = 0;
     int entry;
-    while (spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0)
+    if (order_end) {
+        spent = take((uint8_t)order_end);
+        order_end = 0;
+    }
+    while (spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0) {
+        if (spent && ends_order(entry)) {
+            order_end = (char)entry;
+            break;
+        }
         spent += take((unsigned)entry);
+    }
     return spent;
 }
 
 bool link_step(void) {
     uint32_t notes = hal_notes();
+    hold_came = notes & NOTE_HOLD || (order_end && hold_came);
     if (notes)
         obey_notes(notes);
     bool taken = take_bytes();

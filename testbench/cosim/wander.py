@@ -11,7 +11,7 @@ import random
 from collections import deque
 from itertools import pairwise
 
-from host.link import HOLD, RESUME, RETRACT
+from host.link import HOLD, RESUME, RETRACT, RefusedError
 from host.tape import encode
 from rtl.motion.retraction import State
 from testbench.cosim.job import MM, Data, Job, program
@@ -284,7 +284,16 @@ class _Operator:
         if self.rng.random() < 0.3:
             self.job.press(RETRACT)
             self._run(30_000)
-        self.job.press(RESUME)
+        self._resume()
+
+    def _resume(self):
+        """Until it is taken: with a hold that came at the same time it is refused."""
+        while True:
+            try:
+                self.job.link.command(RESUME)
+                return
+            except RefusedError as error:
+                assert "a hold came at the same time" in error.reason
 
     def work(self, troubles, most):
         """Let the run go on to its end, with so many troubles, at most so many clocks apart."""

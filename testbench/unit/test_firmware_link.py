@@ -71,6 +71,16 @@ def test_realtime_bytes_inside_a_line(machine):
     assert machine.axes[0] == 10_000
 
 
+def test_a_hold_that_came_with_the_order_to_go_on_stays(machine):
+    """Which came first is not known; the order is refused, and is taken when it is sent again."""
+    machine.send(b"!$RESUME\n")
+    assert machine.run(50) == [
+        "[MSG:a hold came at the same time, and is in force: resume again.]", "error:38"]
+    assert machine.line("?")[-1].startswith("<Hold|")
+    assert machine.line("$RESUME") == ["ok"]
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
 def test_lines_are_answered_in_turn(machine):
     machine.send(b"G00 X1\r\nG99\r\nG04 P1\r\n\r\n$I\r\n")
     lines = machine.run(3000)
