@@ -62,6 +62,11 @@ class ShortDetector(wiring.Component):
     shorted: Out(1)
     completed: Out(1)
 
+    def __init__(self):
+        super().__init__()
+        # Looked at by the tests, too: clocks shorted without a clear sample, saturated.
+        self.held = Signal(24)
+
     def elaborate(self, platform):
         m = Module()
 
@@ -98,7 +103,7 @@ class ShortDetector(wiring.Component):
             m.d.sync += older.eq(Cat(self.sample_shorted, older))
             m.d.sync += count.eq(count + self.sample_shorted - leaving)
 
-        held = Signal(24)           # clocks shorted without a clear sample, saturated
+        held = self.held
         enough_held = Signal()      # one more is enough
         m.d.comb += enough_held.eq((self.duration != 0) & (held + 1 >= self.duration))
         with m.If(clear):

@@ -31,14 +31,18 @@ static int32_t lost_pulses[HAL_AXES]; /* of the commands: a fault of the gatewar
 static hal_retraction data;
 static uint32_t period;
 static uint32_t fin_passes, busy_passes;
-static bool late;
+static bool late, under_way;
+static bool damaged;               /* the path, until it is forgotten */
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
 static bool lost;
 static uint32_t pets, sleeps;
 static uint8_t expected_pet;
+static uint32_t unwatched;
+static uint32_t guards[1 + 2 * HAL_AXES];  /* as written: see gk_guards */
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
+static int32_t stored;             /* pulses commanded and not yet made */
 static int32_t errors[HAL_AXES];
 
 static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
@@ -226,7 +230,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     safe = true;
     live = cause = blamed = 0;
     switches = (hal_limits){0};
-    creep = 0;
+    creep = stored = 0;
     for (unsigned i = 0; i < HAL_AXES; i++)
         base[i] = stood[i] = errors[i] = lost_pulses[i] = 0;
     for (unsigned i = 0; i < HAL_SLOTS; i++)
@@ -240,8 +244,9 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     period = 0;
     fin_passes = 1;
     busy_passes = 0;
+    under_way = damaged = false;
     queue_head = queue_tail = 0;
-    pets = sleeps = 0;
+    pets = sleeps = unwatched = 0;
     host_gap_boot();
     expected_pet = 0xa5;
     watch_boot();
@@ -263,7 +268,9 @@ void gk_pass(uint32_t passes) {
 void gk_speed(uint32_t pulses) { speed = pulses; }
 void gk_stuck(uint32_t on) { stuck = on; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
+void gk_moving(uint32_t on) { under_way = on; }
 void gk_creep(int32_t pulses) { creep = pulses; }
+void gk_stored(int32_t pulses) { stored = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
 void gk_arm(void) { armed = !safe; }
 void gk_switches(uint32_t low, uint32_t high) {
@@ -293,6 +300,11 @@ void gk_words(const hal_segment *s, gk_segment *words) {
 void gk_slot(uint32_t number, gk_segment *segment) { gk_words(&slots[number], segment); }
 uint32_t gk_pets(void) { return pets; }
 uint32_t gk_sleeps(void) { return sleeps; }
+uint32_t gk_unwatched(void) { return unwatched; }
+void gk_guards(uint32_t words[7]) {
+    for (unsigned i = 0; i < sizeof guards / sizeof *guards; i++)
+        words[i] = guards[i];
+}
 
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
     if (kind == EVENT_RETRACTION_START)
@@ -303,6 +315,7 @@ void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second) {
 void gk_trip(uint32_t number, uint32_t axes) {
     cause = number;
     blamed = axes;
+    damaged = number == CAUSE_GUARD;
     safe = true;
     armed = false;
     state = MOTION_HALTED;
@@ -341,6 +354,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
 }
 
 void hal_origin(unsigned number) {
+    damaged = false;
     /* The slot in which it stands may have been written anew. */
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         base[axis] = stood[axis];
@@ -352,7 +366,7 @@ void hal_origin(unsigned number) {
     slots[number].length = 0;
 }
 
-int32_t hal_command(void) { return position; }
+int32_t hal_command(void) { return position + stored; }
 int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
 /* At a border the next segment has been entered, if the path goes on. */
@@ -361,7 +375,7 @@ unsigned hal_slot(void) {
     return end ? (slot + 1) % HAL_SLOTS : slot;
 }
 hal_motion hal_motion_read(void) {
-    return (hal_motion){.moving = false, .in_position = true, .crowded = !speed && !stuck,
+    return (hal_motion){.moving = under_way, .in_position = true, .crowded = !speed && !stuck,
                         .state = state};
 }
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
@@ -393,6 +407,7 @@ bool hal_event_pop(hal_event *event) {
 bool hal_event_lost(void) {
     bool was = lost;
     lost = false;
+    unwatched += expected_pet == 0xa5; /* the first thing that the events' task asks */
     return was;
 }
 void hal_interrupts(bool enabled) {
@@ -419,11 +434,11 @@ unsigned hal_blamed(void) { return blamed; }
 hal_limits hal_limits_read(void) { return switches; }
 void hal_leave(void) { switches.leaving = safe && !live && (switches.low | switches.high); }
 void hal_interlock_clear(void) {
-    safe = live != 0 || (!switches.leaving && (switches.low | switches.high));
+    safe = damaged || live != 0 || (!switches.leaving && (switches.low | switches.high));
 }
 uint32_t hal_damage(void) { return cause == CAUSE_GUARD ? blamed : 0; }
 void hal_interlock_trip(void) { safe = true; }
-void hal_fluid_required(bool required) { (void)required; }
+void hal_fluid_required(bool required) { guards[0] = required; }
 bool hal_armed(void) { return armed && !safe; }
 void hal_disarm(void) { armed = false; }
 
@@ -451,9 +466,8 @@ uint32_t hal_axis_overshoot(unsigned axis) {
     return 7;
 }
 void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window) {
-    (void)axis;
-    (void)stopped;
-    (void)moving;
+    guards[1 + 2 * axis] = stopped;
+    guards[2 + 2 * axis] = moving;
     (void)window;
 }
 void hal_axis_mode(unsigned axis, bool step, bool reverse) {

@@ -97,7 +97,9 @@ int32_t gk_go(int32_t pulses);
 /* Pulses that the machine makes before every write of the bounds of what is loaded: it moves while the
    firmware looks. */
 void gk_creep(int32_t pulses);
+void gk_stored(int32_t pulses); /* commanded and not yet made; below zero on the way back */
 void gk_state(uint32_t state);  /* hal_motion_state */
+void gk_moving(uint32_t on);    /* pulses are still on their way */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
 void gk_trip(uint32_t cause, uint32_t axes);    /* of CAUSE_GUARD: what hal_damage says */
 void gk_arm(void);              /* a hand presses the button */
@@ -133,6 +135,9 @@ void gk_law_read(uint32_t words[12]);   /* a hal_law, with the references behind
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
+/* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */
+void gk_guards(uint32_t words[7]);
+uint32_t gk_unwatched(void);    /* tasks that began before the watchdog's first key */
 
 /* Edges of the control flow taken since the last call and never before, or never as often. */
 uint32_t gk_coverage(void);

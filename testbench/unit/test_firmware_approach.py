@@ -66,6 +66,14 @@ def test_without_a_cut_only_straight_up_is_away(machine):
         assert leads_away(machine, **way) == away, way
 
 
+def test_a_cut_from_before_the_power_went_counts_for_nothing(machine):
+    cut(machine, "G01 X1 F60")
+    assert leads_away(machine, x=-1)
+    anew = Machine()
+    anew.unlock()
+    assert not leads_away(anew, x=-1)
+
+
 def test_without_a_cut_nothing_is_away_for_a_wire(wire):
     for way in (dict(x=1), dict(x=-1), dict(y=1), dict(z=1)):
         assert not leads_away(wire, **way), way

@@ -228,6 +228,14 @@ def test_way_back_along_an_arc_is_round_its_end(checker, back):
             (4, 0), (5, 1), (6, -1 if side == 41 else 1), (6, -1), (7, 0)]
 
 
+@pytest.mark.parametrize(("side", "turn"), [(41, -1), (42, 1)])
+def test_way_back_along_a_line_is_round_its_end(checker, side, turn):
+    made = motions(checker, f"G{side} D1 G01 X1", "X3", "X2", "G40 Y1")
+    assert not isinstance(made, Fault), made
+    assert [(motion.line, motion.arc) for motion in made] == [
+        (4, 0), (5, 0), (6, turn), (6, 0), (7, 0)]
+
+
 def test_circle_is_gone_round_whatever_the_last_place_of_the_line_before(checker, rng):
     """On whole micrometres a line is tangent to a circle but for a small angle."""
     for _ in range(200):

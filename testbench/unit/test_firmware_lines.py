@@ -408,9 +408,14 @@ def test_an_order_is_refused_of_a_locked_machine():
     sender = Sender(machine)
     for order in ("$RESUME", "$RETRACT", "$resume"):
         assert sender(order) == ["[MSG:the machine is locked; unlock it with $X.]", "error:37"]
+    machine.send(b"!")
+    machine.run(20)
+    sender("$RESUME")
+    assert "hold" in machine.flags, "not even the hold is released"
     assert sender("$X")[-1] == "ok"
     for order in ("$RESUME", "$RETRACT", "$resume"):
         assert sender(order) == ["ok"]
+    assert "hold" not in machine.flags
     assert sender("$RESUM")[-1] == "error:19"
     assert sender("$RESUMED")[-1] == "error:19"
 

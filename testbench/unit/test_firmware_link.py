@@ -132,6 +132,16 @@ def test_frames_before_a_tape_is_begun_are_refused(machine):
     assert answers(machine, frame(3, 0, b"abc")) == [(NAK, 0)]
 
 
+def test_a_reset_ends_the_tape_and_its_frames(machine):
+    assert answers(machine, frame(0, 0)) == [(ACK, 0)]
+    assert answers(machine, frame(3, 1, b"abc")) == [(ACK, 1)]
+    machine.send(b"\x18")
+    machine.run(100)
+    for sequence in (1, 2):
+        assert answers(machine, frame(3, sequence, b"abc")) == [(NAK, sequence)]
+    assert answers(machine, frame(0, 0)) == [(ACK, 0)]
+
+
 def test_sequence_numbers_wrap(machine):
     rows = bytes(64) * 300 + punched(["G00 X1", "M02"])
     assert events(machine.tape(rows), "end") == [["end"]]
@@ -243,6 +253,7 @@ def test_lines_are_refused_while_a_tape_runs(machine):
     machine.tape(punched(["G01 X1 F6", "M02"]), passes=400)
     assert machine.line("G00 X5")[-1] == "error:38"
     assert machine.line("$0=5")[-1] == "error:38"
+    assert machine.line("$33=40")[-1] == "error:38", "not even what guards nothing"
     assert machine.line("?")[-1].startswith("<Run|")
 
 
@@ -294,6 +305,35 @@ def test_jump_comes_back_at_its_own_speed(machine):
     machine.event("retraction start", 2)
     machine.event("readvance", 1, 10_000, 1000)
     assert events(machine.run(100), "advance") == [["advance", "h", "10000", "1000", "1200000"]]
+
+
+def test_more_events_at_once_than_are_taken_are_told_in_turn(machine):
+    """Eight are taken; the others wait in the gateware, which stops for it."""
+    for number in range(24):
+        machine.event("readvance", 1, number)
+    machine.run(400)
+    assert [int(event[2]) for event in events(machine.lines, "advance")] == [*range(24)]
+
+
+def test_what_came_before_an_alarm_is_told_before_it():
+    """Blocks without motion, told one in a pass: once one is told, the others are, too."""
+    told = set()
+    for passes in range(12):
+        machine = Machine()
+        machine.unlock()
+        machine.library.gk_speed(0)
+        machine.tape(punched(["G91 G01 X.01 F6", *["G90", "G91"] * 4, "X1", "M02"]), passes=600)
+        machine.library.gk_go(101)
+        machine.run(passes)
+        before = len(events(machine.lines, "block"))
+        machine.send(b"\x18")
+        machine.run(300)
+        names = [event[0] for event in events(machine.lines)]
+        assert names.count("alarm") == 1
+        if before > 1:
+            assert names[-1] == "alarm"
+            told.add(names.count("block") - before)
+    assert max(told) > 1, "some still waited"
 
 
 def test_lost_events_are_an_alarm(machine):

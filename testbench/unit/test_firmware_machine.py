@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """State of the machine as a whole: unlocked, armed, its position known; what guards it stays."""
 
+import ctypes
+
 import pytest
 
 from softcore.regmap import CAUSES
@@ -62,6 +64,68 @@ def test_only_the_whole_word_takes_the_position(line):
 def test_a_locked_machine_does_not_take_it():
     machine = Machine()
     assert machine.line("$POSITION=HERE")[-1] == "error:37"
+
+
+def test_a_machine_that_moves_does_not_take_it(machine):
+    machine.library.gk_speed(0)
+    enter(machine, "G01 X1 F60")
+    assert machine.line("$POSITION=HERE") == [
+        "[MSG:the machine moves, or a program runs.]", "error:38"]
+    machine.library.gk_speed(50)
+    machine.run(2000)
+    enter(machine, "$POSITION=HERE")
+
+
+def test_pulses_on_their_way_are_motion_too(machine):
+    """The ramp still holds some although the path has been commanded to its end."""
+    machine.library.gk_moving(1)
+    assert machine.line("$POSITION=HERE")[-1] == "error:38"
+    assert machine.line("?")[-1].startswith("<Run|")
+    machine.library.gk_moving(0)
+    machine.state("stopping")
+    assert machine.line("?")[-1].startswith("<Run|")
+    machine.state("front")
+    enter(machine, "$POSITION=HERE")
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_a_locked_machine_comes_to_rest_before_it_is_unlocked(machine):
+    machine.state("halted")
+    machine.library.gk_moving(1)
+    machine.event("halt", 1)
+    machine.run(300)
+    assert machine.line("$X") == ["[MSG:the machine is still coming to rest.]", "error:37"]
+    machine.library.gk_moving(0)
+    enter(machine, "$X")
+
+
+def test_events_that_wait_at_an_unlock_are_not_told_after_it(machine):
+    machine.state("halted")
+    machine.event("halt", 1)
+    machine.run(300)
+    machine.send(b"$X\n")
+    for number in range(32):
+        machine.event("readvance", 1, number)
+        machine.run(1)
+    machine.run(400)
+    assert "ok" in machine.lines
+    told = [int(event[2]) for event in events(machine.lines, "advance")]
+    missing = sorted({*range(32)} - {*told})
+    assert 1 <= len(missing) <= 4, "the events' turn is in every fourth pass"
+    assert missing == [*range(missing[0], missing[-1] + 1)]
+
+
+def test_the_first_of_two_alarms_is_told(machine):
+    """They come before either can be told: a reset in motion, and events that were lost."""
+    machine.library.gk_speed(0)
+    machine.tape(punched(["G01 X1 F6", "M02"]), passes=300)
+    for _ in range(100):
+        machine.event("resume", 0)
+    machine.send(b"\x18")
+    lines = machine.run(2000)
+    (alarm,) = events(lines, "alarm")
+    assert alarm[1:] == ["47", "reset by the operator during motion."]
+    assert not [line for line in lines if line.startswith("[MSG")]
 
 
 LOSES = {"error_saturated", "encoder", "following_stopped", "following_moving", "coder", "guard"}
@@ -144,6 +208,27 @@ def test_what_guards_the_machine_stays_while_it_machines(machine, setting):
     assert machine.line(setting) == [
         f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
     enter(machine, "$33=40", "M05", setting)
+
+
+def test_what_guards_the_machine_stays_while_it_moves(machine):
+    machine.library.gk_moving(1)
+    assert machine.line("$17=4")[-1] == "error:38"
+    enter(machine, "$33=40")
+    machine.library.gk_moving(0)
+    enter(machine, "$17=4")
+
+
+def test_what_guards_the_machine_reaches_the_gateware(machine):
+    words = (ctypes.c_uint32 * 7)()
+    enter(machine, "$13=300", "$14=4000")
+    machine.library.gk_guards(words)
+    assert [*words] == [1, *[300, 4000] * 3]
+    enter(machine, "$26=0")
+    machine.library.gk_guards(words)
+    assert words[0] == 0
+    enter(machine, "$26=1")
+    machine.library.gk_guards(words)
+    assert words[0] == 1
 
 
 def test_what_is_masked_is_told_in_every_report(machine):

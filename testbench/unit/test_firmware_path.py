@@ -10,8 +10,8 @@ import pytest
 from testbench.firmware import Arc, Machine, Move, events
 from testbench.models.arc import Piece
 from testbench.programs import punched
+from testbench.travel import DATA, go, load
 
-DATA = "G36 R300 L{limit} H600 E60 Q.1{more}"
 RING = 8192     # units remembered: a line each
 SLOTS = 64
 PLANES = ((0, 1), (2, 0), (1, 2))
@@ -23,24 +23,6 @@ def machine():
     ready = Machine()
     ready.unlock()
     return ready
-
-
-def load(machine, *blocks, limit=5, more="", passes=300):
-    """Start a program with the machine standing still; leave the tape open for more."""
-    machine.library.gk_speed(0)
-    machine.tape(punched([DATA.format(limit=limit, more=more), *blocks]), passes=passes)
-
-
-def go(machine, pulses, passes=8):
-    """Move along the path in small steps, the firmware following; the pulses made."""
-    made = idle = 0
-    while made != pulses and idle < 20:
-        step = min(37, pulses - made) if pulses > 0 else max(-37, pulses - made)
-        part = machine.library.gk_go(step)
-        machine.run(passes)
-        made += part
-        idle = 0 if part else idle + 1
-    return made
 
 
 def test_segment_is_as_long_as_its_line(machine, rng):
@@ -105,6 +87,32 @@ def test_window_moves_under_a_moving_machine(machine, rng, creep):
         assert machine.axes == trail.setdefault(machine.library.gk_position(), machine.axes)
 
 
+def test_window_holds_what_is_commanded(machine):
+    """The machine turns and is commanded back (or ahead) while firmware still loads the other side.
+
+    As far as the bound in force: what lies up to there must not be overwritten.
+    """
+    program = Program(machine, [line(5, 0, 0)] * 240)
+    while not program.done:
+        program.feed()
+        machine.library.gk_go(5)
+        machine.run(8)
+    machine.state("retracting")
+    go(machine, -700)
+    for way, state, bound in ((10, "low", "behind"), (-10, "retracting", "ahead")):
+        machine.state(state)
+        go(machine, way * 10)
+        machine.run(400)
+        limit = machine.bound(bound)
+        machine.library.gk_go(way)
+        machine.library.gk_stored(limit - machine.library.gk_position())
+        machine.run(400)
+        assert machine.bound(bound) == limit
+        machine.library.gk_stored(0)
+        machine.run(400)
+        assert machine.bound(bound) == limit + way
+
+
 def test_window_covers_both_sides(machine):
     load(machine, "G91 G01 F60", *(["X.01"] * 120), "M02")
     for _ in range(50):
@@ -144,56 +152,6 @@ def test_path_of_a_wire_begins_at_its_first_point():
     assert events(machine.run(400), "back")[0][1] == "p"
 
 
-def test_ceiling_is_a_limit(machine):
-    machine.event("retraction end", 3, 10, 100)
-    assert events(machine.run(400), "back")[0][1] == "l"
-
-
-@pytest.mark.parametrize(("height", "floor"), [
-    (0.3, -3000),       # above the first point: in the way up
-    (0.0, 0),
-    (-0.1, 1000),       # between the first point and the front
-])
-def test_ceiling_is_a_place_on_the_path(machine, height, floor):
-    load(machine, "G01 Z-1 F60", "M02", more=f" Z{height}")
-    go(machine, 2000)
-    assert machine.bound("floor") == floor
-    machine.state("retracting")
-    go(machine, -999_999)
-    assert machine.axes[2] == round(height * 10_000)
-
-
-def test_ceiling_on_a_slope_is_met_to_the_pulse(machine):
-    load(machine, "G01 X.7 Z-.3 F60", "M02", more=" Z-.1")
-    go(machine, 5000)
-    machine.state("retracting")
-    go(machine, -999_999)
-    length = round(math.hypot(7000, 3000))
-    assert machine.bound("floor") == min(
-        k for k in range(length) if (2 * k * 3000 + length) // (2 * length) >= 1000)
-    assert machine.library.gk_position() == machine.bound("floor")
-    assert machine.axes[2] == -1000
-
-
-def test_ceiling_changes_at_the_front(machine):
-    load(machine, "G01 Z-.2 F60", "Z-.4", "G36 Z-.1", "Z-.6", "G36 Z-.3", "Z-.8", "M02")
-    assert machine.bound("floor") < 0
-    go(machine, 4500)
-    assert machine.bound("floor") == 1000
-    go(machine, 2000)
-    assert machine.bound("floor") == 3000
-
-
-def test_path_that_comes_from_above_the_ceiling(machine):
-    machine.line("G92 Z2")
-    load(machine, "G00 Z0", "G01 Z-.5 F60", "M02", more=" Z1")
-    assert machine.bound("floor") >= 0
-    go(machine, 15_000)
-    assert machine.bound("floor") == 10_000
-    machine.state("retracting")
-    assert go(machine, -999_999) == -5_000
-
-
 def test_corners_bound_the_fast_motion(machine):
     load(machine, "G91 G01 F60", "X1", "X1 Y.01", "Y1", "X-1", "Y.5", "M02")
     assert machine.bound("fast_behind") == 0, "the first point is a corner to the way up"
@@ -222,16 +180,26 @@ def test_oldest_blocks_are_forgotten_only_beyond_the_limit(machine):
     assert 10_000 + 10 <= back < (RING + 1) * 100
 
 
-def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine):
+@pytest.mark.parametrize("limit", [100, (RING - 2) / 100, (RING - 2) / 100 - 0.0009])
+def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine, limit):
+    """A series goes on as long as the front is less than its gain beyond where it began."""
     blocks = ["X.01"] * (RING + 100)
     machine.library.gk_speed(1 << 30)
-    machine.tape(punched([DATA.format(limit=100, more=""), "G91 G01 F60", *blocks, "M02"]),
+    machine.tape(punched([DATA.format(limit=limit, more=""), "G91 G01 F60", *blocks, "M02"]),
                  passes=20_000)
     alarm = events(machine.lines, "alarm")[0]
     assert alarm[1] == "35"
     assert "limit" in alarm[2]
     # One unit is kept free for an arc, the virtual block before the first point takes another.
     assert machine.axes[0] == (RING - 2) * 100
+
+
+def test_limit_that_the_memory_just_covers_with_the_gain(machine):
+    blocks = ["X.01"] * (RING + 100)
+    machine.library.gk_speed(1 << 30)
+    machine.tape(punched([DATA.format(limit=(RING - 2) / 100 - 0.001, more=""), "G91 G01 F60",
+                          *blocks, "M02"]), passes=20_000)
+    assert not events(machine.lines, "alarm")
 
 
 def test_new_path_begins_with_every_tape(machine):

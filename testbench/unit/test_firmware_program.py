@@ -305,6 +305,7 @@ def test_watchdog_is_called_from_both_ends_of_every_pass_and_after_every_sleep(m
     slept = machine.library.gk_sleeps() - sleeps
     assert slept > 0
     assert machine.library.gk_pets() == pets + 4000 + 2 * slept, "after the link, and the task"
+    assert machine.library.gk_unwatched() == 0, "the work is between the keys"
 
 
 def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
@@ -335,6 +336,17 @@ def test_block_skip(machine):
     machine.line("$23=0")
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 10_000
+
+
+def test_a_tape_waits_for_the_line_before_it(machine):
+    machine.library.gk_speed(0)
+    assert machine.line("G91 G01 X1 F60") == ["ok"]
+    lines = machine.tape(punched(["G00 X2", "M02"]), passes=2000)
+    assert not events(lines, "start")
+    machine.library.gk_speed(1 << 30)
+    machine.run(2000)
+    assert names(machine.lines)[-1] == "end"
+    assert machine.axes[0] == 20_000
 
 
 def test_lines_by_hand_move_too(machine):

@@ -110,6 +110,15 @@ def test_second_program_does_not_run_in_place_of_a_damaged_first(checker):
     assert (fault.code, fault.line) == (NO_START, 1)
 
 
+def test_a_short_block_without_a_start_code_before_it_is_none(checker):
+    """Two characters are enough; one may be a hole pattern by chance."""
+    for text, right in (("M", True), ("M3", False), ("G01", False), ("G0 X1", False)):
+        rows = bytes(ISO.punch[letter] for letter in text) + b"\n" + punched(PROGRAM)
+        result = checker.check(rows)
+        assert isinstance(result, list) == right, text
+        assert right or (result.code, result.line) == (NO_START, 1)
+
+
 def test_carriage_returns_are_ignored(checker):
     rows = punched(PROGRAM).replace(b"\n", b"\x8d\n")
     assert [record.line for record in checker.check(rows)] == [2, 3, 4, 5, 6, 7]
@@ -143,6 +152,13 @@ def test_tv_counts_the_characters_of_a_block(checker, code):
     fault = checker.check(punched(odd, code), tv=True)
     assert (fault.code, fault.line) == (TV, 5)
     assert not isinstance(checker.check(punched(odd, code)), Fault), "TV is optional"
+
+
+def test_tv_does_not_count_blanks(checker):
+    even = [text if len(text) % 2 else text + " " for text in PROGRAM]
+    rows = punched(even)
+    at = rows.index(ISO.punch["C"])
+    assert not isinstance(checker.check(rows[:at] + b"\0" + rows[at:], tv=True), Fault)
 
 
 @pytest.mark.parametrize(("first", "second"), [(ISO, EIA), (EIA, ISO)], ids=["iso", "eia"])

@@ -106,6 +106,16 @@ def test_ceiling_is_kept_in_the_machine_frame(machine):
     assert machine.bound("floor") == 5000, "half a millimetre below where the tape began"
 
 
+@pytest.mark.parametrize("letter", "RHE")
+def test_a_speed_may_be_the_highest_and_no_more(machine, letter):
+    speeds = {"R": 300, "H": 600, "E": 60}
+    words = [f"{name}{value}" for name, value in (speeds | {letter: 1800}).items()]
+    assert machine.line(f"G36 {' '.join(words)} L5 Q.5")[-1] == "ok"
+    assert machine.line(f"G36 {letter}1800.001") == [
+        f"[MSG:MDI, character 5: the speed {letter} is above the machine's 1800 mm/min.]",
+        "error:32"]
+
+
 def test_low_speed_above_the_start_stop_speed_gets_its_braking_distance(machine):
     machine.line("G36 R300 L5 H1200 E900 Q.5")
     # (15**2 - 10**2) mm2/s2 / (2 * 1000 mm/s2) = 0.0625 mm

@@ -233,6 +233,20 @@ def test_nothing_else_is_let_pass_while_a_switch_is_left(simulate, cause):
     simulate(bench.dut, run)
 
 
+def test_only_a_machine_that_is_safe_leaves_a_switch(simulate):
+    """Asked for in the clock of a pulse onto the switch, it would let that pulse pass."""
+    bench = Bench()
+
+    async def run(ctx):
+        await bench.clock(ctx, 3, limit_high=2)
+        await bench.clock(ctx, limit_high=2, **LEAVE)
+        await bench.clock(ctx, limit_high=2, **CLEAR)
+        await bench.clock(ctx, limit_high=2, onto=1, **LEAVE)
+        assert ctx.get(bench.dut.safe)
+
+    simulate(bench.dut, run)
+
+
 @pytest.mark.parametrize("off", ["discharging", "fluid_required"])
 def test_low_fluid_counts_while_discharging_only(simulate, off):
     bench = Bench()

@@ -106,7 +106,8 @@ def test_voltage_waits_for_its_level_and_current_does_not(simulate):
 
 
 @pytest.mark.parametrize(("clock_hz", "clocks"), [
-    (2_000_000, (2, 1000, 4000)), (50_000_000, (50, 25_000, 100_000)), (1000, (1, 1, 2))])
+    (2_000_000, (2, 1000, 4000)), (50_000_000, (50, 25_000, 100_000)), (1000, (1, 1, 2)),
+    (3001, (1, 2, 7))])
 def test_times_are_rounded_up(clock_hz, clocks, simulate):
     dut = ReadBack(clock_hz=clock_hz)
     assert (dut.dead, dut.limit, dut.settle) == clocks

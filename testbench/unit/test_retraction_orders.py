@@ -112,6 +112,79 @@ def test_hold_stops_forward_motion_and_never_a_retraction(simulate):
         (RESUME, 0, 30)]
 
 
+@pytest.mark.parametrize("phase", [0, 3, 6])
+def test_the_overshoot_counts_from_when_all_pulses_have_reached_the_axes(simulate, phase):
+    """The short may clear in any clock between two pulses."""
+    dut, bench = ordered()
+
+    async def run(ctx):
+        await bench.begin(ctx, DATA)
+        await bench.to(ctx, 30)
+        bench.short = True
+        await bench.to(ctx, 15)
+        await bench.idle(ctx, phase)
+        bench.short = False
+        for _ in range(100):
+            await bench.tick(ctx)
+            if ctx.get(dut.retraction.mark):
+                break
+        marked = ctx.get(dut.axis[0])
+        for _ in range(6):
+            await bench.tick(ctx)
+            assert ctx.get(dut.axis[0]) == marked
+        assert brief(bench)[1] == (END, CLEARED, marked)
+
+    simulate(dut, run)
+
+
+def test_no_way_forward_while_events_are_not_taken(simulate):
+    """Firmware that is behind is not overrun; a short goes back whatever it has taken."""
+    dut, bench = ordered()
+
+    async def run(ctx):
+        await bench.begin(ctx, DATA)
+        for position, state in ((30, State.FRONT), (12, State.HIGH), (25, State.LOW)):
+            await bench.to(ctx, position)
+            bench.set(ctx, crowded=1)
+            await bench.idle(ctx)
+            assert (bench.position, ctx.get(dut.retraction.state)) == (position, state)
+            if state == State.FRONT:
+                bench.short = True
+                await bench.to(ctx, 10)
+                bench.short = False
+                await bench.until(ctx, State.HIGH)
+            bench.set(ctx, crowded=0)
+        await bench.to(ctx, 40)
+
+    simulate(dut, run)
+    assert brief(bench)[:2] == [(START, SHORT, 30), (END, CLEARED, 10)]
+
+
+@pytest.mark.parametrize(("state", "position"), [
+    (State.FRONT, 5), (State.HIGH, 15), (State.LOW, 25)])
+def test_what_forbids_the_way_forward_does_in_its_clock(simulate, state, position):
+    """At the retraction already: whatever else drops what is under way."""
+    dut, bench = ordered()
+    levels = dict(run=0, hold=1, shorted=1, safe=1, crowded=1, wait=1, contact=1)
+
+    async def run(ctx):
+        await bench.begin(ctx, DATA)
+        if state != State.FRONT:
+            await bench.to(ctx, 30)
+            bench.short = True
+            await bench.to(ctx, 10)
+            bench.short = False
+        await bench.to(ctx, position)
+        assert ctx.get(dut.retraction.state) == state
+        for name, level in levels.items():
+            assert ctx.get(dut.retraction.go)
+            bench.set(ctx, **{name: level})
+            assert not ctx.get(dut.retraction.go), name
+            bench.set(ctx, **{name: 1 - level})
+
+    simulate(dut, run)
+
+
 def test_nothing_moves_without_run(simulate):
     dut, bench = ordered()
 
@@ -227,6 +300,24 @@ def test_safe_stops_at_once_and_drops_what_is_stored(simulate, rng):
             bench.set(ctx, release=0)
             await bench.until(ctx, State.FRONT)
         bench.check_axes(ctx)
+
+    simulate(dut, run)
+
+
+def test_a_release_while_safe_is_none(simulate):
+    dut, bench = ordered()
+
+    async def run(ctx):
+        await bench.begin(ctx, DATA)
+        await bench.to(ctx, 30)
+        bench.short = True
+        await bench.to(ctx, 15)
+        bench.set(ctx, safe=1)
+        await bench.tick(ctx)
+        bench.set(ctx, release=1)
+        await bench.idle(ctx, 5)
+        assert ctx.get(dut.retraction.state) == State.HALTED
+        assert ctx.get(dut.retraction.reverse), "still as it was"
 
     simulate(dut, run)
 

@@ -131,9 +131,10 @@ def test_duration_count_does_not_wrap(simulate):
     async def bench(ctx):
         for name, value in (QUIET | dict(duration=0, shorted_now=1)).items():
             ctx.set(getattr(dut, name), value)
+        ctx.set(dut.held, (1 << 24) - 50)
         await ctx.tick().repeat(100)
         assert not ctx.get(dut.shorted), "0 is never"
-        ctx.set(dut.duration, 50)
+        ctx.set(dut.duration, 1000)
         await ctx.tick()
         assert ctx.get(dut.shorted)
 

@@ -71,6 +71,7 @@ class Run:
 
     def compare(self):
         """Hold the block to the model in every clock; names of all that was found."""
+        self.clock()  # what the last one has found
         found = compiled(self.rows)
         differ = np.nonzero(found != np.array(self.expected))[0]
         assert not len(differ), f"clock {differ[0]}: {found[differ[0]]}"

@@ -123,6 +123,30 @@ def test_bytes_go_round(simulate, rng):
     simulate(dut, send, receive)
 
 
+def test_a_mark_in_view_is_not_yet_taken(simulate):
+    """So a release before it is taken was meant for an earlier reset."""
+    dut = Uart(divisor=4)
+
+    async def bench(ctx):
+        for level in (0, *(link_decoder.RESET >> bit & 1 for bit in range(8)), 1):
+            ctx.set(dut.rx, level)
+            await ctx.tick().repeat(4)
+        await ctx.tick().repeat(10)
+        for strobe in (0, 1):
+            assert ctx.get(dut.receive_valid) == 1 - strobe
+            ctx.set(dut.release_reset, 1)
+            ctx.set(dut.release_strobe, 1)
+            await ctx.tick()
+            ctx.set(dut.release_strobe, 0)
+            assert ctx.get(dut.reset) == 1 - strobe
+            ctx.set(dut.receive_strobe, 1)
+            await ctx.tick()
+            ctx.set(dut.receive_strobe, 0)
+            await ctx.tick()
+
+    simulate(dut, bench)
+
+
 def test_full_queues_refuse(simulate, rng):
     """The last place of the receive queue is for the mark of what is lost."""
     dut = Uart(divisor=4)

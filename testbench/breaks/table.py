@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All planted breaks, and those after which nothing is other than before."""
+
+from testbench.breaks.harness import Break, Equivalent
+from testbench.breaks.table_link import LINK
+from testbench.breaks.table_machine import MACHINE
+from testbench.breaks.table_motion import MOTION
+from testbench.breaks.table_safety import SAFETY
+
+__all__ = ["EQUIVALENT", "SHORT", "TABLE"]
+
+TABLE: tuple[Break, ...] = SAFETY + MOTION + MACHINE + LINK
+
+WINDOW = ("testbench/unit/test_firmware_path.py::test_window_moves_under_a_moving_machine",
+          "testbench/unit/test_firmware_path.py::test_window_holds_what_is_commanded")
+BEYOND = (
+    "What is dropped lies 15 segments beyond that in which the machine was when the step began. If "
+    "its position is there now, it has gone there since; and on the way there the command is as "
+    "far as the position or further, so that the comparison of the command refuses as well. The "
+    "new bound is in force before both, so that no command goes there between them.")
+
+EQUIVALENT: tuple[Equivalent, ...] = (
+    Equivalent(
+        Break("rtl/safety/arming.py", "state.eq(OPEN), wait.eq(closing)]", "state.eq(OPEN)]",
+              ("testbench/unit/test_arming.py",), "the contacts' time begins anew"),
+        "Only a closed contactor counts the time down, and only then is it looked at; the press "
+        "that closes sets it, and reset does. So it is at its start whenever it counts."),
+    Equivalent(
+        Break("softcore/firmware/path.c", " && difference(hal_position(), now) >= 0", "",
+              WINDOW, "the window behind the machine stays"),
+        BEYOND),
+    Equivalent(
+        Break("softcore/firmware/path.c", " && difference(hal_position(), now) <= 0", "",
+              WINDOW, "the window ahead of the machine stays"),
+        BEYOND),
+    Equivalent(
+        Break("softcore/firmware/reader.c", "r->column = r->counted = r->length = 0;",
+              "r->column = r->length = 0;", ("testbench/unit/test_firmware_reader.py",),
+              "TV begins anew with each block"),
+        "Only whether the count is even is looked at, and only with TV, which a tape has from its "
+        "start or not at all: each block before was even, or the tape has ended there."),
+    Equivalent(
+        Break("softcore/firmware/program.c", "at == STAGE_EXECUTE && execute_paused()",
+              "execute_paused()", ("testbench/unit/test_firmware_program.py",),
+              "a stop is told as one"),
+        "A block that is carried out stands still at its stop only between its begin and its end "
+        "or abort (execute_begin, execute_abort), and for all that time the stage is EXECUTE."),
+    Equivalent(
+        Break("softcore/firmware/machine.c", "!locked && running", "running",
+              ("testbench/unit/test_firmware_machine.py",
+               "testbench/unit/test_firmware_program.py"), "a locked machine does not retract"),
+        "A locked machine does not run: each place that locks takes run away before (stop, "
+        "machine_init), and only a program that was let through gives it. The link asks, too."),
+)
+
+# The short form: what makes outputs safe, what bounds the pulses, and firmware that ends a cut.
+SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
+         "rtl/motion/feed.py: no pulse beyond the bound",
+         "softcore/firmware/machine.c: an alarm ends the discharge")

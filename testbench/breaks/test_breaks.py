@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted breaks: every one is seen by the tests that must see it.
+
+Always: the table fits the sources as they are, and three breaks are planted. In the soak: all of
+them, one after the other, and the same tests with nothing broken.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from testbench.breaks.harness import ROOT, Break, Verdict, applied, run_whole, try_break
+from testbench.breaks.table import EQUIVALENT, SHORT, TABLE
+from testbench.breaks.witness import SAW, judge
+
+ALL = [*TABLE, *(one.what for one in EQUIVALENT)]
+FEWEST = 100
+SEEN_AT_LEAST = 0.95    # of all that were planted; the rest has its argument
+
+LIMITER = "rtl/power/limiter.py"
+LEVEL = "eq(Mux(self.level > level_max, level_max, self.level))"
+LIMITS = ("testbench/unit/test_pulse_generator.py::test_limits_follow_the_model",)
+
+
+def test_the_table_is_long_enough_and_each_break_is_another():
+    assert len(TABLE) >= FEWEST
+    assert len({str(one) for one in ALL}) == len(ALL)
+    assert len({(one.file, applied(one)) for one in ALL}) == len(ALL)
+    assert len(TABLE) >= SEEN_AT_LEAST * len(ALL)
+    assert all(len(one.argument) > 40 for one in EQUIVALENT)
+
+
+@pytest.mark.parametrize("file", sorted({one.file for one in ALL}))
+def test_breaks_fit_their_file(file):
+    """The text to change stands there once; a break that no longer fits has to be planted anew."""
+    for one in ALL:
+        if one.file == file:
+            applied(one)
+
+
+def test_tests_that_must_see_them_are_there():
+    for test in {test for one in ALL for test in one.tests}:
+        path, _, name = test.partition("::")
+        tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+        tests = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        assert name in tests if name else any(test.startswith("test_") for test in tests), test
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_three_are_seen(name):
+    (one,) = (one for one in TABLE if str(one) == name)
+    verdict, said = try_break(one)
+    assert verdict is Verdict.SEEN, said
+
+
+@pytest.mark.parametrize(("error", "place", "saw"), [
+    (AssertionError("3 is not 4"), "testbench/unit/test_feed.py", True),
+    (AssertionError("no such width"), "hdl/_ir.py", False),
+    (TimeoutError("still waiting"), "host/link.py", True),
+    (IndexError("list index out of range"), "testbench/firmware.py", True),
+    (IndexError("list index out of range"), "rtl/motion/feed.py", False),
+    (NameError("name 'spacing' is not defined"), "rtl/motion/feed.py", False),
+    (AttributeError("no attribute 'room'"), "testbench/unit/test_feed.py", False),
+    (RuntimeError("does not compile"), "softcore/image.py", False),
+])
+def test_only_what_was_looked_at_is_a_sight(error, place, saw):
+    assert (judge(error, ROOT / place) == SAW) == saw
+
+
+def test_a_test_that_fails_by_its_own_word_is_a_sight():
+    with pytest.raises(pytest.fail.Exception) as caught:
+        pytest.fail("DID NOT RAISE")
+    assert judge(caught.value, Path("_pytest/outcomes.py")) == SAW
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("old", "new", "tests", "verdict"), [
+    (LEVEL, "eq(self.level)", LIMITS, Verdict.SEEN),
+    ("raise ValueError(f\"on_max", "raise OSError(f\"on_max", LIMITS, Verdict.SURVIVED),
+    (LEVEL, "eq(self.lebel)", LIMITS, Verdict.ERROR),
+    (LEVEL, "eq(lebel)", LIMITS, Verdict.ERROR),
+    (LEVEL, "eq(self.level)", (f"{LIMITS[0]}_of_the_sky",), Verdict.ERROR),
+])
+def test_verdicts(old, new, tests, verdict):
+    assert try_break(Break(LIMITER, old, new, tests, "to try the harness"))[0] is verdict
+
+
+@pytest.mark.soak
+def test_firmware_that_does_not_compile_is_no_sight():
+    one = Break("softcore/firmware/machine.c", "    hal_disarm();\n", "    hal_disarm()\n",
+                ("testbench/unit/test_firmware_machine.py",), "to try the harness")
+    assert try_break(one)[0] is Verdict.ERROR
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("test", sorted({test for one in ALL for test in one.tests}))
+def test_the_same_tests_pass_with_nothing_broken(test):
+    passed, said = run_whole([test])
+    assert passed, said
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("one", TABLE, ids=str)
+def test_every_break_is_seen(one):
+    verdict, said = try_break(one)
+    assert verdict is Verdict.SEEN, said
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("one", EQUIVALENT, ids=str)
+def test_what_is_equivalent_changes_nothing(one):
+    verdict, said = try_break(one.what)
+    assert verdict is Verdict.SURVIVED, said
