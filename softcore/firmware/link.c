@@ -30,6 +30,7 @@
 #define OFFSET_ROWS (PLAN_SYSTEMS + PLAN_WIRES)
 
 static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
+static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
@@ -50,6 +51,7 @@ void link_restart(void) {
     greets = true;
     listing = SETTINGS;
     offset_row = OFFSET_ROWS;
+    unlocked_rows = 0;
     planner_stop();
     lines_restart();
     frame_restart();
@@ -180,6 +182,22 @@ static void tell_link(void) {
                 lines.accepted, lines.refused, frames.begun, frames.damaged, errors, ignored);
 }
 
+/* What holds then is told in later steps, and answered behind it: all at once would take too long. */
+static void unlock(void) {
+    fault f = {0};
+    bool was_locked = machine_locked();
+    if (machine_unlock(&f) && was_locked)
+        unlocked_rows = MACHINE_UNLOCKED_ROWS;
+    else
+        link_answer(&f);
+}
+
+static void tell_unlocked(void) {
+    machine_tell_unlocked(MACHINE_UNLOCKED_ROWS - unlocked_rows);
+    if (--unlocked_rows == 0)
+        link_answer(0);
+}
+
 /* A line that begins with `$`. */
 static void command(const char *line, uint32_t length) {
     fault f = {0};
@@ -199,7 +217,7 @@ static void command(const char *line, uint32_t length) {
     if (says(line, length, "$POSITION=HERE"))
         machine_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
-        machine_unlock(&f);
+        return unlock();
     else if (length == 2 && (c == 'I' || c == 'i'))
         output_line("[VER:" VERSION ":Gapkeeper]");
     else if (length == 2 && (c == 'P' || c == 'p'))
@@ -357,6 +375,8 @@ bool link_serve(void) {
         output_line("Gapkeeper " VERSION " ['$' for help]");
     } else if (status != STATUS_NONE) {
         tell_status();
+    } else if (unlocked_rows) {
+        tell_unlocked();
     } else if (listing < SETTINGS) {
         tell_setting();
     } else if (offset_row < OFFSET_ROWS) {

@@ -177,17 +177,21 @@ bool machine_unlock(fault *f) {
         }
         if (hal_safe())
             return cause_fault(f, "the interlock stays open: ", hal_first_cause(), hal_blamed());
-        if (hal_limits_read().leaving)
-            tell_leaving(limits);
     }
     /* A path that begins here also ends the halted state. */
     events_drop();
     path_begin();
     program_resynchronise();
     locked = false;
-    if (machine_position_lost())
-        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
     return true;
+}
+
+void machine_tell_unlocked(unsigned row) {
+    hal_limits limits = hal_limits_read();
+    if (row == 0 && limits.leaving)
+        tell_leaving(limits);
+    else if (row == 1 && machine_position_lost())
+        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
 }
 
 void machine_reset(void) {

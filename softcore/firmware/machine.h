@@ -33,6 +33,8 @@ void machine_alarm(const fault *f);
 bool machine_alarm_waits(void);
 void machine_tell_alarm(void);
 bool machine_unlock(fault *f);
+#define MACHINE_UNLOCKED_ROWS 2
+void machine_tell_unlocked(unsigned row);   /* what holds now, a line at most for each row */
 void machine_reset(void);               /* operator's reset */
 
 /* The gateware's events that end a program, with the encoders' position in clock `cycle`. */

@@ -60,8 +60,8 @@ LINK = (
         ("        ignored += resumes + retracts;\n        return;\n",
          "        ignored += resumes + retracts;\n",
          "single bytes do not move a guarded machine", "unit/test_firmware_lines.py"),
-        ("    if (!is_free(f))\n        return;\n    machine_hold", "    (void)is_free(f);\n"
-         "    machine_hold", "a locked machine does not resume", "unit/test_firmware_lines.py"),
+        ("    if (!is_free(f))\n        return;\n    if (hold_came)", "    (void)is_free(f);\n"
+         "    if (hold_came)", "a locked machine does not resume", "unit/test_firmware_lines.py"),
         ("machine_machining() || hal_motion_read().moving", "hal_motion_read().moving",
          "what guards stays while machining", f"{MACHINE} unit/test_firmware_series.py"),
         ("machine_machining() || hal_motion_read().moving", "machine_machining()",

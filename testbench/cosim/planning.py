@@ -57,11 +57,9 @@ def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing) -> 
     job = Job(session, *lines(data), watched=WATCHED)
     job.said.clear()
     begin = session.cycle
-    job.pipe.write(f"$BP{roughing.area_mm2:g},{roughing.undersize_um:g},{roughing.depth_mm:g}\n"
-                   .encode())
-    job.until(lambda: job.said[-1:] == ["ok"], "the staircase", step=5000, seconds=LONGEST_S)
+    job.link.command(f"$BP{roughing.area_mm2:g},{roughing.undersize_um:g},{roughing.depth_mm:g}")
     clocks = session.cycle - begin
-    first, *said, _ = job.said
+    first, *said = (line for line in job.said if not line.startswith("<"))
     needs_um, has_um = map(float, NEEDS.fullmatch(first).groups())
     steps = [STEP.fullmatch(line).groups() for line in said]
     job.link.command("$P")

@@ -35,7 +35,7 @@ def read(path):
 def test_the_file_ends_with_what_the_probes_show(workdir, rng):
     with Simulation(machine=MACHINE, clock_hz=int(MACHINE["clock_hz"]), seed=rng.getrandbits(32),
                     waves=workdir) as simulation:
-        simulation.run(100_000)
+        simulation.run(300_000)
         simulation.send(READY)
         simulation.press_arm()
         simulation.send(LINES)
