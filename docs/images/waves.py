@@ -63,7 +63,7 @@ def window(wave, begin, end):
 
 
 def draw(waves, rows, begin, end, origin, unit, name):
-    """One picture: a row for each signal, by time from ``origin`` on in ``unit`` (clocks, label)."""
+    """One picture: a row for each signal, by time from ``origin`` in ``unit`` (clocks, label)."""
     figure, axes = plt.subplots(len(rows), 1, sharex=True, layout="constrained",
                                 figsize=(10, 0.6 + 0.62 * len(rows)))
     for axis, (signal, kind) in zip(axes, rows, strict=True):
