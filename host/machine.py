@@ -3,14 +3,18 @@
 
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from host.errors import UsageError
 
 ROOT = Path(__file__).parents[1]
 BUILT_IN = ROOT / "testbench" / "plant"
+
+Tables = dict[str, Any]     # of a machine's file, as TOML has them
 
 # Below, the firmware cannot keep up with its watchdog; above is no device.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
@@ -64,7 +68,7 @@ BOUNDS = {
 }
 
 
-def _check(name, tables, prefix=""):
+def _check(name: str, tables: Tables, prefix: str = "") -> None:
     """Refuse what is not a number a machine can have."""
     for key, value in tables.items():
         if isinstance(value, dict):
@@ -89,9 +93,9 @@ def _check(name, tables, prefix=""):
                 raise UsageError(f"machine {name}: {prefix}{key} must be {wanted}, not {value}.")
 
 
-def _check_steps(name, steps):
+def _check_steps(name: str, steps: Any) -> None:
     """Refuse what is no list of steps of the stock: places that grow, with widths."""
-    def number(value):
+    def number(value: object) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool)
 
     sound = isinstance(steps, list) and 1 <= len(steps) <= STEPS and all(
@@ -102,7 +106,7 @@ def _check_steps(name, steps):
                          "and a width of 0 to 10000 um, the places growing.")
 
 
-def _keys(tables, prefix=""):
+def _keys(tables: Tables, prefix: str = "") -> Iterator[str]:
     """Names of all numbers but the settings, which are the controller's."""
     for key, value in tables.items():
         if isinstance(value, dict):
@@ -113,7 +117,7 @@ def _keys(tables, prefix=""):
             yield prefix + key
 
 
-def _complete(name, tables):
+def _complete(name: str, tables: Tables) -> None:
     """Refuse a file that lacks a number, or has one of a name that no machine has."""
     kind = tables.get("kind", "sinker")
     known = list(_keys(_tables(BUILT_IN / f"{kind}.toml")))
@@ -127,7 +131,7 @@ def _complete(name, tables):
         raise UsageError(f"machine {name}: {strange[0]} is no number of a machine.")
 
 
-def _tables(path):
+def _tables(path: Path) -> Tables:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -139,11 +143,11 @@ class Machine:
     """A machine: its name and the tables of its file, units in the keys' names."""
 
     name: str
-    tables: dict
+    tables: Tables
 
     def number(self, *names: str) -> float:
         """One number of the file, by table and key."""
-        value = self.tables
+        value: Any = self.tables
         for name in names:
             value = value.get(name) if isinstance(value, dict) else None
         if not isinstance(value, int | float):
@@ -165,7 +169,7 @@ class Machine:
     @property
     def kind(self) -> str:
         """What moves: the electrode of a sinker, or a wire."""
-        return self.tables.get("kind", "sinker")
+        return str(self.tables.get("kind", "sinker"))
 
     @property
     def start_mm(self) -> dict[str, float]:
@@ -186,7 +190,7 @@ class Machine:
     @property
     def settings(self) -> dict[str, int]:
         """The controller's settings, as ``$number=value``."""
-        return self.tables.get("settings", {})
+        return dict(self.tables.get("settings", {}))
 
 
 def built_in() -> list[str]:
