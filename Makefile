@@ -10,8 +10,10 @@ OPTIONS ?=
 TESTS   ?=
 JOBS    ?= auto
 BOARDS  ?= ulx3s
+# Options for the fault campaign, e.g. make faults FAULTS="--only F3 --seed 2"
+FAULTS  ?=
 
-.PHONY: run test install venv bench boards soak lint clean
+.PHONY: run test install venv bench boards soak faults lint clean
 
 run: install
 	@.venv/bin/gapkeeper run $(TAPE) $(OPTIONS)
@@ -34,6 +36,9 @@ boards: venv
 
 soak: install
 	@$(PY) -m pytest -m soak $(TESTS)
+
+faults: install
+	@$(PY) -m testbench.faults $(FAULTS)
 
 lint: venv
 	@$(PY) -m ruff check

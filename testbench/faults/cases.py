@@ -54,6 +54,7 @@ class Scene:
             return [self._found(session)]
 
     def _found(self, session):
+        session.changes()
         armed = session.pins.rises("contactor")
         begun = session.begun or (armed[0] if armed else 1)
         seen = look(session, begun, REST_S)
@@ -62,7 +63,8 @@ class Scene:
         if seen.lied:
             return Found(Outcome.WRONG, clocks, LIED)
         if misplaced(seen):
-            return Found(Outcome.WRONG, clocks, f"it tells {seen.told.places} and is at {seen.true}")
+            return Found(Outcome.WRONG, clocks,
+                         f"it tells {seen.told.places} and is at {seen.true}")
         if self.deadline is not None and (clocks is None or clocks > self.deadline):
             return Found(Outcome.WRONG, clocks, f"not safe in {self.deadline} clocks")
         if seen.reasons:

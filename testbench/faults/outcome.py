@@ -65,7 +65,7 @@ class Found:
 
 def _lied(record: Record, begun: int, end: int) -> bool:
     """Whether `safe` was told while an output was on."""
-    told = [clock for clock, level in record.changes("safe", begun) if level]
+    told = [begun] * record.at("safe", begun) + record.rises("safe", begun + 1)
     for since in told:
         until = next((clock for clock, level in record.changes("safe", since) if not level), end)
         for pin, level in PINS.items():

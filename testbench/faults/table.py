@@ -246,14 +246,14 @@ CLASSES = (
     FaultClass(
         "C14", "bits that turn over", "any bit of a register that a test can write", "gateware",
         "the guarded ones trip within six clocks, named", GUARDED,
-        "Bits of the memory: its parity is not there yet. Verilator takes a change only of registers "
-        "that lead to no port; the unit tests turn over every bit of every guard."),
+        "Bits of the memory: its parity is not there yet. Verilator takes a change of registers "
+        "only that lead to no port; the unit tests turn over every bit of every guard."),
     FaultClass(
         "C15", "asynchronous inputs, the clock", "", "every input",
         "synchronised; a clock that stops is found outside",
         lacks="In a simulation every input is in step with the clock; `unit/test_pads.py` checks "
-              "that each has its synchroniser. A clock that stops stops the simulation: it takes a "
-              "circuit outside that falls off without pulses, and no board has one yet."),
+              "that each comes through its synchroniser. A clock that stops stops the simulation: "
+              "it takes a circuit outside that falls off without pulses; no board has one yet."),
     FaultClass(
         "C16", "power loss", "the supply gone for 1 to 1000 clocks, in a cut", "supply",
         "safe at once; locked and lost afterwards",
