@@ -70,7 +70,7 @@ LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
-_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/fault.h
+_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/base/fault.h
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
 
