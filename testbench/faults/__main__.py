@@ -20,7 +20,8 @@ DEFAULT = Path("build") / "faults"
 def _line(one):
     counts = ", ".join(f"{one.outcomes[outcome]} {outcome.value}" for outcome in Outcome
                        if one.outcomes[outcome])
-    print(f"{one.fault.number:>4} {one.fault.name:40} {counts or 'not injected here'}"
+    counts = counts or ("did not run" if one.results else "not injected here")
+    print(f"{one.fault.number:>4} {one.fault.name:40} {counts}"
           f"{'' if one.good else '   <- NOT AS IT MUST BE'} ({one.seconds:.0f} s)", flush=True)
     for result in one.results:
         if not result.good:

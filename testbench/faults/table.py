@@ -169,7 +169,7 @@ CLASSES = (
     FaultClass(
         "F9", "tests that let breaks through", "changes of the source, on purpose", "the source",
         "a test fails by its own word",
-        (planted("softcore/firmware/path.c: the ceiling of a block that ends above it"),),
+        (planted("softcore/firmware/path/path.c: the ceiling of a block that ends above it"),),
         "One of more than a hundred; `make soak TESTS=testbench/breaks` plants them all."),
     FaultClass(
         "F10", "proofs that stop at the parts", "every input, every state", "the joined machine",
