@@ -95,8 +95,10 @@ def _way(name):
 
 
 def _hung(kind):
+    """A processor without a program can say nothing of it."""
     return Scene(f"processor: its {'clock stands' if kind == 'clock' else 'program is gone'}",
-                 faults.hung, lambda seed: {"kind": kind, "delay": 1237 * seed % 10_000})
+                 faults.hung, lambda seed: {"kind": kind, "delay": 1237 * seed % 10_000},
+                 (TOLD,) if kind == "clock" else (UNTOLD,))
 
 
 def _browned_out(clocks):
@@ -105,7 +107,7 @@ def _browned_out(clocks):
 
 BROKEN_CHARACTER = Scene("the point of `G00 Z-0.5` without its stop bit", line.broken_character,
                          {"at": 7})
-STRAY_START = Scene("0x02, then `!`", line.stray_start, {"stop": b"!"})
+STRAY_START = Scene("0x02, then `!`", line.stray_start, {"stop": b"!"}, (NO_EFFECT,))
 STUCK = Scene("main gate, in a cut", gates.stuck, {"kind": "main", "when": "cut"})
 IN_HOLE = {"machine": "wire", "tables": lambda: contact.with_hole(0.5)}
 SETTINGS = Scene("eight settings that guard, M03 on and in a cut", scenes.settings_in_a_cut)
@@ -162,7 +164,8 @@ CLASSES = (
     FaultClass(
         "F8", "bent bits",
         "bits of guarded registers, a processor that stands or has lost its program",
-        "gateware, processor", "trip within some clocks, or by the watchdog; named",
+        "gateware, processor",
+        "trip within some clocks, or by the watchdog; named, if there is a program to name it",
         (*GUARDED, _hung("clock"), _hung("memory")),
         "Bits of the processor's memory: its parity is not there yet. Interrupts off and jumps of "
         "the program counter need a hand inside the processor, which the simulation has not."),
