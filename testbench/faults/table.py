@@ -260,7 +260,7 @@ CLASSES = (
     FaultClass(
         "C16", "power loss", "the supply gone for 1 to 1000 clocks, in a cut", "supply",
         "safe at once; locked and lost afterwards",
-        (Trial("any phase", _brown_out, PINS, (TOLD, UNTOLD), count=6), _browned_out(1)),
+        (Trial("any phase", _brown_out, PINS, count=6), _browned_out(1)),
         "A tape is not resumed where it was: there is no journal, so no write of one can be cut."),
     FaultClass(
         "C17", "serial line", "overrun, framing errors, bytes lost and doubled", "the serial line",
@@ -279,7 +279,7 @@ CLASSES = (
     FaultClass(
         "C20", "reset, brown-out", "the supply gone, Ctrl-X, `!` in a torn frame", "supply, link",
         "outputs off during and after; the true place or none",
-        (Trial("any phase", _brown_out, PINS, (TOLD, UNTOLD), count=4), RESET,
+        (Trial("any phase", _brown_out, PINS, count=4), RESET,
          Scene("`!` in a torn frame", scenes.held_by_terminal, expected=(NO_EFFECT, TOLD)))),
     FaultClass(
         "C21", "wire break, collision", "the wire's drive reports it; the work stands in the way",
