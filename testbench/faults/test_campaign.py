@@ -98,7 +98,7 @@ def _faked(session, pin):
 @pytest.mark.parametrize("pin", ["", "gap_on", "drive_enable"])
 def test_an_output_that_is_on_while_safe_is_told_is_wrong(pin):
     found, = Scene("faked", partial(_faked, pin=pin)).run(1)
-    assert found.outcome is (Outcome.WRONG if pin else Outcome.NO_EFFECT)
+    assert found.outcome is (Outcome.WRONG if pin else Outcome.SAFE_TOLD)
 
 
 def test_trials_without_a_fault_have_no_effect_and_are_the_same_again():
