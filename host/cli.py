@@ -16,7 +16,8 @@ import typer
 from rich.console import Console
 
 from host.errors import DONE, FAULT, UsageError, UserError
-from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ, ROOT
+from host.machine import ROOT
+from host.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 from host.words import counted
 
 app = typer.Typer(
