@@ -11,14 +11,37 @@ TESTS   ?=
 JOBS    ?= auto
 BOARDS  ?= ulx3s
 
-.PHONY: run test install venv bench boards soak lint clean
+.PHONY: help run test check install venv bench boards soak lint docs clean
 
-run: install
+help:     ## this list
+	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
+
+run: install   ## punch a tape, run it on the simulated machine, write a report (TAPE=, OPTIONS=)
 	@.venv/bin/gapkeeper run $(TAPE) $(OPTIONS)
 
-test: install
-	@$(PY) -m ruff check
+check: venv    ## lint, types and every quick test: the loop while you work
+	@$(MAKE) --no-print-directory lint
+	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick $(TESTS)
+
+test: install  ## every test; decides whether a change lands (TESTS=)
+	@$(MAKE) --no-print-directory lint
 	@$(PY) -m pytest -n $(JOBS) --dist worksteal $(TESTS)
+
+lint: venv     ## unused names, order of imports, docstrings; types of the host
+	@$(PY) -m ruff check
+
+docs: venv     ## these pages as a site in build/docs; warnings are errors
+	@$(PY) -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo "build/docs/index.html"
+
+bench: install ## every figure of docs/results/figures.md; minutes
+	@.venv/bin/gapkeeper bench
+
+boards: venv   ## lay out every board; ten minutes each (BOARDS=)
+	@for board in $(BOARDS); do .venv/bin/gapkeeper build $$board || exit; done
+
+soak: install  ## runs of minutes to hours (TESTS=)
+	@$(PY) -m pytest -m soak $(TESTS)
 
 install: venv
 	@$(PY) -m host.prepare
@@ -26,17 +49,5 @@ install: venv
 venv:
 	@$(PYTHON) host/bootstrap.py
 
-bench: install
-	@.venv/bin/gapkeeper bench
-
-boards: venv
-	@for board in $(BOARDS); do .venv/bin/gapkeeper build $$board || exit; done
-
-soak: install
-	@$(PY) -m pytest -m soak $(TESTS)
-
-lint: venv
-	@$(PY) -m ruff check
-
-clean:
+clean:         ## remove everything that was made
 	rm -rf build .venv *.egg-info

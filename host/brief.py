@@ -8,7 +8,7 @@ event ``block`` in fewer characters where clock, line and place are near those o
 
 with the low bits of each number, 6 a character from ``0`` on, the highest first: nearest to the
 event before are the clock (24 bits), line (6) and place (12 each) that are meant. Every 32nd line
-at the latest is a full one; see ``softcore/firmware/output.h``.
+at the latest is a full one; see ``softcore/firmware/link/output.h``.
 """
 
 import re

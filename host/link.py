@@ -77,7 +77,7 @@ LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
-_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/fault.h
+_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/base/fault.h
 _HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # as the gateware says it; the firmware's has no text
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 

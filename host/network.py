@@ -5,10 +5,11 @@ Three inputs, six hidden units and a linear part beside them, one output:
 
     y = a0 + Σ a[j] x[j] + Σ c[k] φ(b[k] + Σ w[k][j] x[j]),   φ(z) = z / (1 + z²)
 
-``softcore/firmware/network.c`` is the same in C. Both use nothing but + - * / on IEEE numbers of
-single precision, and in the same order, so that they agree to the last bit; a sum here is therefore
-a loop and not ``numpy.sum``, whose order is numpy's own. The soft core has no floating point unit:
-single precision takes a third of the time and half of the memory, and is more than basic data have.
+``softcore/firmware/roughing/network.c`` is the same in C. Both use nothing but + - * / on IEEE
+numbers of single precision, and in the same order, so that they agree to the last bit; a sum here
+is therefore a loop and not ``numpy.sum``, whose order is numpy's own. The soft core has no floating
+point unit: single precision takes a third of the time and half of the memory, and is more than
+basic data have.
 
 Inputs and output are scaled to -1 … 1 over the samples. The third input is then freed of what the
 first two say of it (a linear fit over the samples): the least undersize and the current rise

@@ -32,7 +32,7 @@ ASKED = 3          # so often: a byte may get lost
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
-MACHINE_ALARMS = 40  # the first number of them; see softcore/firmware/fault.h
+MACHINE_ALARMS = 40  # the first number of them; see softcore/firmware/base/fault.h
 STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 
 

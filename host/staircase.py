@@ -19,8 +19,8 @@ last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
 "Next to" is on either side where there is one on either side. The samples of the third network have
 two depths, those between which beta lies at this area and current.
 
-Numbers are of single precision throughout, in the order of ``softcore/firmware/staircase.c``, which
-comes to the same staircase.
+Numbers are of single precision throughout, in the order of
+``softcore/firmware/roughing/staircase.c``, which comes to the same staircase.
 
 Where the patent says nothing: area and depth outside of the data are refused, and an undersize too
 small for the least current. An undersize larger than the greatest current needs gives that current;

@@ -35,7 +35,8 @@ class Tape:
 def ends_program(block: str) -> bool:
     """Whether a block holds the end word M02 or M30, outside comments and not skippable.
 
-    As the controller reads it, softcore/firmware/block.c, of every block that it does not refuse.
+    As the controller reads it, softcore/firmware/interp/block.c, of every block that it does not
+    refuse.
     """
     block = _COMMENT.sub("()", block.upper())  # a comment still parts a letter from its number
     return not _SKIPPED.match(block) and bool(_END_WORD.search(block))
@@ -132,7 +133,7 @@ def decode(rows: bytes) -> tuple[str, Code]:
     Raises
     ------
     TapeError
-        In the words of the controller's own reader, softcore/firmware/reader.c,
+        In the words of the controller's own reader, softcore/firmware/interp/reader.c,
         with the block and the character where the tape is damaged, has a wrong code, or stops.
     """
     code, start = recognise(rows)

@@ -91,7 +91,8 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
-OUTPUTS = {HERE / "firmware" / "regs.h": c_header, HERE / "REGISTERS.md": reference}
+OUTPUTS = {HERE / "firmware" / "hal" / "regs.h": c_header,
+           HERE.parent / "docs" / "reference" / "registers.md": reference}
 
 if __name__ == "__main__":
     for path, render in OUTPUTS.items():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The firmware, compiled: an image for the soft core, and a library of it for this computer.
 
-Both come from the same sources; the library has ``hal_host.c`` in place of the registers. Results
+Both come from the same sources; the library has the room ``pc`` in place of the registers. Results
 are kept under ``build/firmware/`` by the digest of everything that goes into them.
 """
 
@@ -13,14 +13,15 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["FirmwareError", "address_runtime", "host_library", "path_units", "target_image"]
+__all__ = ["FirmwareError", "address_runtime", "among", "host_library", "path_units",
+           "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 
-TARGET_ONLY = {"hal_regs.c", "main.c", "memory.S", "save.S", "start.S"}
-HOST_ONLY = {"hal_host.c", "hal_host_axis.c", "hal_host_gap.c", "hal_host_link.c", "host.c",
-             "coverage.c"}
+# Rooms and files that the one or the other goes without.
+TARGET_ONLY = ("hal", "app/main.c")
+HOST_ONLY = ("pc",)
 
 # A warning is an error: the firmware has no other reader. Products and sums stay apart, so that
 # floats come out the same everywhere.
@@ -78,15 +79,23 @@ def address_runtime() -> Path | None:
     return path if path.is_absolute() and path.exists() else None
 
 
+def among(path: Path, places: tuple[str, ...]) -> bool:
+    """Whether a source of the firmware, relative to its folder, is one of some files and rooms."""
+    return any(path.is_relative_to(place) for place in places)
+
+
 def _sources(leave_out):
-    return sorted(path for path in SOURCES.iterdir()
-                  if path.suffix in {".c", ".S"} and path.name not in leave_out)
+    # By name: moving a file to another room does not change the image.
+    return sorted((path for path in SOURCES.rglob("*")
+                   if path.suffix in {".c", ".S"}
+                   and not among(path.relative_to(SOURCES), leave_out)),
+                  key=lambda path: path.name)
 
 
 def _digest(command):
     total = hashlib.sha256(repr(command).encode())
-    for path in sorted(SOURCES.iterdir()):
-        total.update(path.name.encode() + b"\0" + path.read_bytes())
+    for path in sorted(path for path in SOURCES.rglob("*") if path.is_file()):
+        total.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
     return total.hexdigest()[:16]
 
 
@@ -144,10 +153,10 @@ def target_image(memory_size: int = 286720,
     FirmwareError
         If it does not compile, or does not fit.
     """
-    command = [*_zig("cc"), *TARGET, *COMMON, f"-DPATH_RING={path_units(memory_size)}u",
-               *_sources(HOST_ONLY)]
+    command = [*_zig("cc"), *TARGET, *COMMON, f"-I{SOURCES}",
+               f"-DPATH_RING={path_units(memory_size)}u", *_sources(HOST_ONLY)]
     # zig's linker front end does not know --defsym.
-    script = f"__ram_size = {memory_size};\n" + (SOURCES / "link.ld").read_text()
+    script = f"__ram_size = {memory_size};\n" + (SOURCES / "hal" / "link.ld").read_text()
 
     def build(folder):
         progress("compiling the firmware")
@@ -179,7 +188,7 @@ def host_library(sanitize: str = "") -> Path:
         # Trapping needs no runtime library, which the Python process would not have.
         options = [*options, "-fsanitize-trap=all" if _is_clang(compiler)
                    else "-fsanitize-undefined-trap-on-error"]
-    command = [*compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, *options,
+    command = [*compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, f"-I{SOURCES}", *options,
                *_sources(TARGET_ONLY)]
     return _cached("firmware.so", command,
                    lambda folder: _run([*command, "-o", folder / "firmware.so"]))

@@ -31,7 +31,7 @@ SHORT = 160          # blocks of 10 um, 120 of which are gone back over
 BOARD_HZ = 50e6
 LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
 # The planner's calls, for firmware without one.
-NO_PLANNER = """#include "planner.h"
+NO_PLANNER = """#include "roughing/planner.h"
 void planner_init(void) {}
 void planner_stop(void) {}
 void planner_line(const char *from, uint32_t characters) { (void)from, (void)characters; }
@@ -146,7 +146,7 @@ def planning():
                f"{BOARD_HZ / 1e6:.0f} MHz; longest step {found['longest']} clocks")
     with tempfile.TemporaryDirectory() as place:
         without = shutil.copytree(image.SOURCES, Path(place) / "firmware")
-        (without / "planner.c").write_text(NO_PLANNER)
+        (without / "roughing" / "planner.c").write_text(NO_PLANNER)
         code, data = (one - other for one, other in zip(_memory(image.SOURCES), _memory(without),
                                                         strict=True))
     yield "memory of the planner", f"{code} bytes of code, {data} of data"

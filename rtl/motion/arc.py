@@ -30,8 +30,8 @@ class ArcDistributor(wiring.Component):
 
     Along a piece both axes of the plane go one way each, and the major axis is the one that goes
     further at every point: firmware cuts an arc into pieces at its octants and as finely as the
-    speed asks (``softcore/firmware/arc.h``). A path pulse makes no step or one on either axis, both
-    ``LATENCY`` clocks later.
+    speed asks (``softcore/firmware/path/arc.h``). A path pulse makes no step or one on either axis,
+    both ``LATENCY`` clocks later.
 
     * The major axis goes by a digital differential analyser whose rate changes evenly: after k
       path pulses it has made ``floor((2 * P + divisor) / (2 * divisor))`` steps, with P the sum of

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from softcore.image import HOST_ONLY, TARGET_ONLY
+from softcore.image import HOST_ONLY, TARGET_ONLY, among
 from testbench.breaks.witness import SAW
 
 __all__ = ["ROOT", "Break", "Equivalent", "Verdict", "applied", "breaks_of", "run_whole",
@@ -126,10 +126,10 @@ def _builds(file, folder):
     """Compile the firmware if the file belongs to it; whether it did, and what was said."""
     if not file.startswith(FIRMWARE):
         return True, ""
-    name = Path(file).name
-    if name in HOST_ONLY:
+    source = Path(file).relative_to(FIRMWARE)
+    if among(source, HOST_ONLY):
         raise ValueError(f"{file} is no part of the machine")
-    made = "target_image()" if name in TARGET_ONLY else "host_library('undefined')"
+    made = "target_image()" if among(source, TARGET_ONLY) else "host_library('undefined')"
     status, said = _run(["-c", f"from softcore.image import *; {made}"], folder)
     return status == 0, said
 

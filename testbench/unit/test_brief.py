@@ -13,7 +13,7 @@ NUMBERS = (24, 6, 12, 12, 12)   # bits of clock, line and place
 
 
 def short(numbers, text):
-    """A short line, from the words of softcore/firmware/output.h."""
+    """A short line, from the words of softcore/firmware/link/output.h."""
     digits = [chr(ord("0") + (number >> shift & 63)) for number, bits in
               zip(numbers, NUMBERS, strict=True)
               for shift in range(bits - 6, -1, -6)]

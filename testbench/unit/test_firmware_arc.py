@@ -16,7 +16,7 @@ TOLERANCE = 20                      # of the two radii, pulses
 HALF = 0.5
 EXACT = 1e-9        # of the model's own arithmetic, at a radius of some thousand pulses
 # What a radius that changes adds to half a pulse, by rounding of the end or in the strongest spiral
-# that is allowed: see softcore/firmware/arc.h. In a chain, by rounding and in a spiral.
+# that is allowed: see softcore/firmware/path/arc.h. In a chain, by rounding and in a spiral.
 LEANING, CHAINED, CHAINED_SPIRAL = 0.0005, 0.001, 0.005
 
 

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/events.h"
+
+#include "app/machine.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "gap/gap.h"
+#include "gap/series.h"
+#include "interp/reader.h"
+#include "link/output.h"
+#include "path/path.h"
+
+#define RING 16             /* gateware events; a power of two */
+/* So many of them and no more are taken: the rest wait in the gateware, which goes no further forward
+   until they are. Their interrupts must not use up the time of the watchdog either. */
+#define BUSY 8
+#define NOTICES 64          /* a power of two, more than PATH_LEAD */
+#define NOTICE_TEXT 72      /* of a block's text, what an event shows */
+#define OVERSHOOT_US 20000  /* a servo has come to rest by then */
+/* A speed is told if it was held for so long: pulses are at least 4 clocks apart and counted in whole
+   clocks, so it is within 2 %. */
+#define PLATEAU_PULSES 16
+
+typedef struct {
+    hal_event event;
+    uint64_t cycle;
+    int32_t first;          /* first start point of the series then */
+} record;
+
+typedef struct {
+    uint32_t number, line;
+    char text[NOTICE_TEXT];
+} notice;
+
+static record ring[RING];
+static volatile uint32_t head; /* written by the interrupt handler only */
+static uint32_t tail;
+static volatile bool busy;      /* the interrupt is off */
+static uint32_t worst;
+static notice notices[NOTICES];
+static uint32_t notice_head, notice_tail;
+static uint32_t line;
+static uint32_t speed_high, speed_low, speed_jump_high;
+static bool jumping;            /* the retraction under way is a jump */
+static int32_t start_point;     /* where the retraction under way began */
+static bool back_waits;         /* `back` is to be told */
+static record back;
+static bool blocks_wait;        /* the blocks up to segment `entered` are to be told, with its event */
+static record entry;
+static uint32_t entered;
+
+void events_init(void) {
+    busy = false;
+    worst = 0;
+    line = 0;
+    jumping = false;
+    speed_high = speed_low = speed_jump_high = 0;
+    events_drop();
+}
+
+void events_drop(void) {
+    tail = head;
+    notice_tail = notice_head;
+    back_waits = blocks_wait = false;
+}
+
+uint32_t events_worst(void) { return worst; }
+uint32_t events_line(void) { return line; }
+void events_set_line(uint32_t number) { line = number; }
+
+void events_speeds(uint32_t high, uint32_t low, uint32_t jump_high) {
+    speed_high = high;
+    speed_low = low;
+    speed_jump_high = jump_high;
+}
+
+void events_interrupt(void) {
+    while (head - tail < BUSY && hal_event_pop(&ring[head % RING].event)) {
+        record *r = &ring[head % RING];
+        uint64_t now = hal_cycle();
+        uint32_t age = (uint32_t)now - r->event.cycle_low;
+        r->cycle = now - age;
+        /* The stamp of a retraction's start is that of the short, before the way to rest. */
+        if (r->event.kind != EVENT_RETRACTION_START && age > worst)
+            worst = age;
+        r->first = hal_first();
+        head++;
+    }
+    if (head - tail == BUSY) {
+        busy = true;
+        hal_interrupts(false);
+    }
+}
+
+bool events_notice_room(void) { return notice_head - notice_tail < NOTICES; }
+
+void events_notice(uint32_t number, uint32_t line_number, const char *text, uint32_t length) {
+    notice *n = &notices[notice_head++ % NOTICES];
+    n->number = number;
+    n->line = line_number;
+    unsigned at = 0;
+    for (uint32_t i = 0; i < length && at < NOTICE_TEXT - 1; i++)
+        if (text[i] != READER_DELETED)
+            n->text[at++] = text[i];
+    n->text[at] = '\0';
+}
+
+static void tell_notice(uint64_t cycle, const int32_t *position) {
+    notice *n = &notices[notice_tail++ % NOTICES];
+    line = n->line;
+    output_block(cycle, line, position, n->text);
+}
+
+static void here(int32_t position[HAL_AXES]) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        position[axis] = hal_axis_position(axis);
+}
+
+bool events_tell_notice(void) {
+    if (notice_head == notice_tail)
+        return false;
+    int32_t position[HAL_AXES];
+    here(position);
+    tell_notice(hal_cycle(), position);
+    return true;
+}
+
+void events_now(const char *name, const char *format, ...) {
+    int32_t position[HAL_AXES];
+    here(position);
+    va_list arguments;
+    va_start(arguments, format);
+    output_vevent(name, hal_cycle(), line, position, format, arguments);
+    va_end(arguments);
+}
+
+static void tell_back(void) {
+    static const char reasons[] = {'?', 'c', 'l', 'p'};
+    uint8_t detail = back.event.detail;
+    char reason = detail < sizeof reasons ? reasons[detail] : '?';
+    /* The ceiling and the soft limit are limits; only a path without either just begins. */
+    if (reason == 'p' && path_floor_is_limit())
+        reason = 'l';
+    int32_t from = jumping ? start_point : back.first;
+    uint32_t overshoot = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        uint32_t travel = hal_axis_overshoot(axis);
+        overshoot = travel > overshoot ? travel : overshoot;
+    }
+    char speed[TEXT_NUMBER] = "-";
+    if (back.event.first >= PLATEAU_PULSES)
+        text_print(speed, sizeof speed, "%u",
+                   units_speed_of_count(back.event.first, back.event.second));
+    output_event("back", back.cycle, line, back.event.encoder, ",%c,%d,%s,%u", reason,
+                 (int32_t)((uint32_t)from - (uint32_t)back.event.path), speed, overshoot);
+    back_waits = false;
+}
+
+static void tell_start(const record *r) {
+    static const char causes[] = {'?', 's', 'j', 'o'};
+    uint8_t detail = r->event.detail;
+    jumping = detail != 1;
+    start_point = r->event.path;
+    output_event("retract", r->cycle, line, r->event.encoder, ",%c,%u,%u",
+                 detail < sizeof causes ? causes[detail] : '?',
+                 units_speed_of_rate(r->event.second), r->event.first);
+}
+
+static void tell_readvance(const record *r) {
+    bool high = r->event.detail == 1;
+    uint32_t speed = !high ? speed_low : jumping && speed_jump_high ? speed_jump_high : speed_high;
+    output_event("advance", r->cycle, line, r->event.encoder, ",%c,%u,%u,%u", high ? 'h' : 'l',
+                 r->event.first, r->event.second, speed);
+}
+
+static bool block_waits(void) {
+    return notice_head != notice_tail &&
+           (int32_t)(notices[notice_tail % NOTICES].number - entered) <= 0;
+}
+
+/* One a pass: blocks without motion may have gathered before the segment. */
+static void tell_block(void) {
+    if (block_waits())
+        tell_notice(entry.cycle, entry.event.encoder);
+    blocks_wait = block_waits();
+}
+
+static void tell(const record *r) {
+    switch (r->event.kind) {
+    case EVENT_RETRACTION_START: tell_start(r); break;
+    case EVENT_RETRACTION_END:
+        back = *r;
+        back_waits = true;
+        break;
+    case EVENT_READVANCE: tell_readvance(r); break;
+    case EVENT_RESUME: output_event("resume", r->cycle, line, r->event.encoder, ""); break;
+    case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
+    case EVENT_SEGMENT:
+        entry = *r;
+        entered = path_entered_slot(r->event.slot);
+        tell_block();
+        break;
+    case EVENT_FLUID: gap_fluid(&r->event, r->cycle); break;
+    case EVENT_CONDITION: series_switched(&r->event, r->cycle); break;
+    case EVENT_TRIP:
+        machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
+        break;
+    default: break;
+    }
+}
+
+bool events_step(void) {
+    if (hal_event_lost())
+        machine_events_lost();
+    if (busy && head - tail <= BUSY / 2) {
+        busy = false;
+        hal_interrupts(true);
+    }
+    if (machine_alarm_waits()) {
+        /* What happened before it comes first. */
+        if (blocks_wait)
+            tell_block();
+        else if (back_waits)
+            tell_back();
+        else
+            machine_tell_alarm();
+        return true;
+    }
+    if (!output_has_room())
+        return false;
+    if (blocks_wait) {
+        tell_block();
+        return true;
+    }
+    if (back_waits) {
+        uint32_t age = (uint32_t)(hal_cycle() - back.cycle);
+        bool due = head != tail || age > units_clocks_of_us(OVERSHOOT_US);
+        if (due)
+            tell_back();
+        return due;
+    }
+    if (head != tail) {
+        /* Its place is not filled again before this has ended: no more than BUSY are taken. */
+        tell(&ring[tail++ % RING]);
+        return true;
+    }
+    /* A segment of which the gateware has not told. */
+    uint32_t reached = path_reached();
+    if (notice_head != notice_tail && head == tail &&
+        (int32_t)(notices[notice_tail % NOTICES].number - reached) < 0) {
+        int32_t position[HAL_AXES];
+        here(position);
+        tell_notice(hal_cycle(), position);
+        return true;
+    }
+    return false;
+}
+
+bool events_idle(void) { return head == tail && !back_waits && !blocks_wait; }

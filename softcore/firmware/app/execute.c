@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/execute.h"
+
+#include "app/auxiliary.h"
+#include "app/events.h"
+#include "app/machine.h"
+#include "base/settings.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "gap/gap.h"
+#include "gap/series.h"
+#include "link/output.h"
+#include "path/path.h"
+#include "roughing/planned.h"
+
+/* The parts of a block in their order. Between them the machine may move for hours. */
+typedef enum {
+    PART_BEFORE,        /* wait for the front, if something acts before the motion */
+    PART_CONDITION, PART_CONDITION_TOLD, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT,
+    PART_BOUNDS, PART_TELL,
+    PART_DWELL,
+    PART_MOVE,
+    PART_AFTER,         /* wait for the front, if something acts after the motion */
+    PART_MACHINING_OFF, PART_FLUID_OFF, PART_STOP, PART_PAUSED, PART_END, PART_DONE
+} part;
+
+static modal state;
+static const plan *work;
+static bool by_hand;
+static uint32_t line;
+static const char *text;
+static uint32_t length;
+static bool starting;       /* a tape's start is half done */
+static bool cornered;       /* the corner before the motion has been appended */
+static bool told;           /* the block's event is out, or waits as a notice */
+static part at;
+static unsigned m_index;
+static unsigned step_index;  /* of a planned series */
+static bool sent;           /* waiting for FIN */
+static uint64_t dwell_end;
+static bool resumed, was_machining;
+
+const modal *execute_state(void) { return &state; }
+
+void execute_init(void) {
+    state = (modal){0};
+    at = PART_DONE;
+    sent = false;
+    plan_start(&state);
+    execute_resynchronise();
+}
+
+void execute_resynchronise(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        state.position[axis] = hal_axis_command(axis);
+}
+
+void execute_abort(void) {
+    starting = false;
+    at = PART_DONE;
+    state.side = 0;
+    sent = false;
+    series_drop();
+}
+
+/* Bring the retraction memory to the gateware. */
+static void commit(void) {
+    retraction_layer set = retraction_combined(&state.memory);
+    hal_retraction data =
+        retraction_rates(&set, &state.jump, settings_start_rate(), settings_acceleration());
+    hal_retraction_commit(&data);
+    hal_jump_period(state.jump.period);
+    events_speeds(units_speed_of_rate(data.high_rate), units_speed_of_rate(data.low_rate),
+                  units_speed_of_rate(data.jump_high_rate));
+    /* A jump may go further than a retraction; both need their way back remembered. */
+    uint32_t reach = data.limit > data.jump_distance ? data.limit : data.jump_distance;
+    path_set_bounds(reach, set.given & (1u << ITEM_Z), set.value[ITEM_Z]);
+}
+
+bool execute_start(void) {
+    starting = !starting;
+    if (starting) {
+        machine_run(false);
+        gap_servo(0, 0);
+        gap_start();
+        path_begin();
+        return false;
+    }
+    plan_start(&state);
+    output_frame(state.offset);
+    execute_resynchronise();
+    commit();
+    machine_run(true);
+    return true;
+}
+
+void execute_begin(const plan *p, bool manual, uint32_t source_line, const char *source,
+                   uint32_t source_length) {
+    work = p;
+    by_hand = manual;
+    line = source_line;
+    text = source;
+    length = source_length;
+    told = manual || source_length == 0;
+    at = p->acts_before ? PART_BEFORE : PART_MOVE;
+    m_index = 0;
+    step_index = 1;
+    cornered = false;
+    sent = resumed = false;
+    if (manual)
+        events_set_line(0);
+}
+
+bool execute_paused(void) { return at == PART_PAUSED; }
+void execute_resume(void) { resumed = true; }
+
+/* The machine is at the front and everything it did on the way has been told; what still waits is
+   told call by call. */
+static bool at_front(void) { return path_at_front() && events_idle() && !events_tell_notice(); }
+
+/* The electrode is there too: what acts at the end of a cut must find it at its depth. It comes to
+   rest only if no jump takes it away, so none may begin from here to the next motion. */
+static bool arrived(void) {
+    machine_wait(path_at_front());
+    return hal_motion_read().in_position && at_front();
+}
+
+static void tell(void) {
+    if (!by_hand)
+        events_set_line(line);
+    if (!told) {
+        events_notice(path_next(), line, text, length);
+        events_tell_notice();
+    }
+    told = true;
+}
+
+/* Send a function and wait for its FIN; true when it is done. */
+static bool function(hal_letter letter, int32_t code, fault *f) {
+    if (code < 0)
+        return true;
+    if (!sent) {
+        auxiliary_send(letter, (uint32_t)code);
+        sent = true;
+        return false;
+    }
+    switch (auxiliary_poll()) {
+    case AUXILIARY_WAIT: return false;
+    case AUXILIARY_LATE:
+        fault_at(f, FAULT_FIN, 0, "the machine side did not answer %c%d in time", "MST"[letter],
+                 code);
+        return false;
+    default: sent = false; return true;
+    }
+}
+
+/* Only a complete set can be in force; by hand it may still be in the making. */
+static void tell_set(void) {
+    retraction_layer set = retraction_combined(&state.memory);
+    if (!retraction_complete(&set))
+        return;
+    char ceiling[TEXT_NUMBER] = "-";
+    if (set.given & (1u << ITEM_Z))
+        text_print(ceiling, sizeof ceiling, "%d", set.value[ITEM_Z] - state.offset[2]);
+    events_now("set", ",%u,%d,%u,%u,%d,%s,%c", (uint32_t)set.value[ITEM_R],
+               set.value[ITEM_L], (uint32_t)set.value[ITEM_H],
+               (uint32_t)set.value[ITEM_E], set.value[ITEM_Q], ceiling,
+               by_hand ? 'm' : 't');
+}
+
+/* The block's non-modal function; the state is already the one after the block. */
+static part act(void) {
+    switch (work->act) {
+    case ACT_DWELL:
+        dwell_end = hal_cycle() + work->dwell;
+        return PART_DWELL;
+    case ACT_RETRACTION:
+    case ACT_DEFAULTS:
+    case ACT_JUMP:
+        commit();
+        return PART_BOUNDS;
+    case ACT_TABLE:
+        if (work->class_number < GAP_CLASSES)
+            gap_class_enter(work->class_number, &work->class_row, by_hand);
+        return PART_MOVE;
+    case ACT_SERIES:
+        if (work->series)
+            series_add(work->series_depth, work->series);
+        else if (!series_end())
+            return PART_ACT;
+        return PART_MOVE;
+    case ACT_PLANNED:
+        if (step_index >= planned_count())
+            return PART_MOVE;
+        series_add(work->series_depth - planned_depth(step_index), planned_row(step_index));
+        step_index++;
+        return PART_ACT;
+    default: return PART_MOVE;
+    }
+}
+
+static part move(fault *f) {
+    if (!work->moves) {
+        if (!told) {
+            /* A block that only changes modes is told in its turn. */
+            if (!events_notice_room())
+                return PART_MOVE;
+            events_notice(path_next(), line, text, length);
+            told = true;
+        }
+        if (path_at_front() && events_idle() && events_tell_notice())
+            return PART_MOVE;
+        plan_copy(&state, &work->after);
+        return work->acts_after ? PART_AFTER : PART_DONE;
+    }
+    path_room room = path_has_room();
+    if (room == PATH_UNCOVERED) {
+        fault_at(f, FAULT_HISTORY, 0,
+                 "the path remembered would not cover the retractable limit; the blocks are too short");
+        return PART_MOVE;
+    }
+    if (room == PATH_WAIT || !events_notice_room())
+        return PART_MOVE;
+    if (!told)
+        events_notice(path_next(), line, text, length);
+    told = true;
+    if (work->corners && !cornered) {
+        path_append(&work->corner, units_rate(work->corner_speed), machine_machining());
+        cornered = true;
+        machine_run(true);
+        return PART_MOVE;
+    }
+    path_append(&work->move, units_rate(work->speed), machine_machining());
+    plan_copy(&state, &work->after);
+    machine_run(true);
+    return work->acts_after ? PART_AFTER : PART_DONE;
+}
+
+static part stop(void) {
+    switch (work->stop) {
+    case STOP_OPTIONAL:
+        if (!settings_get(SET_OPTIONAL_STOP))
+            return PART_DONE;
+        break;
+    case STOP_PROGRAM: break;
+    case STOP_END: return PART_END;
+    default: return PART_DONE;
+    }
+    /* The operator may reach into the tank now. */
+    was_machining = machine_machining();
+    machine_discharge(false);
+    events_now("pause", "");
+    return PART_PAUSED;
+}
+
+static void end(void) {
+    machine_discharge(false);
+    gap_servo(0, 0);
+    machine_run(false);
+    state.jump.period = 0;
+    plan_edit(&state);
+    hal_jump_period(0);
+    if (!by_hand)
+        events_now("end", "");
+}
+
+/* The part after `at`; the same if it has to go on waiting. */
+static part advance(fault *f) {
+    switch (at) {
+    case PART_BEFORE:
+        if (!arrived())
+            return at;
+        tell();
+        if (!work->moves)
+            plan_copy(&state, &work->after);
+        return PART_CONDITION;
+    case PART_CONDITION:
+        if (work->changes_condition) {
+            if (!series_end())
+                return at;
+            gap_condition(work->after.condition);
+            return PART_CONDITION_TOLD;
+        }
+        return PART_S;
+    case PART_CONDITION_TOLD:
+        events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
+                   (uint32_t)work->after.condition->milli_ip);
+        return PART_S;
+    case PART_S: return function(AUXILIARY_S, work->s, f) ? PART_T : at;
+    case PART_T: return function(AUXILIARY_T, work->t, f) ? PART_M : at;
+    case PART_M:
+        if (m_index == BLOCK_CODES || work->m[m_index] < 0)
+            return PART_MACHINING_ON;
+        if (function(AUXILIARY_M, work->m[m_index], f))
+            m_index++;
+        return at;
+    case PART_MACHINING_ON:
+        if (work->machining_on) {
+            if (!machine_allows(false, true, f) || !gap_ready(f))
+                return at;
+            machine_discharge(true);
+            events_now("aux", ",M,3");
+        }
+        return PART_ACT;
+    case PART_ACT:
+        if (work->changes_servo)
+            gap_servo(work->after.served, work->after.condition);
+        if (work->changes_frame)
+            output_frame(work->after.offset);
+        return act();
+    case PART_BOUNDS: return path_bounds_step() ? PART_TELL : at;
+    case PART_TELL:
+        if (work->act != ACT_JUMP)
+            tell_set();
+        return PART_MOVE;
+    case PART_DWELL: return hal_cycle() >= dwell_end ? PART_MOVE : at;
+    case PART_MOVE: return move(f);
+    case PART_AFTER:
+        if (!arrived())
+            return at;
+        if (!by_hand)
+            events_set_line(line);
+        return PART_MACHINING_OFF;
+    case PART_MACHINING_OFF:
+        if (work->machining_off) {
+            machine_discharge(false);
+            events_now("aux", ",M,5");
+        }
+        return PART_FLUID_OFF;
+    case PART_FLUID_OFF: return !work->fluid_off || function(AUXILIARY_M, 9, f) ? PART_STOP : at;
+    case PART_STOP: return stop();
+    case PART_PAUSED:
+        if (!resumed)
+            return at;
+        machine_discharge(was_machining);
+        return PART_DONE;
+    case PART_END:
+        if (!hal_motion_read().in_position || !series_end())
+            return at;
+        end();
+        return PART_DONE;
+    default: return PART_DONE;
+    }
+}
+
+execute_result execute_step(fault *f) {
+    part was = at;
+    at = advance(f);
+    if (at == PART_DWELL || at == PART_MOVE || at == PART_DONE)
+        machine_wait(false);
+    if (f->code != FAULT_NONE)
+        return EXECUTE_FAULT;
+    if (at != PART_DONE)
+        return at == was ? EXECUTE_WAIT : EXECUTE_MORE;
+    return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
+}

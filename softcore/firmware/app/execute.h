@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Carries one judged block out, step by step. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/fault.h"
+#include "interp/plan.h"
+
+typedef enum {
+    EXECUTE_MORE, EXECUTE_WAIT, EXECUTE_DONE, EXECUTE_END, EXECUTE_FAULT
+} execute_result;
+
+void execute_init(void);
+bool execute_start(void);           /* a new tape: modal state, retraction memory, path; true when
+                                       done, until then call again */
+void execute_resynchronise(void);   /* position from the machine */
+void execute_abort(void);
+const modal *execute_state(void);  /* after the blocks carried out or appended so far */
+
+/* `p` and `text` must stay until the block is done. */
+void execute_begin(const plan *p, bool by_hand, uint32_t line, const char *text, uint32_t length);
+execute_result execute_step(fault *f);
+
+bool execute_paused(void);          /* in M00 or M01 */
+void execute_resume(void);

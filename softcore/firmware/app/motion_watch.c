@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/motion_watch.h"
+
+#include "app/events.h"
+#include "app/machine.h"
+#include "base/fault.h"
+#include "base/units.h"
+#include "gap/gap.h"
+#include "hal/hal.h"
+#include "path/history.h"
+#include "path/path.h"
+
+#define PASSES 8            /* rounds of the main loop from one look to the next */
+#define STUCK_US 200000     /* longer than anything may keep the front waiting, */
+#define STUCK_PULSES 4      /* and than so many pulses take */
+
+static unsigned passes;
+static bool doubted;        /* an axis was elsewhere at the last look */
+static bool waits;          /* since: */
+static uint32_t since;
+static int32_t position;
+
+/* The last pulses are on their way to the axes for a few clocks: what counts is what lasts. */
+static void look_at_axes(void) {
+    unsigned axis = 0;
+    while (axis < HAL_AXES && hal_axis_command(axis) == history_end(axis))
+        axis++;
+    if (axis == HAL_AXES || !doubted) {
+        doubted = axis < HAL_AXES;
+        return;
+    }
+    doubted = false;
+    fault f = {.line = events_line()};
+    fault_at(&f, FAULT_GUARD, 0, "the command of axis %c is %p mm from where the path ends",
+             "XYZ"[axis], hal_axis_command(axis) - history_end(axis));
+    machine_alarm(&f);
+}
+
+/* Clocks in which a pulse must come. */
+static uint32_t patience(uint32_t rate) {
+    uint64_t clocks = (uint64_t)STUCK_PULSES * (UINT32_MAX / rate) + units_clocks_of_us(STUCK_US);
+    return clocks > INT32_MAX ? INT32_MAX : (uint32_t)clocks;
+}
+
+static bool wants(void) {
+    hal_motion motion = hal_motion_read();
+    return motion.state == MOTION_FRONT && !motion.crowded && machine_goes() && !gap_serves();
+}
+
+static void look_at_pace(void) {
+    uint32_t rate = wants() ? path_pace() : 0, now = hal_cycle_low();
+    int32_t place = hal_position();
+    if (!rate || !waits || place != position) {
+        waits = rate;
+        since = now;
+        position = place;
+        return;
+    }
+    if (now - since <= patience(rate))
+        return;
+    waits = false;
+    fault f = {.line = events_line()};
+    fault_at(&f, FAULT_STUCK, 0, "nothing moves, although the path goes on");
+    machine_alarm(&f);
+}
+
+void motion_watch(void) {
+    if (++passes % PASSES)
+        return;
+    if (machine_locked()) {
+        doubted = waits = false;
+        return;
+    }
+    if (path_at_front())
+        look_at_axes();
+    else
+        doubted = false;
+    look_at_pace();
+}

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/program.h"
+
+#include "app/events.h"
+#include "app/execute.h"
+#include "app/machine.h"
+#include "base/settings.h"
+#include "base/units.h"
+#include "hal/hal.h"
+#include "interp/compensation.h"
+#include "interp/reader.h"
+#include "link/link.h"
+#include "link/output.h"
+#include "path/path.h"
+
+/* What follows the program's end on the tape is still a tape's; a sender may as well stop there. */
+#define TRAILER_US 300000
+#define READ_BUDGET 20      /* bytes of tape per step: some 150 clocks each */
+#define PARSE_BUDGET 40     /* characters per step */
+
+typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
+               STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
+
+static uint8_t tape[PROGRAM_TAPE];
+static uint32_t tape_head, tape_tail;
+static enum { TAPE_NONE, TAPE_OPEN, TAPE_RUNNING, TAPE_OVER } tape_state;
+static uint32_t tape_over;  /* clock of the program's end, while the tape's own is to come */
+static bool tape_ended;     /* no more bytes will come */
+static bool announced;      /* `start` has been told */
+static reader tape_reader;
+
+static stage at;
+static bool by_hand;        /* the block at work comes from a line */
+static char line_text[READER_BLOCK_SIZE];
+static uint32_t line_length;
+static bool line_waits;
+static block words;
+static plan work;
+static const compensation_block *current;   /* being carried out */
+static fault trouble;
+static program_cost cost;
+static uint32_t spent;      /* clocks on the block at work, */
+static bool judged;         /* and whether they are all */
+
+void program_init(void) {
+    tape_head = tape_tail = 0;
+    tape_state = TAPE_NONE;
+    tape_ended = announced = line_waits = by_hand = false;
+    at = STAGE_READ;
+    compensation_reset();
+    cost = (program_cost){0};
+    judged = false;
+    execute_init();
+}
+
+bool program_on_tape(void) { return tape_state == TAPE_RUNNING; }
+bool program_running(void) { return program_on_tape() || at != STAGE_READ || line_waits; }
+bool program_paused(void) { return at == STAGE_EXECUTE && execute_paused(); }
+program_cost program_profile(void) { return cost; }
+void program_resynchronise(void) { execute_resynchronise(); }
+const int32_t *program_offset(void) { return execute_state()->offset; }
+
+void program_resume(void) {
+    if (program_paused())
+        execute_resume();
+}
+
+static void answer_line(const fault *f) {
+    by_hand = line_waits = false;
+    link_answer(f);
+}
+
+void program_abort(void) {
+    if (by_hand || line_waits) {
+        fault f = {0};
+        fault_at(&f, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
+        answer_line(&f);
+    }
+    tape_state = TAPE_NONE;
+    tape_head = tape_tail = 0;
+    at = STAGE_READ;
+    compensation_reset();
+    execute_abort();
+}
+
+bool program_tape_begin(void) {
+    if (program_on_tape())
+        return false;
+    tape_state = TAPE_OPEN;
+    tape_head = tape_tail = 0;
+    tape_ended = announced = false;
+    reader_begin(&tape_reader, settings_get(SET_TV));
+    return true;
+}
+
+uint32_t program_tape_room(void) { return PROGRAM_TAPE - (tape_head - tape_tail); }
+
+void program_tape_bytes(const uint8_t *bytes, uint32_t count) {
+    if (tape_state != TAPE_OPEN && tape_state != TAPE_RUNNING)
+        return;
+    uint32_t place = tape_head % PROGRAM_TAPE, first = PROGRAM_TAPE - place;
+    first = first < count ? first : count;
+    __builtin_memcpy(tape + place, bytes, first);
+    __builtin_memcpy(tape, bytes + first, count - first);
+    tape_head += count;
+}
+
+void program_tape_end(void) { tape_ended = true; }
+bool program_tape_due(void) { return tape_state != TAPE_NONE && !tape_ended; }
+
+bool program_line(const char *text, uint32_t length) {
+    if (line_waits || by_hand)
+        return false;
+    line_length = length < sizeof line_text ? length : sizeof line_text;
+    for (uint32_t i = 0; i < line_length; i++)
+        line_text[i] = text[i];
+    line_waits = true;
+    return true;
+}
+
+static void fail(void) {
+    if (by_hand) {
+        /* Nothing has been done: the machine needs no alarm, the operator an answer. */
+        at = STAGE_READ;
+        answer_line(&trouble);
+    } else {
+        machine_alarm(&trouble);
+    }
+}
+
+static void begin_block(const char *text, uint32_t length) {
+    trouble = (fault){.line = by_hand ? 0 : tape_reader.line};
+    block_begin(&words, text, length);
+    at = STAGE_PARSE;
+}
+
+/* The tape starts to run with its first byte. */
+static bool tape_starts(void) {
+    if (tape_state == TAPE_OPEN && (tape_head != tape_tail || tape_ended)) {
+        if (machine_locked()) {
+            trouble = (fault){0};
+            fault_at(&trouble, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
+            fail();
+            return false;
+        }
+        if (!path_at_front())
+            return false; /* a line entered by hand is still being carried out */
+        if (!execute_start())
+            return false;
+        tape_state = TAPE_RUNNING;
+        return false; /* what it takes is enough for one step */
+    }
+    return tape_state == TAPE_RUNNING;
+}
+
+static void read_tape(void) {
+    if (!tape_starts())
+        return;
+    trouble = (fault){0};
+    for (unsigned i = 0; i < READ_BUDGET && tape_head != tape_tail; i++) {
+        switch (reader_byte(&tape_reader, tape[tape_tail++ % PROGRAM_TAPE], &trouble)) {
+        case READER_BLOCK: begin_block(tape_reader.text, tape_reader.length); return;
+        case READER_FAULT: fail(); return;
+        case READER_ENDED: return;
+        default: break;
+        }
+    }
+    if (tape_head == tape_tail && tape_ended && !reader_finish(&tape_reader, &trouble))
+        fail();
+}
+
+static void step_read(void) {
+    if (!line_waits) {
+        read_tape();
+        return;
+    }
+    line_waits = false;
+    by_hand = true;
+    begin_block(line_text, line_length);
+}
+
+static void finish_block(void) {
+    at = STAGE_READ;
+    if (by_hand)
+        answer_line(0);
+    else if (tape_reader.state == READ_DATA)
+        reader_next(&tape_reader);
+}
+
+static void step_parse(void) {
+    switch (block_step(&words, settings_get(SET_BLOCK_SKIP), PARSE_BUDGET, &trouble)) {
+    case BLOCK_DONE:
+        if (words.skipped)
+            finish_block();
+        else
+            at = STAGE_PLAN;
+        break;
+    case BLOCK_FAULT:
+        trouble.block = block_has(&words, 'N') ? block_name(&words, 'N') : 0;
+        fail();
+        break;
+    default: break;
+    }
+}
+
+static void next_block(void) {
+    current = compensation_next();
+    if (!current) {
+        finish_block();
+        return;
+    }
+    execute_begin(current->p, by_hand, current->line, current->text, current->length);
+    at = STAGE_EXECUTE;
+}
+
+static void step_compensate(void) {
+    switch (compensation_step(travel_now(), &trouble)) {
+    case PLAN_FAULT: fail(); return;
+    case PLAN_DONE:
+        judged = true;
+        at = STAGE_ANNOUNCE;
+        if (by_hand || announced)
+            next_block();
+        return;
+    default: return;
+    }
+}
+
+static void step_arc(void) {
+    switch (plan_arc_step(&work, travel_now(), &trouble)) {
+    case PLAN_MORE: return;
+    case PLAN_FAULT: fail(); return;
+    default: break;
+    }
+    if (!by_hand && work.stop == STOP_END)
+        reader_stop(&tape_reader);
+    cost.blocks++;
+    /* A block without words, such as a comment, is not worth an event. */
+    bool empty = !words.present && !words.g_count && !words.m_count;
+    at = STAGE_COMPENSATE;
+    if (!compensation_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
+                           trouble.block, &trouble))
+        fail();
+    else if (compensation_ready())
+        step_compensate(); /* costs little */
+}
+
+static void step_plan(void) {
+    if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
+                    travel_now(), hal_jump_axis(), &work, &trouble)) {
+        fail();
+        return;
+    }
+    /* A line by hand is refused before it does anything; a tape reads ahead, and somebody may still
+       press the button. */
+    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
+        fail();
+        return;
+    }
+    at = STAGE_ARC;
+    if (work.arc == ARC_NONE)
+        step_arc(); /* costs nothing */
+}
+
+static void step_announce(void) {
+    if (!by_hand && !announced) {
+        announced = true;
+        events_set_line(tape_reader.line);
+        if (work.name >= 0)
+            events_now("start", ",%u", (uint32_t)work.name);
+        else
+            events_now("start", ",");
+        return;
+    }
+    next_block();
+}
+
+static bool step_execute(void) {
+    /* All of it takes as long as a step that waits. */
+    trouble.code = FAULT_NONE;
+    trouble.line = by_hand ? 0 : current->line;
+    trouble.block = current->number;
+    trouble.column = 0;
+    execute_result result = execute_step(&trouble);
+    switch (result) {
+    case EXECUTE_DONE: next_block(); break;
+    case EXECUTE_END:
+        if (!by_hand) {
+            tape_state = TAPE_OVER;
+            tape_over = hal_cycle_low();
+        }
+        finish_block();
+        break;
+    case EXECUTE_FAULT: machine_alarm(&trouble); break;
+    default: break;
+    }
+    return result != EXECUTE_WAIT;
+}
+
+bool program_step(void) {
+    if (!output_has_room())
+        return false;
+    uint32_t began = hal_cycle_low(), tail = tape_tail;
+    stage was = at;
+    if (tape_state == TAPE_OVER &&
+        (tape_ended || began - tape_over > units_clocks_of_us(TRAILER_US)))
+        tape_state = TAPE_NONE;
+    switch (at) {
+    case STAGE_READ: step_read(); break;
+    case STAGE_PARSE: step_parse(); break;
+    case STAGE_PLAN: step_plan(); break;
+    case STAGE_ARC: step_arc(); break;
+    case STAGE_COMPENSATE: step_compensate(); break;
+    case STAGE_ANNOUNCE: step_announce(); return true;
+    case STAGE_EXECUTE: return step_execute();
+    }
+    if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
+        return false;
+    spent += hal_cycle_low() - began;
+    if (judged) {
+        judged = false;
+        cost.total += spent;
+        cost.worst = spent > cost.worst ? spent : cost.worst;
+        spent = 0;
+    }
+    return true;
+}

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/cause.h"
+
+#include "base/text.h"
+#include "hal/hal.h"
+#include "hal/regs.h"
+
+#define AXES_TEXT 48     /* with the room that text_print wants before a character */
+
+static const char *const TEXT[CAUSES] = {
+    [CAUSE_POWER_ON] = "nobody has cleared the interlock since power-on",
+    [CAUSE_ESTOP] = "emergency stop",
+    [CAUSE_DRIVE_FAULT] = "a drive reports a fault",
+    [CAUSE_LIMIT_LOW] = "an axis is on its lower limit switch",
+    [CAUSE_LIMIT_HIGH] = "an axis is on its upper limit switch",
+    [CAUSE_FLUID_LOW] = "the fluid is below its level",
+    [CAUSE_WATCHDOG] = "the firmware stopped calling the watchdog",
+    [CAUSE_ERROR_SATURATED] = "an error counter reached its limit",
+    [CAUSE_ENCODER] = "an encoder made an illegal transition",
+    [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
+    [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
+    [CAUSE_FIRMWARE] = "the firmware asked for it",
+    [CAUSE_CONTACT] = "the electrode touched the work with the discharge off",
+    [CAUSE_GATE] = "the gap had current or voltage with both sources off",
+    [CAUSE_MEMORY] = "the processor's memory read wrong",
+    [CAUSE_GUARD] = "a guarded register of the gateware is damaged",
+};
+
+static const char *const CHECK_TEXT[CHECKS] = {
+    [CHECK_NONE] = "it is sound",
+    [CHECK_MODEL] = "it does not go as its drive is told",
+    [CHECK_SILENT] = "both phases are silent",
+    [CHECK_PHASE_A] = "phase A is silent",
+    [CHECK_PHASE_B] = "phase B is silent",
+    [CHECK_AGAINST] = "it counts against the command",
+    [CHECK_SHARE] = "it counts another way than its drive was told",
+    [CHECK_RATE] = "it counts faster than any drive goes",
+};
+
+/* Causes after which the counted position may differ from the true one; with those below also where
+   they come later than another cause. While the axes coast a following error is none. */
+#define MISCOUNTS                                                                                  \
+    (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
+#define LOSES_POSITION                                                                             \
+    (MISCOUNTS | 1u << CAUSE_FOLLOWING_STOPPED | 1u << CAUSE_FOLLOWING_MOVING)
+
+bool cause_loses_position(unsigned cause) { return LOSES_POSITION >> cause & 1; }
+bool cause_miscounts(uint32_t causes) { return causes & MISCOUNTS; }
+
+size_t cause_axes(char *buffer, size_t size, unsigned axes) {
+    size_t at = text_print(buffer, size, axes & (axes - 1) ? "axes " : "axis ");
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        if (!(axes >> axis & 1))
+            continue;
+        bool first = !(axes & ((1u << axis) - 1)), last = !(axes >> axis >> 1);
+        at += text_print(buffer + at, size - at, "%s%c", first ? "" : last ? " and " : ", ",
+                         "XYZ"[axis]);
+    }
+    return at;
+}
+
+static unsigned lowest(unsigned axes) {
+    unsigned axis = 0;
+    while (axis < HAL_AXES - 1 && !(axes >> axis & 1))
+        axis++;
+    return axis;
+}
+
+static const char *damage_text(uint32_t damage) {
+    return damage & HAL_DAMAGE_WORD      ? "a word of the path"
+           : damage & HAL_DAMAGE_SEGMENT ? "the segment at work"
+           : damage & HAL_DAMAGE_PLACE   ? "the place on the path"
+           : damage & HAL_DAMAGE_PULSES  ? "path pulses on their way"
+                                         : "the position";
+}
+
+static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned axes) {
+    char whose[AXES_TEXT];
+    axes &= (1u << HAL_AXES) - 1;
+    unsigned axis = lowest(axes);
+    uint32_t damage;
+    switch (cause) {
+    case CAUSE_CODER:
+        return text_print(buffer, size, "coder of axis %c: %s", "XYZ"[axis],
+                          CHECK_TEXT[hal_axis_check(axis)]);
+    case CAUSE_TRAVEL:
+        return text_print(buffer, size, "a command beyond the %s soft limit of axis %c",
+                          hal_axis_beyond(axis, true) ? "upper" : "lower", "XYZ"[axis]);
+    case CAUSE_GUARD:
+        damage = hal_damage();
+        if (damage & HAL_DAMAGE_AXES)
+            cause_axes(whose, sizeof whose, damage & HAL_DAMAGE_AXES);
+        return text_print(buffer, size, "%s (%s)", TEXT[cause],
+                          damage & HAL_DAMAGE_AXES ? whose : damage_text(damage));
+    case CAUSE_DRIVE_FAULT:
+        /* A wire machine's third drive is that of the wire. */
+        if (hal_jump_axis() >= HAL_AXES && axes >> (HAL_AXES - 1) & 1)
+            return text_print(buffer, size, "the wire is broken or its drive reports a fault");
+        break;
+    default: break;
+    }
+    const char *text = cause < CAUSES ? TEXT[cause] : "unknown cause";
+    if (!axes)
+        return text_print(buffer, size, "%s", text);
+    cause_axes(whose, sizeof whose, axes);
+    return text_print(buffer, size, "%s (%s)", text, whose);
+}
+
+/* Piece by piece into the fault: a text that was made elsewhere would be written twice. */
+bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes) {
+    fault_at(f, FAULT_TRIP, 0, "%s", begin);
+    if (f->code == FAULT_TRIP) {
+        size_t at = __builtin_strlen(f->text);
+        print_cause(f->text + at, sizeof f->text - at, cause, axes);
+    }
+    return false;
+}
+
+void cause_position(fault *f, bool lost) {
+    size_t at = __builtin_strlen(f->text);
+    text_print(f->text + at, sizeof f->text - at, "; the position is %s", lost ? "lost" : "kept");
+}

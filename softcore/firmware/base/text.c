@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/text.h"
+
+#include "base/units.h"
+
+#define LONGEST_NUMBER 24 /* characters of any number, with its sign: fits TEXT_NUMBER */
+
+/* A division takes longer than all else that a digit does. */
+static uint32_t tenth(uint32_t value) { return (uint32_t)((uint64_t)value * 0xcccccccdu >> 35); }
+
+/* Every function writes at `at` and returns the place behind; the caller has made sure of room. */
+static char *put_unsigned(char *at, uint32_t value, unsigned digits) {
+    unsigned count = 1;
+    for (uint32_t power = 10; count < 10 && (value >= power || count < digits); count++)
+        power *= 10;
+    char *end = at + count;
+    for (char *place = end; place > at;) {
+        uint32_t rest = tenth(value);
+        *--place = (char)('0' + (value - rest * 10));
+        value = rest;
+    }
+    return end;
+}
+
+/* The 64-bit division is slow on the soft core, so it is used only for what needs it. */
+static char *put_long(char *at, uint64_t value) {
+    if (!(value >> 32))
+        return put_unsigned(at, (uint32_t)value, 1);
+    uint64_t above = value / 1000000000u;
+    at = put_long(at, above);
+    return put_unsigned(at, (uint32_t)(value - above * 1000000000u), 9);
+}
+
+static char *put_signed(char *at, int32_t value) {
+    if (value < 0)
+        *at++ = '-';
+    return put_unsigned(at, value < 0 ? 0u - (uint32_t)value : (uint32_t)value, 1);
+}
+
+static char *put_millimetres(char *at, int32_t pulses) {
+    uint32_t tenths = units_tenths_of_um(pulses < 0 ? 0u - (uint32_t)pulses : (uint32_t)pulses);
+    if (pulses < 0 && tenths)
+        *at++ = '-';
+    at = put_unsigned(at, tenths / 10000, 1);
+    *at++ = '.';
+    return put_unsigned(at, tenths % 10000, 4);
+}
+
+size_t text_vprint(char *buffer, size_t size, const char *format, va_list arguments) {
+    static const char hex[] = "0123456789ABCDEF";
+    char *at = buffer, *end = buffer + size - 1;
+    for (char c; (c = *format) && at < end; format++) {
+        if (c != '%') {
+            *at++ = c;
+            continue;
+        }
+        c = *++format;
+        if (c == 's') {
+            for (const char *text = va_arg(arguments, const char *); *text && at < end;)
+                *at++ = *text++;
+            continue;
+        }
+        if (end - at < LONGEST_NUMBER)
+            break;
+        switch (c) {
+        case 'c': *at++ = (char)va_arg(arguments, int); break;
+        case 'd': at = put_signed(at, va_arg(arguments, int32_t)); break;
+        case 'u': at = put_unsigned(at, va_arg(arguments, uint32_t), 1); break;
+        case 'U': at = put_long(at, va_arg(arguments, uint64_t)); break;
+        case 'p': at = put_millimetres(at, va_arg(arguments, int32_t)); break;
+        case 'x': {
+            unsigned byte = va_arg(arguments, unsigned);
+            *at++ = hex[byte >> 4 & 15];
+            *at++ = hex[byte & 15];
+            break;
+        }
+        default: *at++ = '%'; break;
+        }
+    }
+    *at = '\0';
+    return (size_t)(at - buffer);
+}
+
+size_t text_print(char *buffer, size_t size, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    size_t length = text_vprint(buffer, size, format, arguments);
+    va_end(arguments);
+    return length;
+}

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Hardware access of the target: every function is a few register accesses. */
+#include "hal/hal.h"
+#include "hal/regs.h"
+
+_Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the axes");
+
+#define GET(word, field) (((word) & field##_MASK) >> field##_SHIFT)
+#define PUT(value, field) (((uint32_t)(value) << field##_SHIFT) & field##_MASK)
+
+#define IDENT 0x4b504147u   /* "GAPK", first letter lowest */
+
+/* Numbers of the interrupt registers that LiteX's VexRiscv adds, and the bits of the standard ones. */
+#define CSR_IRQ_MASK "0xbc0"
+#define MIE_EXTERNAL (1u << 11)
+#define MSTATUS_MIE (1u << 3)
+
+bool hal_is_gapkeeper(void) { return SYSTEM->ident == IDENT; }
+uint32_t hal_clock_hz(void) { return SYSTEM->clock_hz; }
+uint32_t hal_pulses_per_mm(void) { return SYSTEM->pulses_per_mm; }
+unsigned hal_jump_axis(void) { return GET(SYSTEM->shape, SYSTEM_SHAPE_JUMP_AXIS); }
+uint32_t hal_cycle_low(void) { return SYSTEM->cycle_low; }
+
+uint64_t hal_cycle(void) {
+    /* The interrupt handler reads the same latch, so the two halves are read without it. */
+    uint32_t was;
+    __asm__ volatile("csrrc %0, mstatus, %1" : "=r"(was) : "r"(MSTATUS_MIE) : "memory");
+    uint32_t low = SYSTEM->cycle_low;
+    uint32_t high = SYSTEM->cycle_high;
+    __asm__ volatile("csrs mstatus, %0" ::"r"(was & MSTATUS_MIE) : "memory");
+    return (uint64_t)high << 32 | low;
+}
+
+void hal_interrupts(bool enabled) {
+    __asm__ volatile("csrw " CSR_IRQ_MASK ", %0" ::"r"(enabled ? 1u : 0u));
+    __asm__ volatile("csrw mie, %0" ::"r"(enabled ? MIE_EXTERNAL : 0u));
+    if (enabled)
+        __asm__ volatile("csrs mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
+    else
+        __asm__ volatile("csrc mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
+}
+
+int hal_receive(void) {
+    uint32_t word = LINK->receive;
+    _Static_assert(HAL_MARK == LINK_RECEIVE_MARK_MASK, "a mark is told from a byte by its bit");
+    return word & LINK_RECEIVE_VALID_MASK
+               ? (int)(word & (LINK_RECEIVE_MARK_MASK | LINK_RECEIVE_DATA_MASK))
+               : -1;
+}
+
+_Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
+               NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK,
+               "hal.h and the register table disagree on the notes");
+
+uint32_t hal_notes(void) { return LINK->notes; }
+void hal_release_hold(void) { LINK->release = PUT(1, LINK_RELEASE_HOLD); }
+void hal_release_reset(void) { LINK->release = PUT(1, LINK_RELEASE_RESET); }
+
+bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
+void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
+
+static void write_arc_state(const hal_arc_state *state) {
+    PATH->slot_data = state->pace;
+    PATH->slot_data = (uint32_t)state->error;
+    PATH->slot_data = (uint32_t)state->along;
+    PATH->slot_data = (uint32_t)state->across;
+}
+
+/* The words of a slot: see rtl.motion.path. */
+void hal_slot_write(unsigned slot, const hal_segment *segment) {
+    PATH->slot_select = slot;
+    PATH->slot_data = segment->length;
+    PATH->slot_data = segment->rate;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t delta = segment->delta[axis];
+        PATH->slot_data = delta < 0 ? 1u << 31 | (0u - (uint32_t)delta) : (uint32_t)delta;
+    }
+    /* What is above 0 must not become no bound. */
+    uint32_t highest = segment->highest >> 4;
+    highest += !highest && segment->highest;
+    PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
+                      (uint32_t)segment->minor << 3 |
+                      (uint32_t)(segment->arc ? segment->outward : segment->away) << 5 |
+                      highest << 6;
+    if (!segment->arc)
+        return;
+    PATH->slot_data = (uint32_t)segment->change;
+    PATH->slot_data = segment->length << segment->shift;
+    write_arc_state(&segment->start);
+    write_arc_state(&segment->end);
+}
+
+void hal_bound_write(hal_bound bound, int32_t coordinate) {
+    switch (bound) {
+    case BOUND_AHEAD: PATH->ahead = coordinate; break;
+    case BOUND_BEHIND: PATH->behind = coordinate; break;
+    case BOUND_FLOOR: PATH->floor = coordinate; break;
+    case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
+    default: PATH->fast_behind = coordinate; break;
+    }
+}
+
+void hal_fast_slot(unsigned slot) { PATH->fast_slot = slot; }
+void hal_origin(unsigned slot) { PATH->origin = slot; }
+int32_t hal_command(void) { return PATH->command; }
+int32_t hal_position(void) { return PATH->position; }
+int32_t hal_front(void) { return PATH->front; }
+unsigned hal_slot(void) { return PATH->slot; }
+
+hal_motion hal_motion_read(void) {
+    uint32_t word = PATH->status;
+    return (hal_motion){.moving = word & PATH_STATUS_MOVING_MASK,
+                        .in_position = word & PATH_STATUS_IN_POSITION_MASK,
+                        .crowded = word & PATH_STATUS_CROWDED_MASK,
+                        .state = (hal_motion_state)GET(word, PATH_STATUS_STATE)};
+}
+
+void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
+    RAMP->start_rate = start_rate;
+    RAMP->acceleration = acceleration;
+}
+
+void hal_retraction_commit(const hal_retraction *data) {
+    RETRACTION->rate = data->rate;
+    RETRACTION->limit = data->limit;
+    RETRACTION->high_rate = data->high_rate;
+    RETRACTION->low_rate = data->low_rate;
+    RETRACTION->changeover = data->changeover;
+    RETRACTION->low_lead = data->low_lead;
+    RETRACTION->jump_distance = data->jump_distance;
+    RETRACTION->jump_rate = data->jump_rate;
+    RETRACTION->jump_high_rate = data->jump_high_rate;
+    RETRACTION->commit = PUT(data->valid, RETRACTION_COMMIT_VALID);
+}
+
+void hal_jump_period(uint32_t clocks) { RETRACTION->jump_period = clocks; }
+
+void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+    RETRACTION->gain = gain;
+    RETRACTION->repeats = repeats;
+    RETRACTION->settle = settle;
+}
+
+void hal_control(bool run, bool hold) {
+    RETRACTION->control = PUT(run, RETRACTION_CONTROL_RUN) | PUT(hold, RETRACTION_CONTROL_HOLD);
+}
+
+void hal_retract(void) { RETRACTION->command = PUT(1, RETRACTION_COMMAND_RETRACT); }
+int32_t hal_first(void) { return RETRACTION->first; }
+uint32_t hal_shorts(void) { return RETRACTION->series; }
+
+bool hal_event_pop(hal_event *event) {
+    uint32_t head = EVENT->head;
+    if (!(head & EVENT_HEAD_VALID_MASK))
+        return false;
+    event->kind = GET(head, EVENT_HEAD_KIND);
+    event->detail = GET(head, EVENT_HEAD_DETAIL);
+    event->slot = GET(head, EVENT_HEAD_SLOT);
+    event->cycle_low = EVENT->cycle;
+    event->path = EVENT->path;
+    event->first = EVENT->first;
+    event->second = EVENT->second;
+    event->encoder[0] = EVENT->x;
+    event->encoder[1] = EVENT->y;
+    event->encoder[2] = EVENT->z;
+    EVENT->pop = 1;
+    return true;
+}
+
+bool hal_event_lost(void) {
+    uint32_t lost = EVENT->status & EVENT_STATUS_LOST_MASK;
+    if (lost)
+        EVENT->status = lost;
+    return lost;
+}
+
+void hal_short_write(const hal_short_detector *detector) {
+    GAP->short_ratio = PUT(detector->needed, GAP_SHORT_RATIO_NEEDED) |
+                       PUT(detector->window, GAP_SHORT_RATIO_WINDOW);
+    GAP->short_duration = detector->duration;
+    GAP->clear_needed = detector->clear;
+    GAP->blanking = detector->blanking;
+}
+
+void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }
+
+void hal_gap_counts(uint32_t counts[4]) {
+    counts[0] = GAP->open_count;
+    counts[1] = GAP->ok_count;
+    counts[2] = GAP->dame_count;
+    counts[3] = GAP->short_count;
+}
+
+void hal_discriminate(const hal_discriminator *rules) {
+    GAP->settle = rules->settle;
+    GAP->confirm = rules->confirm;
+    GAP->delay_least = rules->delay_least;
+    GAP->criteria = PUT(rules->current, GAP_CRITERIA_CURRENT) |
+                    PUT(rules->delay, GAP_CRITERIA_DELAY) | PUT(rules->noise, GAP_CRITERIA_NOISE);
+}
+
+void hal_supply(uint32_t voltage, bool negative) {
+    POWER->supply = PUT(voltage, POWER_SUPPLY_VOLTAGE) | PUT(negative, POWER_SUPPLY_NEGATIVE);
+}
+
+void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
+    GAP->reference = PUT(open, GAP_REFERENCE_OPEN) | PUT(arc, GAP_REFERENCE_ARC) |
+                     PUT(shorted, GAP_REFERENCE_SHORT);
+}
+
+void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
+    SERVO->control = PUT(on, SERVO_CONTROL_ON) | PUT(mode, SERVO_CONTROL_MODE);
+    SERVO->counting = PUT(window, SERVO_COUNTING_WINDOW) | PUT(weight, SERVO_COUNTING_WEIGHT);
+}
+
+void hal_servo_period(uint32_t clocks) { SERVO->period = clocks; }
+void hal_servo_step(uint32_t pulses) { SERVO->step = pulses; }
+
+void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
+    SERVO->presets = PUT(dame, SERVO_PRESETS_DAME) | PUT(open, SERVO_PRESETS_OPEN) |
+                     PUT(ok, SERVO_PRESETS_OK);
+}
+
+void hal_law_write(const hal_law *words) {
+    LAW->unit = words->unit;
+    LAW->window = words->window;
+    LAW->least = words->least;
+    LAW->bounds = PUT(words->lowest, LAW_BOUNDS_LOWEST) | PUT(words->highest, LAW_BOUNDS_HIGHEST);
+    LAW->gain = words->gain;
+    LAW->highest = words->fastest;
+    LAW->control = PUT(words->law, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
+}
+
+void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+    LAW->no_load = no_load;
+    LAW->reference = PUT(voltage, LAW_REFERENCE_VOLTAGE) | PUT(drop, LAW_REFERENCE_DROP);
+}
+
+void hal_condition_commit(void) { CONDITION->order = PUT(1, CONDITION_ORDER_COMMIT); }
+void hal_condition_arm(int32_t depth) { CONDITION->depth = depth; }
+void hal_condition_disarm(void) { CONDITION->order = PUT(1, CONDITION_ORDER_DISARM); }
+void hal_condition_restart(void) { CONDITION->order = PUT(1, CONDITION_ORDER_RESTART); }
+bool hal_condition_pending(void) { return CONDITION->status & CONDITION_STATUS_PENDING_MASK; }
+uint8_t hal_condition_count(void) {
+    return (uint8_t)GET(CONDITION->status, CONDITION_STATUS_COUNT);
+}
+
+hal_law_state hal_law_read(void) {
+    uint32_t status = LAW->status;
+    return (hal_law_state){.mean = GET(LAW->voltage, LAW_VOLTAGE_MEAN),
+                           .windows = (uint8_t)GET(status, LAW_STATUS_WINDOWS),
+                           .known = status & LAW_STATUS_KNOWN_MASK};
+}
+
+void hal_fluid_write(const hal_fluid *detector) {
+    FLUID->threshold_0 = detector->threshold[0];
+    FLUID->threshold_1 = detector->threshold[1];
+    FLUID->threshold_2 = detector->threshold[2];
+    FLUID->hysteresis = detector->hysteresis;
+    FLUID->bounds = PUT(detector->lowest, FLUID_BOUNDS_LOWEST) |
+                    PUT(detector->highest, FLUID_BOUNDS_HIGHEST);
+    FLUID->control = PUT(detector->convert, FLUID_CONTROL_CONVERT) |
+                     PUT(detector->manual, FLUID_CONTROL_MANUAL) |
+                     PUT(detector->manual_class, FLUID_CONTROL_MANUAL_CLASS);
+}
+
+uint32_t hal_fluid_state(void) {
+    uint32_t status = FLUID->status;
+    return (status & FLUID_STATUS_BROKEN_LOW_MASK ? HAL_FLUID_LOW : 0) |
+           (status & FLUID_STATUS_BROKEN_HIGH_MASK ? HAL_FLUID_HIGH : 0) |
+           (status & FLUID_STATUS_DISORDERED_MASK ? HAL_FLUID_DISORDERED : 0) |
+           (status & FLUID_STATUS_FAULT_MASK ? HAL_FLUID_SILENT : 0) |
+           (status & FLUID_STATUS_KNOWN_MASK ? HAL_FLUID_KNOWN : 0) |
+           GET(status, FLUID_STATUS_CLASS) << 8;
+}
+
+void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+    POWER->on_time = on;
+    POWER->off_time = off;
+    POWER->off_extra = rest;
+    POWER->level = level;
+}
+
+uint32_t hal_level_limit(void) { return GET(POWER->limits, POWER_LIMITS_LEVEL); }
+
+void hal_sense(uint32_t on, uint32_t off) {
+    POWER->sense_on = on;
+    POWER->sense_off = off;
+}
+
+void hal_discharge(bool machining) {
+    POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);
+}
+
+
+void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
+
+void hal_pet(uint8_t key) { SAFETY->pet = key; }
+bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
+unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
+uint32_t hal_causes(void) { return SAFETY->latched; }
+unsigned hal_blamed(void) { return GET(SAFETY->status, SAFETY_STATUS_BLAMED); }
+
+hal_limits hal_limits_read(void) {
+    uint32_t word = SAFETY->limits;
+    return (hal_limits){.low = (uint8_t)GET(word, SAFETY_LIMITS_LOW),
+                        .high = (uint8_t)GET(word, SAFETY_LIMITS_HIGH),
+                        .leaving = word & SAFETY_LIMITS_LEAVING_MASK};
+}
+
+void hal_leave(void) { SAFETY->leave = 0x5a; }
+uint32_t hal_damage(void) { return SAFETY->damage; }
+void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
+void hal_interlock_trip(void) { SAFETY->stop = 1; }
+bool hal_armed(void) { return SAFETY->arming & SAFETY_ARMING_ARMED_MASK; }
+void hal_disarm(void) { SAFETY->disarm = 1; }
+void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }
+
+void hal_auxiliary_send(hal_letter letter, uint32_t code) {
+    AUXILIARY->send = PUT(code, AUXILIARY_SEND_CODE) | PUT(letter, AUXILIARY_SEND_LETTER);
+}
+
+void hal_auxiliary_timeout(uint32_t clocks) { AUXILIARY->timeout = clocks; }
+bool hal_auxiliary_busy(void) { return AUXILIARY->status & AUXILIARY_STATUS_BUSY_MASK; }
+
+bool hal_auxiliary_timed_out(void) {
+    uint32_t late = AUXILIARY->status & AUXILIARY_STATUS_TIMED_OUT_MASK;
+    if (late)
+        AUXILIARY->status = late;
+    return late;
+}
+
+int32_t hal_axis_command(unsigned axis) { return AXIS(axis)->command; }
+int32_t hal_axis_position(unsigned axis) { return AXIS(axis)->position; }
+int32_t hal_axis_error(unsigned axis) { return AXIS(axis)->error; }
+uint32_t hal_axis_overshoot(unsigned axis) { return AXIS(axis)->overshoot; }
+
+void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window) {
+    AXIS(axis)->follow_stopped = stopped;
+    AXIS(axis)->follow_moving = moving;
+    AXIS(axis)->window = window;
+}
+
+void hal_axis_mode(unsigned axis, bool step, bool reverse) {
+    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE);
+}
+
+void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
+    AXIS(axis)->step_time = PUT(width, AXIS_STEP_TIME_WIDTH) | PUT(space, AXIS_STEP_TIME_SPACE) |
+                            PUT(setup, AXIS_STEP_TIME_SETUP);
+}
+
+void hal_axis_adopt(unsigned axis) { AXIS(axis)->adopt = 1; }
+
+void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
+    AXIS(axis)->low = low;
+    AXIS(axis)->high = high;
+}
+
+void hal_axis_gain(unsigned axis, uint32_t gain) { AXIS(axis)->gain = gain; }
+hal_check hal_axis_check(unsigned axis) {
+    return (hal_check)GET(AXIS(axis)->status, AXIS_STATUS_CHECK);
+}
+
+bool hal_axis_beyond(unsigned axis, bool high) {
+    uint32_t mask = high ? AXIS_STATUS_BEYOND_HIGH_MASK : AXIS_STATUS_BEYOND_LOW_MASK;
+    return AXIS(axis)->status & mask;
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "interp/block.h"
+
+#include "interp/reader.h"
+
+#define CODE_LIMIT 99999999u /* of numbers that are names: N, O, C, S, T */
+#define CODE_DIGITS 10000000u /* of G and M, decimals included */
+
+/* Letters of the dialect: distances and times may be signed or broken, names may not. */
+#define SIGNED (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z') | \
+                BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | BLOCK_BIT('R'))
+#define NAMES (BLOCK_BIT('N') | BLOCK_BIT('O') | BLOCK_BIT('C') | BLOCK_BIT('D') | \
+               BLOCK_BIT('S') | BLOCK_BIT('T'))
+#define KNOWN (SIGNED | NAMES | BLOCK_BIT('G') | BLOCK_BIT('M') | BLOCK_BIT('F') | \
+               BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
+               BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V'))
+
+void block_begin(block *b, const char *text, uint32_t length) {
+    b->present = 0;
+    b->g_count = b->m_count = 0;
+    b->skipped = b->begun = false;
+    b->text = text;
+    b->length = length;
+    b->at = b->comment = 0;
+}
+
+/* The next character that means something, without taking it; '\0' at the end. */
+static char peek(block *b) {
+    while (b->at < b->length && b->text[b->at] == READER_DELETED)
+        b->at++;
+    return b->at < b->length ? b->text[b->at] : '\0';
+}
+
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/* Digits with at most one point: the significant ones as an integer, and how many are decimals. */
+static bool read_number(block *b, char letter, word *w, fault *f) {
+    uint64_t digits = 0;
+    unsigned significant = 0, decimals = 0;
+    bool any = false, point = false;
+    char c = peek(b);
+    while (c == ' ' || c == '\t') {
+        b->at++;
+        c = peek(b);
+    }
+    if (c == '+' || c == '-') {
+        if (!(SIGNED & BLOCK_BIT(letter)))
+            return fault_at(f, FAULT_NUMBER, b->at + 1, "the word %c takes no sign", letter);
+        w->negative = c == '-';
+        b->at++;
+        c = peek(b);
+    }
+    for (; is_digit(c) || (c == '.' && !point); c = peek(b)) {
+        b->at++;
+        if (c == '.') {
+            point = true;
+            continue;
+        }
+        any = true;
+        if (digits || c != '0')
+            significant++;
+        if (significant > UNITS_DIGITS)
+            return fault_at(f, FAULT_OVERFLOW, b->at,
+                            "the number of the word %c has more than %u digits", letter,
+                            (uint32_t)UNITS_DIGITS);
+        digits = digits * 10 + (unsigned)(c - '0');
+        if (point && ++decimals > UNITS_DECIMALS)
+            return fault_at(f, FAULT_OVERFLOW, b->at,
+                            "the number of the word %c has more than %u decimals", letter,
+                            (uint32_t)UNITS_DECIMALS);
+    }
+    if (!any)
+        return fault_at(f, FAULT_NUMBER, b->at + 1, "the number of the word %c is missing", letter);
+    if (c == '.')
+        return fault_at(f, FAULT_NUMBER, b->at + 1, "second decimal point in the word %c", letter);
+    if (point && NAMES & BLOCK_BIT(letter))
+        return fault_at(f, FAULT_NUMBER, w->column, "the word %c takes no decimal point", letter);
+    if (NAMES & BLOCK_BIT(letter) && digits > CODE_LIMIT)
+        return fault_at(f, FAULT_OVERFLOW, w->column, "the number of the word %c is too large",
+                        letter);
+    w->number = (units_number){digits, decimals};
+    return true;
+}
+
+static bool add_code(block *b, char letter, const word *w, fault *f) {
+    code_word *list = letter == 'G' ? b->g : b->m;
+    uint8_t *count = letter == 'G' ? &b->g_count : &b->m_count;
+    units_number number = w->number;
+    if (number.digits >= CODE_DIGITS)
+        return fault_at(f, FAULT_UNKNOWN, w->column, "the code after %c is unknown", letter);
+    uint32_t tenths = (uint32_t)number.digits;
+    if (number.decimals == 0)
+        tenths *= 10;
+    for (; number.decimals > 1; number.decimals--) {
+        if (tenths % 10)
+            return fault_at(f, FAULT_UNKNOWN, w->column, "the code after %c is unknown", letter);
+        tenths /= 10;
+    }
+    if (tenths > UINT16_MAX)
+        return fault_at(f, FAULT_UNKNOWN, w->column, "the code after %c is unknown", letter);
+    for (unsigned i = 0; i < *count; i++)
+        if (list[i].tenths == tenths)
+            return fault_at(f, FAULT_DUPLICATE, w->column, "the same %c code stands twice", letter);
+    if (*count == BLOCK_CODES)
+        return fault_at(f, FAULT_CONFLICT, w->column, "more than %u %c codes in the block",
+                        (uint32_t)BLOCK_CODES, letter);
+    list[(*count)++] = (code_word){(uint16_t)tenths, w->column};
+    return true;
+}
+
+static bool read_word(block *b, char letter, fault *f) {
+    word w = {.column = (uint16_t)(b->at + 1)};
+    b->at++;
+    if (letter == ':')
+        letter = 'O';
+    if (!(KNOWN & BLOCK_BIT(letter)))
+        return fault_at(f, FAULT_UNKNOWN, w.column, "the word %c is unknown", letter);
+    if (!read_number(b, letter, &w, f))
+        return false;
+    if (letter == 'G' || letter == 'M')
+        return add_code(b, letter, &w, f);
+    if (b->present & BLOCK_BIT(letter))
+        return fault_at(f, FAULT_DUPLICATE, w.column, "the word %c stands twice", letter);
+    b->present |= BLOCK_BIT(letter);
+    *BLOCK_WORD(b, letter) = w;
+    return true;
+}
+
+block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
+    uint32_t limit = b->at + budget;
+    while (b->at < limit) {
+        char c = peek(b);
+        if (c == '\0') {
+            if (!b->comment)
+                return BLOCK_DONE;
+            fault_at(f, FAULT_COMMENT, b->comment, "the comment is not closed");
+            return BLOCK_FAULT;
+        }
+        if (b->comment) {
+            b->at++;
+            if (c == ')')
+                b->comment = 0;
+            continue;
+        }
+        if (c >= 'a' && c <= 'z')
+            c = (char)(c - 'a' + 'A');
+        if (c == ' ' || c == '\t') {
+            b->at++;
+        } else if (c == '(') {
+            b->comment = ++b->at;
+        } else if (c == ';') {
+            b->at = b->length;
+            return BLOCK_DONE;
+        } else if (c == '/' && !b->begun) {
+            b->at++;
+            if (skip) {
+                b->skipped = true;
+                return BLOCK_DONE;
+            }
+        } else if ((c >= 'A' && c <= 'Z') || c == ':') {
+            if (!read_word(b, c, f))
+                return BLOCK_FAULT;
+        } else {
+            /* A line by hand may hold any byte; what the host is told is ASCII. */
+            if (c > ' ' && c < 0x7f)
+                fault_at(f, FAULT_CHARACTER, b->at + 1, "the character '%c' is out of place", c);
+            else
+                fault_at(f, FAULT_CHARACTER, b->at + 1, "the byte %x is out of place",
+                         (unsigned)(uint8_t)c);
+            return BLOCK_FAULT;
+        }
+        b->begun = b->begun || !(c == ' ' || c == '\t' || c == '(');
+    }
+    return BLOCK_MORE;
+}

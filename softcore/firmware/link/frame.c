@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "link/frame.h"
+
+#include "app/program.h"
+#include "base/units.h"
+#include "hal/hal.h"
+#include "hal/regs.h"
+#include "link/crc.h"
+#include "link/lines.h"
+#include "link/output.h"
+
+#define LONGEST 64          /* payload */
+#define LENGTH_BEGIN 0
+#define LENGTH_END 255
+
+/* A frame that stops in the middle is given up after this; the sender repeats it later. */
+#define STALL_US 50000
+
+static enum { CLOSED, LENGTH, SEQUENCE, PAYLOAD, CHECK_HIGH, CHECK_LOW, END } state;
+static uint8_t length, sequence, count, payload[LONGEST];
+static uint8_t flip;        /* of the next byte: the last one was FRAME_ESCAPE */
+static uint16_t crc, check;
+static uint32_t stall_clocks;
+static bool waiting;        /* a good frame waits for room */
+static uint8_t last_sequence;
+static bool begun;          /* a tape has been begun */
+static frame_counts counts;
+
+void frame_restart(void) {
+    state = CLOSED;
+    waiting = begun = false;
+    sequence = 0;
+}
+
+void frame_init(void) {
+    counts = (frame_counts){0};
+    stall_clocks = units_clocks_of_us(STALL_US);
+    frame_restart();
+}
+
+bool frame_open(void) { return state != CLOSED; }
+frame_counts frame_count(void) { return counts; }
+void frame_ask_again(void) { output_answer(FRAME_NAK, sequence); }
+
+void frame_begin(void) {
+    counts.damaged += state != CLOSED;
+    counts.begun++;
+    state = LENGTH;
+    crc = CRC_START;
+    count = flip = 0;
+    waiting = false; /* the sender did not wait: it will send that frame again */
+}
+
+static void give_up(void) {
+    state = CLOSED;
+    counts.damaged++;
+    frame_ask_again();
+}
+
+void frame_damaged(void) {
+    give_up();
+    lines_frame_bad();
+}
+
+/* Give the waiting frame to the program if it can take it. */
+static void deliver(void) {
+    if (length == LENGTH_BEGIN) {
+        if (!program_tape_begin())
+            return;
+        begun = true;
+    } else if (!begun || (sequence != last_sequence && sequence != (uint8_t)(last_sequence + 1))) {
+        waiting = false;
+        output_answer(FRAME_NAK, sequence);
+        return;
+    } else if (sequence == last_sequence) {
+        /* The acknowledgement was lost. */
+    } else if (length == LENGTH_END) {
+        program_tape_end();
+    } else {
+        if (program_tape_room() < length)
+            return;
+        program_tape_bytes(payload, length);
+    }
+    last_sequence = sequence;
+    waiting = false;
+    output_answer(FRAME_ACK, sequence);
+}
+
+/* The end has come. It stands at its place, or a byte was lost or came twice. */
+static void end(void) {
+    if (state != END || check != crc) {
+        frame_damaged();
+        return;
+    }
+    state = CLOSED;
+    waiting = true;
+    lines_frame_good();
+    deliver();
+}
+
+void frame_byte(uint8_t byte) {
+    if (byte == FRAME_END) {
+        end();
+        return;
+    }
+    if (byte == FRAME_ESCAPE) {
+        if (flip)
+            frame_damaged();
+        flip = FRAME_FLIP;
+        return;
+    }
+    byte ^= flip;
+    flip = 0;
+    if (state <= SEQUENCE)
+        crc = crc_step(crc, byte);
+    switch (state) {
+    case LENGTH:
+        length = byte;
+        state = SEQUENCE;
+        if (length > LONGEST && length != LENGTH_END)
+            frame_damaged();
+        break;
+    case SEQUENCE:
+        sequence = byte;
+        state = length == LENGTH_BEGIN || length == LENGTH_END ? CHECK_HIGH : PAYLOAD;
+        break;
+    case CHECK_HIGH:
+        check = (uint16_t)(byte << 8);
+        state = CHECK_LOW;
+        break;
+    case CHECK_LOW:
+        check |= byte;
+        state = END;
+        break;
+    default: frame_damaged(); break;
+    }
+}
+
+/* Most of what comes is payload: here a byte of it costs half of what it does in frame_byte. */
+int frame_receive(unsigned *taken, unsigned most) {
+    if (state != PAYLOAD)
+        return hal_receive();
+    uint16_t sum = crc;
+    uint8_t turn = flip, *at = payload + count, *end_of_payload = payload + length;
+    int entry = -1;
+    while (*taken < most && at != end_of_payload) {
+        entry = hal_receive();
+        if (entry < 0 || entry & (int)HAL_MARK || entry == FRAME_START || entry == FRAME_END ||
+            (entry == FRAME_ESCAPE && turn))
+            break;
+        ++*taken;
+        if (entry == FRAME_ESCAPE) {
+            turn = FRAME_FLIP;
+        } else {
+            *at = (uint8_t)entry ^ turn;
+            sum = crc_step(sum, *at++);
+            turn = 0;
+        }
+        entry = -1;
+    }
+    crc = sum;
+    flip = turn;
+    count = (uint8_t)(at - payload);
+    if (at == end_of_payload)
+        state = CHECK_HIGH;
+    return at == end_of_payload && *taken < most ? hal_receive() : entry;
+}
+
+void frame_wait(uint32_t clocks) {
+    if (state == CLOSED || clocks <= stall_clocks)
+        return;
+    bool empty = state == LENGTH && !flip;
+    give_up();
+    if (!empty)
+        lines_frame_stalled();
+}
+
+void frame_step(void) {
+    if (waiting)
+        deliver();
+}

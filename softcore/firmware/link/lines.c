@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "link/lines.h"
+
+#include "app/program.h"
+#include "hal/regs.h"
+#include "link/crc.h"
+#include "link/frame.h"
+#include "link/link.h"
+#include "link/output.h"
+
+#define ROOM 512            /* of the queue; a power of two, more than one line takes */
+#define CHECK LINES_CHECK   /* characters */
+#define NUMBER_DIGITS 5
+#define BRIEF 8             /* characters by which an order is known */
+#define REFUSED 0x80u       /* begins a refused line in the queue, with its reason */
+
+typedef enum {
+    GOOD, FRAMING, OVERRUN, CHARACTER, CUT, TOO_LONG, FORM, CHECK_WRONG, SEQUENCE, GUARDED, ON_TAPE,
+    STALE, REASONS
+} reason;
+
+static const char *const TEXTS[REASONS] = {
+    [FRAMING] = "a character came without its stop bit",
+    [OVERRUN] = "characters came faster than they were taken",
+    [CHARACTER] = "it has a character that no line has",
+    [CUT] = "a frame begins or ends in it",
+    [TOO_LONG] = "it has too many characters",
+    [FORM] = "number and check are not of the form @17 text*5A3C",
+    [CHECK_WRONG] = "its check is wrong",
+    [SEQUENCE] = "its number is not the next",
+    [GUARDED] = "until a reset it needs a number and a check",
+    [ON_TAPE] = "between the frames of a tape it needs a number and a check",
+    [STALE] = "what came before it was damaged, and a part of it may be missing",
+};
+
+/* Lines that ended, from `tail` to `head`, as they came and with '\n'; then what has come of the next
+   one, to `end`. Of a refused line there is REFUSED with the reason, and its number if it can be read. */
+static char queue[ROOM];
+static uint32_t head, tail, end;    /* free-running */
+
+/* Lines behind those of the queue that found no room. While there are any, all are refused: answers
+   keep their order, and none is carried out behind one that is missing. */
+static uint32_t crowded;
+static bool crowd_told;
+
+/* The line that is coming. */
+static struct {
+    uint32_t length;
+    reason trouble;         /* the first that was seen */
+    bool lost;              /* not all of it is in the queue */
+    bool numbered;          /* it begins with '@' */
+    enum { NUMBER, TEXT, UNREADABLE } part;     /* of such a line; the last if the number has no form */
+    uint32_t number;
+    uint32_t text;          /* characters before its text, */
+    char brief[BRIEF];      /* and the first of that */
+    uint32_t star, check;   /* characters before the last '*', and what the digits behind it say, */
+    bool hex;               /* if they are such */
+    uint16_t crc, crc_before;   /* of all, and of what stands before that '*' */
+} now;
+static reason before;       /* trouble between the last line and this one */
+
+/* What must come before a plain line can be known to be whole: the end of one, a pause on the line. */
+static bool until_end, until_quiet;
+static bool told;           /* while a tape is due: the sender knows that what comes now is lost */
+
+/* A numbered line, known by its number and its check, and how it was answered. */
+typedef struct {
+    bool there, answered;
+    uint16_t number, check;
+    uint32_t code;
+} record;
+static record newest, taken;    /* the line accepted last, the one taken last if it has a number */
+static bool guarded;
+static lines_counts counts;
+
+static void begin(void) {
+    end = head;
+    now.length = now.number = now.text = now.star = 0;
+    now.trouble = GOOD;
+    now.lost = now.numbered = false;
+    now.part = NUMBER;
+    now.crc = CRC_START;
+}
+
+void lines_restart(void) {
+    head = tail = crowded = 0;
+    crowd_told = told = guarded = false;
+    newest.there = taken.there = false;
+    before = GOOD;
+    until_end = false;
+    until_quiet = true;
+    begin();
+}
+
+void lines_init(void) {
+    counts = (lines_counts){0};
+    lines_restart();
+}
+
+bool lines_guarded(void) { return guarded; }
+bool lines_whole(void) { return !until_quiet; }
+lines_counts lines_count(void) { return counts; }
+
+static void say(uint32_t code, bool has_number, uint32_t number) {
+    if (code && has_number)
+        output_line("error:%u @%u", code, number);
+    else if (code)
+        output_line("error:%u", code);
+    else if (has_number)
+        output_line("ok @%u", number);
+    else
+        output_line("ok");
+}
+
+/* The code of a fault, after its sentence. */
+static uint32_t explain(const fault *f) {
+    char sentence[200];
+    if (!f || f->code == FAULT_NONE)
+        return FAULT_NONE;
+    fault_sentence(f, sentence, sizeof sentence);
+    output_line("[MSG:%s]", sentence);
+    return f->code;
+}
+
+/* ---- what has come */
+
+static void refuse(reason why) {
+    uint32_t stored = end - head;
+    counts.refused++;
+    if (crowded || ROOM - (head - tail) < NUMBER_DIGITS + 2) {
+        crowded++;
+    } else {
+        queue[head++ % ROOM] = (char)(REFUSED | why);
+        if (now.part == TEXT && now.number <= UINT16_MAX && stored >= now.text)
+            head += now.text - 2; /* its digits already stand there, and nothing else */
+        queue[head++ % ROOM] = '\n';
+    }
+    begin();
+}
+
+/* Refuse a line without a number. While a tape is due it may be the rest of a damaged frame, or of
+   many: one answer, and one that asks for the frame again. */
+static void refuse_plain(reason why) {
+    if (!program_tape_due()) {
+        refuse(why);
+    } else if (told) {
+        begin();
+    } else {
+        told = true;
+        frame_ask_again();
+        refuse(why);
+    }
+}
+
+/* Put the line behind those that wait; false if there was no room. */
+static bool keep(void) {
+    if (crowded || now.lost) {
+        counts.refused++;
+        crowded++;
+        begin();
+        return false;
+    }
+    queue[end++ % ROOM] = '\n';
+    head = end;
+    counts.accepted++;
+    begin();
+    return true;
+}
+
+static bool is_text(const char *order) {
+    uint32_t length = 0;
+    for (; order[length]; length++) {
+        char c = now.brief[length];
+        if ((c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c) != order[length])
+            return false;
+    }
+    return now.length - now.text - (now.numbered ? CHECK : 0) == length;
+}
+
+bool lines_order(void) { return is_text("$RESUME") || is_text("$RETRACT"); }
+
+/* Carry the line out if it is an order; false if it is none. */
+static bool obey(uint32_t *code) {
+    if (!lines_order())
+        return false;
+    fault f = {0};
+    if (is_text("$RESUME"))
+        link_resume(&f);
+    else
+        link_retract(&f);
+    *code = explain(&f);
+    counts.accepted++;
+    begin();
+    return true;
+}
+
+static reason judge_plain(void) {
+    if (guarded)
+        return GUARDED;
+    if (program_tape_due())
+        return ON_TAPE;
+    if (before != GOOD)
+        return before;
+    if (now.trouble != GOOD)
+        return now.trouble;
+    return until_end || until_quiet ? STALE : GOOD;
+}
+
+/* The end of a line has come. Of this function and the next: true if it has been answered. */
+static bool end_plain(void) {
+    reason why = judge_plain();
+    uint32_t code;
+    before = GOOD;
+    until_end = false;
+    if (why == GOOD && obey(&code)) {
+        say(code, false, 0);
+        return true;
+    }
+    if (why == GOOD)
+        (void)keep();
+    else
+        refuse_plain(why);
+    return false;
+}
+
+static bool is_again(const record *r) {
+    return r->there && r->number == now.number && r->check == now.check;
+}
+
+/* A line that was there before: answer it again, unless it is still at work. */
+static bool repeat(const record *r) {
+    begin();
+    if (r->answered)
+        say(r->code, true, r->number);
+    return r->answered;
+}
+
+static reason judge_numbered(void) {
+    if (now.trouble != GOOD)
+        return now.trouble;
+    if (now.part != TEXT || now.number > UINT16_MAX || now.star < now.text || !now.hex ||
+        now.length != now.star + CHECK)
+        return FORM;
+    return now.check == now.crc_before ? GOOD : CHECK_WRONG;
+}
+
+static bool end_numbered(void) {
+    reason why = judge_numbered();
+    if (why == GOOD) {
+        /* It is whole, whatever came before. */
+        before = GOOD;
+        told = until_end = until_quiet = false;
+        if (is_again(&newest))
+            return repeat(&newest);
+        if (is_again(&taken))
+            return repeat(&taken);
+        if (now.number != (newest.there ? (uint16_t)(newest.number + 1) : 0))
+            why = SEQUENCE;
+    }
+    if (why != GOOD) {
+        refuse(why);
+        return false;
+    }
+    record line = {.there = true, .number = (uint16_t)now.number, .check = (uint16_t)now.check};
+    line.answered = obey(&line.code);
+    if (line.answered)
+        say(line.code, true, line.number);
+    else if (!keep())
+        return false;
+    newest = line;
+    guarded = true;
+    return line.answered;
+}
+
+/* True if `c` is a digit of a check, of which `value` becomes a part. */
+static bool read_hex(char c, uint32_t *value) {
+    if (c >= '0' && c <= '9')
+        *value = *value << 4 | (uint32_t)(c - '0');
+    else if (c >= 'A' && c <= 'F')
+        *value = *value << 4 | (uint32_t)(c - 'A' + 10);
+    else
+        return false;
+    return true;
+}
+
+/* Number and check, character by character. */
+static void read_form(char c) {
+    if (now.length == 0) {
+        now.numbered = c == '@';
+    } else if (now.numbered && now.part == NUMBER) {
+        if (c >= '0' && c <= '9' && now.length <= NUMBER_DIGITS) {
+            now.number = now.number * 10 + (uint32_t)(c - '0');
+        } else {
+            now.part = c == ' ' && now.length > 1 ? TEXT : UNREADABLE;
+            now.text = now.length + 1;
+        }
+    } else if (c == '*') {
+        now.star = now.length;
+        now.crc_before = now.crc;
+        now.check = 0;
+        now.hex = true;
+    } else if (!read_hex(c, &now.check)) {
+        now.hex = false;
+    }
+}
+
+lines_part lines_byte(uint8_t byte) {
+    char c = (char)byte;
+    if (c == '\n' || c == '\r') {
+        if (!now.length && before == GOOD)
+            return LINES_MORE; /* the second half of CR LF; grbl's senders count no answer for it */
+        bool answered = now.numbered ? end_numbered() : end_plain();
+        return answered ? LINES_ANSWERED : LINES_ENDED;
+    }
+    if (byte >= 0x80) {
+        if (now.length && now.trouble == GOOD)
+            now.trouble = CHARACTER;
+        return LINES_MORE;
+    }
+    read_form(c);
+    uint32_t place = now.length++ - now.text; /* in its text */
+    now.crc = crc_step(now.crc, byte);
+    if (place < BRIEF)
+        now.brief[place] = c;
+    else if (place == LINES_LONGEST + (now.numbered ? CHECK : 0) && now.trouble == GOOD)
+        now.trouble = TOO_LONG;
+    now.lost = now.lost || end - tail >= ROOM - 1;
+    if (!now.lost)
+        queue[end++ % ROOM] = c;
+    return LINES_MORE;
+}
+
+void lines_damaged(unsigned mark) {
+    reason why = mark == MARK_FRAMING ? FRAMING : OVERRUN;
+    if (!now.length)
+        before = why;
+    else if (now.trouble == GOOD)
+        now.trouble = why;
+}
+
+void lines_cut(void) {
+    /* What follows a damaged frame has been told of with it. */
+    bool rest = told && program_tape_due() && !now.numbered;
+    if (now.length && !rest)
+        refuse(CUT);
+    begin();
+    before = GOOD;
+    told = false;
+}
+
+void lines_frame_good(void) { until_end = until_quiet = false; }
+
+void lines_frame_bad(void) {
+    until_end = until_quiet = true;
+    told = true;
+}
+
+void lines_frame_end(void) {
+    if (!now.length)
+        return;
+    if (now.numbered)
+        refuse(CUT);
+    else
+        refuse_plain(CUT);
+}
+
+void lines_frame_stalled(void) { until_end = true; }
+
+void lines_quiet(void) {
+    bool due = program_tape_due();
+    /* Behind the end of a line, or a reset, there is nothing that it could be a part of. */
+    bool rest = until_quiet && !until_end;
+    if (now.length && !now.numbered && (due || rest))
+        refuse_plain(due ? ON_TAPE : STALE);
+    until_quiet = told = false;
+}
+
+/* ---- what waits */
+
+static uint32_t take_number(void) {
+    uint32_t number = 0;
+    for (; queue[tail % ROOM] >= '0' && queue[tail % ROOM] <= '9'; tail++)
+        number = number * 10 + (uint32_t)(queue[tail % ROOM] - '0');
+    tail++; /* the space, or the line's end */
+    return number;
+}
+
+static void tell_refused(void) {
+    reason why = (reason)((uint8_t)queue[tail++ % ROOM] & ~REFUSED);
+    bool has_number = queue[tail % ROOM] != '\n';
+    uint32_t number = take_number();
+    if (has_number)
+        output_line("[MSG:Line @%u is refused: %s.]", number, TEXTS[why]);
+    else
+        output_line("[MSG:A line is refused: %s.]", TEXTS[why]);
+    say(why == TOO_LONG && !has_number ? FAULT_TOO_LONG : FAULT_LINE, has_number, number);
+}
+
+/* All at once in words, then an answer each. */
+static void tell_crowd(void) {
+    if (crowd_told) {
+        say(FAULT_LINE, false, 0);
+        crowded--;
+    } else {
+        output_line("[MSG:%u lines came faster than they were answered, and are refused.]", crowded);
+    }
+    crowd_told = crowded;
+}
+
+lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
+    if (tail == head && !crowded)
+        return LINES_NONE;
+    if (tail == head) {
+        tell_crowd();
+        return LINES_REFUSED;
+    }
+    if ((uint8_t)queue[tail % ROOM] & REFUSED) {
+        tell_refused();
+        return LINES_REFUSED;
+    }
+    taken = (record){.there = queue[tail % ROOM] == '@'};
+    if (taken.there) {
+        tail++;
+        taken.number = (uint16_t)take_number();
+    }
+    uint32_t count = 0;
+    for (; queue[tail % ROOM] != '\n'; tail++)
+        text[count++] = queue[tail % ROOM];
+    tail++;
+    if (taken.there) {
+        uint32_t check = 0;
+        for (uint32_t at = count - CHECK + 1; at < count; at++)
+            (void)read_hex(text[at], &check);
+        taken.check = (uint16_t)check;
+        count -= CHECK;
+    }
+    *length = count;
+    return LINES_TEXT;
+}
+
+void lines_answer(const fault *f) {
+    taken.code = explain(f);
+    taken.answered = true;
+    say(taken.code, taken.there, taken.number);
+    if (newest.there && taken.there && newest.number == taken.number)
+        newest = taken;
+}

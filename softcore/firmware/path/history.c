@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "path/history.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "path/arc.h"
+
+/* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
+   until it is known. The two highest bits of the last word tell them apart, in both directions, and a
+   line that leads away from the work. */
+typedef struct {
+    uint32_t word[4];
+} unit;
+_Static_assert(sizeof(unit) == PATH_UNIT, "a unit of the ring has no gaps");
+
+enum { LINE, ARC, ARC_REST, LINE_AWAY };
+#define KIND(word) ((word) >> 30)
+#define VALUE(word) ((word) & ((1u << 30) - 1))
+#define SENSE 4u            /* of the word that holds the plane */
+
+/* An arc made ready; the two sides of the window work on different ones. */
+typedef struct {
+    uint32_t block;
+    bool ready;
+    unsigned known;             /* of the tangents */
+    int32_t tangent[2][HAL_AXES];   /* at start and end, 2**-15 */
+    uint32_t highest;           /* rate */
+    bool tight;
+    arc arc;
+} bow;
+
+/* Clocks in which a piece of an arc is made anew, with all that the main loop does beside it: of one
+   cut out of a curve, and of a single step of a chain. */
+#define PIECE_CLOCKS 22000
+#define STEP_CLOCKS 5000
+
+#define BOWS 2
+#define NO_BLOCK UINT32_MAX
+
+static unit ring[PATH_RING];
+static uint32_t oldest, next;   /* ring holds the blocks [oldest, next) */
+static int32_t end[HAL_AXES];   /* of the last of them */
+static bow bows[BOWS];
+static unsigned last_bow;
+
+static unit *unit_of(uint32_t number) { return &ring[number % PATH_RING]; }
+static bool is_arc(uint32_t block) { return KIND(unit_of(block)->word[3]) == ARC; }
+static uint32_t after(uint32_t block) { return block + (is_arc(block) ? 2 : 1); }
+static uint32_t before(uint32_t block) {
+    return block - (KIND(unit_of(block - 1)->word[3]) == ARC_REST ? 2 : 1);
+}
+
+void history_forget(uint32_t first) {
+    oldest = next = first;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        end[axis] = hal_axis_command(axis);
+    for (unsigned i = 0; i < BOWS; i++)
+        bows[i].block = NO_BLOCK;
+}
+
+uint32_t history_oldest(void) { return oldest; }
+uint32_t history_next(void) { return next; }
+bool history_empty(void) { return oldest == next; }
+bool history_has_room(void) { return next - oldest <= PATH_RING - 2; }
+
+uint32_t history_append(const path_move *move, uint32_t rate, bool away) {
+    uint32_t block = next, kind = move->arc ? ARC : away ? LINE_AWAY : LINE;
+    unit *u = unit_of(next++);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        u->word[axis] = (uint32_t)move->delta[axis];
+        end[axis] += move->delta[axis];
+    }
+    u->word[3] = kind << 30 | rate;
+    if (move->arc)
+        *unit_of(next++) = (unit){{(uint32_t)move->centre[0], (uint32_t)move->centre[1],
+                                   (uint32_t)move->plane | (move->ccw ? SENSE : 0),
+                                   (uint32_t)ARC_REST << 30}};
+    return block;
+}
+
+int32_t history_end(unsigned axis) { return end[axis]; }
+
+void history_prepend(unsigned axis, int32_t travel, uint32_t rate) {
+    unit *u = unit_of(--oldest);
+    *u = (unit){{0, 0, 0, (uint32_t)LINE << 30 | rate}};
+    u->word[axis] = (uint32_t)travel;
+}
+
+void history_drop(void) { oldest = after(oldest); }
+
+/* Direction of a segment in 2**-15, exact enough (2**-14) after 16 leading bits are kept. */
+static void direction_of(const hal_segment *move, int32_t direction[HAL_AXES]) {
+    uint32_t length = move->length;
+    unsigned shift = 0;
+    while (length >> shift >= 1u << 16)
+        shift++;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        direction[axis] = (int32_t)((uint32_t)(move->delta[axis] / (1 << shift)) * (1u << 15)) /
+                          (int32_t)(length >> shift);
+}
+
+static uint32_t length_of(const int32_t delta[HAL_AXES]) {
+    uint64_t squares = 0;
+    unsigned moving = 0;
+    uint32_t magnitude = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        uint32_t part = delta[axis] < 0 ? 0u - (uint32_t)delta[axis] : (uint32_t)delta[axis];
+        squares += (uint64_t)part * part;
+        magnitude |= part;
+        moving += part != 0;
+    }
+    return moving == 1 ? magnitude : units_root(squares);
+}
+
+uint32_t history_oldest_length(void) {
+    if (is_arc(oldest))
+        return VALUE(unit_of(oldest + 1)->word[3]);
+    hal_segment line = {0};
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        line.delta[axis] = (int32_t)unit_of(oldest)->word[axis];
+    return length_of(line.delta);
+}
+
+/* The highest rate on an arc. It is no higher than pieces can be made: the machine goes evenly and
+   slower, rather than stop for each of them. */
+static uint32_t highest_rate(const arc *a) {
+    uint64_t clocks = (uint64_t)arc_pieces(a) * (a->chain ? STEP_CLOCKS : PIECE_CLOCKS);
+    uint64_t made = ((uint64_t)arc_length(a) << 32) / clocks;
+    uint32_t bent = settings_curve_rate(arc_radius(a));
+    return made < bent ? (uint32_t)made : bent;
+}
+
+/* The arc of a block, made ready; 0 after a step towards that. */
+static bow *bow_of(uint32_t block) {
+    unsigned i = last_bow;
+    if (bows[i].block != block)
+        i = !i;
+    if (bows[i].block != block) {
+        const unit *u = unit_of(block), *rest = unit_of(block + 1);
+        path_move move = {.arc = true, .ccw = rest->word[2] & SENSE,
+                          .plane = (move_plane)(rest->word[2] & ~SENSE),
+                          .centre = {(int32_t)rest->word[0], (int32_t)rest->word[1]}};
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            move.delta[axis] = (int32_t)u->word[axis];
+        bows[i].block = block;
+        bows[i].ready = false;
+        bows[i].known = 0;
+        arc_begin(&bows[i].arc, &move);
+    }
+    last_bow = i;
+    bow *b = &bows[i];
+    if (b->ready)
+        return b;
+    if (b->known) {
+        arc_direction(&b->arc, b->known - 1, b->tangent[b->known - 1]);
+        b->ready = b->known++ == 2;
+        return 0;
+    }
+    if (arc_prepare(&b->arc)) {
+        b->known = 1;
+        unit *rest = unit_of(block + 1);
+        rest->word[3] = (uint32_t)ARC_REST << 30 | arc_length(&b->arc);
+        b->highest = highest_rate(&b->arc);
+        b->tight = b->highest < settings_highest_rate();
+    }
+    return 0;
+}
+
+bool history_ready(path_place at) { return !is_arc(at.block) || bow_of(at.block); }
+
+bool history_make(path_place at, hal_segment *move, path_segment *s) {
+    const unit *u = unit_of(at.block);
+    *s = (path_segment){.at = at, .rate = VALUE(u->word[3])};
+    if (is_arc(at.block)) {
+        bow *b = bow_of(at.block);
+        if (!b || !arc_piece_ready(&b->arc, at.piece))
+            return false;
+        (void)arc_piece(&b->arc, at.piece, move);
+        move->highest = b->highest;
+        s->tight = b->tight;
+        for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+            s->from[axis] = b->tangent[0][axis];
+            s->to[axis] = b->tangent[1][axis];
+        }
+    } else {
+        *move = (hal_segment){0};
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            move->delta[axis] = (int32_t)u->word[axis];
+        move->length = length_of(move->delta);
+        move->away = s->away = KIND(u->word[3]) == LINE_AWAY;
+        direction_of(move, s->from);
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            s->to[axis] = s->from[axis];
+    }
+    int32_t way[HAL_AXES];
+    direction_of(move, way);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        s->way[axis] = (int8_t)(way[axis] / (1 << 9));
+    move->rate = s->rate;
+    if (move->highest && s->rate > move->highest)
+        s->rate = move->highest;
+    s->length = move->length;
+    return true;
+}
+
+path_place history_following(path_place at) {
+    if (is_arc(at.block)) {
+        const bow *b = bow_of(at.block);
+        if (b && at.piece + 1 < arc_pieces(&b->arc))
+            return (path_place){at.block, at.piece + 1};
+    }
+    return (path_place){after(at.block), 0};
+}
+
+bool history_preceding(path_place *at) {
+    if (at->piece) {
+        at->piece--;
+        return true;
+    }
+    path_place to = {before(at->block), 0};
+    if (is_arc(to.block)) {
+        const bow *b = bow_of(to.block);
+        if (!b)
+            return false;
+        to.piece = arc_pieces(&b->arc) - 1;
+    }
+    *at = to;
+    return true;
+}

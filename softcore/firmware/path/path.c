@@ -1,0 +1,499 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "path/path.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "path/approach.h"
+#include "path/history.h"
+
+/* Numbers begin here so that the virtual segment has one too; a multiple of the slots. */
+#define FIRST_NUMBER HAL_SLOTS
+
+/* Slots kept loaded behind and ahead of the segment in which the machine is: most of them in the
+   direction of travel, so that short segments do not bound its speed. */
+#define NEAR_SIDE (HAL_SLOTS / 4 - 1)
+#define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
+
+/* Segments looked at per step when the floor is worked out anew; a line takes its length's root. */
+#define SCAN 4
+
+/* What is known of a segment when it is loaded for the first time, until it is entered. */
+typedef struct {
+    uint32_t block;
+    int32_t start;
+    int32_t floor;              /* lowest coordinate that the ceiling allows from this segment on */
+} entry;
+
+#define ENTRIES (2 * HAL_SLOTS) /* a power of two */
+
+static path_segment window[HAL_SLOTS];      /* holds the segments [low, high) */
+static entry entries[ENTRIES];
+static bool known, virtual_segment;
+static int32_t oldest_start;                /* of the oldest block remembered */
+static uint32_t low, high;
+static uint32_t loaded;                     /* segments below have been in the window */
+static path_place fresh;                    /* the segment numbered `loaded` */
+static int32_t fresh_start;
+static int32_t fresh_height;                /* jump axis there, */
+static int32_t fresh_floor;                 /* and the floor of the segment before */
+static uint32_t entered;                    /* furthest segment entered */
+static int32_t floor_in_force;
+static int32_t bounds[BOUNDS];              /* as written */
+static uint32_t limit;
+static bool ceiling;
+static int32_t height;
+static struct {
+    bool known;
+    uint32_t at;        /* looked at from this segment, */
+    uint32_t low, high; /* with this window: */
+    uint32_t from, to;  /* between their starts and ends the machine may be fast */
+} fast;
+static struct {
+    bool active;
+    path_place at;      /* segments from here on have been looked at */
+    int32_t start;      /* coordinate and jump axis there */
+    int32_t from;
+} scan;
+
+static path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
+static entry *entry_of(uint32_t number) { return &entries[number % ENTRIES]; }
+
+static int32_t moved(int32_t coordinate, uint32_t length) {
+    return (int32_t)((uint32_t)coordinate + length);
+}
+static int32_t moved_back(int32_t coordinate, uint32_t length) {
+    return (int32_t)((uint32_t)coordinate - length);
+}
+/* Coordinates wrap: compare by difference. */
+static int32_t difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
+
+static int32_t end_of(uint32_t number) {
+    return moved(in_window(number)->start, in_window(number)->length);
+}
+
+static void forget(void) {
+    history_forget(FIRST_NUMBER);
+    low = high = loaded = entered = FIRST_NUMBER;
+    oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
+    fresh = (path_place){FIRST_NUMBER, 0};
+    scan.active = fast.known = false;
+}
+
+void path_init(void) {
+    limit = 0;
+    ceiling = known = virtual_segment = false;
+    approach_init();
+    forget();
+}
+
+uint32_t path_next(void) { return history_next(); }
+bool path_floor_is_limit(void) { return virtual_segment; }
+
+static void write_bound(hal_bound bound, int32_t coordinate) {
+    if (bounds[bound] != coordinate) {
+        bounds[bound] = coordinate;
+        hal_bound_write(bound, coordinate);
+    }
+}
+
+/* A junction is tangent if at the highest speed no axis changes its speed by more than the
+   start/stop speed, which the machine can take at once. */
+static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
+    uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t step = a[axis] - b[axis];
+        if ((uint32_t)(step < 0 ? -step : step) > change)
+            return true;
+    }
+    return false;
+}
+
+/* What the junction between two segments of the window allows. */
+static void join(uint32_t number) {
+    path_segment *a = in_window(number);
+    const path_segment *b = in_window(number + 1);
+    /* Above the start/stop speed a lower feed, too, has to be reached before the junction. */
+    a->slows = b->rate < a->rate && a->rate > settings_start_rate();
+    /* Within an arc the highest speed is the same. */
+    a->corner = a->at.block != b->at.block &&
+                (a->tight || b->tight || is_corner(b->from, a->to));
+}
+
+/* Has the major axis of a piece made `steps` after `count` pulses? */
+static bool major_made(const hal_segment *s, uint32_t steps, uint32_t count) {
+    uint64_t whole = (uint64_t)s->length << s->shift;
+    int64_t paced = (int64_t)((uint64_t)count * s->start.pace);
+    if (count)
+        paced += (int64_t)s->change * ((int64_t)count * (count - 1) / 2);
+    return 2 * paced >= (int64_t)((2 * (uint64_t)steps - 1) * whole);
+}
+
+/* Has the minor axis made `steps` when the major one has made `count`? The error is that of the
+   gateware's recurrence, added up. */
+static bool minor_made(const hal_segment *s, uint32_t steps, uint32_t count) {
+    int64_t n = count, m = (int64_t)steps - 1;
+    int64_t across = s->start.across + 2 * MOVE_FINE * m;
+    int64_t error = s->start.error + n * (s->start.along + MOVE_FINE * n) +
+                    m * ((int64_t)s->start.across + MOVE_FINE * m);
+    int64_t middle = error + across / 2 + MOVE_FINE / 4;
+    return s->outward ? middle < 0 : middle >= 0;
+}
+
+/* The least count up to `most` for which a step has been made. */
+static uint32_t least(const hal_segment *s, uint32_t steps, uint32_t most,
+                      bool (*made)(const hal_segment *, uint32_t, uint32_t)) {
+    uint32_t below = 0;
+    while (most - below > 1) {
+        uint32_t middle = below + (most - below) / 2;
+        if (made(s, steps, middle))
+            most = middle;
+        else
+            below = middle;
+    }
+    return most;
+}
+
+/* Path pulses into `move` after which its jump axis, beginning `drop` above the ceiling, is no
+   longer above it: of a line the least k with floor((2 k m + n) / 2n) >= drop. */
+static uint32_t crossing(const hal_segment *move, uint32_t drop, unsigned axis) {
+    if (move->arc && (axis == move->major || axis == move->minor)) {
+        int32_t travel = move->delta[move->major];
+        uint32_t steps = travel < 0 ? 0u - (uint32_t)travel : (uint32_t)travel;
+        if (axis == move->minor)
+            drop = least(move, drop, steps, minor_made);
+        return least(move, drop, move->length, major_made);
+    }
+    uint32_t magnitude = 0u - (uint32_t)move->delta[axis];
+    uint64_t numerator = (uint64_t)move->length * (2 * drop - 1);
+    uint64_t divisor = 2 * (uint64_t)magnitude;
+    return (uint32_t)((numerator + divisor - 1) / divisor);
+}
+
+/* Floor of a segment that begins at `from` and ends at `to` on the jump axis. */
+static int32_t floor_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
+                        int32_t floor) {
+    unsigned axis = hal_jump_axis();
+    if (!ceiling || axis >= HAL_AXES || (from <= height && to <= height))
+        return floor;
+    if (to > height)
+        return moved(start, move->length);
+    return moved(start, crossing(move, (uint32_t)(from - height), axis));
+}
+
+static int32_t jump_travel(const hal_segment *move) {
+    unsigned axis = hal_jump_axis();
+    return axis < HAL_AXES ? move->delta[axis] : 0;
+}
+
+/* The segment that leads back from the first point up to the soft limit. */
+static void make_virtual(void) {
+    unsigned axis = hal_jump_axis();
+    int32_t above = axis < HAL_AXES ? settings_travel()->high[axis] - fresh_height : 0;
+    virtual_segment = above > 0;
+    if (!virtual_segment)
+        return;
+    low = FIRST_NUMBER - 1;
+    /* Never machined: any valid rate. */
+    history_prepend(axis, -above, settings_start_rate());
+    hal_segment move;
+    path_segment *s = in_window(low);
+    (void)history_make((path_place){low, 0}, &move, s);
+    s->start = oldest_start = -above;
+    fresh_floor = floor_of(&move, -above, fresh_height + above, fresh_height, -above);
+    hal_slot_write(low % HAL_SLOTS, &move);
+}
+
+void path_forget(void) {
+    forget();
+    known = false;
+    hal_bound_write(BOUND_AHEAD, 0);
+    hal_origin(FIRST_NUMBER % HAL_SLOTS);
+}
+
+void path_begin(void) {
+    forget();
+    known = true;
+    unsigned axis = hal_jump_axis();
+    fresh_height = axis < HAL_AXES ? history_end(axis) : 0;
+    make_virtual();
+    floor_in_force = fresh_floor;
+    const int32_t values[BOUNDS] = {
+        [BOUND_AHEAD] = 0, [BOUND_FAST_AHEAD] = 0,
+        [BOUND_BEHIND] = oldest_start, [BOUND_FAST_BEHIND] = oldest_start,
+        [BOUND_FLOOR] = fresh_floor,
+    };
+    for (unsigned bound = 0; bound < BOUNDS; bound++) {
+        bounds[bound] = values[bound];
+        hal_bound_write((hal_bound)bound, values[bound]);
+    }
+    /* After the bounds: a path that seemed to go on would be entered before its slot is written. */
+    hal_origin(FIRST_NUMBER % HAL_SLOTS);
+}
+
+/* The block in which the front is, or the one that it enters next. */
+static uint32_t front_block(void) {
+    return entered < loaded ? entry_of(entered)->block : fresh.block;
+}
+
+path_room path_has_room(void) {
+    if (!known)
+        return PATH_ROOM;
+    if (history_next() - front_block() > PATH_LEAD)
+        return PATH_WAIT;
+    if (history_has_room())
+        return PATH_ROOM;
+    /* The oldest block goes. What then remains must cover a retraction from the front on. */
+    int32_t start = moved(oldest_start, history_oldest_length());
+    int32_t front = hal_front();
+    uint32_t needed = limit + settings_get(SET_GAIN_PULSES);
+    bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
+    if (!covered && difference(floor_in_force, start) < 0)
+        return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
+    if (low == high || in_window(low)->at.block == history_oldest())
+        return PATH_WAIT;
+    history_drop();
+    oldest_start = start;
+    return history_has_room() ? PATH_ROOM : PATH_WAIT;
+}
+
+uint32_t path_append(const path_move *move, uint32_t rate, bool discharge) {
+    return history_append(move, rate, !discharge && approach_leads_away(move));
+}
+
+static void finish_scan(int32_t floor) {
+    scan.active = false;
+    fresh_floor = floor_in_force = floor;
+    if (loaded > FIRST_NUMBER)
+        entry_of(loaded - 1)->floor = floor;
+    write_bound(BOUND_FLOOR, floor);
+}
+
+void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
+    limit = new_limit;
+    ceiling = new_ceiling;
+    height = new_height;
+    if (!known)
+        return;
+    if (!ceiling || history_empty()) {
+        finish_scan(oldest_start);
+        return;
+    }
+    scan.active = true;
+    scan.at = fresh;
+    scan.start = fresh_start;
+    scan.from = fresh_height;
+}
+
+bool path_bounds_step(void) {
+    for (unsigned count = 0; scan.active && count < SCAN; count++) {
+        path_place at = scan.at;
+        path_segment s;
+        hal_segment move;
+        if (!history_preceding(&at) || !history_make(at, &move, &s))
+            return false;
+        int32_t to = scan.from;
+        scan.at = at;
+        scan.from -= jump_travel(&move);
+        scan.start = moved_back(scan.start, move.length);
+        /* Back to the last point at the ceiling; beyond the limit no retraction goes. */
+        if (scan.from > height || to > height)
+            finish_scan(floor_of(&move, scan.start, scan.from, to, scan.start));
+        else if ((at.block == history_oldest() && at.piece == 0) ||
+                 (uint32_t)difference(fresh_start, scan.start) > limit)
+            finish_scan(scan.start);
+        if (move.arc)
+            break;
+    }
+    return !scan.active;
+}
+
+/* Number of the segment in which the machine is: the one of the window with the gateware's slot. At
+   the end of what is loaded it may stand in a slot that is still empty. */
+static uint32_t current(void) {
+    uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
+    return number < high ? number : high - 1;
+}
+
+void path_note_work(bool touched) {
+    if (!known || low == high)
+        return;
+    uint32_t number = current();
+    bool stands = hal_position() == in_window(number)->start;
+    if (stands && !touched && number > low)
+        number--;
+    if (!in_window(number)->away && !(stands && touched))
+        approach_note(in_window(number)->way);
+}
+
+/* Shrink the window by a segment, unless the machine is already beyond the new bound: what is
+   overwritten must be out of its reach. */
+static bool drop_low(void) {
+    int32_t was = bounds[BOUND_BEHIND], now = in_window(low + 1)->start;
+    if (difference(bounds[BOUND_FAST_BEHIND], now) < 0)
+        write_bound(BOUND_FAST_BEHIND, now);
+    write_bound(BOUND_BEHIND, now);
+    if (difference(hal_command(), now) >= 0 && difference(hal_position(), now) >= 0) {
+        low++;
+        return true;
+    }
+    write_bound(BOUND_BEHIND, was);
+    return false;
+}
+
+static bool drop_high(void) {
+    int32_t was = bounds[BOUND_AHEAD], now = in_window(high - 1)->start;
+    if (difference(bounds[BOUND_FAST_AHEAD], now) > 0)
+        write_bound(BOUND_FAST_AHEAD, now);
+    write_bound(BOUND_AHEAD, now);
+    if (difference(hal_command(), now) <= 0 && difference(hal_position(), now) <= 0) {
+        high--;
+        return true;
+    }
+    write_bound(BOUND_AHEAD, was);
+    return false;
+}
+
+/* A segment is loaded for the first time. */
+static void begin_entry(const hal_segment *move) {
+    int32_t to = fresh_height + jump_travel(move);
+    fresh_floor = floor_of(move, fresh_start, fresh_height, to, fresh_floor);
+    *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_floor};
+    fresh_height = to;
+    fresh_start = moved(fresh_start, move->length);
+    fresh = history_following(fresh);
+}
+
+static bool load_high(void) {
+    path_segment made;
+    hal_segment move;
+    path_place at = fresh;
+    if (high != loaded) {
+        at = in_window(high - 1)->at;
+        if (!history_ready(at))
+            return true;
+        at = history_following(at);
+    }
+    if (!history_make(at, &move, &made))
+        return true;
+    made.start = high == loaded ? fresh_start : end_of(high - 1);
+    if (high - low == HAL_SLOTS && !drop_low())
+        return false;
+    *in_window(high) = made;
+    if (high > low)
+        join(high - 1);
+    hal_slot_write(high % HAL_SLOTS, &move);
+    if (high == loaded)
+        begin_entry(&move);
+    high++;
+    write_bound(BOUND_AHEAD, end_of(high - 1));
+    return true;
+}
+
+static bool load_low(void) {
+    path_segment made;
+    hal_segment move;
+    path_place at = in_window(low)->at;
+    if (!history_preceding(&at) || !history_make(at, &move, &made))
+        return true;
+    made.start = moved_back(in_window(low)->start, made.length);
+    if (high - low == HAL_SLOTS && !drop_high())
+        return false;
+    low--;
+    *in_window(low) = made;
+    join(low);
+    hal_slot_write(low % HAL_SLOTS, &move);
+    write_bound(BOUND_BEHIND, made.start);
+    return true;
+}
+
+static bool move_window(uint32_t at, bool backward) {
+    uint32_t behind = backward ? FAR_SIDE : NEAR_SIDE, ahead = backward ? NEAR_SIDE : FAR_SIDE;
+    bool full = high - low == HAL_SLOTS;
+    bool more_high = high != loaded || fresh.block != history_next();
+    bool more_low = low < high &&
+                    (in_window(low)->at.block != history_oldest() || in_window(low)->at.piece);
+    if (more_high && high <= at + ahead && (!full || low + behind < at) && load_high())
+        return true;
+    return more_low && low + behind > at && (!full || high > at + ahead + 1) && load_low();
+}
+
+/* On from what is known, as far as the machine may be fast. */
+static void spread(void) {
+    if (fast.to >= high)
+        fast.to = high - 1;
+    if (fast.from < low)
+        fast.from = low;
+    while (fast.to + 1 < high && !in_window(fast.to)->corner && !in_window(fast.to)->slows)
+        fast.to++;
+    while (fast.from > low && !in_window(fast.from - 1)->corner)
+        fast.from--;
+}
+
+/* Where the machine must be slow next, each way. What was found before is kept: to look at the whole
+   window again after each segment would take longer than to make the segment. */
+static void update_corners(uint32_t at) {
+    if (!fast.known || fast.at != at || fast.low != low || fast.high != high) {
+        if (fast.known)
+            spread();
+        if (!fast.known || at < fast.from || at > fast.to) {
+            fast.from = fast.to = at;
+            spread();
+        }
+        /* Going back, lower feeds ahead come in between. */
+        for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
+            if (in_window(number)->slows)
+                fast.to = number;
+        fast.known = true;
+        fast.at = at;
+        fast.low = low;
+        fast.high = high;
+        write_bound(BOUND_FAST_AHEAD, end_of(fast.to));
+        write_bound(BOUND_FAST_BEHIND, in_window(fast.from)->start);
+    }
+    hal_fast_slot(at % HAL_SLOTS);
+}
+
+bool path_step(void) {
+    if (!known || history_empty())
+        return false;
+    if (low == high)
+        return move_window(low, false);
+    hal_motion_state state = hal_motion_read().state;
+    bool moving = move_window(current(), state != MOTION_FRONT && state < MOTION_HIGH);
+    update_corners(current());
+    return moving;
+}
+
+uint32_t path_entered_slot(unsigned slot) {
+    uint32_t number = entered + (slot - entered) % HAL_SLOTS;
+    /* A segment is entered in its turn; anything else is an event of a path that was forgotten. */
+    if (!known || number >= loaded)
+        return front_block();
+    entered = number;
+    floor_in_force = entry_of(number)->floor;
+    write_bound(BOUND_FLOOR, floor_in_force);
+    return entry_of(number)->block;
+}
+
+uint32_t path_reached(void) {
+    if (!known)
+        return history_next();
+    uint32_t number = entered, reached = front_block();
+    int32_t front = hal_front();
+    for (; number < loaded && difference(front, entry_of(number)->start) > 0; number++)
+        reached = entry_of(number)->block + 1;
+    return reached;
+}
+
+bool path_at_front(void) {
+    if (!known)
+        return true;
+    hal_motion motion = hal_motion_read();
+    return motion.state == MOTION_FRONT && !motion.moving && fresh.block == history_next() &&
+           high == loaded && hal_position() == fresh_start;
+}
+
+uint32_t path_pace(void) {
+    bool on = known && low != high && hal_position() != bounds[BOUND_AHEAD];
+    return on ? in_window(current())->rate : 0;
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/* The part of the model machine that keeps what an axis was told and has found. */
+#include "hal/hal.h"
+#include "pc/host.h"
+
+static int32_t limits[HAL_AXES][2];
+static uint32_t gains[HAL_AXES];
+static hal_check check_found[HAL_AXES];
+
+void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
+    limits[axis][0] = low;
+    limits[axis][1] = high;
+}
+
+void hal_axis_gain(unsigned axis, uint32_t value) { gains[axis] = value; }
+hal_check hal_axis_check(unsigned axis) { return check_found[axis]; }
+bool hal_axis_beyond(unsigned axis, bool high) {
+    (void)axis;
+    return high;
+}
+
+void gk_axis_words(uint32_t axis, int32_t words[3]) {
+    words[0] = limits[axis][0];
+    words[1] = limits[axis][1];
+    words[2] = (int32_t)gains[axis];
+}
+
+void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }

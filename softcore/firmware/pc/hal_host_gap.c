@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Gap, fluid and feed laws of the machine of hal_host.c: what is written is kept for a test to read,
+   what is read is what the test has set. */
+#include <string.h>
+
+#include "hal/hal.h"
+#include "pc/host.h"
+
+#define LEVEL_LIMIT 20          /* as the gateware is built */
+
+/* The words of a condition are staged, and come into force together. */
+typedef struct {
+    gk_power power;
+    uint32_t reference[3], presets[3], step;
+    uint32_t law[3];            /* no load, Vs, Es */
+} condition;
+
+static condition staged, in_force;
+static bool armed, waits;       /* a pulse that does not end keeps what is staged from being taken over */
+static bool pending;
+static int32_t depth, deepest;
+static uint8_t switches;
+static uint32_t discharges, opens;
+static gk_gap gap;
+static uint32_t fluid_state = HAL_FLUID_KNOWN;
+static hal_law law;
+static hal_law_state law_state;
+
+void host_gap_boot(void) {
+    discharges = opens = 0;
+    staged = in_force = (condition){0};
+    armed = waits = pending = false;
+    deepest = switches = 0;
+    gap = (gk_gap){0};
+    fluid_state = HAL_FLUID_KNOWN;
+    law = (hal_law){0};
+    law_state = (hal_law_state){0};
+}
+
+static void take(void) {
+    if (pending && !waits) {
+        in_force = staged;
+        pending = false;
+    }
+}
+
+bool host_gap_moved(int32_t position) {
+    deepest = position < deepest ? position : deepest;
+    if (!armed || pending || deepest > depth)
+        return false;
+    armed = false;
+    pending = true;
+    switches++;
+    take();
+    return true;
+}
+
+void gk_pulse_lasts(uint32_t lasts) {
+    waits = lasts;
+    take();
+}
+
+void hal_condition_commit(void) {
+    armed = false;
+    pending = true;
+    take();
+}
+void hal_condition_arm(int32_t at) {
+    depth = at;
+    armed = true;
+    host_depth();
+}
+void hal_condition_disarm(void) { armed = false; }
+void hal_condition_restart(void) {
+    if (hal_jump_axis() < HAL_AXES)
+        deepest = hal_axis_position(hal_jump_axis());
+}
+bool hal_condition_pending(void) { return pending; }
+uint8_t hal_condition_count(void) { return switches; }
+
+void gk_power_read(gk_power *words) { *words = in_force.power; }
+void gk_gap_read(gk_gap *words) {
+    *words = gap;
+    for (unsigned i = 0; i < 3; i++) {
+        words->reference[i] = in_force.reference[i];
+        words->presets[i] = in_force.presets[i];
+    }
+    words->step = in_force.step;
+}
+void gk_fluid(uint32_t flags) { fluid_state = flags; }
+void gk_law_read(uint32_t words[12]) {
+    const uint32_t all[12] = {law.law, law.measure, law.unit, law.window, in_force.law[0],
+                              in_force.law[1], in_force.law[2], law.least, law.lowest,
+                              law.highest, law.gain, law.fastest};
+    memcpy(words, all, sizeof all);
+}
+void gk_mean(uint32_t level) {
+    law_state = (hal_law_state){.mean = level, .windows = (uint8_t)(law_state.windows + 1), .known = true};
+}
+void gk_discharges(uint32_t count) { discharges += count; }
+void gk_opens(uint32_t count) { opens += count; }
+
+void hal_short_write(const hal_short_detector *detector) { (void)detector; }
+void hal_lag_time(uint32_t clocks) { gap.lag_time = clocks; }
+void hal_gap_counts(uint32_t counts[4]) {
+    counts[0] = opens;
+    counts[2] = counts[3] = 0;
+    counts[1] = discharges;
+}
+void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
+void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+    staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
+                              .voltage = staged.power.voltage, .negative = staged.power.negative};
+}
+uint32_t hal_level_limit(void) { return LEVEL_LIMIT; }
+void hal_supply(uint32_t voltage, bool negative) {
+    staged.power.voltage = voltage;
+    staged.power.negative = negative;
+}
+void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
+    staged.reference[0] = open;
+    staged.reference[1] = arc;
+    staged.reference[2] = shorted;
+}
+void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
+    (void)window;
+    (void)weight;
+    gap.servo = on;
+    gap.mode = mode;
+}
+void hal_servo_period(uint32_t clocks) { gap.period = clocks; }
+void hal_servo_step(uint32_t pulses) { staged.step = pulses; }
+void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
+    staged.presets[0] = dame;
+    staged.presets[1] = open;
+    staged.presets[2] = ok;
+}
+void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+    staged.law[0] = no_load;
+    staged.law[1] = voltage;
+    staged.law[2] = drop;
+}
+void hal_law_write(const hal_law *words) { law = *words; }
+hal_law_state hal_law_read(void) { return law_state; }
+void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
+uint32_t hal_fluid_state(void) { return fluid_state; }
+void hal_sense(uint32_t on, uint32_t off) {
+    (void)on;
+    (void)off;
+}

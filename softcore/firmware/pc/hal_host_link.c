@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/* The link's part of the machine on a computer: what softcore.link_decoder does, byte by byte. */
+#include "hal/hal.h"
+#include "hal/regs.h"
+#include "pc/host.h"
+
+#define BYTES (1u << 16)
+#define BYTE_CLOCKS 80              /* what it takes to do something with one */
+
+static uint16_t queue[BYTES];       /* entries as of the register `receive` */
+static uint32_t head, tail, depth;
+static uint8_t said[BYTES];
+static uint32_t said_head, said_tail;
+static bool hold, reset, reset_told;
+static uint32_t notes;
+
+void host_link_boot(void) {
+    head = tail = said_head = said_tail = 0;
+    depth = BYTES;
+    hold = reset = reset_told = false;
+    notes = 0;
+}
+
+bool host_link_held(void) { return hold || reset; }
+void gk_queue(uint32_t entries) { depth = entries; }
+
+static void push(unsigned entry) {
+    if (head - tail < depth)
+        queue[head++ % BYTES] = (uint16_t)entry;
+}
+
+static void come(uint8_t byte) {
+    switch (byte) {
+    case REALTIME_STATUS: notes |= NOTE_STATUS; break;
+    case REALTIME_HOLD:
+        notes |= NOTE_HOLD;
+        hold = true;
+        break;
+    case REALTIME_RESUME: notes |= NOTE_RESUME; break;
+    case REALTIME_RETRACT: notes |= NOTE_RETRACT; break;
+    case REALTIME_RESET:
+        reset = true;
+        reset_told = false;
+        tail = head;
+        push(HAL_MARK | MARK_RESET);
+        break;
+    default: push(head - tail < depth - 1 ? byte : HAL_MARK | MARK_OVERRUN); break;
+    }
+}
+
+uint32_t gk_send(const uint8_t *bytes, uint32_t length) {
+    for (uint32_t i = 0; i < length; i++)
+        come(bytes[i]);
+    return length;
+}
+
+void gk_send_broken(void) { push(HAL_MARK | MARK_FRAMING); }
+
+uint32_t gk_receive(uint8_t *bytes, uint32_t size) {
+    uint32_t count = 0;
+    while (count < size && said_tail != said_head)
+        bytes[count++] = said[said_tail++ % BYTES];
+    return count;
+}
+
+int hal_receive(void) {
+    if (head == tail)
+        return -1;
+    host_cost(BYTE_CLOCKS);
+    int entry = queue[tail++ % BYTES];
+    if (entry == (HAL_MARK | MARK_RESET))
+        reset_told = true;
+    return entry;
+}
+
+uint32_t hal_notes(void) {
+    uint32_t read = notes;
+    notes = 0;
+    return read;
+}
+
+void hal_release_hold(void) { hold = hold && notes & NOTE_HOLD; }
+void hal_release_reset(void) { reset = reset && !reset_told; }
+
+bool hal_transmit_ready(void) { return said_head - said_tail < BYTES; }
+
+void hal_transmit(uint8_t byte) {
+    if (hal_transmit_ready())
+        said[said_head++ % BYTES] = byte;
+}

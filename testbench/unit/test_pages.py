@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pages: they can be built, what they name is there, and what is generated is not stale."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from host import pages
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md")), ROOT / "tapes" / "README.md"]
+LONGEST_README = 150
+TOPS = ("rtl/", "softcore/", "host/", "testbench/", "constraints/", "docs/", "tapes/")
+
+
+def prose(path):
+    """A page without its fenced code."""
+    return re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def dead_links(path):
+    """Links to files that are not there."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(path)):
+        place = target.partition("#")[0]
+        if place and "://" not in place and not (path.parent / place).exists():
+            yield target
+
+
+def dead_names(path):
+    """Files and folders that a page names in code type, and that are not there."""
+    for name in re.findall(r"`([\w./-]+)`", prose(path)):
+        if name.startswith(TOPS) and "NAME" not in name and not (ROOT / name).exists():
+            yield name
+
+
+def test_no_page_names_what_is_not_there():
+    assert len(PAGES) > 20
+    found = [f"{path.relative_to(ROOT)}: {what}" for path in PAGES
+             for what in [*dead_links(path), *dead_names(path)]]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("line", ["See [there](nowhere.md).", "It is in `rtl/nowhere.py`."])
+def test_a_planted_dead_name_is_found(tmp_path, line):
+    page = tmp_path / "page.md"
+    page.write_text(line)
+    assert [*dead_links(page), *dead_names(page)]
+
+
+def test_the_readme_can_be_read_at_once():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= LONGEST_README
+
+
+def test_the_page_of_the_command_line_is_that_of_the_program():
+    assert pages.COMMAND_LINE.read_text(encoding="utf-8") == pages.command_line(), (
+        "run python -m host.pages")
+
+
+def test_the_site_can_be_built_and_nothing_is_warned_of(workdir):
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-b", "html",
+         DOCS, workdir / "site"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (workdir / "site" / "reference" / "guards.html").exists()
