@@ -10,8 +10,10 @@ OPTIONS ?=
 TESTS   ?=
 JOBS    ?= auto
 BOARDS  ?= ulx3s
+# Options for the fault campaign, e.g. make faults FAULTS="--only F3 --seed 2"
+FAULTS  ?=
 
-.PHONY: help run test check install venv bench boards soak lint docs clean
+.PHONY: help run test check install venv bench boards soak faults lint docs clean
 
 help:     ## this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -42,6 +44,9 @@ boards: venv   ## lay out every board; ten minutes each (BOARDS=)
 
 soak: install  ## runs of minutes to hours (TESTS=)
 	@$(PY) -m pytest -m soak $(TESTS)
+
+faults: install ## faults injected into the simulated machine; table and report, minutes (FAULTS=)
+	@$(PY) -m testbench.faults $(FAULTS)
 
 install: venv
 	@$(PY) -m host.prepare

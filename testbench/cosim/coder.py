@@ -13,7 +13,8 @@ from rtl.motion.retraction import State
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import AXES, Session
 
-__all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "judge"]
+__all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "judge",
+           "jump_between_edges"]
 
 DEVIATION_UM = 300      # from where it would have been, until the drives are off
 STEP_S = 5e-4           # between two looks at the axes
@@ -111,6 +112,20 @@ SITUATIONS = {
     "high": Situation(300, _in_state(State.HIGH)),
     "low": Situation(300, _in_state(State.LOW)),
 }
+
+
+def jump_between_edges(session: Session) -> int:
+    """Invert both phases of Z, which moves, at some distance from the true edges; its clock.
+
+    Within three clocks of a true edge it would look like one edge the other way.
+    """
+    place = session.positions()["z"]
+    while session.positions()["z"] == place:
+        session.run(1)
+    session.run(10)
+    begun = session.cycle
+    session.set("force.encoder_jump", 4)
+    return begun
 
 
 def course(session: Session, name: str, axis: str, fault: str = "", condition: int = 100,

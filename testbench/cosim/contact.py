@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios: the electrode meets the work while the discharge is off."""
 
+import copy
 import math
 
+from host import machine as machines
 from rtl.motion.retraction import State
 from softcore.regmap import CAUSES
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
 
-__all__ = ["WAYS", "bridged", "out_again", "touches"]
+__all__ = ["WAYS", "bridged", "out_again", "touches", "with_hole"]
 
 WATCHED = ("pp", "completed", "ramp_above", "path_status_state", "path_position", "gap_on",
            "gap_sense", "safe", "retraction_control_run")
@@ -32,6 +34,13 @@ WAYS = {
     # When its command has ended an axis is still half a millimetre short of it.
     "tail": ("G00 Z1\nG00 Z-0.1", 1800),
 }
+
+
+def with_hole(hole_mm: float) -> dict:
+    """Tables of the wire machine, its wire in the middle of a hole."""
+    tables = copy.deepcopy(machines.load("wire").tables)
+    tables["stock"] |= {"edge_mm": -10.0, "hole_mm": hole_mm}
+    return tables
 
 
 def _begin(session, *lines):

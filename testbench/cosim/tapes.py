@@ -3,6 +3,7 @@
 
 import random
 import re
+from collections.abc import Sequence
 from itertools import pairwise
 
 from host import machine as machines
@@ -16,7 +17,7 @@ from testbench.cosim.job import HEIGHT_MM, MM, Job
 from testbench.native.station import Session
 from testbench.punch import TAPES, broken
 
-__all__ = ["broken_tapes", "flipped_bits", "hard_work", "natural", "noisy_line"]
+__all__ = ["broken_tapes", "cut_short", "flipped_bits", "hard_work", "natural", "noisy_line"]
 
 LONGEST_S = 5e-3  # between two calls of the watchdog
 WATCHED = ("axis_x_command", "axis_z_command")
@@ -94,11 +95,34 @@ def flipped_bits(session: Session, count: int, choice: int) -> dict:
     return {"told": told, "cycle": session.cycle}
 
 
-def broken_tapes(session: Session) -> dict:
-    """Every broken tape of the collection: its one sentence, and the position kept."""
+def cut_short(session: Session, count: int, choice: int) -> dict:
+    """Tapes that end anywhere: the blocks that are whole are carried out, and no other moves."""
+    job = Job(session, watched=WATCHED)
+    rng = random.Random(choice)
+    rows = encode(TAPE).rows
+    first = next(at for at, row in enumerate(rows) if row)
+    ends = [at for at, row in enumerate(rows) if row == ISO.end_of_block]
+    last = ends[5] - 1  # the end word's own block may lack its end
+    told = []
+    for _ in range(count):
+        at = rng.randrange(first + 3, last)
+        text = _refused(job, rows[:at])
+        whole = sum(end < at for end in ends)
+        for moving, axis in MOVES.items():
+            if moving > whole:
+                assert job.probe(f"axis_{axis}_command") == 0, (at, text, axis)
+        told.append([at, text])
+        _again(job)
+    return {"told": told, "cycle": session.cycle}
+
+
+def broken_tapes(session: Session, names: Sequence[str] = ()) -> dict:
+    """Broken tapes of the collection, all or some: one sentence each, and the position kept."""
     job = Job(session, watched=WATCHED)
     told = {}
     for name, tape in sorted(broken().items()):
+        if names and name not in names:
+            continue
         text = _refused(job, tape.rows)
         assert text.startswith(f"Block {tape.block}"), (name, text)
         assert tape.words in text, (name, text)

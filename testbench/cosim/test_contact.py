@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact while the discharge is off: on both machines, at every speed, in every direction."""
 
-import copy
-
 import pytest
 
 from host import machine as machines
@@ -24,16 +22,9 @@ ASIDE = ("G01 X2 F{f}", "G01 X-2 F{f}", "G01 Y2 F{f}", "G01 X-2 Y-2 F{f}", "G01 
          "G02 X2 Y1 R50 F{f}", "G03 X-2 Y0.5 R50 F{f}")
 
 
-def with_hole(hole_mm):
-    """The wire machine, its wire in the middle of a hole."""
-    tables = copy.deepcopy(WIRE.tables)
-    tables["stock"] |= {"edge_mm": -10.0, "hole_mm": hole_mm}
-    return tables
-
-
 def touches(machine, blocks, highest, *, seed=1, hole_mm=0.0, **options):
     """The scenario on a machine; returns its figures."""
-    tables = with_hole(hole_mm) if hole_mm else machine.tables
+    tables = contact.with_hole(hole_mm) if hole_mm else machine.tables
     with Simulation(machine=tables, clock_hz=machine.clock_hz, seed=seed, trace=False) as session:
         return contact.touches(session, blocks, highest, hole_mm=hole_mm, **options)
 

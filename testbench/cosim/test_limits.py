@@ -7,6 +7,7 @@ import pytest
 
 from host import machine as machines
 from host.link import RETRACT, RefusedError
+from testbench.cosim import limits
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.native.simulation import Simulation
 
@@ -41,20 +42,10 @@ def rest(job):
     job.run(job.session.clock_hz // 4)
 
 
-def test_a_soft_limit_holds_whatever_firmware_believes(job):
-    # The gateware's limit is elsewhere than firmware's: what firmware gets wrong stops there.
-    job.session.poke("axis_x_high", 12_345)
-    job.press("G90 G00 X5")
-    alarm = job.alarm()
-    assert ("a command beyond the upper soft limit of axis X; the position is kept"
-            in alarm["text"])
-    assert job.probe("axis_x_command") == 12_345
-    assert job.session.positions()["x"] == job.probe("axis_x_position")
-    by_hand(job, "$X")
-    assert not job.probe("safety_status_safe")
-    by_hand(job, "G90 G00 X0.5")
-    rest(job)
-    assert job.probe("axis_x_command") == 5000, "back is allowed"
+def test_a_soft_limit_holds_whatever_firmware_believes():
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        limits.soft_limit(session)
 
 
 def test_firmware_refuses_what_the_gateware_would_stop(job):

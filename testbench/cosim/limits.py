@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenario: firmware goes wrong about a soft limit, and the gateware does not."""
+
+from testbench.cosim.job import Job
+from testbench.native.station import Session
+
+__all__ = ["soft_limit"]
+
+
+def soft_limit(session: Session) -> dict:
+    """The gateware's limit is elsewhere than firmware's: what firmware gets wrong stops there."""
+    job = Job(session, watched=("safe", "path_position"))
+    session.poke("axis_x_high", 12_345)
+    job.press("G90 G00 X5")
+    alarm = job.alarm()
+    assert ("a command beyond the upper soft limit of axis X; the position is kept"
+            in alarm["text"])
+    assert job.probe("axis_x_command") == 12_345
+    assert session.positions()["x"] == job.probe("axis_x_position")
+    job.link.command("$X")
+    assert not job.probe("safety_status_safe")
+    job.link.command("G90 G00 X0.5")
+    job.until(lambda: not job.probe("path_status_moving"), "rest", step=2000, seconds=20)
+    job.run(session.clock_hz // 4)
+    assert job.probe("axis_x_command") == 5000, "back is allowed"
+    return {"cycle": session.cycle, "events": job.events}

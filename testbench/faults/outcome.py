@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What came of a fault, by one rule for all of them."""
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+from testbench.cosim.record import Record
+from testbench.faults.pins import PINS, safe_from
+from testbench.faults.witness import Told, Witness
+
+__all__ = ["AWAY_UM", "LIED", "SLACK", "Found", "Outcome", "Seen", "away", "judge", "look",
+           "misplaced"]
+
+SLACK = 1.5         # pulses between a true place and a told one: an edge is where it is passed
+AWAY_UM = 300       # an axis may be so far from where it would have been
+LIED = "an output was on while it told that all were safe"
+# What it gives as a reason, the best first: the sentence of an alarm, a message, a bare number.
+REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
+           re.compile(r"(ALARM:\d+|error:\d+)"))
+CLOCKS_AFTER = 2    # from `safe` to the last output behind it
+
+
+class Outcome(Enum):
+    """The four outcomes of the report, from best to worst."""
+
+    NO_EFFECT = "no effect"
+    SAFE_TOLD = "safe with reason"
+    SAFE_UNTOLD = "safe without reason"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What was seen of a machine when all was over, and on the way.
+
+    ``clocks`` from the fault to all outputs safe, None if they are not; ``burns`` and ``moves`` at
+    the end; ``lied``: it told that it was safe, and a pin was not. ``said`` is all that it has said
+    since the fault. ``away_um``: how far an axis got from the way that it should have gone.
+    """
+
+    clocks: int | None
+    burns: bool
+    moves: bool
+    lied: bool
+    true: list[float]
+    told: Told | None
+    said: str
+    away_um: float = 0.0
+
+    @property
+    def reasons(self) -> list[str]:
+        """What it has given as reasons, the best first."""
+        return [reason for kind in REASONS for reason in kind.findall(self.said)]
+
+
+@dataclass(frozen=True)
+class Found:
+    """An outcome, the clocks to safe outputs if it came to that, and the sentence for it."""
+
+    outcome: Outcome
+    clocks: int | None
+    why: str
+
+
+def _lied(record: Record, begun: int, end: int) -> bool:
+    """Whether `safe` was told while an output was on."""
+    told = [begun] * record.at("safe", begun) + record.rises("safe", begun + 1)
+    for since in told:
+        until = next((clock for clock, level in record.changes("safe", since) if not level), end)
+        for pin, level in PINS.items():
+            begin = since + CLOCKS_AFTER
+            if begin < until and (record.at(pin, begin) != level
+                                  or record.changes(pin, begin + 1, until)):
+                return True
+    return False
+
+
+def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0) -> Seen:
+    """Let a machine come to rest, and see how it stands."""
+    session.changes()
+    session.run(round(rest_s * session.clock_hz))
+    quiet = session.cycle
+    places = session.true_places()
+    told = session.told()
+    session.changes()
+    record, end = session.pins, session.cycle
+    true = session.true_places()
+    safe = safe_from(record, begun, end)
+    return Seen(clocks=None if safe is None else safe - begun,
+                burns=bool(record.rises("gap_on", quiet)),
+                moves=any(abs(a - b) > SLACK for a, b in zip(places, true, strict=True)),
+                lied=_lied(record, begun, end), true=true, told=told, said=session.said(begun),
+                away_um=away_um)
+
+
+def misplaced(seen: Seen) -> bool:
+    """Whether it rests, and tells a place where it is not, without calling it lost."""
+    return (seen.told is not None and not seen.told.lost and not seen.moves and any(
+        abs(true - told) > SLACK for true, told in zip(seen.true, seen.told.places, strict=True)))
+
+
+def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
+          away_um: float = AWAY_UM) -> Found:
+    """Say what came of it.
+
+    ``deadline`` is in clocks, None if nothing is to be made safe within one. ``target`` is where
+    the axes are at the end when nothing has happened; a machine that stands elsewhere without a
+    word has stopped without a reason.
+    """
+    def found(outcome, why):
+        return Found(outcome, seen.clocks, why)
+
+    reason = next(iter(seen.reasons), "")
+    if seen.lied:
+        return found(Outcome.WRONG, LIED)
+    if seen.away_um > away_um:
+        return found(Outcome.WRONG, f"{seen.away_um:.0f} um from its way")
+    if misplaced(seen):
+        return found(Outcome.WRONG, f"it tells {seen.told.places} and is at "
+                                    f"{[round(place) for place in seen.true]}, in pulses")
+    if seen.clocks is not None:
+        if deadline is not None and seen.clocks > deadline:
+            return found(Outcome.WRONG, f"safe after {seen.clocks} clocks, {deadline} allowed")
+        return found(Outcome.SAFE_TOLD if reason else Outcome.SAFE_UNTOLD, reason or "not a word")
+    if seen.told is None:
+        return found(Outcome.WRONG, "it does not answer, and its outputs are on")
+    there = target is None or all(
+        abs(a - b) <= SLACK for a, b in zip(seen.true, target, strict=True))
+    if there and seen.told.state == "Idle" and not seen.burns:
+        return found(Outcome.NO_EFFECT, reason or "as without the fault")
+    if seen.burns:
+        return found(Outcome.WRONG, "it burns on, and gets nowhere")
+    return found(Outcome.SAFE_TOLD if reason else Outcome.SAFE_UNTOLD,
+                 reason or "it stands, without a word")
+
+
+def away(places: list[list[float]], way: list[list[float]]) -> float:
+    """How far, um, a machine got from the way of one without the fault.
+
+    Both are places of the axes in pulses, at the same looks; of the machine with the fault the last
+    ``len(places)`` of them. Being behind on the way is not far; being ahead of it is.
+    """
+    worst = 0.0
+    for index, place in enumerate(places, start=len(way) - len(places) + 1):
+        worst = max(worst, min(max(abs(a - b) for a, b in zip(place, one, strict=True))
+                               for one in way[:index]))
+    return worst / 10

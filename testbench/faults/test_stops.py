@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every stop is as fast as it is said to be: at a few phases, and as a soak at a hundred."""
+
+import pytest
+
+from softcore.regmap import CAUSES
+from testbench.faults.stops import MISSING, STOPS, measure
+
+# What must stop the machine: of the interlock's causes, those that something outside of it raises.
+OTHERS = {"power_on", "firmware", "error_saturated", "following_stopped", "following_moving",
+          "travel", "limit_high"}
+
+
+def test_every_cause_has_a_stop_or_a_reason():
+    measured = {stop.latched for stop in STOPS} - {""}
+    assert measured | OTHERS | set(MISSING) == {name for name, _ in CAUSES}
+    assert not measured & (OTHERS | set(MISSING))
+    assert len({stop.name for stop in STOPS}) == len(STOPS)
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(100, marks=pytest.mark.soak)])
+def test_every_stop_keeps_its_bound(count):
+    figures = list(measure(count, seed=1))
+    assert [figure.stop for figure in figures] == sorted(
+        STOPS, key=[figure.stop for figure in figures].index)
+    for figure in figures:
+        assert len(figure.clocks) == count
+        assert min(figure.clocks) > 0, figure.stop.name
+        assert figure.worst <= figure.stop.bound, (figure.stop.name, figure.worst)

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trials: a program that cuts, one thing that is done to it at some phase, and what comes of it.
+
+The same program without the fault, its twin, says where the machine would have been.
+"""
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from host import machine as machines
+from testbench.cosim.job import Data, Job, program
+from testbench.cosim.retractions import pace
+from testbench.faults.outcome import Found, Outcome, away, judge, look
+from testbench.faults.witness import Witness
+from testbench.native.branch import branch
+
+__all__ = ["Trial", "run_trials"]
+
+ROUND = 20_000          # clocks in which the phases lie
+LOOK = 4000             # clocks between two looks at where the axes are
+LOOKS = 120             # 0.24 s: the twin ends after 0.16
+RESTING = 10            # looks at one place: it rests
+MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 F300", 500)}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One thing that is done in the middle of a cut.
+
+    ``act`` gets the job and a source of chance. From it on outputs must be safe within
+    ``deadline`` clocks at 2 MHz; None if the machine need not stop for it at all. ``count`` is how
+    often it is tried.
+    """
+
+    name: str
+    act: Callable[[Job, random.Random], None]
+    deadline: int | None
+    expected: tuple[Outcome, ...] = (Outcome.SAFE_TOLD,)
+    machine: str = "sinker"
+    count: int = 1
+
+
+def _follow(job, begun):
+    """Run to the end of a trial; the places of the axes at every look."""
+    session = job.session
+    places = []
+    for index in range(LOOKS):
+        session.run(max(0, begun + index * LOOK - session.cycle))
+        places.append(session.true_places())
+        if session.probe("safe") and places[-1] in places[-RESTING:-RESTING + 1]:
+            break  # as it will stay
+    return places + [places[-1]] * (LOOKS - len(places))
+
+
+def _try(job, trial, rng, begun, way):
+    session = job.session
+    session.changes()
+    fault = session.cycle
+    trial.act(job, rng)
+    # Looks before the fault find it where it is by then: not ahead of its way.
+    late = session.cycle - begun
+    places = [place for index, place in enumerate(_follow(job, begun)) if index * LOOK >= late]
+    seen = look(session, fault, away_um=away(places, way))
+    found = judge(seen, trial.deadline, way[-1])
+    return [found.outcome.name, found.clocks, found.why]
+
+
+def run_trials(trials: Sequence[Trial], seed: int) -> list[tuple[Trial, list[Found]]]:
+    """Try each, as often as it says, at phases of its own; all of one machine.
+
+    Raises
+    ------
+    testbench.native.branch.BranchError
+        If a trial cannot be made.
+    """
+    name, = {trial.machine for trial in trials}
+    way, condition = MACHINES[name]
+    machine = machines.load(name)
+    rng = random.Random(f"{seed}/{name}")
+    order = sorted(((rng.randrange(1, ROUND), index, rng.random())
+                    for index, trial in enumerate(trials) for _ in range(trial.count)))
+    found = [[] for _ in trials]
+    with Witness(machine=machine.tables, clock_hz=machine.clock_hz, seed=seed) as session:
+        job = Job(session, watched=("safe",))
+        job.start(program(Data(), way, condition=condition))
+        job.reach(1500, pace(session, 300))
+        begun = session.cycle
+        twin = branch(partial(_follow, job, begun))
+        for phase, index, chance in order:
+            session.run(begun + phase - session.cycle)
+            outcome, clocks, why = branch(partial(
+                _try, job, trials[index], random.Random(chance), begun, twin))
+            found[index].append(Found(Outcome[outcome], clocks, why))
+    return list(zip(trials, found, strict=True))
