@@ -60,6 +60,8 @@ class Controller(wiring.Component):
         Feed hold by the operator, beside that of the register ``retraction.control``.
     abort : In(1)
         The operator's reset: no path pulse either way, and no discharge.
+    memory_damaged : In(1)
+        The processor's memory has read wrong: a cause of the interlock.
 
     The others: ``rtl.members.pins``.
     """
@@ -91,7 +93,7 @@ class Controller(wiring.Component):
         super().__init__({
             "registers": In(wiring.Signature({name: Out(signature)
                                               for name, signature in registers.items()})),
-            "cycle": In(32), "hold": In(1), "abort": In(1)} | pins())
+            "cycle": In(32), "hold": In(1), "abort": In(1), "memory_damaged": In(1)} | pins())
 
     def _clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -215,7 +217,7 @@ class Controller(wiring.Component):
               for name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low")),
             *(getattr(interlock, name).eq(getattr(self.drives, name)) for name in Axes.FAULTS),
             interlock.contact.eq(self.gap.trip), interlock.gate.eq(self.power.stuck),
-            interlock.watchdog.eq(watchdog.expired),
+            interlock.watchdog.eq(watchdog.expired), interlock.memory.eq(self.memory_damaged),
             interlock.discharging.eq(self.registers.power.control_machining),
             interlock.fluid_required.eq(registers.fluid),
             interlock.stop.eq(registers.stop_strobe),
