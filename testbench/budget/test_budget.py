@@ -30,7 +30,7 @@ BUDGETS = {
     "distributor":   Cells(lut4=892,  ccu2c=715, ff=391,  ram=0,  bram=0,  dsp=0),
     "feed":          Cells(lut4=91,   ccu2c=90,  ff=69,   ram=0,  bram=0,  dsp=0),
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
-    "interlock":     Cells(lut4=253,  ccu2c=65,  ff=174,  ram=0,  bram=0,  dsp=0),
+    "interlock":     Cells(lut4=253,  ccu2c=65,  ff=176,  ram=0,  bram=0,  dsp=0),
     "law":           Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "memory":        Cells(lut4=333,  ccu2c=0,   ff=46,   ram=0,  bram=99, dsp=0),
