@@ -1,82 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller on a chip: processor, memory, registers, serial link, and the machine."""
+"""The system on a chip: processor, memory, registers, serial link, and the controller."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import exact_log2
 
-from rtl.machine import Machine
+from rtl.controller import Controller
 from rtl.members import pins
-from softcore.cpu import BusSignature, VexRiscv
-from softcore.csr import RegisterFile, member
-from softcore.regmap import BLOCKS, LINK, SYSTEM
+from softcore.cpu import VexRiscv
+from softcore.csr import RegisterFile, interfaces
+from softcore.memory import BlockRam
+from softcore.notice import FaultNotice
+from softcore.regmap import BLOCKS, OWNED
 from softcore.sleep import ClockGate, Sleep
 from softcore.uart import Uart
 
-__all__ = ["BlockRam", "Soc"]
+__all__ = ["MEMORY_SIZE", "Soc"]
 
-
-class BlockRam(wiring.Component):
-    """Memory of the processor: instructions on one port, data on the other.
-
-    An access takes 2 clocks, or 1 as the next of a burst of up to ``BURST`` words, which the
-    caches read from an address that is a multiple of it.
-
-    Parameters
-    ----------
-    size : int
-        Bytes; a multiple of 4.
-    image : bytes
-        What is in it at the start: the firmware, little-endian.
-
-    Members
-    -------
-    ibus, dbus : In(BusSignature)
-        Word accesses; only ``dbus`` writes, by bytes, and never in a burst.
-    """
-
-    BURST = 8
-
-    def __init__(self, *, size: int, image: bytes = b""):
-        if len(image) > size:
-            raise ValueError(f"the firmware image has {len(image)} bytes, the memory {size}")
-        self.size = size
-        self.image = image
-        super().__init__({"ibus": In(BusSignature()), "dbus": In(BusSignature())})
-
-    def elaborate(self, platform):
-        m = Module()
-
-        image = self.image + bytes(-len(self.image) % 4)
-        words = [int.from_bytes(image[at:at + 4], "little") for at in range(0, len(image), 4)]
-        m.submodules.ram = ram = memory.Memory(shape=32, depth=self.size // 4, init=words)
-        write = ram.write_port(granularity=8)
-        # Transparent, and at the address of the write: or ECP5 needs a copy per read port.
-        for bus in (self.ibus, self.dbus):
-            read = ram.read_port(transparent_for=(write,))
-            low = Signal(exact_log2(self.BURST))
-            m.d.comb += [
-                low.eq(bus.adr[:len(low)] + (bus.ack & bus.more)),
-                read.addr.eq(Cat(low, bus.adr[len(low):])),
-                read.en.eq(bus.stb),
-                bus.dat_r.eq(read.data),
-            ]
-            m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
-        m.d.comb += [
-            write.addr.eq(read.addr),
-            write.data.eq(self.dbus.dat_w),
-            write.en.eq(Mux(self.dbus.stb & self.dbus.we & ~self.dbus.ack, self.dbus.sel, 0)),
-        ]
-
-        return m
+MEMORY_SIZE = 286_720  # bytes, where a board or a simulation has no other
 
 
 class Soc(wiring.Component):
     """Everything but the pads.
 
     Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
-    are the machine's pins, see ``rtl.members.pins``.
+    are the controller's pins, see ``rtl.members.pins``.
+
+    A word of the memory that reads wrong makes the outputs safe in the next clock. From there on
+    no access of the processor is taken or answered, until reset: what it made of that word has no
+    effect. ``FaultNotice`` has the serial line then.
 
     Parameters
     ----------
@@ -91,7 +43,7 @@ class Soc(wiring.Component):
     build : int
         Digest of the sources, for the register ``build``.
     options : dict
-        Parameters of ``rtl.machine.Machine``.
+        Parameters of ``rtl.controller.Controller``.
 
     Members
     -------
@@ -103,7 +55,7 @@ class Soc(wiring.Component):
         Serial output, idle high.
     """
 
-    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 286720,
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = MEMORY_SIZE,
                  image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build
@@ -111,7 +63,7 @@ class Soc(wiring.Component):
         self.memory = BlockRam(size=memory_size, image=image)
         self.registers = RegisterFile(BLOCKS)
         self.uart = Uart(divisor=link_divisor)
-        self.machine = Machine(clock_hz=clock_hz, **options)
+        self.controller = Controller(registers=interfaces(OWNED), clock_hz=clock_hz, **options)
         super().__init__({"hold": In(1), "rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
 
     def elaborate(self, platform):
@@ -125,21 +77,29 @@ class Soc(wiring.Component):
         m.submodules.memory = asleep(self.memory)
         cpu, ram = self.cpu, self.memory
         m.submodules.registers = registers = self.registers
-        m.submodules.machine = machine = self.machine
+        system = registers.fields.system
+        m.submodules.controller = controller = self.controller
+        news = controller.registers.event.head_valid
         m.submodules.uart = uart = self.uart
 
-        wiring.connect(m, cpu.ibus, ram.ibus)
+        m.submodules.notice = notice = FaultNotice(period=self.clock_hz)
+        m.d.comb += [notice.damaged.eq(ram.damaged), notice.place.eq(ram.place),
+                     controller.memory_damaged.eq(notice.held)]
+        free = ~notice.held
         peripheral = cpu.dbus.adr[29]  # regmap.BASE is the upper half of the address space
         m.d.comb += [
+            ram.ibus.adr.eq(cpu.ibus.adr), ram.ibus.stb.eq(cpu.ibus.stb & free),
+            ram.ibus.more.eq(cpu.ibus.more), cpu.ibus.dat_r.eq(ram.ibus.dat_r),
+            cpu.ibus.ack.eq(ram.ibus.ack & free),
             ram.dbus.adr.eq(cpu.dbus.adr), ram.dbus.dat_w.eq(cpu.dbus.dat_w),
             ram.dbus.sel.eq(cpu.dbus.sel), ram.dbus.we.eq(cpu.dbus.we),
-            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral), ram.dbus.more.eq(cpu.dbus.more),
+            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral & free), ram.dbus.more.eq(cpu.dbus.more),
             registers.adr.eq(cpu.dbus.adr), registers.dat_w.eq(cpu.dbus.dat_w),
             registers.we.eq(cpu.dbus.we),
-            registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running),
-            cpu.dbus.ack.eq(ram.dbus.ack | registers.ack),
+            registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running & free),
+            cpu.dbus.ack.eq((ram.dbus.ack | registers.ack) & free),
             cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
-            cpu.interrupt.eq(machine.event_head_valid),
+            cpu.interrupt.eq(news),
         ]
 
         reset = Signal()
@@ -147,54 +107,42 @@ class Soc(wiring.Component):
             reset.eq(ResetSignal(allow_reset_less=True) | self.hold),
             gate.clock.eq(ClockSignal()), gate.enable.eq(sleep.running),
             ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(reset),
-            sleep.strobe.eq(registers.system_sleep_strobe),
-            sleep.clocks.eq(registers.system_sleep),
-            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | uart.noted | reset),
+            sleep.strobe.eq(system.sleep_strobe),
+            sleep.clocks.eq(system.sleep),
+            sleep.wake.eq(news | uart.receive_valid | uart.noted | reset),
             sleep.ack.eq(registers.ack),
         ]
 
         cycle = Signal(64)
         m.d.sync += cycle.eq(cycle + 1)
-        with m.If(registers.system_cycle_low_strobe):
-            m.d.sync += registers.system_cycle_high.eq(cycle[32:])
+        with m.If(system.cycle_low_strobe):
+            m.d.sync += system.cycle_high.eq(cycle[32:])
         m.d.comb += [
-            machine.cycle.eq(cycle),
-            registers.system_ident.eq(int.from_bytes(b"GAPK", "little")),
-            registers.system_build.eq(self.build),
-            registers.system_clock_hz.eq(self.clock_hz),
-            registers.system_pulses_per_mm.eq(machine.pulses_per_mm),
-            registers.system_shape_axes.eq(machine.axes),
-            registers.system_shape_slots.eq(machine.slots),
-            registers.system_shape_jump_axis.eq(machine.jump_axis),
-            registers.system_cycle_low.eq(cycle[:32]),
+            controller.cycle.eq(cycle),
+            system.ident.eq(int.from_bytes(b"GAPK", "little")),
+            system.build.eq(self.build),
+            system.clock_hz.eq(self.clock_hz),
+            system.pulses_per_mm.eq(controller.pulses_per_mm),
+            system.shape_axes.eq(controller.axes),
+            system.shape_slots.eq(controller.slots),
+            system.shape_jump_axis.eq(controller.jump_axis),
+            system.cycle_low.eq(cycle[:32]),
         ]
 
-        # The blocks of the machine and of the link have the registers' members, by name.
-        for block in BLOCKS:
-            if block is SYSTEM:
-                continue
-            for register in block.registers:
-                for field in register.fields:
-                    name = member(block, register, field)
-                    inner = self._owned(block, name)
-                    if field.access in ("r", "rw1c"):
-                        m.d.comb += getattr(registers, name).eq(inner)
-                    else:
-                        m.d.comb += inner.eq(getattr(registers, name))
-                if register.pulse:
-                    name = f"{block.name}_{register.name}_strobe"
-                    m.d.comb += self._owned(block, name).eq(getattr(registers, name))
+        for block in OWNED:
+            wiring.connect(m, getattr(registers.fields, block.name),
+                           getattr(controller.registers, block.name))
+        link = registers.fields.link
+        for name, port in link.signature.members.items():
+            outer, inner = getattr(link, name), getattr(uart, name.removeprefix("status_"))
+            m.d.comb += inner.eq(outer) if port.flow is Out else outer.eq(inner)
 
         m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),
-                     machine.hold.eq(uart.hold), machine.abort.eq(uart.reset)]
+                     uart.taken.eq(notice.held), uart.notice_data.eq(notice.data),
+                     uart.notice_valid.eq(notice.valid), notice.ready.eq(uart.notice_ready),
+                     controller.hold.eq(uart.hold), controller.abort.eq(uart.reset)]
         for name, port in pins().items():
-            outer, inner = getattr(self, name), getattr(machine, name)
+            outer, inner = getattr(self, name), getattr(controller, name)
             m.d.comb += inner.eq(outer) if port.flow is In else outer.eq(inner)
 
         return m
-
-    def _owned(self, block, name):
-        """Signal behind a register's member: of the UART for the link, else of the machine."""
-        if block is LINK:
-            return getattr(self.uart, name.removeprefix("link_").removeprefix("status_"))
-        return getattr(self.machine, name)

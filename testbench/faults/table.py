@@ -251,7 +251,7 @@ CLASSES = (
         "C14", "bits that turn over", "bits of the guarded registers, and of any", "gateware",
         "the guarded ones trip within six clocks, named; of the others none makes it run away",
         (*GUARDED, Trial("any bit of any register", turn_over, None, BORNE, count=20)),
-        "Bits of the memory: its parity is not there yet."),
+        "Bits of the memory: see `testbench/cosim/test_memory.py`."),
     FaultClass(
         "C15", "asynchronous inputs, the clock", "", "every input",
         "synchronised; a clock that stops is found outside",
