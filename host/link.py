@@ -37,6 +37,13 @@ The frames of a tape are numbered from 0, modulo 256; the one that begins it bea
 late answer to it is taken for one to the first bytes. So no byte of a tape can be lost or doubled.
 Between the frames of a tape numbered lines are heard, others are not.
 
+**A held processor** says nothing more. After a fault of its memory the gateware has the line, and
+tells the fault by itself, about every second, until the controller is switched off and on::
+
+    ALARM:55 memory parity at 0x00012340
+
+It may come in the middle of a line, which then is not to be read.
+
 Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 for ``123456789``.
 """
 
@@ -48,7 +55,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from host.brief import Expander
-from host.errors import UsageError, UserError
+from host.errors import ALARM, UsageError, UserError
 from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
 
 TAKEN, AGAIN = 0x06, 0x15
@@ -71,6 +78,7 @@ NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
 _DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/base/fault.h
+_HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # as the gateware says it; the firmware's has no text
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
 
@@ -84,6 +92,24 @@ class RefusedError(LinkError):
     def __init__(self, line: str, reason: str):
         super().__init__(f'the controller refuses "{line}": {reason}')
         self.reason = reason
+
+
+class HeldError(LinkError):
+    """The controller's processor is held; the text says why."""
+
+    status = ALARM
+
+
+def held_by(line: str) -> tuple[int, str] | None:
+    """Code and sentence of the alarm by which a line tells that the processor is held, or None."""
+    told = _HELD.fullmatch(line)
+    return told and (int(told[1]), f"{told[2]}: the processor is held until the controller is "
+                                   "switched off and on.")
+
+
+def is_cut(line: str) -> bool:
+    """Whether a line is one of the firmware's that ends before its bracket."""
+    return line.startswith("[") and not line.endswith("]")
 
 
 class BytePipe(Protocol):
@@ -185,6 +211,7 @@ class Link:
         self._open = []       # lines without an answer, oldest first
         self._again = False   # they are to be sent again
         self._report = None   # last status report, without its brackets
+        self._held = None     # why the processor is held
 
     def poll(self, timeout_s: float) -> None:
         """Take what has come, waiting at most ``timeout_s`` for something.
@@ -237,6 +264,8 @@ class Link:
             If it is no line.
         RefusedError
             If the controller refuses the line.
+        HeldError
+            If its processor is held; so by all that waits for the controller.
         LinkError
             If it does not answer, or starts anew.
         """
@@ -345,6 +374,7 @@ class Link:
             left = end - self.pipe.time_s()
             if left <= 0 or stop():
                 return None
+            self._need_processor()
             self.poll(min(left, POLL_S))
 
     def status(self) -> dict[str, str]:
@@ -372,8 +402,13 @@ class Link:
             left = end - self.pipe.time_s()
             if left <= 0:
                 return False
+            self._need_processor()
             self.poll(min(left, LINE_TIMEOUT_S) if self._open else left)
         return True
+
+    def _need_processor(self):
+        if self._held is not None:
+            raise HeldError(self._held)
 
     def _wait(self, condition, timeout_s, complaint):
         if not self._came(condition, timeout_s):
@@ -394,8 +429,14 @@ class Link:
             self._line.append(byte)
 
     def _dispatch(self, line):
-        if line.startswith("<"):
-            self._report = line.strip("<>")
+        if held := held_by(line):
+            self._open.clear()
+            self._held = held[1]
+        elif line.startswith("<"):
+            if line.endswith(">"):
+                self._report = line.strip("<>")
+        elif is_cut(line):
+            return
         elif line.startswith(GREETING):
             self._started()
         elif answer := _ANSWER.fullmatch(line):
@@ -408,6 +449,7 @@ class Link:
     def _started(self):
         """Begin to number anew: a controller that starts knows of no line."""
         self._number = 0
+        self._held = None
         for sent in self._open:
             sent.answer = "the controller has started anew"
         self._open.clear()

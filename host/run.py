@@ -13,7 +13,17 @@ from typing import Protocol
 
 from host import events
 from host.errors import ALARM, DONE, REJECTED, UsageError
-from host.link import HOLD, POLL_S, RESUME, STATUS, BytePipe, Link, LinkError, RefusedError
+from host.link import (
+    HOLD,
+    POLL_S,
+    RESUME,
+    STATUS,
+    BytePipe,
+    Link,
+    LinkError,
+    RefusedError,
+    held_by,
+)
 from host.machine import Machine
 from host.tape import Tape
 
@@ -142,20 +152,22 @@ class Run:
             self._note(events.parse(line, self.scale))
         elif line.startswith("[MSG:"):
             self._message = line[5:-1]
+        elif held := held_by(line):
+            self._note(self._alarm(*held))
         elif line.startswith("ALARM:"):
-            self._note(self._alarm(int(line[6:])))
+            self._note(self._alarm(int(line[6:]), self._message))
         elif line.startswith("Gapkeeper") and self._began:
             raise LinkError("the controller has started anew in the middle of the run.")
 
-    def _alarm(self, code):
-        """An alarm of which the event has been lost: when and where it was heard."""
+    def _alarm(self, code, text):
+        """An alarm of which there is no event: when and where it was heard."""
         places = self.simulation.positions().items()
         return {
             "cycle": self.simulation.cycle, "t": round(self._heard_s, 9), "event": "alarm",
             "line": self.events[-1]["line"] if self.events else 0,
             "pos": {axis: round(place / self.machine.pulses_per_mm - self.offset[axis], 6)
                     for axis, place in places},
-            "code": code, "text": self._message}
+            "code": code, "text": text}
 
     def _note(self, event):
         if event["event"] == "pause":  # M00: there is nobody else to press the button

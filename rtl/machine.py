@@ -68,6 +68,8 @@ class Machine(wiring.Component):
         Feed hold by the operator, beside that of the register ``retraction.control``.
     abort : In(1)
         The operator's reset: no path pulse either way, and no discharge.
+    memory_damaged : In(1)
+        The processor's memory has read wrong: a cause of the interlock.
 
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
@@ -89,7 +91,8 @@ class Machine(wiring.Component):
         self.arm_strapped = arm_strapped
         self.fastest_mm_s = fastest_mm_s
         self.leaving_mm_s = leaving_mm_s
-        super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1)} | pins() | registers())
+        super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1),
+                          "memory_damaged": In(1)} | pins() | registers())
 
     def clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -416,6 +419,7 @@ class Machine(wiring.Component):
             interlock.discharging.eq(self.power_control_machining),
             interlock.fluid_required.eq(self.safety_fluid),
             interlock.watchdog.eq(watchdog.expired),
+            interlock.memory.eq(self.memory_damaged),
             interlock.stop.eq(self.safety_stop_strobe),
             interlock.clear.eq(self.safety_clear_strobe),
             interlock.key.eq(self.safety_clear),

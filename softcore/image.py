@@ -29,7 +29,8 @@ COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-ffp-contrac
 # Whole-program optimisation and linker relaxation save an eighth of the code, registers saved in
 # save.S a twentieth. The sanitizer that zig turns on by default has no place on the target.
 TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+zicsr", "-Os", "-flto",
-          "-mrelax", "-msave-restore", "-ffreestanding", "-fno-sanitize=all", "-Wl,--gc-sections"]
+          "-mrelax", "-msave-restore", "-ffreestanding", "-fno-sanitize=all", "-Wl,--gc-sections",
+          "-g"]  # or the linker takes the names away, by which tests find what stands where
 SANITIZE = {
     "": [],
     "undefined": ["-fsanitize=undefined", "-fno-sanitize-recover=all"],

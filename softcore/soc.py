@@ -2,74 +2,22 @@
 """The controller on a chip: processor, memory, registers, serial link, and the machine."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import exact_log2
 
 from rtl.machine import Machine
 from rtl.members import pins
-from softcore.cpu import BusSignature, VexRiscv
+from softcore.cpu import VexRiscv
 from softcore.csr import RegisterFile, member
+from softcore.memory import BlockRam
+from softcore.notice import FaultNotice
 from softcore.regmap import BLOCKS, LINK, SYSTEM
 from softcore.sleep import ClockGate, Sleep
 from softcore.uart import Uart
 
-__all__ = ["BlockRam", "Soc"]
+__all__ = ["MEMORY_SIZE", "Soc"]
 
-
-class BlockRam(wiring.Component):
-    """Memory of the processor: instructions on one port, data on the other.
-
-    An access takes 2 clocks, or 1 as the next of a burst of up to ``BURST`` words, which the
-    caches read from an address that is a multiple of it.
-
-    Parameters
-    ----------
-    size : int
-        Bytes; a multiple of 4.
-    image : bytes
-        What is in it at the start: the firmware, little-endian.
-
-    Members
-    -------
-    ibus, dbus : In(BusSignature)
-        Word accesses; only ``dbus`` writes, by bytes, and never in a burst.
-    """
-
-    BURST = 8
-
-    def __init__(self, *, size: int, image: bytes = b""):
-        if len(image) > size:
-            raise ValueError(f"the firmware image has {len(image)} bytes, the memory {size}")
-        self.size = size
-        self.image = image
-        super().__init__({"ibus": In(BusSignature()), "dbus": In(BusSignature())})
-
-    def elaborate(self, platform):
-        m = Module()
-
-        image = self.image + bytes(-len(self.image) % 4)
-        words = [int.from_bytes(image[at:at + 4], "little") for at in range(0, len(image), 4)]
-        m.submodules.ram = ram = memory.Memory(shape=32, depth=self.size // 4, init=words)
-        write = ram.write_port(granularity=8)
-        # Transparent, and at the address of the write: or ECP5 needs a copy per read port.
-        for bus in (self.ibus, self.dbus):
-            read = ram.read_port(transparent_for=(write,))
-            low = Signal(exact_log2(self.BURST))
-            m.d.comb += [
-                low.eq(bus.adr[:len(low)] + (bus.ack & bus.more)),
-                read.addr.eq(Cat(low, bus.adr[len(low):])),
-                read.en.eq(bus.stb),
-                bus.dat_r.eq(read.data),
-            ]
-            m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
-        m.d.comb += [
-            write.addr.eq(read.addr),
-            write.data.eq(self.dbus.dat_w),
-            write.en.eq(Mux(self.dbus.stb & self.dbus.we & ~self.dbus.ack, self.dbus.sel, 0)),
-        ]
-
-        return m
+MEMORY_SIZE = 286_720  # bytes, where a board or a simulation has no other
 
 
 class Soc(wiring.Component):
@@ -77,6 +25,10 @@ class Soc(wiring.Component):
 
     Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
     are the machine's pins, see ``rtl.members.pins``.
+
+    A word of the memory that reads wrong makes the outputs safe in the next clock. From there on
+    no access of the processor is taken or answered, until reset: what it made of that word has no
+    effect. ``FaultNotice`` has the serial line then.
 
     Parameters
     ----------
@@ -103,7 +55,7 @@ class Soc(wiring.Component):
         Serial output, idle high.
     """
 
-    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = 286720,
+    def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = MEMORY_SIZE,
                  image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build
@@ -128,16 +80,22 @@ class Soc(wiring.Component):
         m.submodules.machine = machine = self.machine
         m.submodules.uart = uart = self.uart
 
-        wiring.connect(m, cpu.ibus, ram.ibus)
+        m.submodules.notice = notice = FaultNotice(period=self.clock_hz)
+        m.d.comb += [notice.damaged.eq(ram.damaged), notice.place.eq(ram.place),
+                     machine.memory_damaged.eq(notice.held)]
+        free = ~notice.held
         peripheral = cpu.dbus.adr[29]  # regmap.BASE is the upper half of the address space
         m.d.comb += [
+            ram.ibus.adr.eq(cpu.ibus.adr), ram.ibus.stb.eq(cpu.ibus.stb & free),
+            ram.ibus.more.eq(cpu.ibus.more), cpu.ibus.dat_r.eq(ram.ibus.dat_r),
+            cpu.ibus.ack.eq(ram.ibus.ack & free),
             ram.dbus.adr.eq(cpu.dbus.adr), ram.dbus.dat_w.eq(cpu.dbus.dat_w),
             ram.dbus.sel.eq(cpu.dbus.sel), ram.dbus.we.eq(cpu.dbus.we),
-            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral), ram.dbus.more.eq(cpu.dbus.more),
+            ram.dbus.stb.eq(cpu.dbus.stb & ~peripheral & free), ram.dbus.more.eq(cpu.dbus.more),
             registers.adr.eq(cpu.dbus.adr), registers.dat_w.eq(cpu.dbus.dat_w),
             registers.we.eq(cpu.dbus.we),
-            registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running),
-            cpu.dbus.ack.eq(ram.dbus.ack | registers.ack),
+            registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running & free),
+            cpu.dbus.ack.eq((ram.dbus.ack | registers.ack) & free),
             cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
             cpu.interrupt.eq(machine.event_head_valid),
         ]
@@ -186,6 +144,8 @@ class Soc(wiring.Component):
                     m.d.comb += self._owned(block, name).eq(getattr(registers, name))
 
         m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),
+                     uart.taken.eq(notice.held), uart.notice_data.eq(notice.data),
+                     uart.notice_valid.eq(notice.valid), notice.ready.eq(uart.notice_ready),
                      machine.hold.eq(uart.hold), machine.abort.eq(uart.reset)]
         for name, port in pins().items():
             outer, inner = getattr(self, name), getattr(machine, name)

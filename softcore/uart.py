@@ -173,6 +173,10 @@ class Uart(wiring.Component):
         The transmit queue has room.
     noted : Out(1)
         There is a note.
+    taken : In(1)
+        After the byte under way the line to the host is that of the notice; what is queued stays.
+    notice_data : In(8), notice_valid : In(1), notice_ready : Out(1)
+        Bytes to send meanwhile, as those of ``Transmitter``.
 
     The others are those of ``LinkDecoder``.
 
@@ -189,6 +193,7 @@ class Uart(wiring.Component):
             "receive_data": Out(8), "receive_mark": Out(1), "receive_valid": Out(1),
             "receive_strobe": In(1),
             "transmit": In(8), "transmit_strobe": In(1), "ready": Out(1),
+            "taken": In(1), "notice_data": In(8), "notice_valid": In(1), "notice_ready": Out(1),
             "hold": Out(1), "reset": Out(1), "noted": Out(1), "notes_strobe": In(1),
             "release_hold": In(1), "release_reset": In(1), "release_strobe": In(1),
         } | {f"notes_{name}": Out(1) for name in NOTES})
@@ -229,9 +234,10 @@ class Uart(wiring.Component):
             waiting.push.eq(self.transmit_strobe & ~waiting.full),
             waiting.data.eq(self.transmit),
             self.ready.eq(~waiting.full),
-            transmitter.data.eq(waiting.head),
-            transmitter.valid.eq(waiting.valid),
-            waiting.pop.eq(transmitter.ready),
+            transmitter.data.eq(Mux(self.taken, self.notice_data, waiting.head)),
+            transmitter.valid.eq(Mux(self.taken, self.notice_valid, waiting.valid)),
+            waiting.pop.eq(transmitter.ready & ~self.taken),
+            self.notice_ready.eq(transmitter.ready & self.taken),
             self.tx.eq(transmitter.tx),
         ]
 

@@ -14,7 +14,7 @@ module bench;
 
   bit clk = 0;
   bit stopped /* verilator public_flat_rd */ = 0;  // changes where Python gets control back
-  string firmware;
+  string firmware, parity;
 
   longint unsigned to, result;
   wire [2:0] dac, dac_negative, step, dir, drive_enable, auxiliary_strobe;
@@ -45,7 +45,9 @@ module bench;
     to = bench_begin();
     #1;  // after the memory's own initial values
     if (!$value$plusargs("firmware=%s", firmware)) $fatal(1, "there is no +firmware=");
+    if (!$value$plusargs("parity=%s", parity)) $fatal(1, "there is no +parity=");
     $readmemh(firmware, controller.soc.memory.ram);
+    $readmemh(parity, controller.soc.memory.parity);
     #19;
     forever #5 clk = ~clk;
   end

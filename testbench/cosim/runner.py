@@ -8,6 +8,7 @@ from pathlib import Path
 from cocotb_tools.runner import Verilator, get_results
 
 from softcore.image import target_image
+from softcore.memory import parities, words_of
 from testbench.cosim.build import TOP, program
 
 __all__ = ["cosimulate"]
@@ -16,11 +17,9 @@ JOB = "GAPKEEPER_SCENARIO"
 MODULE = "testbench.cosim.session"
 
 
-def _words(image: bytes) -> str:
-    """Firmware as Verilog's ``$readmemh`` wants it."""
-    image += bytes(-len(image) % 4)
-    return "".join(f"{int.from_bytes(image[at:at + 4], 'little'):08x}\n"
-                   for at in range(0, len(image), 4))
+def _write(numbers: list[int], path: Path) -> None:
+    """Numbers as Verilog's ``$readmemh`` wants them."""
+    path.write_text("".join(f"{number:08x}\n" for number in numbers))
 
 
 def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
@@ -52,8 +51,11 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
     clock_hz = clock_hz or int(machine["clock_hz"])
     runner = Verilator()
     binary = program(clock_hz)
-    firmware, result = workdir / "firmware.hex", workdir / "result.json"
-    firmware.write_text(_words((image or target_image()).read_bytes()))
+    firmware, parity = workdir / "firmware.hex", workdir / "parity.hex"
+    code = (image or target_image()).read_bytes()
+    _write(words_of(code), firmware)
+    _write(parities(code), parity)
+    result = workdir / "result.json"
     result.unlink(missing_ok=True)
     job = workdir / "job.json"
     job.write_text(json.dumps({
@@ -65,7 +67,7 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
             hdl_toplevel=TOP, hdl_toplevel_lang="verilog", test_module=MODULE,
             build_dir=binary.parent, test_dir=workdir, seed=seed,
             results_xml=str(workdir / "results.xml"), log_file=log,
-            plusargs=[f"+firmware={firmware}"], extra_env={JOB: str(job)})
+            plusargs=[f"+firmware={firmware}", f"+parity={parity}"], extra_env={JOB: str(job)})
         counts = get_results(results)
     except SystemExit:
         counts = None

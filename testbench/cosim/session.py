@@ -16,7 +16,8 @@ import cocotb
 from cocotb.handle import Immediate
 from cocotb.task import bridge, resume
 
-from testbench.native.probes import MEMORY, PROBES
+from softcore.memory import parities, words_of
+from testbench.native.probes import MEMORY, PARITY, PROBES
 from testbench.native.station import Session, declare
 
 JOB = "GAPKEEPER_SCENARIO"  # environment: the file that says what to run (see runner.py)
@@ -105,11 +106,8 @@ class CosimSession(Session):
         self._write(probe.path, value)
 
     def load(self, image: bytes) -> None:
-        image += bytes(-len(image) % 4)
-        scope, name = MEMORY
-        self._write([*scope.split("."), name],
-                    [int.from_bytes(image[at:at + 4], "little")
-                     for at in range(0, len(image), 4)])
+        self._write(MEMORY, words_of(image))
+        self._write(PARITY, parities(image))
 
     def watch(self, names: Iterable[str]) -> None:
         numbers = [NUMBER[self._probe(name).name] for name in names]

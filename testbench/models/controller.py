@@ -50,6 +50,7 @@ class Controller:
         self.last, self.answer = b"", None  # the last one, and its answer
         self.guarded = False
         self.offset = "0.0000,0.0000,0.0000"  # of the program's frame, for status reports
+        self.held = False
         self.out = deque()
         self._in = bytearray()
         self._last = None
@@ -58,11 +59,18 @@ class Controller:
     def say(self, line):
         self.out.extend(line.encode() + b"\r\n")
 
+    def hold(self, place, cut=b""):
+        """The memory reads wrong at ``place``, in the middle of a line: nothing else comes."""
+        self.held = True
+        self.out.extend(cut + b"\r\nALARM:55 memory parity at 0x%08X\r\n" % place)
+
     def drain(self, count):
         self.buffered = max(0, self.buffered - count)
 
     def feed(self, data):
         """Take bytes; real-time ones before all others."""
+        if self.held:
+            return
         for byte in data:
             if byte in b"?!~\x18\x92":
                 self._realtime(byte)

@@ -10,7 +10,7 @@
 #include "station.hpp"
 #include "verilated.h"
 
-#include "probes.inc"  // struct Probe; PROBES, MEMORY: made from testbench/native/probes.py
+#include "probes.inc"  // struct Probe; PROBES, MEMORY, PARITY: made from testbench/native/probes.py
 
 #include "state.inc"   // struct Member; STATE: made from testbench/native/state.py
 
@@ -54,13 +54,20 @@ public:
 
     bench::Station& station() { return station_; }
 
-    void load(const uint8_t* image, size_t size) {
-        auto& memory = MEMORY(model_.rootp);
-        for (size_t at = 0; at < size; at += 4) {
-            uint32_t word = 0;
-            std::memcpy(&word, image + at, std::min<size_t>(4, size - at));
-            memory[at / 4] = word;
+    // Words and their parities.
+    void load(const uint32_t* words, const uint8_t* parities, size_t count) {
+        for (size_t at = 0; at < count; ++at) {
+            MEMORY(model_.rootp)[at] = words[at];
+            PARITY(model_.rootp)[at] = parities[at];
         }
+    }
+
+    // One bit of a word of the memory turns over, or its parity.
+    void flip(size_t word, unsigned bit) {
+        if (bit == 32)
+            PARITY(model_.rootp)[word] ^= 1;
+        else
+            MEMORY(model_.rootp)[word] ^= 1u << bit;
     }
 
     void run(uint64_t clocks, bool until_byte) {
@@ -253,7 +260,10 @@ extern "C" {
 void* gk_create(uint64_t seed) { return new Session(seed); }
 void gk_free(Session* s) { delete s; }
 void* gk_station(Session* s) { return &s->station(); }
-void gk_load(Session* s, const uint8_t* image, uint64_t size) { s->load(image, size); }
+void gk_load(Session* s, const uint32_t* words, const uint8_t* parities, uint64_t count) {
+    s->load(words, parities, count);
+}
+void gk_flip(Session* s, uint64_t word, uint64_t bit) { s->flip(word, static_cast<unsigned>(bit)); }
 void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
 void gk_keep(Session* s) { s->keep = true; }
 void gk_replay(Session* s, const Session* other) { s->replay(*other); }

@@ -7,11 +7,13 @@ public signals and the C++ that reads all of them.
 
 from dataclasses import dataclass
 
-__all__ = ["MEMORY", "PROBES", "Probe", "header", "public"]
+__all__ = ["MEMORY", "PARITY", "PROBES", "Probe", "header", "public"]
 
 TOP, SOC, MACHINE = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.machine"
 CONDITION = f"{MACHINE}.condition"
-MEMORY = "gapkeeper.soc.memory", "ram"
+# Arrays of the processor's memory: its words, and their parities.
+MEMORY = [*SOC.split("."), "memory", "ram"]
+PARITY = [*SOC.split("."), "memory", "parity"]
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,7 @@ PROBES = (
     # Clocks until the processor's clock runs again: written, it stops the processor.
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     Probe("safety_limits_leaving", 1),
+    Probe("processor_held", 1, scope=f"{SOC}.notice", signal="held"),
     # A soft limit, and what the guards of the motion go by: a test may turn a bit over.
     Probe("axis_x_high", 32, signed=True, natively=True),
     Probe("guard_command", 32, natively=True, signal="command_then",
@@ -111,7 +114,8 @@ def public(*, writable: bool) -> str:
             access = "rw" if writable and probe.writable else "rd"
             lines.append(f'public_flat_{access} -module "{probe.scope}" -var "{probe.path[-1]}"')
     access = "rw" if writable else "rd"
-    lines.append(f'public_flat_{access} -module "{MEMORY[0]}" -var "{MEMORY[1]}"')
+    lines += [f'public_flat_{access} -module "{".".join(path[:-1])}" -var "{path[-1]}"'
+              for path in (MEMORY, PARITY)]
     return "\n".join(lines) + "\n"
 
 
@@ -136,11 +140,10 @@ def _row(probe):
 
 def header() -> str:
     """C++ that reads the probes, from a model flattened under ``Vtop___024root`` and its plant."""
-    scope, name = MEMORY
-    memory = _member([*scope.split("."), name])
     return "\n".join([
         "struct Probe {", "    const char* name;", "    uint32_t bits;",
         "    int64_t (*read)(Vtop___024root*, const plant::Plant&);",
         "    void (*write)(Vtop___024root*, int64_t);", "};",
         "static const Probe PROBES[] = {", *map(_row, PROBES), "};",
-        f"#define MEMORY(root) ((root)->{memory})", ""])
+        f"#define MEMORY(root) ((root)->{_member(MEMORY)})",
+        f"#define PARITY(root) ((root)->{_member(PARITY)})", ""])

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from softcore.image import target_image
+from softcore.memory import parities, words_of
+from softcore.soc import MEMORY_SIZE
 from testbench.native import waves as waveforms
 from testbench.native.build import library
 from testbench.native.probes import PROBES
@@ -25,7 +27,8 @@ _FUNCTIONS = {
     "gk_create": (_POINTER, [_UNSIGNED]),
     "gk_free": (None, [_POINTER]),
     "gk_station": (_POINTER, [_POINTER]),
-    "gk_load": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
+    "gk_load": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), ctypes.c_char_p, _UNSIGNED]),
+    "gk_flip": (None, [_POINTER, _UNSIGNED, _UNSIGNED]),
     "gk_run": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
     "gk_keep": (None, [_POINTER]),
     "gk_replay": (None, [_POINTER, _POINTER]),
@@ -155,7 +158,28 @@ class Simulation(Session):
         return bool(self._code.gk_turn_over(self._handle, index, bit))
 
     def load(self, image: bytes) -> None:
-        self._code.gk_load(self._handle, image, len(image))
+        words = words_of(image)
+        self._code.gk_load(self._handle, (ctypes.c_uint32 * len(words))(*words),
+                           bytes(parities(image)), len(words))
+
+    def flip(self, address: int, bit: int) -> None:
+        """Turn a bit of the memory over, between two clocks; the processor's caches keep theirs.
+
+        Parameters
+        ----------
+        address : int
+            Of the word, in bytes.
+        bit : int
+            0 to 31, or 32: the word's parity.
+
+        Raises
+        ------
+        ValueError
+            If there is no such bit.
+        """
+        if address % 4 or not (0 <= address < MEMORY_SIZE and 0 <= bit <= 32):
+            raise ValueError(f"the memory has no bit {bit} in a word at {address:#x}")
+        self._code.gk_flip(self._handle, address // 4, bit)
 
     def keep_inputs(self) -> None:
         """Keep what comes into the controller, for ``replay``. Call it before the first clock."""

@@ -156,6 +156,17 @@ def test_an_alarm_without_its_event_is_a_whole_event():
         "code": 41, "text": "Still short."}
 
 
+def test_a_held_processor_is_an_alarm_of_the_machine():
+    _, machine = ended_by("[E:block,5,2,0,0,0,G01 Z-1]", "[E:block,9",
+                          "ALARM:55 memory parity at 0x00012340")
+    run = Run(MACHINE, TAPE, machine)
+    assert run.execute() == "alarm"
+    assert run.alarm == {"code": 55, "text": "memory parity at 0x00012340: the processor is held "
+                                             "until the controller is switched off and on."}
+    assert [event["event"] for event in run.events] == ["block", "alarm"]
+    assert run.events[-1]["line"] == 2
+
+
 @pytest.mark.parametrize(("place", "path", "code", "outcome"), [
     (0,   0, 15, "rejected"),
     (100, 0, 15, "rejected"),   # an encoder trembles; no block has asked for that

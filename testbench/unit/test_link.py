@@ -3,7 +3,7 @@
 
 import pytest
 
-from host.errors import UsageError
+from host.errors import ALARM, UsageError
 from host.link import (
     HOLD,
     LONGEST_LINE,
@@ -12,6 +12,7 @@ from host.link import (
     RESET,
     RESUME,
     RETRACT,
+    HeldError,
     Link,
     LinkError,
     RefusedError,
@@ -376,3 +377,34 @@ def test_realtime_bytes_are_sent_alone():
     link, _ = talk(controller)
     link.press(HOLD)
     assert controller.realtime == [0x21]
+
+
+@pytest.mark.parametrize("cut", [b"", b"ok @", b"[E:block,135", b"[B5:Zd9", b"<Idle|MPos:0",
+                                 b"\x06"])
+@pytest.mark.parametrize("waiting", ["command", "status", "await_greeting", "send_tape"])
+def test_a_held_processor_is_told_by_all_that_waits_for_it(waiting, cut):
+    """At once, whatever line it came in the middle of, and with the status of an alarm."""
+    calls = {"command": ("G90",), "send_tape": (b"rows", never)}
+    controller = Controller()
+    link, heard = talk(controller)
+    controller.hold(0x12340, cut)
+    with pytest.raises(HeldError) as caught:
+        getattr(link, waiting)(*calls.get(waiting, ()))
+    assert str(caught.value) == ("memory parity at 0x00012340: the processor is held until the "
+                                 "controller is switched off and on.")
+    assert caught.value.status == ALARM
+    assert link.pipe.now < 0.1
+    assert not [line for line in heard if line.startswith("[")]
+
+
+def test_a_controller_that_was_held_is_heard_again_when_it_has_started():
+    controller = Controller()
+    link, _ = talk(controller)
+    controller.hold(0)
+    with pytest.raises(HeldError):
+        link.status()
+    controller.held = False
+    controller.feed(b"\x18")
+    link.poll(0.1)
+    link.command("G90")
+    assert controller.lines == ["G90"]

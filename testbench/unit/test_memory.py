@@ -1,31 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor's memory against a list of words, on both of its buses at once."""
+"""The processor's memory against its exact model, on both of its buses at once."""
 
-from softcore.soc import BlockRam
+import pytest
+
+from softcore.memory import BlockRam, parities, words_of
+from testbench.models.memory import Memory
 from testbench.refusal import refuses
 
 WORDS = 64
 ROUNDS = 400
 
 
-async def access(ctx, bus, address, *, more=False, mask=0, data=0):
-    """One access; return the word read, and the clocks until it was acknowledged."""
+def filled(rng):
+    """A memory of random words, and its model."""
+    words = [rng.getrandbits(32) for _ in range(WORDS)]
+    dut = BlockRam(size=4 * WORDS, image=b"".join(word.to_bytes(4, "little") for word in words))
+    return dut, Memory(words)
+
+
+def turn_over(ctx, dut, model, address, bit):
+    """Turn a bit of the memory over, or its parity, and of its model."""
+    model.flip(address, bit)
+    data = dut.parity if bit == 32 else dut.data
+    ctx.set(data[address], ctx.get(data[address]) ^ (1 if bit == 32 else 1 << bit))
+
+
+async def access(ctx, dut, bus, address, *, more=False, mask=0, data=0):
+    """One access; return the word read, the clocks until ``ack``, and the damage told with it."""
     for name, value in (("adr", address), ("stb", 1), ("more", more), ("we", mask != 0),
                         ("sel", mask or 15), ("dat_w", data)):
         ctx.set(getattr(bus, name), value)
     clocks = 1
     while True:
-        *_, ack, word = await ctx.tick().sample(bus.ack, bus.dat_r)
+        *_, ack, word, damaged, place = await ctx.tick().sample(
+            bus.ack, bus.dat_r, dut.damaged, dut.place)
         if ack:
             ctx.set(bus.stb, 0)
-            return word, clocks
+            return word, clocks, place if damaged else None
+        assert not damaged
         clocks += 1
         assert clocks <= 2
 
 
-def test_agrees_with_a_list_of_words(simulate, rng):
-    words = [rng.getrandbits(32) for _ in range(WORDS)]
-    dut = BlockRam(size=4 * WORDS, image=b"".join(word.to_bytes(4, "little") for word in words))
+def test_agrees_with_its_model(simulate, rng):
+    dut, model = filled(rng)
     counts = {"reads": 0, "bursts": 0, "writes": 0}
 
     async def instructions(ctx):
@@ -36,9 +54,10 @@ def test_agrees_with_a_list_of_words(simulate, rng):
 
     async def burst(ctx, bus, start):
         for place in range(8):
-            word, clocks = await access(ctx, bus, start + place, more=place != 7)
-            assert word == words[start + place]
+            word, clocks, damage = await access(ctx, dut, bus, start + place, more=place != 7)
+            assert word == model.words[start + place]
             assert clocks == (1 if place else 2)
+            assert damage is None
         counts["bursts"] += 1
 
     async def data(ctx):
@@ -47,15 +66,14 @@ def test_agrees_with_a_list_of_words(simulate, rng):
             if rng.random() < 0.2:
                 await burst(ctx, dut.dbus, address & -8)
             elif rng.random() < 0.5:
-                word, clocks = await access(ctx, dut.dbus, address)
-                assert (word, clocks) == (words[address], 2)
+                got = await access(ctx, dut, dut.dbus, address)
+                assert got == (model.words[address], 2, None)
                 counts["reads"] += 1
             else:
                 mask, value = rng.randrange(1, 16), rng.getrandbits(32)
-                _, clocks = await access(ctx, dut.dbus, address, mask=mask, data=value)
-                assert clocks == 2
-                lanes = sum(0xFF << 8 * lane for lane in range(4) if mask >> lane & 1)
-                words[address] = words[address] & ~lanes | value & lanes
+                _, clocks, damage = await access(ctx, dut, dut.dbus, address, mask=mask, data=value)
+                assert (clocks, damage) == (2, None)
+                model.write(address, mask, value)
                 counts["writes"] += 1
             if rng.random() < 0.7:
                 await ctx.tick().repeat(rng.randint(1, 3))
@@ -63,6 +81,79 @@ def test_agrees_with_a_list_of_words(simulate, rng):
     simulate(dut, instructions, data, deadline=1e-3)
     assert counts["bursts"] > ROUNDS + 100
     assert min(counts["reads"], counts["writes"]) > 300
+
+
+@pytest.mark.parametrize("port", ["ibus", "dbus"])
+def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, port):
+    dut, model = filled(rng)
+
+    async def bench(ctx):
+        bus = getattr(dut, port)
+        for bit in range(33):
+            address = rng.randrange(WORDS)
+            turn_over(ctx, dut, model, address, bit)
+            start = address & -8
+            for place in range(start, start + 8):
+                word, _, damage = await access(ctx, dut, bus, place, more=place % 8 != 7)
+                assert word == model.words[place]
+                assert damage == (4 * place if place == address else None)
+            turn_over(ctx, dut, model, address, bit)
+            assert (await access(ctx, dut, bus, address))[2] is None
+
+    simulate(dut, bench)
+
+
+def test_bits_that_turn_over_between_reads_and_writes(simulate, rng):
+    """A write of some bytes finds the damage and leaves it, one of all bytes mends it."""
+    dut, model = filled(rng)
+    seen = set()
+
+    async def bench(ctx):
+        for _ in range(4 * ROUNDS):
+            address = rng.randrange(8)
+            if rng.random() < 0.3:
+                turn_over(ctx, dut, model, address, rng.randrange(33))
+            elif rng.random() < 0.5:
+                damaged = not model.sound(address)
+                word, _, damage = await access(ctx, dut, dut.dbus, address)
+                assert (word, damage) == (model.words[address], 4 * address if damaged else None)
+                seen.add(("read", damaged))
+            else:
+                mask, value = rng.choice([15, rng.randrange(1, 16)]), rng.getrandbits(32)
+                before = model.sound(address)
+                damaged = model.write(address, mask, value)
+                damage = (await access(ctx, dut, dut.dbus, address, mask=mask, data=value))[2]
+                assert damage == (4 * address if damaged else None)
+                seen.add(("whole" if mask == 15 else "part", before))
+
+    simulate(dut, bench, deadline=1e-3)
+    assert seen == {(what, how) for what in ("read", "whole", "part") for how in (False, True)}
+
+
+def test_of_two_at_once_the_instruction_is_told(simulate, rng):
+    dut, model = filled(rng)
+
+    async def bench(ctx):
+        for address in (3, 9):
+            turn_over(ctx, dut, model, address, address)
+        for bus, address in ((dut.ibus, 3), (dut.dbus, 9)):
+            ctx.set(bus.adr, address)
+            ctx.set(bus.stb, 1)
+        await ctx.tick()
+        assert ctx.get(dut.damaged)
+        assert ctx.get(dut.place) == 12
+
+    simulate(dut, bench)
+
+
+def test_parity_makes_the_number_of_ones_even():
+    image = bytes(range(0, 255, 3)) + b"\x80\x00"
+    words = words_of(image)
+    assert b"".join(word.to_bytes(4, "little") for word in words) == image + b"\x00"
+    assert all((word.bit_count() + parity) % 2 == 0
+               for word, parity in zip(words, parities(image), strict=True))
+    assert set(parities(image)) == {0, 1}
+    assert parities(bytes(8)) == [0, 0], "a memory without an image is right"
 
 
 def test_refuses_an_image_that_does_not_fit():

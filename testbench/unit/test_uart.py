@@ -123,6 +123,39 @@ def test_bytes_go_round(simulate, rng):
     simulate(dut, send, receive)
 
 
+def test_a_notice_takes_the_line_after_the_byte_under_way(simulate):
+    """Nothing that was queued follows, nor between the notice's bytes."""
+    dut = Uart(divisor=4)
+    line = []
+
+    async def bench(ctx):
+        for byte in b"abc":
+            ctx.set(dut.transmit, byte)
+            ctx.set(dut.transmit_strobe, 1)
+            await ctx.tick()
+        ctx.set(dut.transmit_strobe, 0)
+        ctx.set(dut.taken, 1)
+        for byte in b"XY":
+            await ctx.tick().repeat(60)
+            ctx.set(dut.notice_data, byte)
+            ctx.set(dut.notice_valid, 1)
+            while not ctx.get(dut.notice_ready):
+                await ctx.tick()
+            await ctx.tick()
+            ctx.set(dut.notice_valid, 0)
+            assert not ctx.get(dut.notice_ready), "one byte is taken"
+        await ctx.tick().repeat(100)
+        ctx.set(dut.taken, 0)
+
+    async def listen(ctx):
+        for _ in range(400):
+            line.append(ctx.get(dut.tx))
+            await ctx.tick()
+
+    simulate(dut, bench, listen)
+    assert [byte for _, byte in model.receive(line + [1] * 50, 4)] == list(b"aXYbc")
+
+
 def test_a_mark_in_view_is_not_yet_taken(simulate):
     """So a release before it is taken was meant for an earlier reset."""
     dut = Uart(divisor=4)
