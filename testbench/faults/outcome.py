@@ -19,7 +19,7 @@ ANEW = "it has started anew, and calls its position lost"
 LIED = "an output was on while it told that all were safe"
 # What it gives as a reason, the best first: the sentence of an alarm, a message, a bare number.
 REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
-           re.compile(r"(ALARM:\d+|error:\d+)"))
+           re.compile(r"(ALARM:\d+[^\r\n]*|error:\d+)"))
 START_S = 0.25      # from power-on until a controller answers
 CLOCKS_AFTER = 2    # from `safe` to the last output behind it
 
