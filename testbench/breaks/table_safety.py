@@ -154,7 +154,7 @@ SAFETY = (
     *breaks_of(
         "softcore/soc.py", "cosim/test_memory.py",
         ("free = ~notice.held", "free = C(1)", "the processor is held"),
-        ("machine.memory_damaged.eq(notice.held)", "machine.memory_damaged.eq(0)",
+        ("controller.memory_damaged.eq(notice.held)", "controller.memory_damaged.eq(0)",
          "a memory that reads wrong makes safe"),
     ),
 )
