@@ -164,6 +164,8 @@ def target_image(memory_size: int = 286720,
         (folder / "link.ld").write_text(script)
         _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])
+        if not (folder / "firmware.bin").stat().st_size:
+            raise FirmwareError("objcopy has written an empty image")
 
     return _cached("firmware.bin", [*command, script], build)
 

@@ -20,6 +20,11 @@ static bool waits;          /* since: */
 static uint32_t since;
 static int32_t position;
 
+void motion_watch_init(void) {
+    passes = 0;
+    doubted = waits = false;
+}
+
 /* The last pulses are on their way to the axes for a few clocks: what counts is what lasts. */
 static void look_at_axes(void) {
     unsigned axis = 0;

@@ -52,6 +52,7 @@ void watch_boot(void) {
     events_init();
     path_init();
     machine_init();
+    motion_watch_init();
     program_init();
     planner_init();
     output_frame(program_offset());
