@@ -63,7 +63,7 @@ def verilog(clock_hz: int, progress: Progress, kind: str = "sinker") -> list[Pat
     return sorted(compiling.kept(BUILD / f"verilog-{key}", build).glob("*.v"))
 
 
-def _model(files, progress):
+def _model(files, clock_hz, progress):
     """Folder with the Verilated model: its headers and its object files."""
     compiler = tools.compiler()
     runtime = [tools.verilator_root() / "include" / name for name in RUNTIME]
@@ -84,7 +84,7 @@ def _model(files, progress):
         with tempfile.TemporaryDirectory(dir=BUILD) as place:
             rehearsal = Path(place) / "rehearsal.so"
             _link_bench(folder, parts, Path(place), rehearsal, ["-fprofile-generate"])
-            compiling.run([sys.executable, "-m", "testbench.native.rehearse", rehearsal],
+            compiling.run([sys.executable, "-m", "testbench.native.rehearse", rehearsal, clock_hz],
                           cwd=HERE.parents[1])
         progress("compiling it again, for speed")
         compiling.objects(made, folder, [*options, "-fprofile-use", "-fprofile-partial-training"])
@@ -116,7 +116,7 @@ def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sin
         If a tool fails.
     """
     BUILD.mkdir(parents=True, exist_ok=True)
-    model = _model(verilog(clock_hz, progress, kind), progress)
+    model = _model(verilog(clock_hz, progress, kind), clock_hz, progress)
 
     def build(folder):
         progress("compiling the bench")
