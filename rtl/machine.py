@@ -3,7 +3,7 @@
 
 from amaranth import *
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In
+from amaranth.lib.wiring import In, Out
 
 from rtl.auxiliary.functions import AuxiliaryFunctions
 from rtl.axes import join_axes
@@ -70,6 +70,8 @@ class Machine(wiring.Component):
         The operator's reset: no path pulse either way, and no discharge.
     memory_damaged : In(1)
         The processor's memory has read wrong: a cause of the interlock.
+    silent : Out(1)
+        The watchdog has expired, and for a second period nobody has called.
 
     The others: ``rtl.members.pins`` and the registers of ``softcore/regmap.py``.
     """
@@ -92,7 +94,7 @@ class Machine(wiring.Component):
         self.fastest_mm_s = fastest_mm_s
         self.leaving_mm_s = leaving_mm_s
         super().__init__({"cycle": In(32), "hold": In(1), "abort": In(1),
-                          "memory_damaged": In(1)} | pins() | registers())
+                          "memory_damaged": In(1), "silent": Out(1)} | pins() | registers())
 
     def clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -416,6 +418,9 @@ class Machine(wiring.Component):
             watchdog.pet.eq(self.safety_pet_strobe),
             watchdog.key.eq(self.safety_pet),
             self.safety_period.eq(watchdog.limit),
+            self.safety_watch_asked.eq(watchdog.asked),
+            self.safety_watch_open.eq(watchdog.open),
+            self.silent.eq(watchdog.silent),
             interlock.discharging.eq(self.power_control_machining),
             interlock.fluid_required.eq(self.safety_fluid),
             interlock.watchdog.eq(watchdog.expired),

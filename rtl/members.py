@@ -120,6 +120,7 @@ def registers():
         "safety_pet": In(8), "safety_pet_strobe": In(1), "safety_clear": In(8),
         "safety_clear_strobe": In(1), "safety_stop": In(1), "safety_stop_strobe": In(1),
         "safety_fluid": In(1), "safety_period": Out(32),
+        "safety_watch_asked": Out(1), "safety_watch_open": Out(1),
         "safety_arming_contactor": Out(1), "safety_arming_armed": Out(1), "safety_disarm": In(1),
         "safety_disarm_strobe": In(1),
 
