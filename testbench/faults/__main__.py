@@ -8,7 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from testbench.faults import page
+from testbench.faults import flips, page
 from testbench.faults.campaign import chosen, run, write
 from testbench.faults.outcome import Outcome
 from testbench.faults.stops import measure
@@ -43,16 +43,33 @@ def _stops(count, seed):
     return figures
 
 
+def _flips(count, seed):
+    """What came of bits that turned over; None if it could not be tried."""
+    try:
+        found = flips.measure(count, seed)
+    except BranchError as error:
+        print(f"flips: {error}", flush=True)
+        return None
+    for part, counts in found.parts.items():
+        print(f"flips in the {part}: " + ", ".join(
+            f"{counts[outcome]} {outcome.value}" for outcome in Outcome), flush=True)
+    for why in found.wrong:
+        print(f"       {why}", flush=True)
+    return found
+
+
 def main() -> int:
     """Run it; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m testbench.faults", description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", action="append", default=[], metavar="CLASS",
-                        help="number or part of the name of a class, or `stops`; may be repeated")
+                        help="number or part of a class' name, `stops` or `flips`; may be repeated")
     parser.add_argument("--phases", type=int, default=20, help="of every stop (default 20)")
+    parser.add_argument("--flips", type=int, default=100, metavar="N",
+                        help="bits of registers that turn over (default 100)")
     parser.add_argument("--out", type=Path, default=DEFAULT, metavar="DIR")
     options = parser.parse_args()
-    names = [name for name in options.only if name != "stops"]
+    names = [name for name in options.only if name not in ("stops", "flips")]
     try:
         classes = chosen(names) if names or not options.only else []
     except ValueError as error:
@@ -60,11 +77,12 @@ def main() -> int:
     done = run(classes, options.seed, _line)
     figures = _stops(options.phases, options.seed) if (
         not options.only or "stops" in options.only) else []
-    write(done, options.seed, options.out)
+    wanted = not options.only or "flips" in options.only
+    turned = _flips(options.flips, options.seed) if wanted else flips.Flips(())
+    write(done, options.seed, options.out, figures or (), turned)
     path = options.out / "report.html"
-    path.write_text(page.render(done, figures, options.seed), encoding="utf-8")
-    good = all(one.good for one in done) and figures is not None and all(
-        figure.good for figure in figures)
+    path.write_text(page.render(done, figures, options.seed, turned), encoding="utf-8")
+    good = page.is_good(done, figures, turned)
     print(f"{'every outcome is as it must be' if good else 'NOT every outcome is as it must be'}: "
           f"{path}")
     return 0 if good else 1

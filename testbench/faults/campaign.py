@@ -10,7 +10,9 @@ from itertools import groupby
 from pathlib import Path
 
 from testbench.faults.cases import Case
+from testbench.faults.flips import Flips
 from testbench.faults.outcome import Found, Outcome
+from testbench.faults.stops import Figure
 from testbench.faults.table import CLASSES, FaultClass
 from testbench.faults.trials import Trial, run_trials
 
@@ -121,9 +123,12 @@ def _plain(one):
                       for found in result.found]} for result in one.results]}
 
 
-def write(done: Iterable[ClassResult], seed: int, folder: Path) -> None:
+def write(done: Iterable[ClassResult], seed: int, folder: Path,
+          figures: Iterable[Figure] = (), flips: Flips | None = None) -> None:
     """Write ``results.json``; the same seed gives the same file."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "results.json").write_text(json.dumps(
-        {"seed": seed, "classes": [_plain(one) for one in done]}, indent=1) + "\n",
-        encoding="utf-8")
+        {"seed": seed, "classes": [_plain(one) for one in done],
+         "stops": {figure.stop.name: figure.clocks for figure in figures},
+         "flips": [[one.outcome.value, one.why] for one in (flips.found if flips else ())]},
+        indent=1) + "\n", encoding="utf-8")

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from enum import Enum
 
+from host.link import GREETING
 from testbench.cosim.record import Record
 from testbench.faults.pins import PINS, safe_from
 from testbench.faults.witness import Told, Witness
@@ -14,10 +15,12 @@ __all__ = ["AWAY_UM", "LIED", "SLACK", "Found", "Outcome", "Seen", "away", "judg
 
 SLACK = 1.5         # pulses between a true place and a told one: an edge is where it is passed
 AWAY_UM = 300       # an axis may be so far from where it would have been
+ANEW = "it has started anew, and calls its position lost"
 LIED = "an output was on while it told that all were safe"
 # What it gives as a reason, the best first: the sentence of an alarm, a message, a bare number.
 REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
            re.compile(r"(ALARM:\d+|error:\d+)"))
+START_S = 0.25      # from power-on until a controller answers
 CLOCKS_AFTER = 2    # from `safe` to the last output behind it
 
 
@@ -51,7 +54,10 @@ class Seen:
     @property
     def reasons(self) -> list[str]:
         """What it has given as reasons, the best first."""
-        return [reason for kind in REASONS for reason in kind.findall(self.said)]
+        found = [reason for kind in REASONS for reason in kind.findall(self.said)]
+        if GREETING in self.said and self.told is not None and self.told.lost:
+            found.append(ANEW)
+        return found
 
 
 @dataclass(frozen=True)
@@ -83,6 +89,9 @@ def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0
     quiet = session.cycle
     places = session.true_places()
     told = session.told()
+    if told is None:  # it may be starting anew
+        session.run(round(START_S * session.clock_hz))
+        told = session.told()
     session.changes()
     record, end = session.pins, session.cycle
     true = session.true_places()

@@ -8,10 +8,11 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from testbench.faults.campaign import ClassResult
+from testbench.faults.flips import Flips
 from testbench.faults.outcome import Outcome
 from testbench.faults.stops import MISSING, Figure
 
-__all__ = ["render"]
+__all__ = ["is_good", "render"]
 
 COLOURS = {Outcome.NO_EFFECT: "none", Outcome.SAFE_TOLD: "good", Outcome.SAFE_UNTOLD: "fair",
            Outcome.WRONG: "bad"}
@@ -33,14 +34,21 @@ def _tiles(done, figures):
             ("stops", len(figures or ()), "measured at the pins")]
 
 
-def render(done: Sequence[ClassResult], figures: Sequence[Figure] | None, seed: int) -> str:
-    """HTML of a campaign; ``figures`` are of the stops, None if they could not be measured."""
-    good = all(one.good for one in done) and figures is not None and all(
-        figure.good for figure in figures)
+def is_good(done: Sequence[ClassResult], figures: Sequence[Figure] | None,
+            flips: Flips | None) -> bool:
+    """Whether all is as it must be; what is None could not be tried."""
+    return figures is not None and flips is not None and all(
+        one.good for one in (*done, *figures, flips))
+
+
+def render(done: Sequence[ClassResult], figures: Sequence[Figure] | None, seed: int,
+           flips: Flips | None) -> str:
+    """HTML of a campaign: classes, figures of the stops, bits that turned over."""
+    good = is_good(done, figures, flips)
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=StrictUndefined)
     environment.filters["number"] = _number
     return environment.get_template("report.html.j2").render(
-        done=done, figures=figures, seed=seed, good=good, tiles=_tiles(done, figures),
+        done=done, figures=figures, seed=seed, good=good, flips=flips, tiles=_tiles(done, figures),
         outcomes=list(Outcome), colours=COLOURS, missing=MISSING, version=version("gapkeeper"))

@@ -11,12 +11,14 @@ from host import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.faults import campaign, page
 from testbench.faults.cases import Check, Scene, Trial
+from testbench.faults.flips import Flips
 from testbench.faults.outcome import Found, Outcome, Seen, away, judge
 from testbench.faults.stops import STOPS, Figure
 from testbench.faults.table import CLASSES, FaultClass
 from testbench.faults.trials import run_trials
 from testbench.faults.witness import Told, Witness
 from testbench.native.branch import BranchError, branch
+from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
 # Of the short form: what no other test of `make test` does.
@@ -46,6 +48,8 @@ def test_there_are_ten_findings_and_22_classes():
     ({}, Outcome.SAFE_TOLD, "it is broken, and safe"),
     ({"said": "[MSG:stopped]"}, Outcome.SAFE_TOLD, "stopped"),
     ({"said": "ok\r\n"}, Outcome.SAFE_UNTOLD, "not a word"),
+    ({"said": "Gapkeeper 0.1", "told": Told("Alarm", [0, 0, 0], True)}, Outcome.SAFE_TOLD,
+     "it has started anew"),
     ({"clocks": 7}, Outcome.WRONG, "safe after 7 clocks, 6 allowed"),
     ({"lied": True}, Outcome.WRONG, "an output was on while it told that all were safe"),
     ({"away_um": 301.0}, Outcome.WRONG, "301 um from its way"),
@@ -94,7 +98,7 @@ def _faked(session, pin):
 @pytest.mark.parametrize("pin", ["", "gap_on", "drive_enable"])
 def test_an_output_that_is_on_while_safe_is_told_is_wrong(pin):
     found, = Scene("faked", partial(_faked, pin=pin)).run(1)
-    assert found.outcome is (Outcome.WRONG if pin else Outcome.NO_EFFECT)
+    assert found.outcome is (Outcome.WRONG if pin else Outcome.SAFE_TOLD)
 
 
 def test_trials_without_a_fault_have_no_effect_and_are_the_same_again():
@@ -133,9 +137,11 @@ def test_results_and_page_tell_of_everything(tmp_path):
     assert [one["good"] for one in data["classes"]] == [True, False, False, True]
     assert data["classes"][0]["cases"][0]["found"] == [
         {"outcome": "safe with reason", "clocks": 1234, "why": "as it should"}]
-    text = page.render(done, [Figure(STOPS[0], (5, 6))], 1)
+    text = page.render(done, [Figure(STOPS[0], (5, 6))], 1, Flips((
+        Found(Outcome.WRONG, None, "soc.machine.path.z bit 3: gone"),)))
     for words in ("as it should", "&lt;off&gt; its way", "did not run", "it cannot begin",
-                  "no hand is long enough", "1\u202f234", STOPS[0].name, "not every outcome"):
+                  "no hand is long enough", "1\u202f234", STOPS[0].name, "not every outcome",
+                  "soc.machine.path.z bit 3: gone"):
         assert words in text, words
     assert "http" not in text.replace("http-equiv", "")
 
@@ -176,3 +182,26 @@ def test_a_witness_notes_what_is_done_to_it():
         session.run(100_000)
         assert session.told() == Told("Alarm", [0, 0, -500], False)
         assert "emergency stop" in session.said(session.begun)
+
+
+def test_flips_are_counted_by_part():
+    found = tuple(Found(outcome, None, f"{name} bit 3: why") for outcome, name in (
+        (Outcome.NO_EFFECT, "soc.cpu.core.x"), (Outcome.NO_EFFECT, "soc.machine.short.y"),
+        (Outcome.WRONG, "soc.machine.path.z"), (Outcome.NO_EFFECT, "soc.uart.q")))
+    flips = Flips(found)
+    assert flips.parts == {"gateware": {Outcome.NO_EFFECT: 2, Outcome.WRONG: 1},
+                           "processor": {Outcome.NO_EFFECT: 1}}
+    assert flips.wrong == ["soc.machine.path.z bit 3: why"]
+    assert not flips.good
+
+
+def test_a_bit_of_the_state_turns_over_and_one_that_is_worked_out_does_not():
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        state = dict((name, index) for index, (name, _) in enumerate(session.state()))
+        assert len(state) > 1500
+        session.run(1000)
+        command = session.probe("axis_z_command")
+        assert session.turn_over(state["soc.axis_z_command"], 7)
+        assert session.probe("axis_z_command") == command ^ 1 << 7
+        assert not session.turn_over(state["safe"], 0)

@@ -29,13 +29,13 @@ MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 
 class Trial:
     """One thing that is done in the middle of a cut.
 
-    ``act`` gets the job and a source of chance. From it on outputs must be safe within
-    ``deadline`` clocks at 2 MHz; None if the machine need not stop for it at all. ``count`` is how
-    often it is tried.
+    ``act`` gets the job and a source of chance, and may return what it did. From it on outputs must
+    be safe within ``deadline`` clocks at 2 MHz; None if the machine need not stop for it at all.
+    ``count`` is how often it is tried.
     """
 
     name: str
-    act: Callable[[Job, random.Random], None]
+    act: Callable[[Job, random.Random], str | None]
     deadline: int | None
     expected: tuple[Outcome, ...] = (Outcome.SAFE_TOLD,)
     machine: str = "sinker"
@@ -58,13 +58,13 @@ def _try(job, trial, rng, begun, way):
     session = job.session
     session.changes()
     fault = session.cycle
-    trial.act(job, rng)
+    deed = trial.act(job, rng)
     # Looks before the fault find it where it is by then: not ahead of its way.
     late = session.cycle - begun
     places = [place for index, place in enumerate(_follow(job, begun)) if index * LOOK >= late]
     seen = look(session, fault, away_um=away(places, way))
     found = judge(seen, trial.deadline, way[-1])
-    return [found.outcome.name, found.clocks, found.why]
+    return [found.outcome.name, found.clocks, f"{deed}: {found.why}" if deed else found.why]
 
 
 def run_trials(trials: Sequence[Trial], seed: int) -> list[tuple[Trial, list[Found]]]:

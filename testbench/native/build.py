@@ -16,7 +16,7 @@ from pathlib import Path
 
 from softcore import top
 from testbench import tools
-from testbench.native import compiling, probes
+from testbench.native import compiling, probes, state
 from testbench.native.compiling import BUILD
 
 __all__ = ["HERE", "PLANT", "STATION", "includes", "library", "plant_library", "verilog"]
@@ -99,6 +99,7 @@ def _model(files, progress):
 def _link_bench(model, parts, place, target, options=()):
     """Compile the bench's C++ and link it with the objects of a model."""
     (place / "probes.inc").write_text(probes.header())
+    (place / "state.inc").write_text(state.header(model))
     own = compiling.objects([*STATION, HERE / "native.cpp"], place,
                             [*STANDARD, f"-I{place}", *includes(model)])
     compiling.link([*parts, *own], ["-shared", *options], target)
@@ -121,7 +122,7 @@ def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sin
         progress("compiling the bench")
         _link_bench(model, sorted(model.glob("*.o")), folder, folder / "gapkeeper.so")
 
-    key = compiling.digest(model.name, probes.header(), sources=sources())
+    key = compiling.digest(model.name, probes.header(), state.header(model), sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
 
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Verilated controller with its station, as a library with a C interface for Python.
+#include <cstddef>
 #include <cstring>
 #include <memory>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "verilated.h"
 
 #include "probes.inc"  // struct Probe; PROBES, MEMORY, PARITY: made from testbench/native/probes.py
+
+#include "state.inc"   // struct Member; STATE: made from testbench/native/state.py
 
 // The model's own body. Vtop::eval() takes two locks around it that one thread does not need.
 void Vtop___024root___eval(Vtop___024root* root);
@@ -91,6 +94,15 @@ public:
     void poke(size_t index, int64_t value) {
         PROBES[index].write(model_.rootp, value);
         Vtop___024root___eval_settle(model_.rootp);
+    }
+
+    // Turn a bit of the state over; returns whether it stays so: what is worked out does not.
+    bool turn_over(size_t member, unsigned bit) {
+        uint8_t& byte = *(reinterpret_cast<uint8_t*>(model_.rootp) + STATE[member].offset + bit / 8);
+        byte ^= static_cast<uint8_t>(1u << bit % 8);
+        const uint8_t turned = byte;
+        Vtop___024root___eval_settle(model_.rootp);
+        return ((byte ^ turned) >> bit % 8 & 1) == 0;
     }
 
     void tap(const uint32_t* probes, size_t count) {
@@ -257,6 +269,13 @@ void gk_keep(Session* s) { s->keep = true; }
 void gk_replay(Session* s, const Session* other) { s->replay(*other); }
 int64_t gk_probe(Session* s, uint64_t index) { return s->probe(index); }
 void gk_poke(Session* s, uint64_t index, int64_t value) { s->poke(index, value); }
+
+uint64_t gk_state(void) { return sizeof STATE / sizeof *STATE; }
+const char* gk_state_name(uint64_t member) { return STATE[member].name; }
+uint64_t gk_state_bits(uint64_t member) { return STATE[member].bits; }
+int gk_turn_over(Session* s, uint64_t member, uint64_t bit) {
+    return s->turn_over(member, static_cast<unsigned>(bit));
+}
 
 void gk_trace_period(Session* s, uint64_t clocks) { s->trace_period = clocks; }
 uint64_t gk_trace_rows(Session* s) { return s->trace.size() / COLUMNS; }

@@ -34,6 +34,10 @@ _FUNCTIONS = {
     "gk_replay": (None, [_POINTER, _POINTER]),
     "gk_probe": (ctypes.c_int64, [_POINTER, _UNSIGNED]),
     "gk_poke": (None, [_POINTER, _UNSIGNED, ctypes.c_int64]),
+    "gk_state": (_UNSIGNED, []),
+    "gk_state_name": (ctypes.c_char_p, [_UNSIGNED]),
+    "gk_state_bits": (_UNSIGNED, [_UNSIGNED]),
+    "gk_turn_over": (ctypes.c_int, [_POINTER, _UNSIGNED, _UNSIGNED]),
     "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
     "gk_trace_rows": (_UNSIGNED, [_POINTER]),
     "gk_trace_read": (None, [_POINTER, _POINTER]),
@@ -140,6 +144,18 @@ class Simulation(Session):
         if not (probe.writable or probe.natively):
             raise ValueError(f"{name} cannot be written")
         self._code.gk_poke(self._handle, NUMBER[name], value)
+
+    def state(self) -> list[tuple[str, int]]:
+        """Name and bits of all that the model keeps of the controller; see ``native.state``."""
+        return [(self._code.gk_state_name(index).decode(), self._code.gk_state_bits(index))
+                for index in range(self._code.gk_state())]
+
+    def turn_over(self, index: int, bit: int) -> bool:
+        """Turn a bit of ``state()`` over, between two clocks; return whether it stays so.
+
+        What is worked out from registers does not, and nothing has happened then.
+        """
+        return bool(self._code.gk_turn_over(self._handle, index, bit))
 
     def load(self, image: bytes) -> None:
         words = words_of(image)
