@@ -31,6 +31,7 @@ test: install  ## every test; decides whether a change lands (TESTS=)
 
 lint: venv     ## unused names, order of imports, docstrings; types of the host
 	@$(PY) -m ruff check
+	@$(PY) -m mypy
 
 docs: venv     ## these pages as a site in build/docs; warnings are errors
 	@$(PY) -m sphinx -W --keep-going -q -b html docs build/docs

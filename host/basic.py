@@ -9,9 +9,11 @@ Ref: CN 1112469 A, basic data memory 23, Figures 3 and 4 (whose numbers are not 
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, NoReturn
 
 from host.errors import UserError
 from host.machine import ROOT
@@ -63,26 +65,26 @@ def file_name(electrode: str, workpiece: str, area_mm2: float) -> str:
     return f"{electrode}_{workpiece}_{area_mm2:.8g}mm2.toml"
 
 
-def _materials(path):
+def _materials(path: Path) -> str:
     """What the name of a file has before its area."""
     return path.name.rsplit("_", 1)[0]
 
 
-def _pair(path):
+def _pair(path: Path) -> tuple[str, ...]:
     """Electrode and workpiece of a file: a name alone does not tell copper_tungsten on steel."""
     named = _materials(path)
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         values = {}
-    pair = values.get("electrode"), values.get("workpiece")
-    return pair if f"{pair[0]}_{pair[1]}" == named else tuple(named.split("_", 1))
+    pair = str(values.get("electrode")), str(values.get("workpiece"))
+    return pair if "_".join(pair) == named else tuple(named.split("_", 1))
 
 
 class _Reader:
     """Takes values out of a file, and refuses them by name and line."""
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.path = path
         try:
             text = path.read_text(encoding="utf-8")
@@ -95,11 +97,11 @@ class _Reader:
         except tomllib.TOMLDecodeError as error:
             raise UserError(f"{path} is no TOML: {error}.") from error
 
-    def refuse(self, why, key="", table="", row=0):
+    def refuse(self, why: str, key: str = "", table: str = "", row: int = 0) -> NoReturn:
         """Raise, with the line of a key: of the file, of a table, or of its row from 0."""
         raise UserError(f"{self.path}, line {self._line(key, table, row)}: {why}.")
 
-    def _line(self, key, table, row):
+    def _line(self, key: str, table: str, row: int) -> int:
         at, here, seen = 0, "", -1
         for number, line in enumerate(self.lines, 1):
             header = re.match(r"\s*\[+\s*([A-Za-z0-9_-]+)\s*\]+", line)
@@ -114,7 +116,7 @@ class _Reader:
         return at or next((number for number, line in enumerate(self.lines, 1)
                            if table and re.match(rf"\s*{table}\b", line)), 1)
 
-    def known(self, values, table="", **place):
+    def known(self, values: dict[str, Any], table: str = "", **place: Any) -> None:
         """Refuse a key that a table does not have."""
         for name in sorted(set(values) - KEYS[table]):
             of_table = not table and isinstance(values[name], dict | list)
@@ -122,7 +124,8 @@ class _Reader:
             self.refuse(f"{key} is not known" + (f" in {TITLES[table]}" if table else ""), key,
                         table=name if of_table else table, **place)
 
-    def number(self, name, value, key, signed=False, **place):
+    def number(self, name: str, value: object, key: str, signed: bool = False,
+               **place: Any) -> float:
         """Check one number against its bounds."""
         limit, digits = BOUNDS[name]
         least = -limit if signed else 0
@@ -136,7 +139,7 @@ class _Reader:
                         key, **place)
         return float(value)
 
-    def numbers(self, name, table, values, **place):
+    def numbers(self, name: str, table: str, values: dict[str, Any], **place: Any) -> list[Any]:
         """Take a list of numbers."""
         found = values.get(name)
         if not isinstance(found, list) or not found:
@@ -144,7 +147,8 @@ class _Reader:
                         else f"{name} is missing", name, table=table, **place)
         return found
 
-    def ordered(self, name, values, key, must="rise", what="", **place):
+    def ordered(self, name: str, values: Sequence[float], key: str, must: str = "rise",
+                what: str = "", **place: Any) -> None:
         """Check that numbers rise, do not fall or do not rise."""
         for one, two in pairwise(values):
             if {"rise": two <= one, "not fall": two < one, "not rise": two > one}[must]:
@@ -152,7 +156,7 @@ class _Reader:
                             key, **place)
 
 
-def _head(read):
+def _head(read: _Reader) -> tuple[float, list[float]]:
     for key in ("electrode", "workpiece", "source"):
         if not isinstance(read.values.get(key), str) or not read.values[key]:
             read.refuse(f"{key} is missing" if key not in read.values
@@ -174,16 +178,17 @@ def _head(read):
     return area, depths
 
 
-def _rows(read, depths):
+def _rows(read: _Reader,
+          depths: list[float]) -> tuple[dict[str, list[float]], list[tuple[float, ...]]]:
     rows = read.values.get(TABLE)
     if not isinstance(rows, list) or len(rows) < 2:
         read.refuse("at least two tables [[current]] are needed", table=TABLE)
     if len(rows) > MOST_CURRENTS:
         read.refuse(f"more than {MOST_CURRENTS} currents", table=TABLE, row=MOST_CURRENTS)
-    found = {"ip": [], "bottom_um": [], "side_um": []}
-    undersizes = []
+    found: dict[str, list[float]] = {"ip": [], "bottom_um": [], "side_um": []}
+    undersizes: list[tuple[float, ...]] = []
     for index, row in enumerate(rows):
-        place = {"table": TABLE, "row": index}
+        place: dict[str, Any] = {"table": TABLE, "row": index}
         if not isinstance(row, dict):
             read.refuse(f"current must be tables [[{TABLE}]], not {row!r}", TABLE)
         read.known(row, TABLE, row=index)
@@ -209,7 +214,7 @@ def _rows(read, depths):
     return found, undersizes
 
 
-def _finish(read):
+def _finish(read: _Reader) -> tuple[tuple[float, float], ...]:
     table = read.values.get("finish", {})
     if not isinstance(table, dict):
         read.refuse("finish must be a table", "finish")

@@ -25,7 +25,7 @@ def build_board(name: str, console: Console) -> None:
     board = BOARDS[name]
     try:
         with console.status("") as status:
-            def say(text):
+            def say(text: str) -> None:
                 status.update(text)
                 if not console.is_terminal:
                     console.print(text)

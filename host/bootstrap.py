@@ -16,6 +16,7 @@ import time
 import urllib.parse
 import urllib.request
 from pathlib import Path
+from typing import NoReturn
 
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
@@ -25,17 +26,17 @@ LEAST = (3, 11)
 NAMES = ["python3.14", "python3.13", "python3.12", "python3.11"]
 
 
-def say(text):
+def say(text: str) -> None:
     """Print a line at once: the long steps that follow must not hold it back."""
     print(text, flush=True)
 
 
-def fail(text):
+def fail(text: str) -> NoReturn:
     """End with one clear sentence."""
     sys.exit(f"gapkeeper: {text}")
 
 
-def suitable():
+def suitable() -> str:
     """Name of a Python that is new enough."""
     if sys.version_info >= LEAST:
         return sys.executable
@@ -43,10 +44,10 @@ def suitable():
         if shutil.which(name):
             return name
     version = ".".join(str(part) for part in sys.version_info[:2])
-    return fail(f"Python 3.11 or later is needed; this is {version} and none is on the path.")
+    fail(f"Python 3.11 or later is needed; this is {version} and none is on the path.")
 
 
-def pip_wheel():
+def pip_wheel() -> Path:
     """Download pip itself, for a Python whose ``venv`` comes without it (as Debian's does)."""
     index = os.environ.get("PIP_INDEX_URL", "https://pypi.org/simple").rstrip("/") + "/pip/"
     with urllib.request.urlopen(index, timeout=60) as page:
@@ -60,12 +61,12 @@ def pip_wheel():
         wheel = response.read()
     if digest.startswith("sha256=") and hashlib.sha256(wheel).hexdigest() != digest[7:]:
         fail(f"{url} is damaged: its checksum differs from the index.")
-    path = VENV / urllib.parse.urlparse(url).path.rpartition("/")[2]
+    path: Path = VENV / urllib.parse.urlparse(url).path.rpartition("/")[2]
     path.write_bytes(wheel)
     return path
 
 
-def create():
+def create() -> "list[str | Path]":
     """Make the environment; return the command that is pip in it."""
     python = VENV / "bin" / "python"
     chosen = suitable()
@@ -77,7 +78,7 @@ def create():
     return [python, pip_wheel() / "pip"]
 
 
-def main():
+def main() -> None:
     """Bring ``.venv`` up to date with ``pyproject.toml``."""
     wanted = hashlib.sha256((ROOT / "pyproject.toml").read_bytes()).hexdigest()
     if STAMP.exists() and STAMP.read_text(encoding="utf-8") == wanted:

@@ -28,8 +28,8 @@ def _nearest(last: int, low: str) -> int:
 class Expander:
     """What goes through it, line by line: short event lines become long ones."""
 
-    def __init__(self):
-        self._last = None  # cycle, line, x, y, z of the event before
+    def __init__(self) -> None:
+        self._last: list[int] | None = None  # cycle, line, x, y, z of the event before
 
     def __call__(self, line: str) -> str:
         """The line in full. One that is no event, or follows none, stays as it is."""

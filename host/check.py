@@ -31,7 +31,7 @@ def check(tape: Tape, mdi: Sequence[str] = ()) -> int:
         if library.gk_check_line(line.upper().encode(), sentence, len(sentence)):
             raise UsageError(f'the line "{line}" entered by hand is refused by the controller: '
                              f"{sentence.value.decode()}")
-    blocks = library.gk_check(tape.rows, len(tape.rows), sentence, len(sentence))
+    blocks = int(library.gk_check(tape.rows, len(tape.rows), sentence, len(sentence)))
     if blocks < 0:
         text = _PLACE.sub(lambda m: f"Block {int(m[1]) + tape.shift}", sentence.value.decode())
         raise TapeError(text)

@@ -16,7 +16,8 @@ import typer
 from rich.console import Console
 
 from host.errors import DONE, FAULT, UsageError, UserError
-from host.machine import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ, ROOT
+from host.machine import ROOT
+from host.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 from host.words import counted
 
 app = typer.Typer(
@@ -103,7 +104,7 @@ def run(
         help="Clock of the controller, 2 MHz or more: a slow clock simulates faster, but at a "
              "slower one the firmware cannot keep up with its watchdog.",
     )] = None,
-):
+) -> None:
     """Run a tape on the simulated machine, and write a report.
 
     The tape is punched (if it is a text) and fed to the controller over its link. Every clock of
@@ -124,7 +125,7 @@ def tape_encode(
                                          show_default=False, help="File for the punched rows.")],
     code: Annotated[TapeCode, typer.Option(
         help="ISO 840 (even parity) or EIA RS-244 (odd parity).")] = TapeCode.ISO,
-):
+) -> None:
     """Punch a part program.
 
     One byte a row, track 1 in the lowest bit. Leader and trailer, and the % at start and end, are
@@ -146,7 +147,7 @@ def tape_decode(
     target: Annotated[Path | None, typer.Option(
         "-o", "--output", metavar="OUT", dir_okay=False, show_default="the terminal",
         help="File for the text.")] = None,
-):
+) -> None:
     """Read a punched tape as text.
 
     The code is told from the first end of block. Every row is checked up to the end word (M02 or
@@ -174,7 +175,7 @@ def tape_check(
              "data for what the tape leaves out, or a setting (`$55=750`). May be given several "
              "times.",
     )] = None,
-):
+) -> None:
     """Check a tape with the controller's own reader, without a machine.
 
     The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
@@ -223,7 +224,7 @@ def plan(
         "--data", metavar="DIR", exists=True, file_okay=False,
         help="Folder of basic data; tapes/basic/README.md says how to enter your own.",
     )] = ROOT / "tapes" / "basic",
-):
+) -> None:
     """Plan roughing with the greatest current that the electrode's undersize allows at each depth.
 
     Networks trained on the basic data next to the job infer the current of the last step, and how
@@ -235,7 +236,7 @@ def plan(
         raise UsageError("--series needs a program to be written (-o).")
     if picture is None and target is not None:
         picture = target.with_suffix(".png")
-    if target is not None and os.path.realpath(picture) == os.path.realpath(target):
+    if target and picture and os.path.realpath(picture) == os.path.realpath(target):
         raise UsageError(f"{target} cannot be the program and its plot.")
     if picture is not None and picture.suffix.lower() != ".png":
         raise UsageError(f"{picture} must end with .png: the plot is a PNG.")
@@ -251,7 +252,7 @@ def experiment_fluid(
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/fluid"),
-):
+) -> None:
     """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
 
     Both at four resistivities, with two pulses and the same seeds: stability of the gap, shares of
@@ -270,7 +271,7 @@ def experiment_removal(
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
-):
+) -> None:
     """Finish a wall at constant feed and under the feed laws P2, P3 and P4 of G95.
 
     One wall with a step in its stock, one of even stock in a flow that drifts, with the same seeds:
@@ -290,7 +291,7 @@ def experiment_roughing(
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
-):
+) -> None:
     """Rough a cavity with one current all the way, and with the planned staircase of currents.
 
     Both with the same seeds: time, the undersize that the currents consume by the basic data,
@@ -304,7 +305,7 @@ def experiment_roughing(
 def build(
     board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
                                          help="Board, such as ulx3s.")],
-):
+) -> None:
     """Build the bitstream for a board, firmware included.
 
     Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
@@ -315,7 +316,7 @@ def build(
 
 
 @app.command()
-def bench():
+def bench() -> None:
     """Measure, and print the figures as one table.
 
     Simulation speed, firmware clocks per block, reaction times, and the size and clock of every

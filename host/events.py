@@ -7,10 +7,15 @@ pulses and speeds in micrometres a minute. A file holds millimetres, mm/min and 
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from host import cell
 from host.errors import UserError
+
+# An event of a run, as ``events.jsonl`` has it: values by name.
+Event = dict[str, Any]
 
 AXES = "xyz"
 UM_PER_MM = 1000
@@ -55,73 +60,75 @@ def _speed(um_per_min: str) -> float:
     return int(um_per_min) / UM_PER_MM
 
 
-def _program_start(scale, program=""):
+def _program_start(scale: Scale, program: str = "") -> Event:
     return {"event": "program_start"}
 
 
-def _block(scale, text=""):
+def _block(scale: Scale, text: str = "") -> Event:
     return {"event": "block", "text": text}
 
 
-def _set(scale, speed, limit, high, low, changeover, ceiling, source):
+def _set(scale: Scale, speed: str, limit: str, high: str, low: str, changeover: str, ceiling: str,
+         source: str) -> Event:
     return {"event": "retraction_set", "speed": _speed(speed), "limit": scale.mm(limit),
             "high": _speed(high), "low": _speed(low), "changeover": scale.mm(changeover),
             "ceiling": None if ceiling == "-" else scale.mm(ceiling), "source": _SOURCES[source]}
 
 
-def _condition(scale, number, milli_ip, depth=None):
+def _condition(scale: Scale, number: str, milli_ip: str, depth: str | None = None) -> Event:
     ip, rest = divmod(int(milli_ip), 1000)
     told = {"event": "condition", "number": int(number), "ip": ip + rest / 1000 if rest else ip,
             "by": "program" if depth is None else "series"}
     return told if depth is None else told | {"depth": scale.mm(depth)}
 
 
-def _fluid(scale, number, measured, code, dame, opened, ok):
+def _fluid(scale: Scale, number: str, measured: str, code: str, dame: str, opened: str,
+           ok: str) -> Event:
     return {"event": "fluid_class", "class": int(number), "measured": int(measured),
             "resistivity": cell.resistivity(int(code)),
             "presets": {"dame": int(dame), "open": int(opened), "ok": int(ok)}}
 
 
-def _aux(scale, letter, code):
+def _aux(scale: Scale, letter: str, code: str) -> Event:
     return {"event": "aux", "letter": letter, "code": int(code)}
 
 
-def _retract(scale, cause, speed, latency="0"):
-    event = {"event": "retraction_start", "cause": _CAUSES[cause], "speed": _speed(speed)}
+def _retract(scale: Scale, cause: str, speed: str, latency: str = "0") -> Event:
+    event: Event = {"event": "retraction_start", "cause": _CAUSES[cause], "speed": _speed(speed)}
     if cause == "s":
         event["latency_cycles"] = int(latency)
     return event
 
 
-def _back(scale, reason, distance, speed, overshoot):
+def _back(scale: Scale, reason: str, distance: str, speed: str, overshoot: str) -> Event:
     return {"event": "retraction_end", "reason": _REASONS[reason], "distance": scale.mm(distance),
             "speed": None if speed == "-" else _speed(speed), "overshoot": scale.mm(overshoot)}
 
 
-def _advance(scale, phase, begin, end, speed):
+def _advance(scale: Scale, phase: str, begin: str, end: str, speed: str) -> Event:
     return {"event": "readvance", "phase": _PHASES[phase], "from": scale.mm(begin),
             "to": scale.mm(end), "speed": _speed(speed)}
 
 
-def _resume(scale):
+def _resume(scale: Scale) -> Event:
     return {"event": "resume"}
 
 
-def _alarm(scale, code, text):
+def _alarm(scale: Scale, code: str, text: str) -> Event:
     return {"event": "alarm", "code": int(code), "text": scale.text(text)}
 
 
-def _pause(scale):
+def _pause(scale: Scale) -> Event:
     return {"event": "pause"}
 
 
-def _end(scale):
+def _end(scale: Scale) -> Event:
     return {"event": "program_end"}
 
 
 # Name on the line: how its arguments are read, and how many commas divide them at most (the last
 # argument of some is a text that may hold more).
-_READERS = {
+_READERS: dict[str, tuple[Callable[..., Event], int]] = {
     "start": (_program_start, 0), "block": (_block, 0), "set": (_set, 6),
     "condition": (_condition, 2), "aux": (_aux, 1), "fluid": (_fluid, 5),
     "retract": (_retract, 2), "back": (_back, 3),
@@ -135,7 +142,7 @@ def is_event(line: str) -> bool:
     return line.startswith("[E:")
 
 
-def parse(line: str, scale: Scale) -> dict:
+def parse(line: str, scale: Scale) -> Event:
     """Read an event line.
 
     Raises
@@ -145,14 +152,17 @@ def parse(line: str, scale: Scale) -> dict:
     """
     match = _LINE.fullmatch(line)
     try:
+        if match is None:
+            raise ValueError(line)
         name, rest = match.groups()
         reader, commas = _READERS[name]
         cycle, block, x, y, z, *given = rest.split(",", 5)
         arguments = given[0].split(",", commas) if given and given[0] else []
-        event = {"cycle": int(cycle), "t": round(int(cycle) / scale.clock_hz, 9), "event": "",
-                 "line": scale.line(int(block)),
-                 "pos": {axis: scale.mm(p) for axis, p in zip(AXES, (x, y, z), strict=True)}}
+        event: Event = {
+            "cycle": int(cycle), "t": round(int(cycle) / scale.clock_hz, 9), "event": "",
+            "line": scale.line(int(block)),
+            "pos": {axis: scale.mm(p) for axis, p in zip(AXES, (x, y, z), strict=True)}}
         event.update(reader(scale, *arguments))
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (IndexError, KeyError, TypeError, ValueError) as error:
         raise EventError(f"the controller sent an event that cannot be read: {line!r}.") from error
     return event

@@ -23,7 +23,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
@@ -40,6 +40,7 @@ from host.machine import ROOT, Machine
 from host.run import Run, count_retractions
 from host.tape import load
 from host.words import counted
+from host.workpiece import Columns
 
 __all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "add_figures", "fluid", "in_parallel",
            "measure", "plot", "sentences", "statistics", "summed_up", "table", "value_with_spread"]
@@ -66,6 +67,9 @@ FIGURES = {
     "up": ("UP", 0), "down": ("DOWN", 0), "retractions": ("retractions", 1),
     "time_s": ("time, s", 1),
 }
+Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
+T = TypeVar("T")
+
 COLOURS = {"fixed": figures.FAINT, "switched": figures.PATH}
 LINES = {"15 us": "-", "250 us": "--"}
 
@@ -87,7 +91,7 @@ def machine_with(ohm_cm: float) -> Machine:
     return Machine(MACHINE, tables)
 
 
-def run(trial: Trial) -> dict:
+def run(trial: Trial) -> Record:
     """Run a trial; return its figures, with how it ended."""
     machine = machine_with(trial.ohm_cm)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
@@ -105,7 +109,7 @@ def run(trial: Trial) -> dict:
         "retractions": count_retractions(job.events)["count"]}
 
 
-def measure(trace: dict, machine: Machine) -> dict:
+def measure(trace: Columns, machine: Machine) -> Record:
     """Figures of a trace whose ``z`` is in pulses.
 
     ``gap_um``, ``gap_deviation_um`` and the shares of the classes in percent: at the front under
@@ -136,30 +140,30 @@ def measure(trace: dict, machine: Machine) -> dict:
             "time_s": time_s}
 
 
-def _order(one):
+def _order(one: Record) -> tuple[int, float, str, int]:
     return list(PULSES).index(one["pulse"]), -one["ohm_cm"], one["arm"], one["seed"]
 
 
-def statistics(runs: Iterable[dict]) -> list[dict]:
+def statistics(runs: Iterable[Record]) -> list[Record]:
     """One row for every pulse, resistivity and arm.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds, the
     spread being the sample's standard deviation, or None of a single run.
     """
-    groups = {}
+    groups: dict[tuple[str, float, str], list[Record]] = {}
     for one in sorted(runs, key=_order):
         groups.setdefault((one["pulse"], one["ohm_cm"], one["arm"]), []).append(one)
     return [{"pulse": pulse, "ohm_cm": ohm_cm, "arm": arm, **summed_up(group, FIGURES)}
             for (pulse, ohm_cm, arm), group in groups.items()]
 
 
-def summed_up(runs: list[dict], names: Iterable[str]) -> dict:
+def summed_up(runs: list[Record], names: Iterable[str]) -> Record:
     """``outcomes`` of runs of one kind, and mean and spread of each figure, as in ``statistics``.
 
     Runs without a figure do not count for it; None where there is none.
     """
     outcomes = [one["outcome"] for one in runs]
-    found = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+    found: Record = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
     for name in names:
         values = [one[name] for one in runs if one.get(name) is not None]
         found[name] = (float(np.mean(values)),
@@ -168,7 +172,7 @@ def summed_up(runs: list[dict], names: Iterable[str]) -> dict:
     return found
 
 
-def _ohm_cm(row):
+def _ohm_cm(row: Record) -> str:
     return f"{row['ohm_cm']:.3g}".replace("e+0", "e")
 
 
@@ -178,7 +182,7 @@ def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
     return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
 
 
-def add_figures(made: Table, rows: list[dict], titles: dict[str, tuple[str, int]]) -> None:
+def add_figures(made: Table, rows: list[Record], titles: dict[str, tuple[str, int]]) -> None:
     """Rows of a table of what ``summed_up`` found: how the runs ended, and every figure."""
     made.add_row("ended", *(", ".join(f"{number} {name}"
                                       for name, number in row["outcomes"].items())
@@ -188,7 +192,7 @@ def add_figures(made: Table, rows: list[dict], titles: dict[str, tuple[str, int]
                               for row in rows))
 
 
-def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     """Figures down, pulses, resistivities and arms across; mean and spread over the seeds."""
     made = Table(box=style)
     made.add_column("ohm cm", no_wrap=True)
@@ -200,7 +204,7 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
     return made
 
 
-def sentences(runs: list[dict]) -> list[str]:
+def sentences(runs: list[Record]) -> list[str]:
     """What switching changed, a sentence for every pulse and resistivity, worse or better."""
     said = []
     kinds = dict.fromkeys((one["pulse"], one["ohm_cm"]) for one in sorted(runs, key=_order))
@@ -209,8 +213,8 @@ def sentences(runs: list[dict]) -> list[str]:
                   if (one["pulse"], one["ohm_cm"], one["seed"]) == (pulse, ohm_cm, seed)}
                  for seed in sorted({one["seed"] for one in runs})]
 
-        def ratio(name, pairs=pairs):
-            return (sum(pair["switched"][name] for pair in pairs)
+        def ratio(name: str, pairs: list[dict[str, Record]] = pairs) -> float:
+            return float(sum(pair["switched"][name] for pair in pairs)
                     / sum(pair["fixed"][name] for pair in pairs))
 
         steadier = sum(pair["switched"]["gap_deviation_um"] < pair["fixed"]["gap_deviation_um"]
@@ -225,7 +229,7 @@ def sentences(runs: list[dict]) -> list[str]:
     return said
 
 
-def _page(rows, said, seeds):
+def _page(rows: list[Record], said: list[str], seeds: int) -> str:
     """The table and what it says, as Markdown."""
     tables = []
     for pulse in PULSES:
@@ -240,7 +244,7 @@ def _page(rows, said, seeds):
         *tables, "", *(f"* {one}" for one in said), ""])
 
 
-def plot(rows: list[dict], path: Path) -> None:
+def plot(rows: list[Record], path: Path) -> None:
     """Draw the gap, the removal, the retractions and the shares against the resistivity."""
     panels = (("gap_um", "gap, µm"), ("gap_deviation_um", "deviation of the gap, µm"),
               ("removal_mm3_min", "removal, mm³/min, unscaled"), ("retractions", "retractions"))
@@ -272,8 +276,8 @@ def plot(rows: list[dict], path: Path) -> None:
         figure.savefig(path, dpi=120)
 
 
-def in_parallel(function: Callable[[Any], dict], trials: list,
-                progress: Callable[[dict], None]) -> list[dict]:
+def in_parallel(function: Callable[[T], Record], trials: list[T],
+                progress: Callable[[Record], None]) -> list[Record]:
     """``function`` of every trial, a core for each; ``progress`` is told of each that is over."""
     done = []
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
@@ -289,7 +293,7 @@ def in_parallel(function: Callable[[Any], dict], trials: list,
     return done
 
 
-def _runs(seeds: int, progress: Callable[[dict], None]) -> list[dict]:
+def _runs(seeds: int, progress: Callable[[Record], None]) -> list[Record]:
     trials = [Trial(pulse, ohm_cm, arm, seed) for seed, pulse, ohm_cm, arm
               in product(range(1, seeds + 1), PULSES, OHM_CM, ARMS)]
     return sorted(in_parallel(run, trials, progress), key=_order)
@@ -308,7 +312,7 @@ def fluid(*, seeds: int, folder: Path, console: Console) -> None:
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=seeds * len(PULSES) * len(OHM_CM) * len(ARMS))
 
-        def tell(one):
+        def tell(one: Record) -> None:
             bar.advance(task)
             bar.console.print(f"{one['pulse']}, {_ohm_cm(one)} ohm cm, presets {one['arm']}, "
                               f"seed {one['seed']}: {one['outcome']} after {one['time_s']:.1f} s, "

@@ -18,10 +18,12 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
 from rich.progress import Progress
@@ -31,13 +33,15 @@ from host import figures, simulation
 from host import machine as machines
 from host.basic import BasicData, read_all
 from host.errors import UserError
-from host.experiment import add_figures, in_parallel, summed_up
+from host.events import Event
+from host.experiment import Record, add_figures, in_parallel, summed_up
 from host.machine import Machine
 from host.roughing import AMPERES, program
 from host.run import Run, count_retractions
 from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 from host.tape import Tape, encode
 from host.words import counted
+from host.workpiece import Columns
 
 __all__ = ["ARMS", "FIGURES", "Trial", "consumed", "machine_for", "measure", "plot", "roughing",
            "sentences", "staircase_for", "statistics", "table", "tape_for"]
@@ -69,7 +73,7 @@ class Trial:
     depth_mm: float = DEPTH_MM
 
 
-def _job(depth_mm):
+def _job(depth_mm: float) -> Job:
     return Job(AREA_MM2, UNDERSIZE_UM, depth_mm)
 
 
@@ -99,7 +103,7 @@ def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
                              *lines[end:], ""]))
 
 
-def run(trial: Trial) -> dict:
+def run(trial: Trial) -> Record:
     """Run a trial; return its figures, with how it ended."""
     machine, data = machine_for(), read_all(ELECTRODE, WORKPIECE)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
@@ -116,7 +120,7 @@ def run(trial: Trial) -> dict:
         "retractions": causes["short"]}
 
 
-def consumed(t: np.ndarray, deepest_mm: np.ndarray, events: list[dict],
+def consumed(t: NDArray[Any], deepest_mm: NDArray[Any], events: list[Event],
              near: list[BasicData]) -> float:
     """Undersize that a run consumes at least, um, by the basic data.
 
@@ -133,7 +137,8 @@ def consumed(t: np.ndarray, deepest_mm: np.ndarray, events: list[dict],
     return most
 
 
-def measure(trace: dict, events: list[dict], machine: Machine, near: list[BasicData]) -> dict:
+def measure(trace: Columns, events: list[Event], machine: Machine,
+            near: list[BasicData]) -> Record:
     """Figures of a trace whose ``z`` is in pulses.
 
     ``time_s``: from the first discharge to the last, jumps and retractions included;
@@ -163,11 +168,11 @@ def measure(trace: dict, events: list[dict], machine: Machine, near: list[BasicD
                         "time_s": (t[np.searchsorted(deepest, depths)] - t[sparks[0]]).tolist()}}
 
 
-def _order(one):
+def _order(one: Record) -> tuple[int, int]:
     return ARMS.index(one["arm"]), one["seed"]
 
 
-def statistics(runs: Iterable[dict]) -> list[dict]:
+def statistics(runs: Iterable[Record]) -> list[Record]:
     """One row for every arm.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
@@ -183,7 +188,7 @@ def statistics(runs: Iterable[dict]) -> list[dict]:
     return rows
 
 
-def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     """Figures down, arms across; mean and spread over the seeds."""
     made = Table(box=style)
     made.add_column("current", no_wrap=True)
@@ -193,13 +198,13 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
     return made
 
 
-def sentences(runs: list[dict], found: Staircase) -> list[str]:
+def sentences(runs: list[Record], found: Staircase) -> list[str]:
     """What was compared, and what the staircase changed, worse or better."""
     steps = ", ".join(f"IP {step.ip:g} to {step.depth_um / 1000:.2f} mm" for step in found.steps)
     said = [f"Planned: {steps}; constant: IP {found.alpha:g} ({found.alpha * AMPERES:g} A). The "
             f"electrode has {found.undersize_um:g} um of undersize, of which the last step needs "
             f"{found.beta_um:.1f} um."]
-    by_seed = {}
+    by_seed: dict[int, dict[str, Record]] = {}
     for one in runs:
         if one["outcome"] == "end":
             by_seed.setdefault(one["seed"], {})[one["arm"]] = one
@@ -213,7 +218,7 @@ def sentences(runs: list[dict], found: Staircase) -> list[str]:
     return said
 
 
-def plot(runs: list[dict], found: Staircase, path: Path) -> None:
+def plot(runs: list[Record], found: Staircase, path: Path) -> None:
     """Draw depth against time of every run, and the shares of the classes."""
     rows = statistics(runs)
     with matplotlib.rc_context(figures.STYLE):
@@ -242,7 +247,7 @@ def plot(runs: list[dict], found: Staircase, path: Path) -> None:
         figure.savefig(path, dpi=120)
 
 
-def _page(rows, said, seeds, depth_mm):
+def _page(rows: list[Record], said: list[str], seeds: int, depth_mm: float) -> str:
     """The table and what it says, as Markdown."""
     page = Console(width=400, file=io.StringIO())
     with page.capture() as text:
@@ -271,7 +276,7 @@ def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console) -> 
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=len(trials))
 
-        def tell(one):
+        def tell(one: Record) -> None:
             bar.advance(task)
             bar.console.print(f"{one['arm']}, seed {one['seed']}: {one['outcome']} after "
                               f"{one['time_s']:.1f} s at {one['depth_mm']:.3f} mm", soft_wrap=True)

@@ -6,16 +6,22 @@ falls into one column: no retraction, however short, is lost by leaving samples 
 """
 
 import io
+from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+from matplotlib.typing import RcKeyType
+from numpy.typing import NDArray
 
+from host.events import Event
 from host.retractions import Retraction
-from host.workpiece import coarser
+from host.workpiece import Columns, coarser
 
 COLUMNS = 1400
 PLAN_CELLS = 700  # on a side of the plan of a workpiece
@@ -27,7 +33,7 @@ CLASSES = {"ok": ("good", "#3b7a57"), "open": ("open", "#9fb3c8"), "dame": ("arc
 PHASES = {"retract": ("R: retraction", "#f6d5d1"), "high": ("H: high re-advance", "#d6e8f7"),
           "low": ("E: low re-advance", "#d9efe3")}
 
-STYLE = {
+STYLE: dict[RcKeyType, Any] = {
     "font.family": "sans-serif", "font.size": 9, "axes.edgecolor": FAINT, "axes.labelcolor": INK,
     "axes.linewidth": 0.7, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": GRID, "grid.linewidth": 0.7, "axes.axisbelow": True,
@@ -38,7 +44,7 @@ STYLE = {
 }
 
 
-def svg(draw, width, height, *arguments) -> str:
+def svg(draw: Callable[..., None], width: float, height: float, *arguments: Any) -> str:
     """SVG of a figure in inches, drawn by ``draw(figure, *arguments)``."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
@@ -48,7 +54,8 @@ def svg(draw, width, height, *arguments) -> str:
     return text.getvalue()[text.getvalue().index("<svg"):]
 
 
-def envelope(t, values, columns=COLUMNS):
+def envelope(t: NDArray[Any], values: NDArray[Any],
+             columns: int = COLUMNS) -> tuple[NDArray[Any], NDArray[Any]]:
     """Thin out a line to the least and the greatest value of each of ``columns`` stretches."""
     step = len(t) // columns
     if step < 4:
@@ -61,19 +68,21 @@ def envelope(t, values, columns=COLUMNS):
     return t[picked], values[picked]
 
 
-def averages(t, values, columns=COLUMNS // 4):
+def averages(t: NDArray[Any], values: NDArray[Any],
+             columns: int = COLUMNS // 4) -> tuple[NDArray[Any], NDArray[Any]]:
     """Means of ``values`` over each of ``columns`` stretches of time."""
     step = max(1, len(t) // columns)
     whole = len(t) // step * step
     return t[:whole].reshape(-1, step).mean(axis=1), values[:whole].reshape(-1, step).mean(axis=1)
 
 
-def _smoothed(values, samples=10):
+def _smoothed(values: NDArray[Any], samples: int = 10) -> NDArray[Any]:
     """Running mean."""
     return np.convolve(values, np.ones(samples) / samples, mode="same")[:len(values)]
 
 
-def overview(trace, events, retractions, letters="z") -> str:
+def overview(trace: Columns, events: list[Event], retractions: list[Retraction],
+             letters: str = "z") -> str:
     """Position, feed, following error, gap and pulse classes against time.
 
     ``letters`` are the axes to draw: Z of a sinker, X and Y of a wire machine.
@@ -81,7 +90,8 @@ def overview(trace, events, retractions, letters="z") -> str:
     return svg(_overview, 11.6, 10.2, trace, events, retractions, letters)
 
 
-def _overview(figure, trace, events, retractions, letters):
+def _overview(figure: Figure, trace: Columns, events: list[Event],
+              retractions: list[Retraction], letters: str) -> None:
     axes = figure.subplots(6, 1, sharex=True, height_ratios=[3.2, 1.2, 1.0, 1.0, 1.0, 1.5])
     if letters == "z":
         _position(axes[0], trace, events, retractions)
@@ -106,20 +116,20 @@ def _overview(figure, trace, events, retractions, letters):
     figure.align_ylabels(axes)
 
 
-def _typical(values):
+def _typical(values: NDArray[Any]) -> float:
     """Top of a scale that shows where a value mostly is; retractions go far beyond."""
     return max(2.5 * float(np.median(values)), 10.0) if len(values) else 10.0
 
 
-def _position(ax, trace, events, retractions):
+def _position(ax: Axes, trace: Columns, events: list[Event],
+              retractions: list[Retraction]) -> None:
     t, z = envelope(trace["t"], trace["z"])
     ax.axhline(0, color=FAINT, linewidth=0.8)
     ax.plot(t, z, color=PATH, linewidth=1.0, zorder=3)
     for cause, colour in CAUSES.items():
-        ended = [one for one in retractions if one.cause == cause and one.end]
-        if not ended:
+        ends = [one.end["t"] for one in retractions if one.cause == cause and one.end]
+        if not ends:
             continue
-        ends = [one.end["t"] for one in ended]
         ax.plot(ends, _height(trace, ends), "^", color=colour, markersize=4.5, zorder=4,
                 label=f"end of a retraction ({cause})")
     low, high = min(z.min(), 0), max(z.max(), 0.001)
@@ -138,7 +148,7 @@ def _position(ax, trace, events, retractions):
     ax.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
 
 
-def _positions(ax, trace, retractions, letters):
+def _positions(ax: Axes, trace: Columns, retractions: list[Retraction], letters: str) -> None:
     for letter, colour in zip(letters, (PATH, FEED), strict=True):
         ax.plot(*envelope(trace["t"], trace[letter]), color=colour, label=letter.upper())
         for cause, mark in CAUSES.items():
@@ -149,7 +159,8 @@ def _positions(ax, trace, retractions, letters):
     ax.legend(loc="upper right", ncols=len(letters))
 
 
-def above(trace, retractions, plan, parameters) -> str:
+def above(trace: Columns, retractions: list[Retraction], plan: Columns | None,
+          parameters: dict[str, Any]) -> str:
     """Path of X and Y, seen from above; with a wire's ``plan`` what is left of the workpiece."""
     radius = parameters["wire"]["diameter_mm"] / 2 if plan else 0.0
     margin = max(1.5 * radius, 0.05)
@@ -158,7 +169,8 @@ def above(trace, retractions, plan, parameters) -> str:
     return svg(_above, 11.6, height, trace, retractions, plan, radius, margin)
 
 
-def _above(figure, trace, retractions, plan, radius, margin):
+def _above(figure: Figure, trace: Columns, retractions: list[Retraction], plan: Columns | None,
+           radius: float, margin: float) -> None:
     ax = figure.subplots()
     if plan:
         coarse = coarser(plan, PLAN_CELLS)
@@ -182,7 +194,7 @@ def _above(figure, trace, retractions, plan, radius, margin):
     ax.set_ylabel("Y (mm)")
 
 
-def _bends(trace):
+def _bends(trace: Columns) -> NDArray[Any]:
     """Points of the path without those that are nearly where the last one was."""
     points = np.column_stack([trace["x"], trace["y"]])
     least = max(float(np.ptp(points, axis=0).max()) / COLUMNS, 1e-4)
@@ -192,15 +204,17 @@ def _bends(trace):
             keep.append(index)
             last = point
     keep.append(len(points) - 1)
-    return points[keep].T
+    bends: NDArray[Any] = points[keep].T
+    return bends
 
 
-def _height(trace, times):
+def _height(trace: Columns, times: Any) -> NDArray[Any]:
     """Z at times. Events have it too, but in the program's frame, which G92 may have shifted."""
-    return np.interp(times, trace["t"], trace["z"])
+    heights: NDArray[Any] = np.interp(times, trace["t"], trace["z"])
+    return heights
 
 
-def _data_changes(ax, trace, events):
+def _data_changes(ax: Axes, trace: Columns, events: list[Event]) -> None:
     """Mark where retraction data came into force, and at which depth."""
     changes = [event for event in events if event["event"] == "retraction_set"
                and event["source"] == "tape"]
@@ -211,11 +225,11 @@ def _data_changes(ax, trace, events):
         ax.annotate(name, (event["t"], 0), xytext=(4, 4), xycoords=("data", "axes fraction"),
                     textcoords="offset points", color=INK, fontsize=8.5).set_in_layout(False)
         if index:
-            ax.axhline(_height(trace, event["t"]), color=FAINT, linewidth=0.8,
+            ax.axhline(float(_height(trace, event["t"])), color=FAINT, linewidth=0.8,
                        linestyle=(0, (4, 3)))
 
 
-def _condition_changes(ax, trace, events):
+def _condition_changes(ax: Axes, trace: Columns, events: list[Event]) -> None:
     """Mark where the depth has switched the condition."""
     for event in _switches(events):
         place = event["t"], float(_height(trace, event["t"]))
@@ -224,18 +238,18 @@ def _condition_changes(ax, trace, events):
                     textcoords="offset points", color=INK, fontsize=8.5).set_in_layout(False)
 
 
-def _switches(events):
+def _switches(events: list[Event]) -> list[Event]:
     return [event for event in events if event["event"] == "condition" and event["by"] == "series"]
 
 
-def staircase(trace, events) -> str:
+def staircase(trace: Columns, events: list[Event]) -> str:
     """Current against the depth reached, if depth has switched it; else nothing."""
     if not _switches(events):
         return ""
     return svg(_staircase, 11.6, 2.6, trace, events)
 
 
-def _staircase(figure, trace, events):
+def _staircase(figure: Figure, trace: Columns, events: list[Event]) -> None:
     ax = figure.subplots()
     changes = [event for event in events if event["event"] == "condition"]
     reached = np.minimum.accumulate(trace["z"])
@@ -250,7 +264,7 @@ def _staircase(figure, trace, events):
     ax.set_ylabel("current (IP)")
 
 
-def _feed(ax, trace):
+def _feed(ax: Axes, trace: Columns) -> None:
     # Machining feeds are a hundred times slower than retractions; both must be seen. A sample of
     # a millisecond holds a pulse or two of a machining feed, so ten of them are taken together.
     ax.plot(*envelope(trace["t"], _smoothed(trace["feed"])), color=FEED, linewidth=0.9)
@@ -262,7 +276,7 @@ def _feed(ax, trace):
     ax.set_ylabel("feed\n(mm/min)")
 
 
-def _classes(ax, trace):
+def _classes(ax: Axes, trace: Columns) -> None:
     step_s = trace["t"][1] - trace["t"][0] if len(trace["t"]) > 1 else 1.0
     stack = {name: averages(trace["t"], trace[name] / step_s / 1000) for name in CLASSES}
     ax.stackplot(stack["ok"][0], [rate for _, rate in stack.values()], linewidth=0,
@@ -270,15 +284,24 @@ def _classes(ax, trace):
                  colors=[colour for _, colour in CLASSES.values()])
     ax.set_ylabel("pulses\n(1000/s)")
     ax.legend(loc="upper right", ncols=4)
-    ax.set_ylim(0, max(sum(rate for _, rate in stack.values()).max() * 1.35, 0.1))
+    total = np.sum([rate for _, rate in stack.values()], axis=0)
+    ax.set_ylim(0, max(total.max() * 1.35, 0.1))
 
 
-def close_up(trace, one: Retraction, pulses_per_mm: int) -> str:
-    """Distance to the start point against time over one retraction, phase by phase."""
+def close_up(trace: Columns, one: Retraction, pulses_per_mm: int) -> str:
+    """Distance to the start point against time over one retraction, phase by phase.
+
+    Raises
+    ------
+    ValueError
+        If it has not ended.
+    """
     return svg(_close_up, 11.6, 4.0, trace, one, pulses_per_mm)
 
 
-def _close_up(figure, trace, one, pulses_per_mm):
+def _close_up(figure: Figure, trace: Columns, one: Retraction, pulses_per_mm: int) -> None:
+    if one.end is None:
+        raise ValueError("only a retraction that has ended can be drawn")
     ax = figure.subplots()
     begin, end = one.start["t"], one.resume["t"] if one.resume else one.end["t"]
     margin = 0.12 * (end - begin)

@@ -52,7 +52,7 @@ Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 fo
 import json
 import re
 from binascii import crc_hqx
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -105,8 +105,10 @@ class HeldError(LinkError):
 def held_by(line: str) -> tuple[int, str] | None:
     """Code and sentence of the alarm by which a line tells that the processor is held, or None."""
     told = _HELD.fullmatch(line)
-    return told and (int(told[1]), f"{told[2]}: the processor is held until the controller is "
-                                   "switched off and on.")
+    if told is None:
+        return None
+    return int(told[1]), (f"{told[2]}: the processor is held until the controller is switched off "
+                          "and on.")
 
 
 def is_cut(line: str) -> bool:
@@ -170,7 +172,7 @@ def frame(length: int, sequence: int, payload: bytes = b"") -> bytes:
     return bytes([FRAME_START, *stuffed(body + crc(body).to_bytes(2)), FRAME_END])
 
 
-def frames(rows: bytes):
+def frames(rows: bytes) -> Iterator[tuple[int, bytes]]:
     """Yield the frames of a tape, each with its sequence number."""
     yield 0xFF, frame(BEGIN, 0xFF)
     payloads = [rows[start:start + PAYLOAD] for start in range(0, len(rows), PAYLOAD)]
@@ -208,12 +210,12 @@ class Link:
         self._line = bytearray()
         self._full = Expander()
         self._mark = 0        # TAKEN or AGAIN, if its sequence number has not come yet
-        self._marks = []      # answers to frames, oldest first
+        self._marks: list[tuple[int, int]] = []  # answers to frames, oldest first
         self._number = 0      # of the next line
-        self._open = []       # lines without an answer, oldest first
+        self._open: list[_Sent] = []  # lines without an answer, oldest first
         self._again = False   # they are to be sent again
-        self._report = None   # last status report, without its brackets
-        self._held = None     # why the processor is held
+        self._report = ""     # last status report, without its brackets
+        self._held: str | None = None  # why the processor is held
 
     def poll(self, timeout_s: float) -> None:
         """Take what has come, waiting at most ``timeout_s`` for something.
@@ -249,7 +251,7 @@ class Link:
         LinkError
             If it does not in time.
         """
-        greeted = []
+        greeted: list[str] = []
         inner, self.on_line = self.on_line, greeted.append
         try:
             self._wait(lambda: any(line.startswith(GREETING) for line in greeted), timeout_s,
@@ -271,8 +273,14 @@ class Link:
         LinkError
             If it does not answer, or starts anew.
         """
-        said = []
-        inner, self.on_line = self.on_line, lambda text: (said.append(text), inner(text))
+        said: list[str] = []
+        inner = self.on_line
+
+        def hear(text: str) -> None:
+            said.append(text)
+            inner(text)
+
+        self.on_line = hear
         sent = None
         try:
             sent = self._post(line, awaited=True)
@@ -287,7 +295,7 @@ class Link:
                        sent.answer)
             raise RefusedError(line, why)
 
-    def _post(self, line, *, awaited):
+    def _post(self, line: str, *, awaited: bool) -> _Sent:
         check_line(line)
         now = self.pipe.time_s()
         sent = _Sent(self._number, line, now, now, awaited)
@@ -296,12 +304,12 @@ class Link:
         self.pipe.write(numbered(sent.number, line))
         return sent
 
-    def _await_answer(self, sent):
+    def _await_answer(self, sent: _Sent) -> None:
         if (not self._came(lambda: sent.answer is not None, ANSWER_TIMEOUT_S)
                 and self.status()["state"] not in _BUSY and sent.answer is None):
             raise LinkError(f'the controller does not answer to "{sent.text}".')
 
-    def _tend(self):
+    def _tend(self) -> None:
         """Send lines again that were damaged, or have had no answer for some time."""
         now = self.pipe.time_s()
         for sent in self._open:
@@ -317,7 +325,7 @@ class Link:
                 sent.last_s = now
         self._again = False
 
-    def _answered(self, code, number):
+    def _answered(self, code: str, number: int | None) -> None:
         """Take an answer to one of this link's lines, or to one that cannot be told."""
         sent = next((one for one in self._open if one.number == number), None)
         if code != _DAMAGED_LINE:
@@ -347,7 +355,7 @@ class Link:
         self._marks.clear()
         return all(self._send_frame(sequence, data, stop) for sequence, data in frames(rows))
 
-    def _send_frame(self, sequence, data, stop):
+    def _send_frame(self, sequence: int, data: bytes, stop: Callable[[], bool]) -> bool:
         silent = damaged = 0
         while True:
             self.pipe.write(data)
@@ -366,7 +374,7 @@ class Link:
                 if silent % UNANSWERED_FRAMES == 0:
                     self.status()
 
-    def _await_mark(self, sequence, stop):
+    def _await_mark(self, sequence: int, stop: Callable[[], bool]) -> int | None:
         end = self.pipe.time_s() + FRAME_TIMEOUT_S
         while True:
             while self._marks:
@@ -387,17 +395,17 @@ class Link:
         LinkError
             If none comes in time.
         """
-        self._report = None
+        self._report = ""
         end = self.pipe.time_s() + ANSWER_TIMEOUT_S
-        while self._report is None:
+        while not self._report:
             if self.pipe.time_s() >= end:
                 raise LinkError("the controller has fallen silent.")
             self.realtime(STATUS)  # a byte may get lost
-            self._came(lambda: self._report is not None, LINE_TIMEOUT_S)
+            self._came(lambda: bool(self._report), LINE_TIMEOUT_S)
         state, *fields = self._report.split("|")
         return {"state": state} | dict(field.partition(":")[::2] for field in fields)
 
-    def _came(self, condition, timeout_s):
+    def _came(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Poll until a condition holds; return whether it does in time."""
         end = self.pipe.time_s() + timeout_s
         while not condition():
@@ -408,15 +416,15 @@ class Link:
             self.poll(min(left, LINE_TIMEOUT_S) if self._open else left)
         return True
 
-    def _need_processor(self):
+    def _need_processor(self) -> None:
         if self._held is not None:
             raise HeldError(self._held)
 
-    def _wait(self, condition, timeout_s, complaint):
+    def _wait(self, condition: Callable[[], bool], timeout_s: float, complaint: str) -> None:
         if not self._came(condition, timeout_s):
             raise LinkError(complaint)
 
-    def _take(self, byte):
+    def _take(self, byte: int) -> None:
         if self._mark:
             self._marks.append((self._mark, byte))
             self._mark = 0
@@ -430,7 +438,7 @@ class Link:
         else:
             self._line.append(byte)
 
-    def _dispatch(self, line):
+    def _dispatch(self, line: str) -> None:
         if held := held_by(line):
             self._open.clear()
             self._held = held[1]
@@ -448,7 +456,7 @@ class Link:
                 return
         self.on_line(line)
 
-    def _started(self):
+    def _started(self) -> None:
         """Begin to number anew: a controller that starts knows of no line."""
         self._number = 0
         self._held = None

@@ -1,133 +1,71 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines to run a tape on: built-in ones by name, others from a TOML file."""
 
-import re
 import tomllib
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
+from host.machine_file import MACHINES, STEPS, WORDS, bounds, entries
 
 ROOT = Path(__file__).parents[1]
 BUILT_IN = ROOT / "testbench" / "plant"
 
-# Below, the firmware cannot keep up with its watchdog; above is no device.
-LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
-
-NUMBER = re.compile("[0-9]{1,10}")  # of a setting; the controller has 32 bits
-
-# Words of a file; each kind of machine has the numbers of its example. A file that does not say its
-# kind is a sinker's.
-WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
-STEPS = 16  # of the stock's width, at most
-
-# Lowest and highest of a number, both allowed: what the controller is built for, and what the
-# formulas of the plant bear (they divide by most of these).
-SHARE, ANY, DIVISOR, SHAPE = (0, 1), (0, 10**9), (0.001, 10**9), (0.1, 10)
-BOUNDS = {
-    "clock_hz": (LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ), "pulses_per_mm": (10_000, 10_000),
-    "initial_gap_um": (0, 100_000), "tick_us": (1, 100), "removal_scale": (0.001, 1_000_000),
-    "axis.full_speed_mm_s": (1, 1000), "axis.max_speed_mm_s": (1, 200),
-    "axis.max_acceleration_mm_s2": (1, 1_000_000), "axis.speed_loop_ms": DIVISOR,
-    "axis.current_loop_ms": DIVISOR, "axis.filter_ms": DIVISOR, "axis.brake_mm_s2": (1, 1_000_000),
-    "axis.step_gain_per_s": (1, 100_000),
-    "gap.area_mm2": DIVISOR, "gap.arc_removal": SHARE, "gap.ignition_delay_us": DIVISOR,
-    "gap.ignition_slope_um": DIVISOR, "gap.ignition_power": (0, 100),
-    "gap.ignition_conductivity": (0, 10), "gap.ignition_law": SHARE,
-    "gap.weibull_width_um": DIVISOR, "gap.weibull_narrow_shape": SHAPE,
-    "gap.weibull_wide_shape": SHAPE, "gap.fluid_ohm_cm": (1, 10**12),
-    "fluid.drift_end_ohm_cm": (1, 10**12), "fluid.cell_per_cm": DIVISOR,
-    "fluid.cell_parallel_ohm": DIVISOR, "fluid.cell_series_ohm": DIVISOR,
-    "source.open_v": (1, 1000), "source.supply_step_v": (1, 1000), "source.negative_removal": SHARE,
-    "source.rise_us": DIVISOR, "source.fall_us": DIVISOR, "source.sensing_v": (1, 60),
-    "source.sensing_a": DIVISOR, "source.burning_spread_v": (0, 10), "source.arc_spread_v": (0, 10),
-    "comparator.fixed": SHARE, "comparator.reference_full_v": (1, 1000),
-    "comparator.reference_rc_us": DIVISOR, "comparator.noise_miss": SHARE,
-    "debris.time_s": DIVISOR, "debris.depth_mm": DIVISOR, "debris.exchange_depth_mm": DIVISOR,
-    "debris.deionisation_us": DIVISOR, "debris.bridge_gap_um": DIVISOR,
-    "debris.stretch_depth_mm": DIVISOR,
-    "wire.diameter_mm": (0.02, 1), "wire.crater_us": (0.1, 1000), "wire.deflection_um_a": (0, 100),
-    "wire.deflection_ms": (0.01, 10_000), "wire.break_ms": (0.1, 10_000),
-    "workpiece.thickness_mm": (0.1, 1000), "workpiece.cell_um": (0.5, 10),
-    "workpiece.start_x_mm": (-1000, 1000), "workpiece.start_y_mm": (-1000, 1000),
-    "stock.edge_mm": (-1000, 1000), "stock.hole_mm": (0, 1000), "stock.size_x_mm": (0, 1000),
-    "stock.size_y_mm": (0, 1000),
-    "gap.delay_square_us": DIVISOR, "gap.delay_linear_us": (-1000, 1000),
-    "gap.delay_constant_us": DIVISOR, "gap.delay_least_um": (0, 100), "gap.reach_um": (10, 200),
-    "gap.engagement_um": (0, 50), "debris.flow_gap_um": DIVISOR, "debris.flow_spread": (0, 3),
-    "debris.flow_time_s": DIVISOR, "debris.random_short_per_us": SHARE,
-    "debris.random_short_um": DIVISOR, "debris.clog_least": (0.01, 1), "debris.clog_most": SHARE,
-    "side.fin_answers": SHARE, "side.contactor_ms": (0, 1000),
-    "side.limit_low_mm": (-10_000, -0.1),
-    "side.limit_high_mm": (0.1, 10_000),
-}
+Tables = dict[str, Any]     # of a machine's file, as TOML has them
 
 
-def _check(name, tables, prefix=""):
-    """Refuse what is not a number a machine can have."""
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            _check(name, value, f"{prefix}{key}.")
-        elif prefix + key in WORDS:
-            if value not in WORDS[prefix + key]:
-                raise UsageError(f"machine {name}: {prefix}{key} must be one of "
-                                 f"{', '.join(WORDS[prefix + key])}, not {value!r}.")
-        elif prefix + key == "stock.steps":
-            _check_steps(name, value)
-        elif isinstance(value, bool) or not isinstance(value, int | float):
-            raise UsageError(f"machine {name}: {prefix}{key} is no number.")
-        elif prefix == "settings.":
-            if not (NUMBER.fullmatch(key) and NUMBER.fullmatch(str(value))):
-                raise UsageError(f"machine {name}: {prefix}{key} = {value} is no setting; one "
-                                 "reads number = value, both whole, not negative, and of at most "
-                                 "10 digits.")
-        else:
-            lowest, highest = BOUNDS.get(prefix + key, ANY)
-            if not lowest <= value <= highest:  # nor is what is not a number
-                wanted = lowest if lowest == highest else f"{lowest} to {highest}"
-                raise UsageError(f"machine {name}: {prefix}{key} must be {wanted}, not {value}.")
+def _check(name: str, tables: Tables) -> None:
+    """Refuse a file that does not describe a machine, with one sentence.
+
+    What is given and cannot be is told before what is missing, and that before what no machine has.
+    """
+    kind = tables.get("kind", WORDS["kind"][0])
+    if kind not in WORDS["kind"]:
+        raise UsageError(f"machine {name}: {_no_word('kind', kind)}")
+    try:
+        MACHINES[kind].model_validate(tables)
+    except ValidationError as error:
+        said = [_complaint(tables, kind, problem) for problem in error.errors(include_url=False)]
+        _, first = min(said, key=lambda one: one[0])
+        raise UsageError(f"machine {name}: {first}") from error
 
 
-def _check_steps(name, steps):
-    """Refuse what is no list of steps of the stock: places that grow, with widths."""
-    def number(value):
-        return isinstance(value, int | float) and not isinstance(value, bool)
-
-    sound = isinstance(steps, list) and 1 <= len(steps) <= STEPS and all(
-        isinstance(step, list) and len(step) == 2 and all(map(number, step))
-        and abs(step[0]) <= 10_000 and 0 <= step[1] <= 10_000 for step in steps)
-    if not sound or any(after[0] <= before[0] for before, after in pairwise(steps)):
-        raise UsageError(f"machine {name}: stock.steps must be 1 to {STEPS} pairs of a place in mm "
-                         "and a width of 0 to 10000 um, the places growing.")
-
-
-def _keys(tables, prefix=""):
-    """Names of all numbers but the settings, which are the controller's."""
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            yield from _keys(value, f"{prefix}{key}.")
-        elif prefix + key == "kind":
-            continue
-        elif prefix != "settings.":
-            yield prefix + key
-
-
-def _complete(name, tables):
-    """Refuse a file that lacks a number, or has one of a name that no machine has."""
-    kind = tables.get("kind", "sinker")
-    known = list(_keys(_tables(BUILT_IN / f"{kind}.toml")))
-    given = set(_keys(tables))
-    missing = next((key for key in known if key not in given), None)
-    if missing:
-        raise UsageError(f"machine {name}: {missing} is missing; a machine's file gives every "
-                         f"number, as that of the machine {kind} does.")
-    strange = sorted(given - set(known))
-    if strange:
-        raise UsageError(f"machine {name}: {strange[0]} is no number of a machine.")
+def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, str]:
+    """How late one of the model's complaints is to be told, and its sentence."""
+    path = [str(part) for part in problem["loc"] if part != "[key]"]
+    key = ".".join(path)
+    if problem["type"] == "missing":
+        return 1, (f"{key} is missing; a machine's file gives every number, as that of the machine "
+                   f"{kind} does.")
+    if problem["type"] in ("extra_forbidden", "model_type", "dict_type"):
+        return 2, f"{key} is no number of a machine."
+    if key.startswith("stock.steps"):
+        return 0, (f"stock.steps must be 1 to {STEPS} pairs of a place in mm and a width of 0 to "
+                   "10000 um, the places growing.")
+    value: Any = tables
+    for part in path:
+        value = value[part]
+    if key in WORDS:
+        return 0, _no_word(key, value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return 0, f"{key} is no number."
+    if path[0] == "settings":
+        return 0, (f"{key} = {value} is no setting; one reads number = value, both whole, not "
+                   "negative, and of at most 10 digits.")
+    lowest, highest = bounds(dict(entries(MACHINES[kind]))[key])
+    wanted = lowest if lowest == highest else f"{lowest} to {highest}"
+    return 0, f"{key} must be {wanted}, not {value}."
 
 
-def _tables(path):
+def _no_word(key: str, value: object) -> str:
+    return f"{key} must be one of {', '.join(WORDS[key])}, not {value!r}."
+
+
+def _tables(path: Path) -> Tables:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -139,11 +77,11 @@ class Machine:
     """A machine: its name and the tables of its file, units in the keys' names."""
 
     name: str
-    tables: dict
+    tables: Tables
 
     def number(self, *names: str) -> float:
         """One number of the file, by table and key."""
-        value = self.tables
+        value: Any = self.tables
         for name in names:
             value = value.get(name) if isinstance(value, dict) else None
         if not isinstance(value, int | float):
@@ -165,7 +103,7 @@ class Machine:
     @property
     def kind(self) -> str:
         """What moves: the electrode of a sinker, or a wire."""
-        return self.tables.get("kind", "sinker")
+        return str(self.tables.get("kind", "sinker"))
 
     @property
     def start_mm(self) -> dict[str, float]:
@@ -186,7 +124,7 @@ class Machine:
     @property
     def settings(self) -> dict[str, int]:
         """The controller's settings, as ``$number=value``."""
-        return self.tables.get("settings", {})
+        return dict(self.tables.get("settings", {}))
 
 
 def built_in() -> list[str]:
@@ -209,5 +147,4 @@ def load(name: str) -> Machine:
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
     tables = _tables(path)
     _check(path.stem, tables)
-    _complete(path.stem, tables)
     return Machine(path.stem, tables)

@@ -23,10 +23,12 @@ the samples' number, not the weights'.
 Ref: D. W. Marquardt, J. SIAM 11(2), 431-441 (1963).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["HIDDEN", "INPUTS", "ITERATIONS", "SAMPLES", "TOLERANCE", "Network", "train"]
 
@@ -36,6 +38,11 @@ ITERATIONS = 40             # of the learning, at most
 TOLERANCE = 1e-5            # of the scaled output, for every sample
 PAIRS = ((0, 1, 1.0), (0, 1, -1.0), (0, 2, 1.0), (0, 2, -1.0), (1, 2, 1.0), (1, 2, -1.0))
 SINGLE = np.float32
+# Of SINGLE all; but numpy's annotations say that a Python number makes doubles of them.
+Singles = NDArray[Any]
+Number = float | np.float32
+Weights = tuple[Singles, Singles, Singles, Singles, np.float32]     # w, b, c, a, a0
+W = TypeVar("W", Singles, np.float32)
 WEIGHT, BEND, JITTER, FAINT = 0.25, 0.40625, 0.1, 0.01
 DAMPING, LEAST_DAMPING = 2.0**-7, 2.0**-20
 LEAST = 2.0**-12            # of a scaled input; less than that is rounding
@@ -46,10 +53,10 @@ TURN, LOWEST_SLOPE = 3.0, -0.125
 class _Generator:
     """Numbers from -1 to 1, by a linear congruence of 32 bits."""
 
-    def __init__(self, seed):
+    def __init__(self, seed: int) -> None:
         self._state = seed % 2**32
 
-    def next(self):
+    def next(self) -> np.float32:
         self._state = (self._state * 1664525 + 1013904223) % 2**32
         return SINGLE(((self._state >> 16) - 32768) / 32768)
 
@@ -63,21 +70,21 @@ class Network:
     units see them.
     """
 
-    middle: np.ndarray
-    half: np.ndarray
+    middle: Singles
+    half: Singles
     slopes: tuple[np.float32, np.float32]
     inverse: np.float32
-    w: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    a: np.ndarray
+    w: Singles
+    b: Singles
+    c: Singles
+    a: Singles
     a0: np.float32
-    lowest: np.ndarray
-    highest: np.ndarray
+    lowest: Singles
+    highest: Singles
     iterations: int
     converged: bool
 
-    def _scaled(self, inputs):
+    def _scaled(self, inputs: Sequence[Number]) -> list[np.float32]:
         x = [(SINGLE(value) - middle) / half
              for value, middle, half in zip(inputs, self.middle, self.half, strict=False)]
         for j in (0, 1):
@@ -85,13 +92,14 @@ class Network:
         x[2] = x[2] * self.inverse
         return x
 
-    def infer(self, inputs: Sequence[float]) -> np.float32:
+    def infer(self, inputs: Sequence[Number]) -> np.float32:
         """Output for three inputs, all in the samples' units."""
         x = np.array([self._scaled(inputs)], dtype=SINGLE)
         y = _forward(x, self.w, self.b, self.c, self.a, self.a0)[0][0]
-        return y * self.half[INPUTS] + self.middle[INPUTS]
+        inferred: np.float32 = y * self.half[INPUTS] + self.middle[INPUTS]
+        return inferred
 
-    def rises(self, signs: Sequence[int], inputs: Sequence[float]) -> bool:
+    def rises(self, signs: Sequence[int], inputs: Sequence[Number]) -> bool:
         """Whether the output is proved monotone over the samples' box, widened to ``inputs``.
 
         ``signs`` says for each input whether the output must rise (1) or fall (-1) with it, or
@@ -115,14 +123,16 @@ class Network:
                    for j, sign in enumerate(signs))
 
 
-def _unmix(weights, slopes, inverse):
+def _unmix(weights: list[np.float32], slopes: tuple[np.float32, np.float32],
+           inverse: np.float32) -> None:
     """From weights of the freed third input to those of the one it was made of."""
     weights[2] = weights[2] * inverse
     for j in (0, 1):
         weights[j] = weights[j] - slopes[j] * weights[2]
 
 
-def _slope_bounds(w, b, low, high):
+def _slope_bounds(w: Singles, b: np.float32, low: Singles,
+                  high: Singles) -> tuple[Number, Number]:
     """Bounds of the slope of φ over a box."""
     least = greatest = b
     for j in range(INPUTS):
@@ -134,12 +144,13 @@ def _slope_bounds(w, b, low, high):
             0.0 if near * near > TURN else _slope(near))
 
 
-def _slope(z):
+def _slope(z: Number) -> Number:
     m = 1.0 / (1.0 + z * z)
     return (1.0 - z * z) * m * m
 
 
-def _forward(x, w, b, c, a, a0):
+def _forward(x: Singles, w: Singles, b: Singles, c: Singles, a: Singles,
+             a0: np.float32) -> tuple[Singles, Singles, Singles]:
     """Outputs, hidden units and their slopes, for rows of scaled inputs."""
     z = b + x[:, :1] * w[:, 0]
     for j in range(1, INPUTS):
@@ -154,7 +165,7 @@ def _forward(x, w, b, c, a, a0):
     return y, hidden, slope
 
 
-def _solve(matrix, right):
+def _solve(matrix: Singles, right: Singles) -> Singles:
     """Solution of a symmetric positive system, by L D Lᵀ without a root.
 
     Below the diagonal ``matrix`` becomes L, on it D, above it (L D)ᵀ.
@@ -180,27 +191,28 @@ def _solve(matrix, right):
     return v
 
 
-def _totals(weights, terms):
+def _totals(weights: W, terms: Iterable[Any]) -> W:
     """Each weight less the sum of its terms, sample by sample."""
     for term in terms:
         weights = weights - term
     return weights
 
 
-def _square(errors):
+def _square(errors: Singles) -> Number:
     total = 0.0
     for error in errors:
         total = total + error * error
     return total
 
 
-def _scale(samples):
+def _scale(samples: Singles) -> tuple[Singles, Singles, Singles,
+                                      tuple[np.float32, np.float32], np.float32]:
     """Scaled samples, and how they were scaled."""
     low, high = samples.min(axis=0), samples.max(axis=0)
     middle, half = (low + high) * 0.5, (high - low) * 0.5
     half = np.where(half > 0, half, SINGLE(1))
     x = (samples - middle) / half
-    slopes = []
+    slopes: list[Any] = []      # of SINGLE
     for j in (0, 1):
         along = across = 0.0
         for row in x:
@@ -209,12 +221,12 @@ def _scale(samples):
         slopes.append(along / across if across > 0 else SINGLE(0))
         x[:, 2] = x[:, 2] - slopes[j] * x[:, j]
     widest = np.abs(x[:, 2]).max()
-    inverse = 1.0 / widest if widest > LEAST else SINGLE(0)
+    inverse: np.float32 = 1.0 / widest if widest > LEAST else SINGLE(0)
     x[:, 2] = x[:, 2] * inverse
     return x, middle, half, (slopes[0], slopes[1]), inverse
 
 
-def _start(seed):
+def _start(seed: int) -> Weights:
     draw = _Generator(seed)
     w, b, c, a = (np.zeros(shape, dtype=SINGLE)
                   for shape in ((HIDDEN, INPUTS), HIDDEN, HIDDEN, INPUTS))

@@ -1,28 +1,106 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the command line, made from the program itself: ``python -m host.pages``."""
+"""The pages that are made from the program itself: ``python -m host.pages``."""
 
+import inspect
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import typer
-from typer import _click
+from pydantic.fields import FieldInfo
 from typer.cli import get_docs_for_click
 
 from host.cli import app
+from host.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, bounds
 
-__all__ = ["COMMAND_LINE", "command_line"]
+__all__ = ["COMMAND_LINE", "MACHINE_FILE", "PAGES", "command_line", "machine_file"]
 
 ROOT = Path(__file__).parents[1]
-COMMAND_LINE = ROOT / "docs" / "reference" / "command-line.md"
+REFERENCE = ROOT / "docs" / "reference"
+COMMAND_LINE = REFERENCE / "command-line.md"
+MACHINE_FILE = REFERENCE / "machine-file.md"
+
+
+def _notice(source: str) -> str:
+    return f"<!-- Generated from {source} by `python -m host.pages`; do not edit. -->\n"
 
 
 def command_line() -> str:
     """Every command with its options, as Markdown."""
     command = typer.main.get_command(app)
-    context = _click.Context(command, info_name="gapkeeper")
+    context = typer.Context(command, info_name="gapkeeper")
     text = get_docs_for_click(obj=command, ctx=context, name="gapkeeper", title="Command line")
-    notice = "<!-- Generated from host/cli.py by `python -m host.pages`; do not edit. -->\n"
-    return notice + text.replace(f"{ROOT}/", "").rstrip() + "\n"
+    return _notice("host/cli.py") + text.replace(f"{ROOT}/", "").rstrip() + "\n"
 
+
+def machine_file() -> str:
+    """Every number of a machine's file, with unit, range and meaning, as Markdown."""
+    lines = [
+        "# A machine's file", "",
+        "`gapkeeper run --machine FILE` reads a machine from a TOML file; see "
+        "[Describe your machine](../how-to/describe-a-machine.md). Every number below must be "
+        "given, but for those of the other machine, and nothing else may stand in the file. Both "
+        "ends of a range are allowed.", "",
+        *_rows(dict(MACHINES), "")]
+    for name in dict.fromkeys(name for file in MACHINES.values() for name in file.model_fields):
+        tables = {machine: table for machine, file in MACHINES.items()
+                  if (table := _table(file.model_fields.get(name)))}
+        if tables:
+            lines += ["", f"## `[{name}]`", "", _title(tables), "", *_rows(tables, f"{name}.")]
+    settings = MachineFile.model_fields["settings"].description
+    lines += ["", "## `[settings]`", "", f"{settings} May be empty or left out. Both are whole "
+              "numbers of at most 10 digits."]
+    return _notice("host/machine_file.py") + "\n".join(lines) + "\n"
+
+
+def _table(field: FieldInfo | None) -> type[Table] | None:
+    """What a field is, if it is a table."""
+    found = field.annotation if field else None
+    return found if isinstance(found, type) and issubclass(found, Table) else None
+
+
+def _title(tables: dict[str, type[Table]]) -> str:
+    """What a table is, of whatever machine."""
+    first, *others = dict.fromkeys(tables.values())
+    only = "" if len(tables) > 1 else f" Only the machine `{next(iter(tables))}` has this table."
+    return (inspect.getdoc(first.__base__ if others else first) or "") + only
+
+
+def _rows(tables: dict[str, type[Table]], prefix: str) -> Iterator[str]:
+    """Rows of what one table has in each of some machines; whose it is, if not of all."""
+    having: dict[str, list[str]] = {}
+    found: dict[str, FieldInfo] = {}
+    for machine, table in tables.items():
+        for name, field in table.model_fields.items():
+            if name != "settings" and not _table(field):
+                having.setdefault(name, []).append(machine)
+                found.setdefault(name, field)
+    shared = all(len(machines) == len(tables) for machines in having.values())
+    columns = ["number", "unit", "range", *([] if shared else ["machine"]), "meaning"]
+    yield f"| {' | '.join(columns)} |"
+    yield f"|{' --- |' * len(columns)}"
+    for name, field in found.items():
+        whose = "both" if len(having[name]) == len(tables) else having[name][0]
+        yield (f"| `{name}` | {_unit(field)} | {_range(prefix + name, field)} | "
+               f"{'' if shared else f'{whose} | '}{field.description} |")
+
+
+def _unit(field: FieldInfo) -> str:
+    extra = field.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def _range(key: str, field: FieldInfo) -> str:
+    if key in WORDS:
+        return ", ".join(f"`{word}`" for word in WORDS[key])
+    if key == "stock.steps":
+        return f"1 to {STEPS} pairs"
+    lowest, highest = (f"{bound:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+                       for bound in bounds(field))
+    return lowest if lowest == highest else f"{lowest} to {highest}"
+
+
+PAGES: dict[Path, Callable[[], str]] = {COMMAND_LINE: command_line, MACHINE_FILE: machine_file}
 
 if __name__ == "__main__":
-    COMMAND_LINE.write_text(command_line(), encoding="utf-8")
+    for path, made in PAGES.items():
+        path.write_text(made(), encoding="utf-8")

@@ -16,7 +16,7 @@ def main() -> None:
     """Build the simulated machine and its firmware by switching it on once."""
     began = time.monotonic()
 
-    def say(text):
+    def say(text: str) -> None:
         print(f"[{time.monotonic() - began:4.0f} s] {text}", flush=True)
 
     try:

@@ -17,14 +17,16 @@ seeds. Runs for all but the comparison have seeds of their own.
 import copy
 import io
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
 from rich.progress import Progress
@@ -33,12 +35,12 @@ from rich.table import Table
 from host import figures, simulation
 from host import machine as machines
 from host.errors import UserError
-from host.experiment import add_figures, in_parallel, summed_up
+from host.experiment import Record, add_figures, in_parallel, summed_up
 from host.machine import Machine
 from host.run import Run, count_retractions
 from host.tape import Tape, encode
 from host.words import counted
-from host.workpiece import wall_surface
+from host.workpiece import Columns, wall_surface
 
 __all__ = ["FIGURES", "GAINS", "LAWS", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
            "statistics", "table"]
@@ -129,7 +131,8 @@ def settings_for(trial: Trial) -> list[str]:
     return [f"$46={round(slope)}", f"$47={max(LEAST_GAIN, round(trial.gain * slope))}", "$53=1"]
 
 
-def execute(trial: Trial, watch=lambda run: None) -> tuple[Run, dict, dict]:
+def execute(trial: Trial,
+            watch: Callable[[Run], None] = lambda run: None) -> tuple[Run, Columns, Columns]:
     """Run a trial; return it with its trace and what is left of the workpiece."""
     machine = machine_for(trial)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
@@ -143,10 +146,10 @@ def execute(trial: Trial, watch=lambda run: None) -> tuple[Run, dict, dict]:
         machine_on.close()
 
 
-def run(trial: Trial) -> dict:
+def run(trial: Trial) -> Record:
     """Run a trial; return its figures, with how it ended. Only a whole wall has figures."""
     job, trace, plan = execute(trial)
-    found = {"wall": trial.wall, "law": trial.law, "gain": trial.gain, "seed": trial.seed,
+    found: Record = {"wall": trial.wall, "law": trial.law, "gain": trial.gain, "seed": trial.seed,
              "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
     if job.outcome != "end":
         return found
@@ -154,14 +157,14 @@ def run(trial: Trial) -> dict:
         "retractions": count_retractions(job.events)["count"]}
 
 
-def _rate(trace, inside):
+def _rate(trace: Columns, inside: NDArray[np.bool_]) -> float:
     """Removal per time of the samples ``inside``, retractions included."""
     step_s = np.diff(trace["t"], prepend=0)
     removed = np.diff(trace["removed_mm3"], prepend=0)
     return float(removed[inside].sum() / step_s[inside].sum())
 
 
-def measure(trace: dict, plan: dict, way_mm: float, step: bool) -> dict:
+def measure(trace: Columns, plan: Columns, way_mm: float, step: bool) -> Record:
     """Figures of a wall that has been cut from 0 to ``way_mm``; X of the trace is in pulses.
 
     From ``BEGIN`` of the way to ``AHEAD_MM`` before its end. ``variation`` and ``noise`` are in
@@ -181,10 +184,10 @@ def measure(trace: dict, plan: dict, way_mm: float, step: bool) -> dict:
     surface, wall_x = wall_surface(plan) * 1000, plan["x"]
     bins = np.arange(BEGIN * way_mm, end, BIN_MM)
 
-    def means(values, at, of=bins):
-        return [float(values[(at >= x) & (at < x + BIN_MM)].mean()) for x in of]
+    def means(values: NDArray[Any], at: NDArray[Any]) -> list[float]:
+        return [float(values[(at >= x) & (at < x + BIN_MM)].mean()) for x in bins]
 
-    found = {
+    found: Record = {
         "removal_mm3_s": _rate(trace, inside),
         "variation": 100 * float(removed.std() / removed.mean()),
         "noise": 100 / float(np.sqrt(sparks)),
@@ -207,25 +210,25 @@ def measure(trace: dict, plan: dict, way_mm: float, step: bool) -> dict:
     return found
 
 
-def _order(one):
+def _order(one: Record) -> tuple[int, int, float, int]:
     return (WALLS.index(one["wall"]), list(LAWS).index(one["law"]), one["gain"], one["seed"])
 
 
-def statistics(runs: Iterable[dict]) -> list[dict]:
+def statistics(runs: Iterable[Record]) -> list[Record]:
     """One row for every wall, law and gain.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
     runs that ended, the spread being the sample's standard deviation, or None of a single run; None
     where there is nothing.
     """
-    groups = {}
+    groups: dict[tuple[str, str, float], list[Record]] = {}
     for one in sorted(runs, key=_order):
         groups.setdefault((one["wall"], one["law"], one["gain"]), []).append(one)
     return [{"wall": wall, "law": law, "gain": gain, **summed_up(group, FIGURES)}
             for (wall, law, gain), group in groups.items()]
 
 
-def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
+def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     """Figures down, walls and laws across; mean and spread over the seeds."""
     made = Table(box=style)
     made.add_column("wall", no_wrap=True)
@@ -238,9 +241,10 @@ def table(rows: list[dict], style=box.SIMPLE_HEAD) -> Table:
 
 def calibrate(way_mm: float) -> Plan:
     """Cut even nominal stock at the preset speed; the plan with Vs and Es."""
-    free, cut = [], []
+    free: list[float] = []
+    cut: list[float] = []
 
-    def watch(job):
+    def watch(job: Run) -> None:
         places, volts = job.simulation.positions(), job.simulation.mean_voltage()
         x, y = (places[axis] / job.machine.pulses_per_mm for axis in "xy")
         if volts and 0.001 < y < 0.03:
@@ -255,9 +259,9 @@ def calibrate(way_mm: float) -> Plan:
     return Plan(way_mm, voltage, float(np.mean(free)) - voltage)
 
 
-def mean_variations(runs: list[dict]) -> dict[float, float | None]:
+def mean_variations(runs: list[Record]) -> dict[float, float | None]:
     """Mean variation of the removal by gain; None where not every run came to its end."""
-    kinds = {}
+    kinds: dict[float, list[Record]] = {}
     for one in sorted(runs, key=_order):
         kinds.setdefault(one["gain"], []).append(one)
     return {gain: float(np.mean([one["variation"] for one in kinds[gain]]))
@@ -270,10 +274,10 @@ def best_gain(variations: dict[float, float | None]) -> float:
     whole = {gain: variation for gain, variation in variations.items() if variation is not None}
     if not whole:
         raise UserError("with none of its gains did P3 come to the end of the wall.")
-    return min(whole, key=whole.get)
+    return min(whole, key=lambda gain: whole[gain])
 
 
-def plot(runs: list[dict], path: Path) -> None:
+def plot(runs: list[Record], path: Path) -> None:
     """Draw removal per time and surface along the wall, means over the seeds, and variations."""
     rows = statistics(runs)
     with matplotlib.rc_context(figures.STYLE):
@@ -301,7 +305,7 @@ def plot(runs: list[dict], path: Path) -> None:
         figure.savefig(path, dpi=120)
 
 
-def _page(rows, said, seeds):
+def _page(rows: list[Record], said: list[str], seeds: int) -> str:
     """The table and how it came about, as Markdown."""
     page = Console(width=400, file=io.StringIO())
     with page.capture() as text:
@@ -331,7 +335,7 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=len(tried) + seeds * len(WALLS) * len(LAWS))
 
-        def tell(one):
+        def tell(one: Record) -> None:
             bar.advance(task)
             end = (f"removal ± {one['variation']:.1f} %, surface ± {one['surface_um']:.2f} um"
                    if one["outcome"] == "end" else one["alarm"])

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page a person looks at after a run: one HTML file that needs nothing else."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from host import figures
+from host.events import Event
 from host.retractions import Retraction, collect, most_telling
+from host.workpiece import Columns
 
 DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
 
@@ -25,7 +29,7 @@ PRESSED_MM = 0.005  # there is contact at some micrometres; what is further in w
 QUIET = {"block"}
 
 
-def _number(value, digits=3) -> str:
+def _number(value: float | None, digits: int = 3) -> str:
     """A number for reading: no digits that say nothing, a true minus sign."""
     if value is None:
         return DASH
@@ -35,12 +39,12 @@ def _number(value, digits=3) -> str:
     return text.replace(",", THIN_SPACE).replace("-", MINUS)
 
 
-def _fixed(value, digits) -> str:
+def _fixed(value: float | None, digits: int) -> str:
     """A number for a column: always as many digits, a true minus sign."""
     return DASH if value is None else f"{value:.{digits}f}".replace("-", MINUS)
 
 
-def _flat(parameters: dict, prefix=""):
+def _flat(parameters: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the leaves of nested tables, named with dots."""
     for name, value in parameters.items():
         if isinstance(value, dict):
@@ -49,7 +53,7 @@ def _flat(parameters: dict, prefix=""):
             yield f"{prefix}{name}", value
 
 
-def _details(event: dict) -> str:
+def _details(event: Event) -> str:
     """What an event says beyond when and where."""
     common = {"cycle", "t", "event", "line", "pos"}
     said = {name.replace("_", " "): value if isinstance(value, str) else _number(value, 4)
@@ -58,13 +62,13 @@ def _details(event: dict) -> str:
     return ", ".join(f"{name} {value}" for name, value in said.items())
 
 
-def guards_off(summary: dict) -> str:
+def guards_off(summary: dict[str, Any]) -> str:
     """Sentence on guards of the machine that settings have switched off; empty if none is."""
     names = ", ".join(summary["guards_off"])
     return f"Switched off by settings: {names}." if names else ""
 
 
-def collision(summary: dict) -> str:
+def collision(summary: dict[str, Any]) -> str:
     """What to say of an electrode that was pushed into solid work; nothing if it was not."""
     pressed = summary["pressed_mm"]
     return "" if pressed <= PRESSED_MM else (
@@ -84,7 +88,8 @@ def _story(one: Retraction, last: bool) -> str:
     return ", ".join(steps) + "."
 
 
-def _tiles(summary, retractions, wire):
+def _tiles(summary: dict[str, Any], retractions: list[Retraction],
+           wire: bool) -> list[tuple[str, str, str]]:
     shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
     pulses = summary["discharges"]
     total = sum(pulses.values())
@@ -106,7 +111,9 @@ def _tiles(summary, retractions, wire):
     ]
 
 
-def render(*, title, listing, machine, parameters, summary, events, trace, plan=None) -> str:
+def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
+           parameters: dict[str, Any], summary: dict[str, Any], events: list[Event],
+           trace: Columns, plan: Columns | None = None) -> str:
     """HTML of a run.
 
     ``listing`` is the tape's text with its line numbers, ``parameters`` the machine's nested
@@ -118,9 +125,10 @@ def render(*, title, listing, machine, parameters, summary, events, trace, plan=
     retractions = collect(events)
     telling = most_telling([one for one in retractions if one.end])
     drawn = len(trace["t"]) > 1
-    close_up = ""
+    close_up = story = ""
     if drawn and telling:
         close_up = figures.close_up(trace, telling, parameters["pulses_per_mm"])
+        story = _story(telling, telling is retractions[-1])
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
@@ -134,7 +142,7 @@ def render(*, title, listing, machine, parameters, summary, events, trace, plan=
         staircase=figures.staircase(trace, events) if drawn else "",
         above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",
         telling=telling, close_up=close_up,
-        story=_story(telling, telling is retractions[-1]) if close_up else "",
+        story=story,
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],
         details=_details,

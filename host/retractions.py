@@ -3,6 +3,8 @@
 
 from dataclasses import dataclass, field
 
+from host.events import Event
+
 
 @dataclass
 class Retraction:
@@ -14,16 +16,16 @@ class Retraction:
     """
 
     number: int
-    start: dict
+    start: Event
     limit: float | None
     series_t: float
-    end: dict | None = None
-    advances: list[dict] = field(default_factory=list)
-    resume: dict | None = None
+    end: Event | None = None
+    advances: list[Event] = field(default_factory=list)
+    resume: Event | None = None
 
     @property
     def cause(self) -> str:
-        return self.start["cause"]
+        return str(self.start["cause"])
 
     @property
     def distance(self) -> float:
@@ -35,14 +37,16 @@ class Retraction:
         """Time from the start to the resumption of the feed."""
         return self.resume["t"] - self.start["t"] if self.resume else None
 
-    def phase(self, name: str) -> dict | None:
+    def phase(self, name: str) -> Event | None:
         """The re-advance ``high`` or ``low``, if there was one."""
         return next((event for event in self.advances if event["phase"] == name), None)
 
 
-def collect(events: list[dict]) -> list[Retraction]:
+def collect(events: list[Event]) -> list[Retraction]:
     """Retractions of a run, in order."""
-    found, limit, open_series = [], None, None
+    found: list[Retraction] = []
+    limit: float | None = None
+    open_series: float | None = None
     for event in events:
         kind = event["event"]
         if kind == "retraction_set":
@@ -64,6 +68,6 @@ def collect(events: list[dict]) -> list[Retraction]:
 
 def most_telling(retractions: list[Retraction]) -> Retraction | None:
     """The retraction to show in close-up: whole, with every phase, and the longest of those."""
-    def worth(one):
+    def worth(one: Retraction) -> tuple[bool, int, bool, float]:
         return (one.resume is not None, len(one.advances), one.cause == "short", one.distance)
     return max(retractions, key=worth, default=None)

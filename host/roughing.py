@@ -16,13 +16,15 @@ it where that would leave the fluid.
 """
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count, pairwise
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -67,12 +69,12 @@ def parts_of_step(step_ip: float) -> int:
     return parts
 
 
-def _step_ma(parts):
+def _step_ma(parts: int) -> int:
     """Step of a supply that divides one IP, as the controller takes it: a whole number."""
     return round(1000 * AMPERES / parts)
 
 
-def _current(ip):
+def _current(ip: float) -> str:
     """A current as a word's number, and for people: to 1/1000 IP."""
     return f"{ip:.3f}".rstrip("0").rstrip(".")
 
@@ -107,12 +109,12 @@ def conditions(steps: Sequence[Step]) -> list[tuple[int, str]]:
             for step in steps]
 
 
-def _millimetres(depth_um):
+def _millimetres(depth_um: int) -> str:
     """A depth as a word's number: with its point, and no digits that say nothing."""
     return f"{depth_um / 1000:.3f}".rstrip("0")
 
 
-def _conditions(steps, parts):
+def _conditions(steps: Sequence[Step], parts: int) -> tuple[list[int], list[str]]:
     """Number of each step's condition, and the blocks that enter them."""
     for step in steps:
         if step.ip * parts > MOST_LEVELS:
@@ -128,7 +130,7 @@ def _conditions(steps, parts):
     return [number for number, _ in found], entered
 
 
-def _way(steps, numbers) -> Iterator[str]:
+def _way(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
     """Blocks from the surface down: conditions and limits where they change."""
     changes = {at: f"G36 {words}" for at, words in LIMITS}
     last, feed = 0, " F60"
@@ -143,7 +145,7 @@ def _way(steps, numbers) -> Iterator[str]:
                 yield changes[at]
 
 
-def _series(steps, numbers):
+def _series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
     """The same as one block, behind its series."""
     if len(steps) - 1 > MOST_SERIES:
         raise UserError(f"the staircase has {len(steps) - 1} changes, and a series takes "
@@ -183,18 +185,19 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
                       *(f"N{10 * n} {block}" for n, block in enumerate(blocks, 1)), "%", ""])
 
 
-def _plain(comment):
+def _plain(comment: str) -> str:
     """Capitals, only what both tape codes have, and no more than a block takes."""
     return "".join(char if char in "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789+-., /" else " "
                    for char in comment.upper())[:MOST_COMMENT]
 
 
-def _pieces(steps):
+def _pieces(steps: Sequence[Step]) -> list[tuple[int, Step]]:
     """Each step with the depth where it begins."""
     return [(one.depth_um, step) for one, step in pairwise([Step(0, 0), *steps])]
 
 
-def table(found: Staircase, data: list[BasicData], style=box.SIMPLE_HEAD) -> Table:
+def table(found: Staircase, data: list[BasicData],
+          style: box.Box = box.SIMPLE_HEAD) -> Table:
     """The staircase from the surface down, and what each current needs where it ends."""
     near = neighbours(data, found.job.area_mm2)
     made = Table(box=style)
@@ -208,7 +211,7 @@ def table(found: Staircase, data: list[BasicData], style=box.SIMPLE_HEAD) -> Tab
     return made
 
 
-def _sentences(found, data):
+def _sentences(found: Staircase, data: list[BasicData]) -> Iterator[str]:
     job = found.job
     if any(one.source == "synthetic" for one in data):
         yield "The basic data are synthetic: do not machine by them."
@@ -227,7 +230,7 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
     """Draw the current against the depth, and the undersize that it needs."""
     job, near = found.job, neighbours(data, found.job.area_mm2)
 
-    def needed(ip, begin, end):
+    def needed(ip: float, begin: float, end: float) -> tuple[list[np.float32], NDArray[Any]]:
         depths = np.linspace(max(begin, near[0].depth_mm[0]), end, 60)
         return [undersize_cell(near, job.area_mm2, depth, ip).between for depth in depths], depths
 
@@ -268,7 +271,7 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
             figure.savefig(path, dpi=120, format="png")
 
 
-def _write(path, write):
+def _write(path: Path, write: Callable[[], object]) -> None:
     """Write a file, and its folder if there is none."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

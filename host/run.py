@@ -9,10 +9,12 @@ same run whatever the computer is doing.
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from pathlib import Path
+from typing import Any, Protocol
 
 from host import events
 from host.errors import ALARM, DONE, REJECTED, UsageError
+from host.events import Event
 from host.link import (
     HOLD,
     POLL_S,
@@ -39,7 +41,14 @@ STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 class Simulated(BytePipe, Protocol):
     """A simulated machine: a pipe with a clock, and what no real machine would tell."""
 
-    cycle: int
+    clock_hz: int
+
+    @property
+    def cycle(self) -> int:
+        """Clocks since reset."""
+
+    def press_arm(self) -> None:
+        """Press the button ``arm`` as a person would, and let the contactor close."""
 
     def positions(self) -> dict[str, int]:
         """Encoder positions by axis, in pulses from where the machine was switched on."""
@@ -52,6 +61,9 @@ class Simulated(BytePipe, Protocol):
 
     def front(self) -> int:
         """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
+
+    def mean_voltage(self) -> float:
+        """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
 
 
 @dataclass
@@ -75,12 +87,12 @@ class Run:
     mdi: list[str] = field(default_factory=list)
     until_s: float | None = None
     watch: Callable[["Run"], None] = lambda run: None
-    events: list[dict] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
     outcome: str | None = None
-    alarm: dict | None = None
+    alarm: dict[str, Any] | None = None
     guards_off: list[str] = field(default_factory=list)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
                                   self.tape.shift)
         self.link = Link(self.simulation, self._hear)
@@ -112,7 +124,7 @@ class Run:
         self._come_to_rest()
         return self.outcome
 
-    def _set_up(self):
+    def _set_up(self) -> None:
         self.link.await_greeting()
         self.link.command("$X")
         self.simulation.press_arm()
@@ -129,13 +141,13 @@ class Run:
             places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
 
-    def _enter(self, line, name):
+    def _enter(self, line: str, name: str) -> None:
         try:
             self.link.command(line)
         except RefusedError as error:
             raise UsageError(f"{name} is refused by the controller: {error.reason}") from error
 
-    def _over(self):
+    def _over(self) -> bool:
         """Whether the run is over; on the way, see that machine and controller are well."""
         now = self.simulation.time_s()
         if now - self._heard_s > ALIVE_S:
@@ -146,7 +158,7 @@ class Run:
         self.watch(self)
         return self.outcome is not None or (self.until_s is not None and now >= self.until_s)
 
-    def _hear(self, line):
+    def _hear(self, line: str) -> None:
         self._heard_s, self._asked = self.simulation.time_s(), 0
         if events.is_event(line):
             self._note(events.parse(line, self.scale))
@@ -159,7 +171,7 @@ class Run:
         elif line.startswith("Gapkeeper") and self._began:
             raise LinkError("the controller has started anew in the middle of the run.")
 
-    def _alarm(self, code, text):
+    def _alarm(self, code: int, text: str) -> Event:
         """An alarm of which there is no event: when and where it was heard."""
         places = self.simulation.positions().items()
         return {
@@ -169,7 +181,7 @@ class Run:
                     for axis, place in places},
             "code": code, "text": text}
 
-    def _note(self, event):
+    def _note(self, event: Event) -> None:
         if event["event"] == "pause":  # M00: there is nobody else to press the button
             self.link.press(RESUME)
             return
@@ -186,19 +198,19 @@ class Run:
             rejected = event["code"] < MACHINE_ALARMS and not self.simulation.front()
             self.outcome = "rejected" if rejected else "alarm"
 
-    def _come_to_rest(self):
+    def _come_to_rest(self) -> None:
         end = self.simulation.time_s() + SETTLE_S
         while (any(abs(error) > AT_REST_PULSES for error in self.simulation.errors().values())
                and self.simulation.time_s() < end):
             self.link.poll(POLL_S)
 
 
-def write_events(run_events: list[dict], path) -> None:
+def write_events(run_events: list[Event], path: Path) -> None:
     """Write ``events.jsonl``: one object a line."""
     path.write_text("".join(json.dumps(event) + "\n" for event in run_events), encoding="utf-8")
 
 
-def count_retractions(run_events: list[dict]) -> dict[str, int]:
+def count_retractions(run_events: list[Event]) -> dict[str, int]:
     """Number of retractions, and by cause."""
     causes = [event["cause"] for event in run_events if event["event"] == "retraction_start"]
     return {"count": len(causes)} | {cause: causes.count(cause)

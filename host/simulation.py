@@ -3,18 +3,39 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
 from host.errors import UsageError, UserError
 from host.machine import ROOT, Machine
+from host.workpiece import Columns
 
 CONVERTER_V = 100.0  # at the gap, its full scale
 LOG = ROOT / "build" / "failure.log"
 
 
+class Native(Protocol):
+    """What lies behind the door: the test bench's native simulation, which says it all."""
+
+    clock_hz: int
+
+    @property
+    def cycle(self) -> int: ...
+    def send(self, data: bytes) -> None: ...
+    def receive(self, clocks: int) -> bytes: ...
+    def press_arm(self) -> None: ...
+    def positions(self) -> dict[str, int]: ...
+    def errors(self) -> dict[str, int]: ...
+    def discharges(self) -> dict[str, int]: ...
+    def probe(self, name: str) -> int: ...
+    def trace(self) -> Columns: ...
+    def workpiece(self) -> Columns: ...
+    def close(self) -> None: ...
+
+
 class Simulation:
     """A simulated machine as a pipe of bytes with a clock; see ``host.link.BytePipe``."""
 
-    def __init__(self, native):
+    def __init__(self, native: Native) -> None:
         self._native = native
         self.clock_hz = native.clock_hz
 
@@ -66,11 +87,11 @@ class Simulation:
         """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
         return self._native.probe("law_voltage_mean") / 2**16 * CONVERTER_V
 
-    def trace(self) -> dict:
+    def trace(self) -> Columns:
         """Samples of the run as columns."""
         return self._native.trace()
 
-    def workpiece(self) -> dict:
+    def workpiece(self) -> Columns:
         """Plan of what is left of a wire machine's workpiece; see ``host.workpiece``."""
         return self._native.workpiece()
 

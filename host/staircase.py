@@ -42,7 +42,7 @@ bends between two areas, and by its formula steps of 350 random jobs down to 40 
 more than beta, and the last one up to 1.0 um more than X.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
@@ -51,7 +51,7 @@ import numpy as np
 
 from host.basic import BasicData
 from host.errors import UserError
-from host.network import train
+from host.network import Number, train
 from host.words import exact
 
 __all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",
@@ -64,6 +64,7 @@ STEEPEST_DEG = 60.0
 TERMS = 8
 CURRENT_SHARE, DEPTH_SHARE = 0.1, 0.05
 NEIGHBOUR = tuple[int, ...]
+Sample = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -116,10 +117,10 @@ class Cell:
     ``signs`` as ``Network.rises`` has them; ``between`` is the multilinear interpolation.
     """
 
-    samples: tuple[tuple[float, float, float, float], ...]
-    inputs: tuple[float, float, float]
+    samples: tuple[Sample, ...]
+    inputs: tuple[np.float32, np.float32, np.float32]
     signs: tuple[int, int, int]
-    between: float
+    between: np.float32
 
 
 def cosine(degrees: float) -> np.float32:
@@ -131,87 +132,91 @@ def cosine(degrees: float) -> np.float32:
     return total
 
 
-def _next_to(values: Sequence[float], value: float) -> NEIGHBOUR:
+def _next_to(values: Sequence[Number], value: Number) -> NEIGHBOUR:
     """Places of the two values next to one, on either side if possible; of one value its own."""
     if len(values) == 1:
         return (0,)
-    at = sum(SINGLE(one) <= value for one in values) - 1
+    at = sum(bool(SINGLE(one) <= value) for one in values) - 1
     at = min(max(at, 0), len(values) - 2)
     return (at, at + 1)
 
 
-def _line(x: Sequence[float], y: Sequence[float], at: np.float32) -> np.float32:
+def _line(x: Sequence[Number], y: Sequence[Number], at: Number) -> np.float32:
     """Value at a place of the line through one or two points."""
-    x, y = [SINGLE(one) for one in x], [SINGLE(one) for one in y]
     if len(x) == 1:
-        return y[0]
-    return y[0] + (y[1] - y[0]) * ((at - x[0]) / (x[1] - x[0]))
+        return SINGLE(y[0])
+    (x0, x1), (y0, y1) = map(SINGLE, x), map(SINGLE, y)
+    return y0 + (y1 - y0) * ((SINGLE(at) - x0) / (x1 - x0))
 
 
-def _undersize(one: BasicData, ip, depth):
+def _undersize(one: BasicData, ip: np.float32, depth: int) -> np.float32:
     """Least undersize of one file at a current and the place of a depth."""
     rows = _next_to(one.ip, ip)
     return _line([one.ip[row] for row in rows], [one.undersize_um[row][depth] for row in rows], ip)
 
 
-def current_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
-                 undersize_um: float) -> Cell:
+def current_cell(data: Sequence[BasicData], area_mm2: Number, depth_mm: Number,
+                 undersize_um: Number) -> Cell:
     """Samples from which the first network learns, of one or two files."""
-    area_mm2, depth_mm, undersize_um = map(SINGLE, (area_mm2, depth_mm, undersize_um))
-    samples, by_area = [], []
+    area, reached, undersize = SINGLE(area_mm2), SINGLE(depth_mm), SINGLE(undersize_um)
+    samples: list[Sample] = []
+    by_area = []
     for one in data:
-        places, by_depth = _next_to(one.depth_mm, depth_mm), []
+        places, by_depth = _next_to(one.depth_mm, reached), []
         for depth in places:
             column = one.column(depth)
-            rows = _next_to(column, undersize_um)
+            rows = _next_to(column, undersize)
             samples += [(one.area_mm2, one.depth_mm[depth], column[row], one.ip[row])
                         for row in rows]
             by_depth.append(_line([column[row] for row in rows], [one.ip[row] for row in rows],
-                                  undersize_um))
-        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, depth_mm))
-    return Cell(tuple(samples), (area_mm2, depth_mm, undersize_um), (0, -1, 1),
-                _line([one.area_mm2 for one in data], by_area, area_mm2))
+                                  undersize))
+        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, reached))
+    return Cell(tuple(samples), (area, reached, undersize), (0, -1, 1),
+                _line([one.area_mm2 for one in data], by_area, area))
 
 
-def undersize_cell(data: Sequence[BasicData], area_mm2: float, depth_mm: float,
-                   ip: float) -> Cell:
+def undersize_cell(data: Sequence[BasicData], area_mm2: Number, depth_mm: Number,
+                   ip: Number) -> Cell:
     """Samples from which the second network learns."""
-    area_mm2, depth_mm, ip = map(SINGLE, (area_mm2, depth_mm, ip))
-    samples, by_area = [], []
+    area, reached, current = SINGLE(area_mm2), SINGLE(depth_mm), SINGLE(ip)
+    samples: list[Sample] = []
+    by_area = []
     for one in data:
-        places, by_depth = _next_to(one.depth_mm, depth_mm), []
+        places, by_depth = _next_to(one.depth_mm, reached), []
         for depth in places:
             samples += [(one.area_mm2, one.depth_mm[depth], one.ip[row],
-                         one.undersize_um[row][depth]) for row in _next_to(one.ip, ip)]
-            by_depth.append(_undersize(one, ip, depth))
-        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, depth_mm))
-    return Cell(tuple(samples), (area_mm2, depth_mm, ip), (0, 1, 1),
-                _line([one.area_mm2 for one in data], by_area, area_mm2))
+                         one.undersize_um[row][depth]) for row in _next_to(one.ip, current)]
+            by_depth.append(_undersize(one, current, depth))
+        by_area.append(_line([one.depth_mm[depth] for depth in places], by_depth, reached))
+    return Cell(tuple(samples), (area, reached, current), (0, 1, 1),
+                _line([one.area_mm2 for one in data], by_area, area))
 
 
-def depth_cell(data: Sequence[BasicData], area_mm2: float, ip: float, beta_um: float) -> Cell:
+def depth_cell(data: Sequence[BasicData], area_mm2: Number, ip: Number,
+               beta_um: Number) -> Cell:
     """Samples from which the third network learns. The files have more than one depth."""
-    area_mm2, ip, beta_um = map(SINGLE, (area_mm2, ip, beta_um))
+    area, current, beta = SINGLE(area_mm2), SINGLE(ip), SINGLE(beta_um)
     depths = data[0].depth_mm
     needed = [_line([one.area_mm2 for one in data],
-                    [_undersize(one, ip, depth) for one in data], area_mm2)
+                    [_undersize(one, current, depth) for one in data], area)
               for depth in range(len(depths))]
-    places = _next_to(needed, beta_um)
+    places = _next_to(needed, beta)
     samples = tuple((one.area_mm2, one.ip[row], one.undersize_um[row][depth], depths[depth])
-                    for one in data for row in _next_to(one.ip, ip) for depth in places)
-    return Cell(samples, (area_mm2, ip, beta_um), (0, -1, 1),
+                    for one in data for row in _next_to(one.ip, current) for depth in places)
+    return Cell(samples, (area, current, beta), (0, -1, 1),
                 _line([needed[depth] for depth in places], [depths[depth] for depth in places],
-                      beta_um))
+                      beta))
 
 
 class _Inference:
     """Trains a network for each question, and keeps account of those that are not trusted."""
 
-    def __init__(self, seed):
+    def __init__(self, seed: int) -> None:
         self.seed = seed
-        self.untrusted = []
+        self.untrusted: list[str] = []
 
-    def __call__(self, cell, name, agree=None):
+    def __call__(self, cell: Cell, name: str,
+                 agree: Callable[[np.float32, np.float32], bool] | None = None) -> np.float32:
         """Answer of a network, or the interpolation; ``agree`` compares the two."""
         network = train(cell.samples, self.seed)
         inferred = network.infer(cell.inputs)
@@ -227,9 +232,9 @@ class _Inference:
         return cell.between
 
 
-def _same_depth(one, two):
+def _same_depth(one: np.float32, two: np.float32) -> bool:
     """Whether two depths agree; above the surface there is none."""
-    return (one <= 0 and two <= 0) or abs(one - two) <= DEPTH_SHARE * two
+    return bool((one <= 0 and two <= 0) or abs(one - two) <= DEPTH_SHARE * two)
 
 
 def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
@@ -247,7 +252,8 @@ def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
     return [data[place] for place in _next_to([one.area_mm2 for one in data], area_mm2)]
 
 
-def _check(near, job, undersize_um):
+def _check(near: list[BasicData], job: Job,
+           undersize_um: np.float32) -> tuple[np.float32, np.float32]:
     depths = near[0].depth_mm
     if not depths[0] <= job.depth_mm <= depths[-1]:
         held = (f"{exact(depths[0])} to {exact(depths[-1])} mm" if len(depths) > 1
@@ -271,7 +277,7 @@ def _check(near, job, undersize_um):
     return least, greatest
 
 
-def _stock(near, job, alpha):
+def _stock(near: list[BasicData], job: Job, alpha: np.float32) -> tuple[float, float]:
     """Stock left on bottom and side by the last step, corrected for the roughness."""
     areas, finish = [one.area_mm2 for one in near], near[0].finish_um
     rough = [one[0] for one in finish]
@@ -283,7 +289,7 @@ def _stock(near, job, alpha):
     less = _line([rough[place] for place in places], [finish[place][1] for place in places],
                  job.rmax_um)
 
-    def left(values):
+    def left(values: Callable[[BasicData], tuple[float, ...]]) -> np.float32:
         by_area = []
         for one in near:
             rows = _next_to(one.ip, alpha)
@@ -310,11 +316,11 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
     least, greatest = _check(near, job, undersize_um)
     infer, notes = _Inference(seed), []
 
-    def inside_data(ip):
+    def inside_data(ip: np.float32) -> np.float32:
         return min(max(ip, least), greatest)
 
-    def same_current(one, two):
-        return abs(inside_data(one) - inside_data(two)) * job.steps <= CURRENT_SHARE
+    def same_current(one: np.float32, two: np.float32) -> bool:
+        return bool(abs(inside_data(one) - inside_data(two)) * job.steps <= CURRENT_SHARE)
 
     ip = inside_data(infer(current_cell(near, job.area_mm2, job.depth_mm, undersize_um), "current",
                            same_current))

@@ -12,7 +12,7 @@ up. No current is left out for being more than so small an electrode bears.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from host.basic import FOLDER, file_name
@@ -29,14 +29,14 @@ FINISH = {1: 0.0, 2: -1.5, 3: -2.5, 5: -4.0, 10: -7.0}  # um Rmax: side stock ag
 def undersize_um(area_mm2: float, ip: float, depth_mm: float) -> float:
     """Least undersize, um."""
     spread = 1 + 0.1 * math.log2(area_mm2 / 50)
-    return 30 + 9 * ip + (0.6 + 0.28 * ip) * depth_mm**0.85 * spread
+    return float(30 + 9 * ip + (0.6 + 0.28 * ip) * depth_mm**0.85 * spread)
 
 
-def _numbers(values):
+def _numbers(values: Iterable[float]) -> str:
     return "[" + ", ".join(f"{value:g}" for value in values) + "]"
 
 
-def _text(area_mm2):
+def _text(area_mm2: float) -> str:
     lines = [
         "# SPDX-License-Identifier: Apache-2.0",
         "# SYNTHETIC: nobody has measured these. Made by `python -m host.synthetic`.",

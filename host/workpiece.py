@@ -5,12 +5,16 @@ A plan is a dictionary: ``x`` and ``y``, the middles of its cells in mm in the w
 coordinates, rising; ``left``, the share of each cell that is still there, by ``[y, x]``.
 """
 
-import numpy as np
+from typing import Any
 
-__all__ = ["coarser", "wall_surface"]
+from numpy.typing import NDArray
+
+__all__ = ["Columns", "coarser", "wall_surface"]
+
+Columns = dict[str, NDArray[Any]]     # a plan; and whatever else is arrays by name
 
 
-def wall_surface(plan: dict) -> np.ndarray:
+def wall_surface(plan: Columns) -> NDArray[Any]:
     """Y of a wall's surface in mm, for every X of the plan.
 
     The wall is the machine file's ``wall``: along X, the workpiece beyond it, at greater Y. The
@@ -18,10 +22,11 @@ def wall_surface(plan: dict) -> np.ndarray:
     it are volumes.
     """
     cell = plan["y"][1] - plan["y"][0]
-    return plan["y"][-1] + cell / 2 - plan["left"].sum(axis=0) * cell
+    surface: NDArray[Any] = plan["y"][-1] + cell / 2 - plan["left"].sum(axis=0) * cell
+    return surface
 
 
-def coarser(plan: dict, cells: int) -> dict:
+def coarser(plan: Columns, cells: int) -> Columns:
     """Plan with at most so many cells on a side, each the mean of a square of them."""
     step = -(-max(plan["left"].shape) // cells)
     rows, columns = (size // step * step for size in plan["left"].shape)

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 from softcore import linkmap
+from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
 
 HERE = Path(__file__).parent
@@ -11,12 +12,12 @@ NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
           "`python -m softcore.generate`; do not edit.")
 
 
-def _kind(block):
+def _kind(block: Block) -> str:
     """Blocks that repeat share one C struct: those of the axes."""
     return "axis" if block.name.startswith("axis_") else block.name
 
 
-def _struct(block):
+def _struct(block: Block) -> list[str]:
     kind = _kind(block)
     lines = [f"/* {block.doc} */" if kind == block.name else "/* One axis. */",
              "typedef volatile struct {"]

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 __all__ = ["FirmwareError", "address_runtime", "among", "host_library", "path_units",
@@ -50,11 +50,11 @@ class FirmwareError(RuntimeError):
     """The firmware does not compile; the compiler's own words follow."""
 
 
-def _zig(tool):
+def _zig(tool: str) -> list[str]:
     return [sys.executable, "-m", "ziglang", tool]
 
 
-def _host_compiler():
+def _host_compiler() -> list[str]:
     """The machine's C compiler if it has one, else zig's."""
     for name in ("cc", "gcc", "clang"):
         found = shutil.which(name)
@@ -63,7 +63,7 @@ def _host_compiler():
     return _zig("cc")
 
 
-def _is_clang(compiler):
+def _is_clang(compiler: list[str]) -> bool:
     said = subprocess.run([*compiler, "--version"], capture_output=True, text=True, check=False)
     return "clang" in said.stdout
 
@@ -84,7 +84,7 @@ def among(path: Path, places: tuple[str, ...]) -> bool:
     return any(path.is_relative_to(place) for place in places)
 
 
-def _sources(leave_out):
+def _sources(leave_out: tuple[str, ...]) -> list[Path]:
     # By name: moving a file to another room does not change the image.
     return sorted((path for path in SOURCES.rglob("*")
                    if path.suffix in {".c", ".S"}
@@ -92,21 +92,21 @@ def _sources(leave_out):
                   key=lambda path: path.name)
 
 
-def _digest(command):
+def _digest(command: Sequence[str | Path]) -> str:
     total = hashlib.sha256(repr(command).encode())
     for path in sorted(path for path in SOURCES.rglob("*") if path.is_file()):
         total.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
     return total.hexdigest()[:16]
 
 
-def _run(command):
+def _run(command: Sequence[str | Path]) -> None:
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True,
                           check=False)
     if done.returncode:
         raise FirmwareError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
 
 
-def _cached(name, command, build):
+def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], None]) -> Path:
     """Path of ``name`` in the folder of its digest; ``build(folder)`` makes it if it is not there.
 
     It is made under another name and moved, so that two processes may build at once; what else was
@@ -153,12 +153,13 @@ def target_image(memory_size: int = 286720,
     FirmwareError
         If it does not compile, or does not fit.
     """
-    command = [*_zig("cc"), *TARGET, *COMMON, f"-I{SOURCES}",
-               f"-DPATH_RING={path_units(memory_size)}u", *_sources(HOST_ONLY)]
+    command: list[str | Path] = [
+        *_zig("cc"), *TARGET, *COMMON, f"-I{SOURCES}",
+        f"-DPATH_RING={path_units(memory_size)}u", *_sources(HOST_ONLY)]
     # zig's linker front end does not know --defsym.
     script = f"__ram_size = {memory_size};\n" + (SOURCES / "hal" / "link.ld").read_text()
 
-    def build(folder):
+    def build(folder: Path) -> None:
         progress("compiling the firmware")
         (folder / "link.ld").write_text(script)
         _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
@@ -188,7 +189,8 @@ def host_library(sanitize: str = "") -> Path:
         # Trapping needs no runtime library, which the Python process would not have.
         options = [*options, "-fsanitize-trap=all" if _is_clang(compiler)
                    else "-fsanitize-undefined-trap-on-error"]
-    command = [*compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, f"-I{SOURCES}", *options,
-               *_sources(TARGET_ONLY)]
+    command: list[str | Path] = [
+        *compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, f"-I{SOURCES}", *options,
+        *_sources(TARGET_ONLY)]
     return _cached("firmware.so", command,
                    lambda folder: _run([*command, "-o", folder / "firmware.so"]))

@@ -49,13 +49,19 @@ class Block:
     registers: tuple[Register, ...]
 
 
-def value(bits, doc, **options):
+Row = (tuple[str, str, tuple[Field, ...]]
+       | tuple[str, str, tuple[Field, ...], Literal["read", "write"]])
+
+
+def value(bits: int, doc: str, *, access: Access = "rw", signed: bool = False, init: int = 0,
+          unit: str = "") -> tuple[Field, ...]:
     """Fields of a register that holds one value."""
-    return (Field(name="value", bits=bits, doc=doc, **options),)
+    return (Field(name="value", bits=bits, doc=doc, access=access, signed=signed, init=init,
+                  unit=unit),)
 
 
-def registers(*rows):
+def registers(*rows: Row) -> tuple[Register, ...]:
     """Number the rows ``(name, doc, fields[, pulse])`` from offset 0 on."""
     return tuple(Register(name=row[0], offset=4 * index, doc=row[1], fields=row[2],
-                          pulse=row[3] if len(row) > 3 else "")
+                          pulse=row[3] if len(row) == 4 else "")
                  for index, row in enumerate(rows))

@@ -421,7 +421,7 @@ AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the
 ))
 
 
-def _axis(index, letter):
+def _axis(index: int, letter: str) -> Block:
     return Block(name=f"axis_{letter}", base=0xA00 + 0x40 * index,
                  doc=f"Axis {letter.upper()}; see ``rtl.motion.axis``.", registers=_registers(
         ("command", "Commanded position: sum of the axis pulses Pi.",

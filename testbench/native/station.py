@@ -10,13 +10,13 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from host.machine_file import WORDS
+
 __all__ = ["AXES", "Session", "parameters"]
 
 AXES = "xyz"
 HARMS = ("bent", "dropped", "doubled", "unstopped")     # of a byte on the line
 
-# Words of a machine's file, by the numbers that the plant has for them.
-WORDS = {"kind": ("sinker", "wire"), "stock.kind": ("solid", "wall", "circle", "rectangle")}
 GRAINS = 65535  # of a whole cell of the workpiece
 PRESS_S, CLOSE_S = 0.02, 0.04  # a press of the button; from it to closed contacts, and some more
 

@@ -2,16 +2,32 @@
 """Machine files: what they give, and what of them is refused."""
 
 import re
+import tomllib
 
 import pytest
 
 from host.errors import UsageError
-from host.machine import BOUNDS, BUILT_IN, WORDS, load
-from testbench.native import station
+from host.machine import BUILT_IN, load
+from host.machine_file import MACHINES, WORDS, bounds, entries
 from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 WIRE = (BUILT_IN / "wire.toml").read_text(encoding="utf-8")
+NO_NUMBERS = {"kind", "stock.kind", "stock.steps", "settings"}
+
+# Unit by the end of a number's name, the longest that fits.
+UNITS = {
+    "hz": "Hz", "um": "µm", "mm": "mm", "mm2": "mm²", "us": "µs", "ms": "ms", "s": "s", "v": "V",
+    "a": "A", "ohm": "Ω", "ohm_cm": "Ω cm", "mm_s": "mm/s", "mm_s2": "mm/s²", "mm3_s": "mm³/s",
+    "mm3_min_a": "mm³/(min A)", "um_a": "µm/A", "per_s": "1/s", "per_us": "1/µs", "per_um": "1/µm",
+    "per_cm": "1/cm", "per_mm": "1/mm",
+    "delay_square_us": "µs/µm²", "delay_linear_us": "µs/µm",    # of a formula's part
+}
+
+
+def plain(names):
+    """Names of numbers, without those that the steps of a stock have."""
+    return {name for name in names if not re.match(r"stock\.(at_mm|width_um)_\d+$", name)}
 
 
 def test_machines_give_every_parameter_of_the_plant():
@@ -19,11 +35,8 @@ def test_machines_give_every_parameter_of_the_plant():
     plant = (BUILT_IN / "plant.cpp").read_text(encoding="utf-8")
     names = {name for name in re.findall(r'p\["([\w.]+)"\] = &', plant)
              if not name.startswith("force.")}
-    given = {kind: {name for name, _ in parameters(load(kind).tables)
-                    if not re.match(r"stock\.(at_mm|width_um)_\d+$", name)}
-             for kind in ("sinker", "wire")}
+    given = {kind: plain(name for name, _ in parameters(load(kind).tables)) for kind in MACHINES}
     assert given["sinker"] | given["wire"] == names
-    assert not BOUNDS.keys() - names
     # What only the wire machine has is its own part of the plant; the rest is what both share.
     own = plant[plant.index('p["wire.diameter_mm"]'):plant.index('p["force.short"]')]
     wire = {name for name in names if f'p["{name}"]' in own}
@@ -32,14 +45,67 @@ def test_machines_give_every_parameter_of_the_plant():
     assert wire <= given["wire"]
 
 
-@pytest.mark.parametrize("key", ["kind", "stock.kind"])
-def test_words_of_a_machine_are_those_of_the_plant(workdir, key):
-    assert WORDS == station.WORDS
+@pytest.mark.parametrize("kind", MACHINES)
+def test_the_model_of_a_file_has_what_the_plant_has(kind):
+    """Every number in the plant's name for it, with bounds, a meaning, and the unit of its name."""
+    found = dict(entries(MACHINES[kind]))
+    assert found.keys() - {"settings"} == plain(name for name, _ in parameters(load(kind).tables))
+    for name, field in found.items():
+        assert re.fullmatch(r"[A-Z0-9`].*\.", field.description or ""), name
+        if name in NO_NUMBERS:
+            continue
+        lowest, highest = bounds(field)
+        assert lowest <= highest, name
+        ends = [end for end in UNITS if re.search(rf"(^|[._]){end}$", name)]
+        unit = UNITS[max(ends, key=len)] if ends else ""
+        assert field.json_schema_extra == {"unit": unit}, name
+
+
+def test_what_cannot_be_is_told_before_what_is_missing_and_that_before_what_is_strange(workdir):
     path = workdir / "odd.toml"
-    path.write_text(re.sub(rf'^{key[-4:]} = "{WORDS[key][key == "kind"]}"', f'{key[-4:]} = "odd"',
-                           WIRE, flags=re.M))
-    with pytest.raises(UsageError, match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, "):
-        load(str(path))
+    wrong = SINKER.replace("tick_us = 8.0", "tick_us = 0").replace("filter_ms", "colour")
+    for text, said in ((wrong, "tick_us must be 1 to 100, not 0."),
+                       (wrong.replace("tick_us = 0", "tick_us = 8"), "axis.filter_ms is missing; "),
+                       (wrong.replace("tick_us = 0", "tick_us = 8").replace(
+                           "colour", "filter_ms = 1\ncolour"), "axis.colour is no number of ")):
+        path.write_text(text)
+        with pytest.raises(UsageError, match=f"^machine odd: {re.escape(said)}"):
+            load(str(path))
+
+
+@pytest.mark.parametrize("value", ["true", "'8'", "[8]", "{ a = 8 }", "1979-05-27"])
+def test_what_is_no_number_is_refused_as_such(workdir, value):
+    path = workdir / "odd.toml"
+    for text, name in ((SINKER.replace("tick_us = 8.0", f"tick_us = {value}"), "tick_us"),
+                       (SINKER.replace("filter_ms = 0.5", f"filter_ms = {value}"),
+                        "axis.filter_ms"),
+                       (f"{SINKER}\n8 = {value}\n", "settings.8")):
+        path.write_text(text)
+        with pytest.raises(UsageError, match=rf"^machine odd: {re.escape(name)} is no number\.$"):
+            load(str(path))
+
+
+@pytest.mark.parametrize("table", ["axis", "gap", "settings"])
+def test_what_is_no_table_is_refused(workdir, table):
+    tables = tomllib.loads(SINKER)
+    path = workdir / "odd.toml"
+    for value in ("3", "[{}]"):
+        path.write_text(f"{table} = {value}\n" + re.sub(
+            rf"^\[{table}\].*?(?=^\[|\Z)", "", SINKER, flags=re.M | re.S))
+        assert table in tables
+        with pytest.raises(UsageError, match=f"^machine odd: {table} is no number of a machine"):
+            load(str(path))
+
+
+@pytest.mark.parametrize("key", ["kind", "stock.kind"])
+def test_a_word_that_the_plant_does_not_know_is_refused(workdir, key):
+    path = workdir / "odd.toml"
+    for odd in ('"odd"', "3", "[]"):
+        path.write_text(re.sub(rf'^{key[-4:]} = "{WORDS[key][key == "kind"]}"',
+                               f"{key[-4:]} = {odd}", WIRE, flags=re.M))
+        with pytest.raises(UsageError,
+                           match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*, not "):
+            load(str(path))
 
 
 def test_a_file_without_a_kind_is_a_sinker(workdir):

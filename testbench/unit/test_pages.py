@@ -55,9 +55,9 @@ def test_the_readme_can_be_read_at_once():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= LONGEST_README
 
 
-def test_the_page_of_the_command_line_is_that_of_the_program():
-    assert pages.COMMAND_LINE.read_text(encoding="utf-8") == pages.command_line(), (
-        "run python -m host.pages")
+@pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
+def test_a_page_made_from_the_program_is_not_stale(page):
+    assert page.read_text(encoding="utf-8") == pages.PAGES[page](), "run python -m host.pages"
 
 
 def test_the_site_can_be_built_and_nothing_is_warned_of(workdir):

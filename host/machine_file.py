@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a machine's file holds: every number with its unit, its range and its meaning.
+
+One model for the sinker and one for the wire machine. They check a file (``host.machine``), and
+``docs/reference/machine-file.md`` is made of them (``host.pages``). Names of tables and numbers are
+those by which the plant knows them. Sources of the values are told in the built-in machines' files.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic.fields import FieldInfo
+
+__all__ = ["HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES", "STEPS", "WORDS", "MachineFile",
+           "SinkerFile", "Table", "WireFile", "bounds", "entries"]
+
+# Below, the firmware cannot keep up with its watchdog; above is no device.
+LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
+
+STEPS = 16  # of the stock's width, at most
+
+# Ranges: what the controller is built for, and what the formulas of the plant bear (they divide by
+# most numbers).
+SHARE, ANY, DIVISOR, SHAPE = (0, 1), (0, 10**9), (0.001, 10**9), (0.1, 10)
+SPEED_UP, OHM_CM = (0.001, 1_000_000), (1, 10**12)
+
+
+def _number(unit: str, bounds: tuple[float, float], meaning: str) -> Any:
+    """A number of a machine, both of its bounds allowed. ``unit`` is ``""`` for a pure number."""
+    return Field(ge=bounds[0], le=bounds[1], description=meaning,
+                 json_schema_extra={"unit": unit})
+
+
+class Table(BaseModel):
+    """A table of numbers. All must be given, and no others; a word or a truth is no number."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Axis(Table):
+    """The drive of each axis."""
+
+    full_speed_mm_s: float = _number("mm/s", (1, 1000),
+        "Speed at full scale of the converter, which is reached at 32 768 pulses of following "
+        "error Er.")
+    max_speed_mm_s: float = _number("mm/s", (1, 200), "Highest speed of the motor.")
+    max_acceleration_mm_s2: float = _number("mm/s²", (1, 1_000_000),
+        "Highest acceleration, by the current limit of the amplifier.")
+    speed_loop_ms: float = _number("ms", DIVISOR, "Time constant of the speed loop.")
+    current_loop_ms: float = _number("ms", DIVISOR, "Time constant of the current loop.")
+    filter_ms: float = _number("ms", DIVISOR, "Time constant of the low pass behind the converter.")
+    brake_mm_s2: float = _number("mm/s²", (1, 1_000_000), "Deceleration with the drive disabled.")
+    step_gain_per_s: float = _number("1/s", (1, 100_000),
+        "Gain of the position loop of a stepping drive, if the axis is driven by step pulses.")
+
+
+class Gap(Table):
+    """The spark gap and how it ignites."""
+
+    arc_removal: float = _number("", SHARE, "What an arc removes, as a share of a good discharge.")
+    ignition_debris: float = _number("", ANY,
+        "Debris helps ignition: the mean delay is divided by 1 + this times the debris.")
+    ignition_power: float = _number("", (0, 100),
+        "Voltage helps ignition: the mean delay is divided by the gap's voltage over "
+        "`source.open_v`, to this power.")
+    ignition_conductivity: float = _number("", (0, 10),
+        "A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's "
+        "resistivity, to this power; never by less than 1.")
+    ignition_law: float = _number("", SHARE,
+        "Law of the delay: 0 exponential, 1 a mixture of two Weibull laws.")
+    weibull_gap_um: float = _number("µm", ANY,
+        "Gap at which one Weibull law passes into the other.")
+    weibull_width_um: float = _number("µm", DIVISOR, "Width of gap over which it passes.")
+    weibull_narrow_shape: float = _number("", SHAPE, "Shape of the Weibull law of a narrow gap.")
+    weibull_wide_shape: float = _number("", SHAPE, "Shape of the Weibull law of a wide gap.")
+    formative_us: float = _number("µs", ANY,
+        "Time from the begin of a pulse in which nothing ignites, but for arcs.")
+    contact_um: float = _number("µm", ANY, "Gap below which electrode and workpiece touch.")
+    fluid_ohm_cm: float = _number("Ω cm", OHM_CM,
+        "Resistivity of the fluid when the program starts.")
+
+
+class SinkerGap(Gap):
+    """The spark gap under an electrode."""
+
+    area_mm2: float = _number("mm²", DIVISOR, "Area of the electrode.")
+    removal_mm3_min_a: float = _number("mm³/(min A)", ANY,
+        "Removal for each ampere of mean current.")
+    removal_spread: float = _number("", ANY, "Spread of the craters: standard deviation over mean.")
+    ignition_gap_um: float = _number("µm", ANY,
+        "Gap at which the mean delay is `ignition_delay_us`.")
+    ignition_delay_us: float = _number("µs", DIVISOR, "Mean delay of ignition at that gap.")
+    ignition_slope_um: float = _number("µm", DIVISOR,
+        "Width of gap for which the mean delay grows e-fold.")
+
+
+class WireGap(Gap):
+    """The spark gap about a wire."""
+
+    delay_square_us: float = _number("µs/µm²", DIVISOR,
+        "Mean delay of ignition is (this g² + `delay_linear_us` g + `delay_constant_us`) / ln 2 at "
+        "a gap g in µm that faces half of the wire's surface.")
+    delay_linear_us: float = _number("µs/µm", (-1000, 1000), "Its linear part.")
+    delay_constant_us: float = _number("µs", DIVISOR, "Its constant part.")
+    delay_least_um: float = _number("µm", (0, 100),
+        "Gap below which the mean delay stays the same.")
+    reach_um: float = _number("µm", (10, 200), "Gap across which nothing ignites any more.")
+    engagement_um: float = _number("µm", (0, 50),
+        "Where the gap is so much wider than at its narrowest place, discharges are e times rarer; "
+        "0: there are none but at the narrowest place.")
+
+
+class Fluid(Table):
+    """The fluid's drift, and the cell that measures it."""
+
+    drift_end_ohm_cm: float = _number("Ω cm", OHM_CM,
+        "Resistivity to which the fluid goes, from `gap.fluid_ohm_cm`, by equal ratios in equal "
+        "times.")
+    drift_s: float = _number("s", ANY, "Time that it takes, of the machine's; 0: the fluid stays.")
+    cell_per_cm: float = _number("1/cm", DIVISOR, "Constant of the conductivity cell.")
+    cell_parallel_ohm: float = _number("Ω", DIVISOR,
+        "Resistor parallel to the cell, so that a broken wire can be told from oil.")
+    cell_series_ohm: float = _number("Ω", DIVISOR,
+        "Resistor between the cell and the converter's supply.")
+
+
+class Source(Table):
+    """The power supply, and what burns at it."""
+
+    open_v: float = _number("V", (1, 1000), "Open voltage with the supply's code at 0.")
+    supply_step_v: float = _number("V", (1, 1000), "Open voltage for each step of that code.")
+    negative_removal: float = _number("", SHARE,
+        "Removal with the electrode negative, as a share of that with it positive.")
+    rise_us: float = _number("µs", DIVISOR, "Time constant with which the open voltage rises.")
+    fall_us: float = _number("µs", DIVISOR, "Time constant with which it falls after a pulse.")
+    source_ohm: float = _number("Ω", ANY, "Resistance of the source before ignition.")
+    step_a: float = _number("A", ANY, "Discharge current for each step of the current level.")
+    burning_v: float = _number("V", ANY, "Burning voltage of a good discharge.")
+    burning_spread_v: float = _number("V", (0, 10), "Its standard deviation.")
+    arc_v: float = _number("V", ANY, "Burning voltage of an arc.")
+    arc_spread_v: float = _number("V", (0, 10), "Its standard deviation.")
+    short_v: float = _number("V", ANY, "Contact drop of a short.")
+    short_ohm: float = _number("Ω", ANY, "Resistance of a short.")
+    sensing_v: float = _number("V", (1, 60),
+        "Voltage of the sensing source, below the 60 V DC that may be touched.")
+    sensing_a: float = _number("A", DIVISOR,
+        "Highest current of the sensing source, by its resistor alone.")
+
+
+class Comparator(Table):
+    """The comparators at the gap, and the detector of a spark's noise."""
+
+    fixed: float = _number("", SHARE,
+        "1: the comparators have the levels below; 0: those that the controller's reference pins "
+        "give, filtered.")
+    high_level_v: float = _number("V", ANY, "Level of an open gap.")
+    arc_level_v: float = _number("V", ANY, "Level below which a discharge is an arc.")
+    short_level_v: float = _number("V", ANY, "Level below which the gap is shorted.")
+    current_level_a: float = _number("A", ANY,
+        "Level of the current, which sees what leaks through the fluid as well.")
+    reference_full_v: float = _number("V", (1, 1000),
+        "Level of a reference pin that is always high, told at the gap, and full scale of the "
+        "converter.")
+    reference_rc_us: float = _number("µs", DIVISOR,
+        "Time constant of the filter behind each reference pin.")
+    noise_miss: float = _number("", SHARE, "Share of the sparks whose noise the detector misses.")
+
+
+class Debris(Table):
+    """Debris in the gap, as its share of the volume, and what it does."""
+
+    deionisation_us: float = _number("µs", DIVISOR,
+        "Time constant with which the channel of a discharge deionises.")
+    deionisation_conductivity: float = _number("", ANY,
+        "It is longer by this part for each decade of the fluid's resistivity below 10⁶ Ω cm.")
+    arc_share: float = _number("", ANY,
+        "Share of the ignitions without a pause that become arcs, for each unit of debris.")
+    single_short: float = _number("", ANY,
+        "Share of the pulses that are shorted singly, for each unit of debris.")
+    bridge_gap_um: float = _number("µm", DIVISOR,
+        "Width of gap for which shorts by debris become e times rarer.")
+    stretch_um: float = _number("µm", ANY,
+        "Mean way back that ends such a short; of a sinker, at the surface.")
+
+
+class SinkerDebris(Debris):
+    """Debris under an electrode, and how it is flushed out."""
+
+    time_s: float = _number("s", DIVISOR,
+        "Time constant of the flushing at the surface, before it is speeded up.")
+    depth_mm: float = _number("mm", DIVISOR, "Depth at which the flushing takes twice as long.")
+    exchange_depth_mm: float = _number("mm", DIVISOR,
+        "Of the fluid that a lift draws in, gap / (gap + depth / this) is fresh.")
+    bridge_rate_per_s: float = _number("1/s", ANY,
+        "Rate of bridges in a closed gap, for each square of debris, before it is speeded up.")
+    stretch_depth_mm: float = _number("mm", DIVISOR,
+        "Depth at which breaking a bridge takes twice the lift.")
+    stretch_debris: float = _number("", ANY,
+        "Breaking a bridge takes 1 + this times the debris as much lift.")
+
+
+class WireDebris(Debris):
+    """Debris about a wire, and the flow that carries it away."""
+
+    flow_mm3_s: float = _number("mm³/s", ANY, "Fluid through a gap of `flow_gap_um` or more.")
+    flow_gap_um: float = _number("µm", DIVISOR,
+        "Gap below which the flow goes with the cube of the width.")
+    flow_debris: float = _number("", ANY, "The flow is e times less for debris of 1 / this.")
+    flow_spread: float = _number("", (0, 3),
+        "The flow drifts: standard deviation of its logarithm.")
+    flow_time_s: float = _number("s", DIVISOR,
+        "Time for which the flow is much the same, before it is speeded up.")
+    clog_least: float = _number("", (0.01, 1), "Debris beyond which a gap of no width is shorted.")
+    clog_per_um: float = _number("1/µm", ANY,
+        "So much more debris is needed for that with each µm of gap.")
+    clog_most: float = _number("", SHARE, "Debris beyond which a gap of any width is shorted.")
+    random_short_per_us: float = _number("1/µs", SHARE,
+        "Rate of other shorts in a gap of no width.")
+    random_short_um: float = _number("µm", DIVISOR, "Gap from which on there are none.")
+    random_short_us: float = _number("µs", ANY, "How long such a short lasts.")
+
+
+class Side(Table):
+    """The machine side: auxiliary functions, contactor, limit switches."""
+
+    fin_delay_us: float = _number("µs", ANY,
+        "Time from the strobe of an auxiliary function to its FIN.")
+    fin_answers: float = _number("", SHARE, "1: the machine side answers with FIN; 0: never.")
+    contactor_ms: float = _number("ms", (0, 1000),
+        "Time that the main contactor takes to close, and to open.")
+    limit_low_mm: float = _number("mm", (-10_000, -0.1),
+        "Place of every axis's lower limit switch, from where the axis started.")
+    limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper one.")
+
+
+class Wire(Table):
+    """The wire."""
+
+    diameter_mm: float = _number("mm", (0.02, 1), "Diameter.")
+    crater_us: float = _number("µs", (0.1, 1000),
+        "Length of the discharges for which the table of craters is; others go by their energy.")
+    deflection_um_a: float = _number("µm/A", (0, 100),
+        "The wire bends away from the discharges, so far for each ampere of mean current.")
+    deflection_ms: float = _number("ms", (0.01, 10_000), "Time constant of that.")
+    break_a: float = _number("A", ANY,
+        "Mean current of good discharges and arcs at which the wire breaks (0: never); the third "
+        "drive then reports a fault.")
+    break_ms: float = _number("ms", (0.1, 10_000), "Time over which that mean is taken.")
+
+
+class Workpiece(Table):
+    """The workpiece of a wire machine."""
+
+    thickness_mm: float = _number("mm", (0.1, 1000), "Thickness.")
+    cell_um: float = _number("µm", (0.5, 10),
+        "Side of the cells of the plan view in which its material is counted.")
+    start_x_mm: float = _number("mm", (-1000, 1000),
+        "X of the wire when the program starts, from the workpiece's zero, which is the program's.")
+    start_y_mm: float = _number("mm", (-1000, 1000), "Y of the same.")
+
+
+Step = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class Stock(Table):
+    """What stands on the workpiece of a wire machine before the cut."""
+
+    kind: Literal["solid", "wall", "circle", "rectangle"] = Field(
+        description="`solid`: a plate from X = `edge_mm` on. `wall`: along X, its finished surface "
+        "at Y 0 and the workpiece at Y above. `circle`: a punch about zero, of diameter "
+        "`size_x_mm`; its contour begins at +X. `rectangle`: one of `size_x_mm` by `size_y_mm`; "
+        "its contour begins at the lower left corner. Contours go counter-clockwise.")
+    edge_mm: float = _number("mm", (-1000, 1000), "X of a solid plate's edge.")
+    hole_mm: float = _number("mm", (0, 1000), "Diameter of a hole about the wire's start; 0: none.")
+    size_x_mm: float = _number("mm", (0, 1000), "Size of a punch along X.")
+    size_y_mm: float = _number("mm", (0, 1000), "Size of a rectangle along Y.")
+    steps: list[Step] = Field(
+        min_length=1, max_length=STEPS,
+        description="What a first cut has left on the surface of a wall or a punch: pairs of a "
+        "place along the contour (mm) and the width from there on (µm). Before the first place it "
+        "is the first width.")
+
+    @field_validator("steps")
+    @classmethod
+    def _in_order(cls, steps: list[list[float]]) -> list[list[float]]:
+        if not all(abs(place) <= 10_000 and 0 <= width <= 10_000 for place, width in steps):
+            raise ValueError("a place or width is out of range")
+        if any(after[0] <= before[0] for before, after in pairwise(steps)):
+            raise ValueError("the places do not grow")
+        return steps
+
+
+Number = Annotated[str, Field(pattern="^[0-9]{1,10}$")]     # the controller has 32 bits
+Value = Annotated[int, Field(ge=0, lt=10**10)]
+
+WHAT_MOVES = "What moves: the electrode of a sinker, or a wire; `sinker` if not given."
+
+
+class MachineFile(Table):
+    """What both machines' files have."""
+
+    clock_hz: float = _number("Hz", (LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ),
+        "Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates "
+        "faster.")
+    pulses_per_mm: float = _number("1/mm", (10_000, 10_000),
+        "Pulses of a millimetre, for which the gateware is built; a pulse is an edge of the coder, "
+        "too.")
+    tick_us: float = _number("µs", (1, 100), "Step of the slow physics: motors, debris, shorts.")
+    removal_scale: float = _number("", SPEED_UP,
+        "Number of real discharges for which each simulated one stands. Flushing goes as much "
+        "faster; axes do not.")
+    axis: Axis
+    fluid: Fluid
+    source: Source
+    comparator: Comparator
+    side: Side
+    settings: dict[Number, Value] = Field(
+        default={}, description="The controller's settings, as number = value.")
+
+
+class SinkerFile(MachineFile):
+    """A die-sinking machine: an electrode that Z moves, above a workpiece."""
+
+    kind: Literal["sinker"] = Field("sinker", description=WHAT_MOVES)
+    initial_gap_um: float = _number("µm", (0, 100_000),
+        "Height of the electrode above the top of the workpiece when the program starts.")
+    gap: SinkerGap
+    debris: SinkerDebris
+
+
+class WireFile(MachineFile):
+    """A wire machine: a wire along Z that X and Y move through a workpiece."""
+
+    kind: Literal["wire"] = Field("wire", description=WHAT_MOVES)
+    wire: Wire
+    workpiece: Workpiece
+    stock: Stock
+    gap: WireGap
+    debris: WireDebris
+
+
+MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile}
+
+# Words of a file, in the order in which the plant numbers them, from 0. A file that does not say
+# its kind is a sinker's.
+WORDS: dict[str, tuple[str, ...]] = {
+    "kind": tuple(MACHINES), "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
+
+
+def entries(model: type[Table], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """Yield what a file has, by name: ``key`` or ``table.key``, in order."""
+    for name, field in model.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, Table):
+            yield from entries(field.annotation, f"{prefix}{name}.")
+        else:
+            yield prefix + name, field
+
+
+def bounds(field: FieldInfo) -> tuple[float, float]:
+    """Lowest and highest of a number, both allowed."""
+    lowest: Any = next(one.ge for one in field.metadata if hasattr(one, "ge"))
+    highest: Any = next(one.le for one in field.metadata if hasattr(one, "le"))
+    return lowest, highest
