@@ -7,6 +7,7 @@ import pytest
 
 from host import machine as machines
 from host.link import HeldError
+from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
 from softcore.image import target_image
 from softcore.regmap import CAUSES
 from testbench.cosim.job import Data, Job, program
@@ -16,7 +17,6 @@ from testbench.native.simulation import Simulation
 MACHINE = machines.load("sinker")
 PERIOD = 10_000     # clocks, at 2 MHz
 EARLIEST = PERIOD // 8
-FIRST, SECOND, THIRD = 0xA5, 0x5A, 0xC3
 PINS = 1            # clock to the pads' registers
 LOOP = 0x6F.to_bytes(4, "little")   # jump to itself
 WATCHDOG = 1 << [name for name, _ in CAUSES].index("watchdog")
@@ -29,12 +29,6 @@ def machining(session):
     job.start(program(Data(), "G01 Z-0.9 F300"))
     job.reach(2000, pace(session, 300))
     return job
-
-
-def keys(record, begin=0):
-    """Clock and key of every write."""
-    return [(clock, record.at("safety_pet", clock)) for clock in
-            record.rises("safety_pet_strobe", begin)]
 
 
 @pytest.fixture
@@ -51,9 +45,9 @@ def test_firmware_keeps_the_window(session):
         job.link.command("G90")
         job.link.status()
         job.run(20_000)
-    written = keys(job.collect(), 300_000)
-    calls = [clock for clock, key in written if key == SECOND]
-    answers = [clock for clock, key in written if key == THIRD]
+    written = job.collect().keys(300_000)
+    calls = [clock for clock, key in written if key == SECOND_KEY]
+    answers = [clock for clock, key in written if key == THIRD_KEY]
     gaps = [after - before for before, after in pairwise(calls)]
     assert len(gaps) > 200
     assert min(gaps) >= EARLIEST
@@ -68,7 +62,7 @@ def test_firmware_keeps_the_window(session):
 def test_interrupts_switched_off_are_noticed(session):
     """The main loop goes on and tells it, until it is given up a period later."""
     job = machining(session)
-    answer = [clock for clock, key in keys(job.collect()) if key == THIRD][-1]
+    answer = [clock for clock, key in job.collect().keys() if key == THIRD_KEY][-1]
     session.poke("interrupts", 0)
     job.run(4 * PERIOD)
     record = job.collect()
@@ -88,9 +82,7 @@ def test_a_program_that_is_gone_is_told_by_the_gateware(session):
     job.run(20 * PERIOD)
     record = job.collect()
     safe = record.rises("safe")[-1]
-    call = [clock for clock, key in keys(record) if key == SECOND and clock < safe][-1]
-    answer = [clock for clock, key in keys(record) if key == THIRD and clock < safe][-1]
-    assert safe - min(call, answer) == PERIOD + PINS
+    assert safe - record.last_care(safe) == PERIOD + PINS
     assert record.rises("processor_held", safe) == [safe - PINS + PERIOD + 1]
     assert session.probe("safety_latched") == WATCHDOG
     job.run(session.clock_hz)
