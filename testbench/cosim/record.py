@@ -73,19 +73,19 @@ class Record:
 
     # ---- the watchdog
 
-    def keys(self, begin: int = 0) -> list[tuple[int, int]]:
+    def watch_keys(self, begin: int = 0) -> list[tuple[int, int]]:
         """Clock and key of every write to it."""
         return [(clock, self.at("safety_pet", clock))
                 for clock in self.rises("safety_pet_strobe", begin)]
 
     def last_care(self, end: int) -> int:
         """The clock before ``end`` from which it waited: the last call, or the last answer."""
-        found = {key: clock for clock, key in self.keys() if clock < end}
+        found = {key: clock for clock, key in self.watch_keys() if clock < end}
         return min(found[SECOND_KEY], found[THIRD_KEY])
 
     def longest_step(self, begin: int = 0) -> int:
         """Clocks of the main loop's longest step: from one of its keys to the next."""
-        steps = [clock for clock, key in self.keys(begin) if key != THIRD_KEY]
+        steps = [clock for clock, key in self.watch_keys(begin) if key != THIRD_KEY]
         return max(after - before for before, after in pairwise(steps))
 
     # ---- motion

@@ -42,10 +42,10 @@ def test_firmware_keeps_the_window(session):
     """Idle, machining, and while lines come: no call too soon, and answers when asked."""
     job = machining(session)
     for _ in range(20):
-        job.link.command("G90")
+        job.link.command("$L")
         job.link.status()
         job.run(20_000)
-    written = job.collect().keys(300_000)
+    written = job.collect().watch_keys(300_000)
     calls = [clock for clock, key in written if key == SECOND_KEY]
     answers = [clock for clock, key in written if key == THIRD_KEY]
     gaps = [after - before for before, after in pairwise(calls)]
@@ -62,7 +62,7 @@ def test_firmware_keeps_the_window(session):
 def test_interrupts_switched_off_are_noticed(session):
     """The main loop goes on and tells it, until it is given up a period later."""
     job = machining(session)
-    answer = [clock for clock, key in job.collect().keys() if key == THIRD_KEY][-1]
+    answer = [clock for clock, key in job.collect().watch_keys() if key == THIRD_KEY][-1]
     session.poke("interrupts", 0)
     job.run(4 * PERIOD)
     record = job.collect()
