@@ -1,99 +1,151 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the gateware did, in one queue of events for firmware."""
 
+from collections.abc import Mapping
+
 from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
 
 from rtl.lib.event_queue import EventQueue
-from rtl.members import AXES
-from rtl.motion.retraction import Event
+from rtl.motion.retraction import Event, Happened
 from rtl.safety.interlock import Cause
 
-__all__ = ["report"]
+__all__ = ["Report"]
 
-CROWD = 3  # events that firmware has not taken: forward motion waits
+CROWD = 3   # events that firmware has not taken: forward motion waits
+DEPTH = 16  # events that the queue holds
 
 
-def report(m, machine, retraction, entered, fluid, interlock, condition):
-    """Join the queue to ``machine``: the retraction first, the others when it has nothing."""
-    m.submodules.events = queue = EventQueue(width=152 + 32 * machine.axes, depth=16)
-    m.d.comb += retraction.crowded.eq(queue.level >= CROWD)
-    positions = [getattr(machine, f"axis_{letter}_position") for letter in AXES]
+class Report(wiring.Component):
+    """Makes an event of what happens, with the place of the machine, and keeps it for firmware.
 
-    pushed, head = ([Signal(shape, name=f"{side}_{name}") for name, shape in (
-        ("kind", 8), ("detail", 8), ("slot", 8), ("cycle", 32), ("path", signed(32)),
-        ("first", 32), ("second", 32), *((letter, signed(32)) for letter in AXES))]
-        for side in ("pushed", "head"))
-    kind, detail, slot, cycle, path, first, second, *axes = pushed
-    m.d.comb += [
-        slot.eq(machine.path_slot), cycle.eq(machine.cycle), path.eq(machine.path_position),
-        *(into.eq(position) for into, position in zip(axes, positions, strict=True)),
-    ]
-    # What is told is made up in one clock and stored in the next: the way is long.
-    push = Signal()
-    m.d.sync += queue.push.eq(push)
-    with m.If(push):
-        m.d.sync += queue.data.eq(Cat(*pushed))
+    The retraction comes first, the others when it has nothing to tell; of several changes of the
+    fluid the last is told, of all else each. A gate that is stuck is told even if it came later
+    than another cause. An event is in the queue two clocks after it happened, if nothing precedes.
 
-    segment = Signal()  # a segment was entered: to be told
-    trip = Signal()     # the interlock has tripped: to be told
-    stuck = Signal()    # ... a stuck gate later than another cause: to be told as well
-    news = Signal()     # the fluid has changed: to be told
-    switch = Signal()   # the condition was switched by depth: to be told
-    segment_cycle = Signal(32)
-    segment_slot = Signal(8)
-    trip_cycle, stuck_cycle = Signal(32), Signal(32)
-    switch_cycle = Signal(32)
-    with m.If(retraction.event != Event.NONE):
+    Parameters
+    ----------
+    registers : mapping of str to wiring.Signature
+        Register blocks, as their owner on the bus has them: ``event``.
+    letters : str
+        The axes.
+
+    Members
+    -------
+    registers : In(Signature of the block)
+        The oldest event, see ``softcore/regmap.py``.
+    cycle : In(32), slot : In(8), path : In(signed(32)), position : In(signed(32)) x axes
+        Clock and place, of now.
+    retraction : In(Happened)
+        See ``rtl.motion.motion``.
+    entered : In(1)
+        The front has entered the segment in ``slot``.
+    tripped : In(1), first : In(5), blamed : In(axes)
+        A trip of the interlock, its cause and axes.
+    gate : In(1)
+        A gate is stuck.
+    switched : In(1), count : In(8), depth : In(signed(32))
+        The condition was switched by depth, how often, and where.
+    fluid_news : In(1), fluid_class : In(2), fluid_state : In(6), fluid_level : In(12)
+        The fluid has changed, and what is known of it.
+    crowded : Out(1)
+        Firmware is behind.
+    """
+
+    def __init__(self, *, registers: Mapping[str, wiring.Signature], letters: str):
+        self.letters = letters
+        axes = len(letters)
+        self.layout = data.StructLayout({
+            "kind": Event, "detail": 8, "slot": 8, "cycle": 32, "path": signed(32), "first": 32,
+            "second": 32, **{letter: signed(32) for letter in letters}})
+        super().__init__({
+            "registers": In(registers["event"]),
+            "cycle": In(32), "slot": In(8), "path": In(signed(32)),
+            "position": In(signed(32)).array(axes),
+            "retraction": In(Happened), "entered": In(1),
+            "tripped": In(1), "first": In(5), "blamed": In(axes), "gate": In(1),
+            "switched": In(1), "count": In(8), "depth": In(signed(32)),
+            "fluid_news": In(1), "fluid_class": In(2), "fluid_state": In(6),
+            "fluid_level": In(12),
+            "crowded": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.queue = queue = EventQueue(width=self.layout.size, depth=DEPTH)
+        event = Signal(self.layout)
         m.d.comb += [
-            push.eq(1), kind.eq(retraction.event), detail.eq(retraction.event_detail),
-            cycle.eq(retraction.event_cycle), first.eq(retraction.event_first),
-            second.eq(retraction.event_second),
+            event.slot.eq(self.slot), event.cycle.eq(self.cycle), event.path.eq(self.path),
+            *(getattr(event, letter).eq(position)
+              for letter, position in zip(self.letters, self.position, strict=True)),
         ]
-    with m.Elif(segment):
-        m.d.comb += [push.eq(1), kind.eq(Event.SEGMENT), cycle.eq(segment_cycle),
-                     slot.eq(segment_slot)]
-        m.d.sync += segment.eq(0)
-    with m.Elif(trip):
-        m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(trip_cycle),
-                     detail.eq(interlock.first), first.eq(interlock.blamed)]
-        m.d.sync += trip.eq(0)
-    with m.Elif(stuck):
-        m.d.comb += [push.eq(1), kind.eq(Event.TRIP), cycle.eq(stuck_cycle),
-                     detail.eq(Cause.GATE)]
-        m.d.sync += stuck.eq(0)
-    with m.Elif(news):
-        # What is told is the state as it is now; of several changes the last.
-        m.d.comb += [push.eq(1), kind.eq(Event.FLUID), detail.eq(machine.fluid_status_class),
-                     first.eq(Cat(machine.fluid_status_broken_low, machine.fluid_status_broken_high,
-                                  machine.fluid_status_disordered, machine.fluid_status_fault,
-                                  machine.fluid_status_measured)),
-                     second.eq(machine.fluid_level)]
-        m.d.sync += news.eq(0)
-    with m.Elif(switch):
-        m.d.comb += [push.eq(1), kind.eq(Event.CONDITION), cycle.eq(switch_cycle),
-                     detail.eq(condition.count), first.eq(condition.at)]
-        m.d.sync += switch.eq(0)
-    with m.If(fluid):
-        m.d.sync += news.eq(1)
-    with m.If(condition.switched):
-        m.d.sync += [switch.eq(1), switch_cycle.eq(machine.cycle)]
-    with m.If(entered):
-        m.d.sync += [segment.eq(1), segment_cycle.eq(machine.cycle),
-                     segment_slot.eq(machine.path_slot)]
-    with m.If(interlock.tripped):
-        m.d.sync += [trip.eq(1), trip_cycle.eq(machine.cycle)]
-    gates = Signal(2)   # stuck a clock ago, and two
-    m.d.sync += gates.eq(Cat(interlock.gate, gates))
-    with m.If((gates == 1) & ~(interlock.tripped & (interlock.first == Cause.GATE.value))):
-        m.d.sync += [stuck.eq(1), stuck_cycle.eq(machine.cycle)]
+        # An event is made up in one clock and stored in the next, to meet timing.
+        push = Signal()
+        m.d.sync += queue.push.eq(push)
+        with m.If(push):
+            m.d.sync += queue.data.eq(event)
 
-    m.d.comb += [
-        Cat(*head).eq(queue.head),
-        queue.pop.eq(machine.event_pop_strobe),
-        machine.event_head_valid.eq(queue.valid),
-        machine.event_status.eq(queue.lost),
-    ]
-    for name, value in zip(
-            ("head_kind", "head_detail", "head_slot", "cycle", "path", "first", "second",
-             *AXES), head, strict=True):
-        m.d.comb += getattr(machine, f"event_{name}").eq(value)
+        segment = Signal()  # a segment was entered: to be told
+        trip = Signal()     # the interlock has tripped: to be told
+        stuck = Signal()    # ... a stuck gate later than another cause: to be told as well
+        news = Signal()     # the fluid has changed: to be told
+        switch = Signal()   # the condition was switched by depth: to be told
+        segment_cycle = Signal(32)
+        segment_slot = Signal(8)
+        trip_cycle, stuck_cycle, switch_cycle = Signal(32), Signal(32), Signal(32)
+        with m.If(self.retraction.kind != Event.NONE):
+            m.d.comb += [
+                push.eq(1), event.kind.eq(self.retraction.kind),
+                event.detail.eq(self.retraction.detail), event.cycle.eq(self.retraction.cycle),
+                event.first.eq(self.retraction.first), event.second.eq(self.retraction.second),
+            ]
+        with m.Elif(segment):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.SEGMENT), event.cycle.eq(segment_cycle),
+                         event.slot.eq(segment_slot)]
+            m.d.sync += segment.eq(0)
+        with m.Elif(trip):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.TRIP), event.cycle.eq(trip_cycle),
+                         event.detail.eq(self.first), event.first.eq(self.blamed)]
+            m.d.sync += trip.eq(0)
+        with m.Elif(stuck):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.TRIP), event.cycle.eq(stuck_cycle),
+                         event.detail.eq(Cause.GATE)]
+            m.d.sync += stuck.eq(0)
+        with m.Elif(news):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.FLUID),
+                         event.detail.eq(self.fluid_class), event.first.eq(self.fluid_state),
+                         event.second.eq(self.fluid_level)]
+            m.d.sync += news.eq(0)
+        with m.Elif(switch):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.CONDITION), event.cycle.eq(switch_cycle),
+                         event.detail.eq(self.count), event.first.eq(self.depth)]
+            m.d.sync += switch.eq(0)
+
+        # What happens in this clock is to be told from the next on.
+        with m.If(self.fluid_news):
+            m.d.sync += news.eq(1)
+        with m.If(self.switched):
+            m.d.sync += [switch.eq(1), switch_cycle.eq(self.cycle)]
+        with m.If(self.entered):
+            m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle), segment_slot.eq(self.slot)]
+        with m.If(self.tripped):
+            m.d.sync += [trip.eq(1), trip_cycle.eq(self.cycle)]
+        gates = Signal(2)   # stuck a clock ago, and two
+        m.d.sync += gates.eq(Cat(self.gate, gates))
+        with m.If((gates == 1) & ~(self.tripped & (self.first == Cause.GATE.value))):
+            m.d.sync += [stuck.eq(1), stuck_cycle.eq(self.cycle)]
+
+        head = Signal(self.layout)
+        registers = self.registers
+        m.d.comb += [
+            head.as_value().eq(queue.head),
+            queue.pop.eq(registers.pop_strobe),
+            registers.head_valid.eq(queue.valid), registers.status.eq(queue.lost),
+            registers.head_kind.eq(head.kind), registers.head_detail.eq(head.detail),
+            registers.head_slot.eq(head.slot),
+            *(getattr(registers, name).eq(getattr(head, name))
+              for name in ("cycle", "path", "first", "second", *self.letters)),
+            self.crowded.eq(queue.level >= CROWD),
+        ]
+        return m

@@ -7,17 +7,38 @@ from amaranth.lib.wiring import In, Out
 
 from softcore.registers import Block, Field, Register
 
-__all__ = ["RegisterFile", "member"]
+__all__ = ["RegisterFile", "interfaces", "member"]
 
 
-def member(block: Block, register: Register, field: Field) -> str:
-    """Name of the machine's member behind a field."""
-    stem = f"{block.name}_{register.name}"
-    return stem if len(register.fields) == 1 else f"{stem}_{field.name}"
+def member(register: Register, field: Field) -> str:
+    """Name of the member behind a field, in the interface of its block."""
+    return register.name if len(register.fields) == 1 else f"{register.name}_{field.name}"
 
 
 def _shape(field):
     return signed(field.bits) if field.signed else unsigned(field.bits)
+
+
+def interfaces(blocks: tuple[Block, ...]) -> dict[str, wiring.Signature]:
+    """Members behind the registers of each block, by the block's name, as their owner has them.
+
+    Per field, named by ``member``: an output for ``rw`` and ``w`` fields, an input for ``r``
+    fields; for ``rw1c`` an input that sets the bit (setting wins over clearing). A register with a
+    ``pulse`` has ``<register>_strobe``: for writes it is high in the clock after the access is
+    taken, together with the new values; for reads in the clock in which the value is taken.
+    """
+    found = {}
+    for block in blocks:
+        members = {}
+        for register in block.registers:
+            for field in register.fields:
+                shape = _shape(field)
+                members[member(register, field)] = (
+                    Out(shape, init=field.init) if field.access in ("rw", "w") else In(shape))
+            if register.pulse:
+                members[f"{register.name}_strobe"] = Out(1)
+        found[block.name] = wiring.Signature(members)
+    return found
 
 
 class RegisterFile(wiring.Component):
@@ -25,12 +46,6 @@ class RegisterFile(wiring.Component):
 
     An access takes 2 clocks: ``ack`` follows ``stb`` by one, with ``dat_r``. Only whole words are
     written. An address without a register reads as 0 and ignores writes.
-
-    Members beside the bus, per field, named by ``member``: an output for ``rw`` and ``w`` fields,
-    an input for ``r`` fields; for ``rw1c`` an input that sets the bit (setting wins over clearing).
-    A register with a ``pulse`` has ``<block>_<register>_strobe``: for writes it is high in the
-    clock after the access is taken, together with the new values; for reads in the clock in which
-    the value is taken.
 
     Parameters
     ----------
@@ -47,21 +62,18 @@ class RegisterFile(wiring.Component):
         Data.
     ack : Out(1)
         The access is done.
+    fields : Out(Signature of the blocks)
+        What is behind the registers, see ``interfaces``.
     """
 
     def __init__(self, blocks: tuple[Block, ...]):
         self.blocks = blocks
-        members = {"adr": In(10), "we": In(1), "stb": In(1), "dat_w": In(32), "dat_r": Out(32),
-                   "ack": Out(1)}
-        for block in blocks:
-            for register in block.registers:
-                for field in register.fields:
-                    shape = signed(field.bits) if field.signed else unsigned(field.bits)
-                    members[member(block, register, field)] = (
-                        Out(shape, init=field.init) if field.access in ("rw", "w") else In(shape))
-                if register.pulse:
-                    members[f"{block.name}_{register.name}_strobe"] = Out(1)
-        super().__init__(members)
+        super().__init__({
+            "adr": In(10), "we": In(1), "stb": In(1), "dat_w": In(32), "dat_r": Out(32),
+            "ack": Out(1),
+            "fields": Out(wiring.Signature({name: Out(signature)
+                                            for name, signature in interfaces(blocks).items()})),
+        })
 
     def elaborate(self, platform):
         m = Module()
@@ -75,7 +87,7 @@ class RegisterFile(wiring.Component):
         strobes = {}
         for block, register in registers:
             if register.pulse:
-                strobe = getattr(self, f"{block.name}_{register.name}_strobe")
+                strobe = getattr(self._of(block), f"{register.name}_strobe")
                 strobes[block.name, register.name] = strobe
                 if register.pulse == "write":
                     m.d.sync += strobe.eq(0)
@@ -83,8 +95,8 @@ class RegisterFile(wiring.Component):
         for block, register in registers:
             for field in register.fields:
                 if field.access == "rw1c":
-                    name = member(block, register, field)
-                    latches[name] = Signal(name=f"{name}_latched")
+                    name = member(register, field)
+                    latches[block.name, name] = Signal(name=f"{block.name}_{name}_latched")
 
         # The access is the outer condition, for the simulator's sake: it then skips every register
         # in every clock without one.
@@ -97,22 +109,26 @@ class RegisterFile(wiring.Component):
                         m.d.comb += strobe.eq(~self.we)
                     elif register.pulse == "write":
                         m.d.sync += strobe.eq(self.we)
-        for name, latch in latches.items():
-            with m.If(getattr(self, name)):
+        for (block, name), latch in latches.items():
+            with m.If(getattr(getattr(self.fields, block), name)):
                 m.d.sync += latch.eq(1)
 
         return m
+
+    def _of(self, block):
+        """Interface of a block."""
+        return getattr(self.fields, block.name)
 
     def _access(self, m, block, register, latches):
         """Write the fields of one register, and read them."""
         read = []
         at = 0
         for field in register.fields:
-            name = member(block, register, field)
+            name = member(register, field)
             word = self.dat_w[at:at + field.bits]
-            value = getattr(self, name)
+            value = getattr(self._of(block), name)
             if field.access == "rw1c":
-                value = latches[name]
+                value = latches[block.name, name]
                 with m.If(self.we & word.any()):
                     m.d.sync += value.eq(0)
             elif field.access in ("rw", "w"):

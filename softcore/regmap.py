@@ -4,8 +4,9 @@
 Gateware (``softcore.csr``), the C header and the register reference are all derived from these
 tables by ``python -m softcore.generate``. Plain data: imports nothing from Amaranth.
 
-A field of register ``r`` in block ``b`` is the member ``b_r`` of the machine if it is the only
-field of its register, and ``b_r_f`` otherwise; ``softcore.soc`` joins the two by that name.
+A field ``f`` of register ``r`` in block ``b`` is the member ``registers.b.r`` of the controller if
+it is the only field of its register, and ``registers.b.r_f`` otherwise. Widths are written here
+only.
 """
 
 from softcore.linkmap import MARKS, REALTIME
@@ -470,3 +471,5 @@ def _axis(index: int, letter: str) -> Block:
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
           *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SERVO, FLUID,
           LAW)
+# Those of the gateware in ``rtl``; the others are the processor's own and the link's.
+OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, LINK))

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller on a chip: processor, memory, registers, serial link, and the machine."""
+"""The system on a chip: processor, memory, registers, serial link, and the controller."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.machine import Machine
+from rtl.controller import Controller
 from rtl.members import pins
 from softcore.cpu import VexRiscv
-from softcore.csr import RegisterFile, member
+from softcore.csr import RegisterFile, interfaces
 from softcore.memory import BlockRam
 from softcore.notice import FaultNotice
-from softcore.regmap import BLOCKS, LINK, SYSTEM
+from softcore.regmap import BLOCKS, OWNED
 from softcore.sleep import ClockGate, Sleep
 from softcore.uart import Uart
 
@@ -24,7 +24,7 @@ class Soc(wiring.Component):
     """Everything but the pads.
 
     Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
-    are the machine's pins, see ``rtl.members.pins``.
+    are the controller's pins, see ``rtl.members.pins``.
 
     A word of the memory that reads wrong makes the outputs safe in the next clock. From there on
     no access of the processor is taken or answered, until reset: what it made of that word has no
@@ -44,7 +44,7 @@ class Soc(wiring.Component):
     build : int
         Digest of the sources, for the register ``build``.
     options : dict
-        Parameters of ``rtl.machine.Machine``.
+        Parameters of ``rtl.controller.Controller``.
 
     Members
     -------
@@ -64,7 +64,7 @@ class Soc(wiring.Component):
         self.memory = BlockRam(size=memory_size, image=image)
         self.registers = RegisterFile(BLOCKS)
         self.uart = Uart(divisor=link_divisor)
-        self.machine = Machine(clock_hz=clock_hz, **options)
+        self.controller = Controller(registers=interfaces(OWNED), clock_hz=clock_hz, **options)
         super().__init__({"hold": In(1), "rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
 
     def elaborate(self, platform):
@@ -78,13 +78,15 @@ class Soc(wiring.Component):
         m.submodules.memory = asleep(self.memory)
         cpu, ram = self.cpu, self.memory
         m.submodules.registers = registers = self.registers
-        m.submodules.machine = machine = self.machine
+        system = registers.fields.system
+        m.submodules.controller = controller = self.controller
+        news = controller.registers.event.head_valid
         m.submodules.uart = uart = self.uart
 
         m.submodules.notice = notice = FaultNotice(period=self.clock_hz)
         m.d.comb += [notice.damaged.eq(ram.damaged), notice.place.eq(ram.place),
-                     notice.silent.eq(machine.silent),
-                     machine.memory_damaged.eq(notice.by_damage)]
+                     notice.silent.eq(controller.silent),
+                     controller.memory_damaged.eq(notice.by_damage)]
         free = ~notice.held
         peripheral = cpu.dbus.adr[29]  # regmap.BASE is the upper half of the address space
         m.d.comb += [
@@ -99,7 +101,7 @@ class Soc(wiring.Component):
             registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running & free),
             cpu.dbus.ack.eq((ram.dbus.ack | registers.ack) & free),
             cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
-            cpu.interrupt.eq(Cat(machine.event_head_valid, machine.safety_watch_asked)),
+            cpu.interrupt.eq(Cat(news, controller.registers.safety.watch_asked)),
         ]
 
         reset = Signal()
@@ -107,56 +109,42 @@ class Soc(wiring.Component):
             reset.eq(ResetSignal(allow_reset_less=True) | self.hold),
             gate.clock.eq(ClockSignal()), gate.enable.eq(sleep.running),
             ClockSignal("processor").eq(gate.gated), ResetSignal("processor").eq(reset),
-            sleep.strobe.eq(registers.system_sleep_strobe),
-            sleep.clocks.eq(registers.system_sleep),
-            sleep.wake.eq(machine.event_head_valid | uart.receive_valid | uart.noted | reset),
+            sleep.strobe.eq(system.sleep_strobe),
+            sleep.clocks.eq(system.sleep),
+            sleep.wake.eq(news | uart.receive_valid | uart.noted | reset),
             sleep.ack.eq(registers.ack),
         ]
 
         cycle = Signal(64)
         m.d.sync += cycle.eq(cycle + 1)
-        with m.If(registers.system_cycle_low_strobe):
-            m.d.sync += registers.system_cycle_high.eq(cycle[32:])
+        with m.If(system.cycle_low_strobe):
+            m.d.sync += system.cycle_high.eq(cycle[32:])
         m.d.comb += [
-            machine.cycle.eq(cycle),
-            registers.system_ident.eq(int.from_bytes(b"GAPK", "little")),
-            registers.system_build.eq(self.build),
-            registers.system_clock_hz.eq(self.clock_hz),
-            registers.system_pulses_per_mm.eq(machine.pulses_per_mm),
-            registers.system_shape_axes.eq(machine.axes),
-            registers.system_shape_slots.eq(machine.slots),
-            registers.system_shape_jump_axis.eq(machine.jump_axis),
-            registers.system_cycle_low.eq(cycle[:32]),
+            controller.cycle.eq(cycle),
+            system.ident.eq(int.from_bytes(b"GAPK", "little")),
+            system.build.eq(self.build),
+            system.clock_hz.eq(self.clock_hz),
+            system.pulses_per_mm.eq(controller.pulses_per_mm),
+            system.shape_axes.eq(controller.axes),
+            system.shape_slots.eq(controller.slots),
+            system.shape_jump_axis.eq(controller.jump_axis),
+            system.cycle_low.eq(cycle[:32]),
         ]
 
-        # The blocks of the machine and of the link have the registers' members, by name.
-        for block in BLOCKS:
-            if block is SYSTEM:
-                continue
-            for register in block.registers:
-                for field in register.fields:
-                    name = member(block, register, field)
-                    inner = self._owned(block, name)
-                    if field.access in ("r", "rw1c"):
-                        m.d.comb += getattr(registers, name).eq(inner)
-                    else:
-                        m.d.comb += inner.eq(getattr(registers, name))
-                if register.pulse:
-                    name = f"{block.name}_{register.name}_strobe"
-                    m.d.comb += self._owned(block, name).eq(getattr(registers, name))
+        for block in OWNED:
+            wiring.connect(m, getattr(registers.fields, block.name),
+                           getattr(controller.registers, block.name))
+        link = registers.fields.link
+        for name, port in link.signature.members.items():
+            outer, inner = getattr(link, name), getattr(uart, name.removeprefix("status_"))
+            m.d.comb += inner.eq(outer) if port.flow is Out else outer.eq(inner)
 
         m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),
                      uart.taken.eq(notice.held), uart.notice_data.eq(notice.data),
                      uart.notice_valid.eq(notice.valid), notice.ready.eq(uart.notice_ready),
-                     machine.hold.eq(uart.hold), machine.abort.eq(uart.reset)]
+                     controller.hold.eq(uart.hold), controller.abort.eq(uart.reset)]
         for name, port in pins().items():
-            outer, inner = getattr(self, name), getattr(machine, name)
+            outer, inner = getattr(self, name), getattr(controller, name)
             m.d.comb += inner.eq(outer) if port.flow is In else outer.eq(inner)
 
         return m
-
-    def _owned(self, block, name):
-        """Signal behind a register's member: of the UART for the link, else of the machine."""
-        if block is LINK:
-            return getattr(self.uart, name.removeprefix("link_").removeprefix("status_"))
-        return getattr(self.machine, name)

@@ -11,6 +11,7 @@ from amaranth.sim import Simulator
 
 from host.simulation import Simulation
 from testbench import tools
+from testbench.quick import FOLDERS, is_quick
 
 tools.use_packaged()
 
@@ -21,6 +22,16 @@ def pytest_addoption(parser):
     group = parser.getgroup("edm")
     group.addoption("--seed", type=int, default=1, help="seed of every random stimulus")
     group.addoption("--waves", action="store_true", help="write waves under build/tests/<test>/")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Mark each test by its folder: quick, cosim, formal."""
+    for item in items:
+        place = item.path.relative_to(config.rootpath)
+        if is_quick(place.as_posix()) and item.get_closest_marker("soak") is None:
+            item.add_marker("quick")
+        if marker := FOLDERS.get(place.parts[1]):
+            item.add_marker(marker)
 
 
 def pytest_report_header(config):

@@ -2,13 +2,13 @@
 """Retraction: when to go back along the path, how far, and how to come forward again."""
 
 from amaranth import *
-from amaranth.lib import enum, wiring
+from amaranth.lib import data, enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.gap.servo import Servo
 from rtl.motion.figures import Figures
 
-__all__ = ["Cause", "Event", "Halt", "Reason", "Retraction", "State"]
+__all__ = ["Cause", "Event", "Halt", "Happened", "Reason", "Retraction", "State"]
 
 
 class State(enum.Enum, shape=4):
@@ -68,6 +68,16 @@ class Halt(enum.Enum, shape=8):
     CONTACT = 6  # with the discharge off
 
 
+class Happened(data.Struct):
+    """An event: its kind, what ``Event`` says of the rest, and the clock in which it happened."""
+
+    kind: Event
+    detail: 8
+    cycle: 32
+    first: 32
+    second: 32
+
+
 class Retraction(wiring.Component):
     """The retraction program of the first patent, started and stepped in gateware.
 
@@ -115,6 +125,9 @@ class Retraction(wiring.Component):
     silent: docs/reference/retraction.md.
     """
 
+    # Words of the tape and of its rules, by the names of their registers.
+    DATA = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", "jump_distance",
+            "jump_rate", "jump_high_rate", "jump_period", "gain", "repeats", "settle")
     PREPARE = 6   # clocks until bounds and comparisons have followed a change of state
     MARGIN = 4    # pulses: the ramp is back at the start/stop speed so far before a bound
 
@@ -149,8 +162,7 @@ class Retraction(wiring.Component):
             "state": Out(State), "start": Out(coordinate), "first": Out(coordinate),
             "series": Out(8),
             "mark": Out(1),
-            "event": Out(Event), "event_detail": Out(8), "event_cycle": Out(32),
-            "event_first": Out(32), "event_second": Out(32),
+            "event": Out(Happened),
         })
 
     def elaborate(self, platform):
@@ -245,8 +257,8 @@ class Retraction(wiring.Component):
 
         def report(kind, detail, first=0, second=0, cycle=self.cycle):
             m.d.comb += [
-                self.event.eq(kind), self.event_detail.eq(detail), self.event_cycle.eq(cycle),
-                self.event_first.eq(first), self.event_second.eq(second),
+                self.event.kind.eq(kind), self.event.detail.eq(detail), self.event.cycle.eq(cycle),
+                self.event.first.eq(first), self.event.second.eq(second),
             ]
 
         with m.Switch(state):

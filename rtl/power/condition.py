@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The machining condition in force."""
 
+from collections.abc import Mapping
+
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -9,64 +11,82 @@ from rtl.power.condition_switch import ConditionSwitch
 
 __all__ = ["WORDS", "Condition"]
 
-# What makes up a condition, and its bits, by the registers in which it is staged.
-WORDS = {
-    "power_level": 6, "power_on_time": 20, "power_off_time": 20, "power_off_extra": 20,
-    "power_supply_voltage": 4, "power_supply_negative": 1,
-    "gap_reference_open": 10, "gap_reference_arc": 10, "gap_reference_short": 10,
-    "servo_presets_dame": 8, "servo_presets_open": 8, "servo_presets_ok": 8, "servo_step": 16,
-    "law_no_load": 16, "law_reference_voltage": 16, "law_reference_drop": 16,
-}
+# What makes up a condition, by the registers in which it is staged: block, then name.
+WORDS = (
+    "power_level", "power_on_time", "power_off_time", "power_off_extra",
+    "power_supply_voltage", "power_supply_negative",
+    "gap_reference_open", "gap_reference_arc", "gap_reference_short",
+    "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
+    "law_no_load", "law_reference_voltage", "law_reference_drop",
+)
 SHORT_LEVEL = 122  # after reset: 12 V of 100, by which contact and stuck gates are told at once
 
 
 class Condition(wiring.Component):
     """Registers of the condition in force, which take over together what is staged.
 
-    When they do is told by ``rtl.power.condition_switch``, whose orders and reports these are: by
-    order or at a depth, and always between two pulses, so that no pulse has something of two
-    conditions and each pause is that of its pulse. After reset all words are 0, without current,
-    but for the short level.
+    When they do is told by ``rtl.power.condition_switch``, whose reports these are: by order or at
+    a depth, and always between two pulses, so that no pulse has something of two conditions and
+    each pause is that of its pulse. After reset all words are 0, without current, but for the short
+    level.
+
+    Parameters
+    ----------
+    registers : mapping of str to wiring.Signature
+        Register blocks, as their owner on the bus has them: those of ``WORDS``, and ``condition``.
 
     Members
     -------
-    staged_* : In
-        Words of ``WORDS``, each by its name.
-    * : Out
+    registers : In(Signature of the block ``condition``)
+        Orders, depths and status; see ``softcore/regmap.py``.
+    staged : In(the words)
+        Each by its name.
+    words : Out(the words)
         The same in force.
-
-    The others: ``rtl.power.condition_switch.ConditionSwitch``, all but ``take``.
+    between, position : In, count, at, switched : Out
+        See ``rtl.power.condition_switch``.
     """
 
-    def __init__(self):
-        self.switch = ConditionSwitch()
-        members = {name: member for name, member in self.switch.signature.members.items()
-                   if name != "take"}
-        for name, bits in WORDS.items():
-            init = SHORT_LEVEL if name == "gap_reference_short" else 0
-            members |= {f"staged_{name}": In(bits), name: Out(bits, init=init)}
-        super().__init__(members)
+    REPORTS = ("count", "at", "switched")
 
-    def follow(self, machine):
-        """Connections with the registers of a machine: what is staged, orders and status."""
-        strobe = machine.condition_order_strobe
-        return [
-            *(getattr(self, f"staged_{name}").eq(getattr(machine, name)) for name in WORDS),
-            *(getattr(self, name).eq(strobe & getattr(machine, f"condition_order_{name}"))
-              for name in ("commit", "disarm", "restart")),
-            self.depth.eq(machine.condition_depth), self.arm.eq(machine.condition_depth_strobe),
-            *(getattr(machine, f"condition_status_{name}").eq(getattr(self, name))
-              for name in ("armed", "pending", "count")),
-        ]
+    @staticmethod
+    def in_force(registers: Mapping[str, wiring.Signature]) -> wiring.Signature:
+        """Words of a condition, as wide as the registers in which they are staged."""
+        members = {}
+        for name in WORDS:
+            block, _, register = name.partition("_")
+            init = SHORT_LEVEL if name == "gap_reference_short" else 0
+            members[name] = Out(registers[block].members[register].shape, init=init)
+        return wiring.Signature(members)
+
+    def __init__(self, *, registers: Mapping[str, wiring.Signature]):
+        self.switch = ConditionSwitch()
+        words, switch = self.in_force(registers), self.switch.signature.members
+        super().__init__({
+            "registers": In(registers["condition"]), "staged": In(words), "words": Out(words),
+            **{name: switch[name] for name in ("between", "position", *self.REPORTS)},
+        })
+
+    def stage(self, registers):
+        """Assignments that take the staged words from the register blocks."""
+        return [getattr(self.staged, name).eq(
+                    getattr(getattr(registers, name.partition("_")[0]), name.partition("_")[2]))
+                for name in WORDS]
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.switch = switch = self.switch
-        for name, member in switch.signature.members.items():
-            if name == "take":
-                continue
-            outer, inner = getattr(self, name), getattr(switch, name)
-            m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
+        registers = self.registers
+        m.d.comb += [
+            switch.between.eq(self.between), switch.position.eq(self.position),
+            *(getattr(self, name).eq(getattr(switch, name)) for name in self.REPORTS),
+            *(getattr(switch, name).eq(registers.order_strobe & getattr(registers, f"order_{name}"))
+              for name in ("commit", "disarm", "restart")),
+            switch.depth.eq(registers.depth), switch.arm.eq(registers.depth_strobe),
+            *(getattr(registers, f"status_{name}").eq(getattr(switch, name))
+              for name in ("armed", "pending", "count")),
+        ]
         with m.If(switch.take):
-            m.d.sync += [getattr(self, name).eq(getattr(self, f"staged_{name}")) for name in WORDS]
+            m.d.sync += [getattr(self.words, name).eq(getattr(self.staged, name))
+                         for name in WORDS]
         return m

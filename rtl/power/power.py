@@ -88,24 +88,6 @@ class Power(wiring.Component):
             "forget": Out(1), "stuck": Out(1), "limit_level": Out(6), "limit_off": Out(20),
         })
 
-    def follow(self, machine, condition):
-        """All connections but ``machining``: with a machine and its condition in force."""
-        return [
-            self.safe.eq(machine.safe),
-            *(getattr(self, name).eq(getattr(condition, f"power_{name}"))
-              for name in ("level", "on_time", "off_time", "off_extra")),
-            self.sense_on.eq(machine.power_sense_on), self.sense_off.eq(machine.power_sense_off),
-            self.cut.eq(machine.power_control_cut),
-            self.current.eq(machine.gap_current), self.short.eq(machine.gap_short),
-            self.reference.eq(condition.gap_reference_short), condition.between.eq(self.between),
-            machine.gap_on.eq(self.on), machine.gap_sense.eq(self.sense),
-            machine.gap_level.eq(self.level_out),
-            machine.gap_supply.eq(Cat(condition.power_supply_voltage,
-                                      condition.power_supply_negative)),
-            machine.power_limits_level.eq(self.limit_level),
-            machine.power_limits_off.eq(self.limit_off),
-        ]
-
     def elaborate(self, platform):
         m = Module()
         m.submodules.limiter = limiter = self.limiter

@@ -166,11 +166,11 @@ SAFETY = (
     *breaks_of(
         "softcore/soc.py", "cosim/test_memory.py",
         ("free = ~notice.held", "free = C(1)", "the processor is held"),
-        ("machine.memory_damaged.eq(notice.held)", "machine.memory_damaged.eq(0)",
+        ("controller.memory_damaged.eq(notice.by_damage)", "controller.memory_damaged.eq(0)",
          "a memory that reads wrong makes safe"),
-        ("Cat(machine.event_head_valid, machine.safety_watch_asked)",
-         "machine.event_head_valid", "the interrupt asks", "cosim/test_watch.py"),
-        ("notice.silent.eq(machine.silent)", "notice.silent.eq(0)",
+        ("Cat(news, controller.registers.safety.watch_asked)", "news", "the interrupt asks",
+         "cosim/test_watch.py"),
+        ("notice.silent.eq(controller.silent)", "notice.silent.eq(0)",
          "the second stage tells", "cosim/test_watch.py"),
     ),
 )

@@ -13,10 +13,12 @@ import pytest
 from testbench.breaks.harness import ROOT, Break, Verdict, applied, run_whole, try_break
 from testbench.breaks.table import EQUIVALENT, SHORT, TABLE
 from testbench.breaks.witness import SAW, judge
+from testbench.quick import is_quick
 
 ALL = [*TABLE, *(one.what for one in EQUIVALENT)]
 FEWEST = 100
 SEEN_AT_LEAST = 0.95    # of all that were planted; the rest has its argument
+QUICKLY_AT_LEAST = 0.7  # ... by quick tests alone
 
 LIMITER = "rtl/power/limiter.py"
 LEVEL = "eq(Mux(self.level > level_max, level_max, self.level))"
@@ -45,6 +47,13 @@ def test_tests_that_must_see_them_are_there():
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
         tests = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
         assert name in tests if name else any(test.startswith("test_") for test in tests), test
+
+
+def test_most_are_seen_by_quick_tests():
+    """``make check`` runs every test that must see them."""
+    quickly = [one for one in TABLE
+               if all(is_quick(test.partition("::")[0]) for test in one.tests)]
+    assert len(quickly) >= QUICKLY_AT_LEAST * len(ALL)
 
 
 @pytest.mark.parametrize("name", SHORT)

@@ -27,6 +27,10 @@ BOARD = BOARDS["ulx3s"]
 DEVICE = ["--45k", "--package", "CABGA381", "--speed", "6"]
 # Of the axes, which are equal, the last is measured. Pads are the boards' business.
 LEFT_OUT = {"axis_x", "axis_y", "limits_x", "limits_y", "pads", "gate"}
+# What joins blocks is measured by them.
+JOINING = {"controller", "motion", "drives", "gap"}
+PLACE = re.compile(r"gapkeeper\.soc\.(?:controller\.)?(?:(?:motion|drives|gap)\.)?"
+                   r"(\w+)(?:\$\d+)?")
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ def netlist() -> str:
 
 
 def blocks(text: str) -> dict[str, str]:
-    """Netlists of the blocks by name: those of the machine, and those of the processor around it.
+    """Netlists of the blocks by name: the controller's, and those of the processor around it.
 
     Each has its module, named ``block``, and the modules below.
     """
@@ -64,8 +68,8 @@ def blocks(text: str) -> dict[str, str]:
 
     found = {}
     for module in modules:
-        place = re.fullmatch(r"gapkeeper\.soc\.(?:machine\.)?(\w+)(?:\$\d+)?", module)
-        if place and place[1] not in LEFT_OUT | {"machine"}:
+        place = PLACE.fullmatch(module)
+        if place and place[1] not in LEFT_OUT | JOINING:
             cut = "".join(modules[name] for name in dict.fromkeys(below(module)))
             # Numbers that Amaranth appends depend on the rest of the design.
             found[place[1]] = cut.replace(f"module \\{module}\n", "module \\block\n")

@@ -1,37 +1,37 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motion blocks joined as in ``rtl.machine``, without axes, gap and registers."""
+"""``rtl.motion.motion`` for benches, with checks that hold in every clock."""
 
 from amaranth import *
 from amaranth.hdl import Assert
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.motion.conservation import Conservation
-from rtl.motion.distribution import Distributor
-from rtl.motion.feed import PathPulseGenerator
-from rtl.motion.path import SegmentWindow
-from rtl.motion.ramp import Ramp
+from rtl.motion.motion import Motion as Joined
 from rtl.motion.retraction import Retraction
+from softcore.csr import interfaces
+from softcore.regmap import BLOCKS
 
 __all__ = ["Motion"]
 
-# Members of the retraction that registers, gap or interlock drive.
-SETTINGS = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", "jump_distance",
-            "jump_rate", "jump_high_rate", "commit_valid", "commit_strobe", "jump_period", "gain",
-            "repeats", "settle", "run", "hold", "retract", "release", "safe", "shorted",
-            "completed", "discharging", "in_position", "cycle", "ahead", "behind", "floor",
-            "fast_ahead", "fast_behind", "servo", "up", "down", "step", "crowded", "wait",
-            "contact")
+REGISTERS = interfaces(BLOCKS)
+# Members that lead to registers of a block, and those of the gap, the interlock and the operator.
+OF_RETRACTION = (*Retraction.DATA, "commit_strobe")
+OF_PATH = {"ahead": "ahead", "behind": "behind", "floor": "floor", "select": "slot_select",
+           "select_strobe": "slot_select_strobe", "data": "slot_data",
+           "data_strobe": "slot_data_strobe", "load": "origin_strobe", "load_slot": "origin"}
+OF_GAP = ("shorted", "completed", "discharging", "servo", "up", "down", "step", "wait", "contact")
+OF_OTHERS = ("hold", "safe", "in_position", "cycle", "crowded")
+FREE = {"commit_valid": "commit", "run": "control_run"}
 
 
 class Motion(wiring.Component):
-    """Zc to axis pulses Pi, and the retraction that steers them.
+    """``rtl.motion.motion`` with a lone signal for each member, as a bench likes to set them.
 
     What holds in every clock, whatever the inputs, is asserted: a pulse commanded is stored, on its
     way or in the position; pulses Ps are 4 clocks apart; the direction changes at rest only; and
     no pulse Ps follows ``shorted``, ``wait`` or ``contact`` forwards.
 
-    The submodules are attributes too, so that a bench can look at what it wants.
+    The blocks are attributes too, so that a bench can look at what it wants.
 
     Parameters
     ----------
@@ -41,7 +41,9 @@ class Motion(wiring.Component):
     Members
     -------
     load : In(1), load_slot : In(6)
-        As ``path_origin`` of the machine: obeyed at rest only.
+        As ``path_origin`` of the registers: obeyed at rest only.
+    fast_ahead, fast_behind : In(signed(32))
+        Where the machine must be slow next: what firmware tells anew in every clock.
     start_rate, acceleration : In(30)
         Of the ramp.
     axis : Out(signed(32)) x axes
@@ -53,88 +55,46 @@ class Motion(wiring.Component):
 
     def __init__(self, *, axes=1):
         self.axes = axes
-        self.feed = PathPulseGenerator()
-        self.ramp = Ramp()
-        self.path = SegmentWindow(axes=axes)
-        self.distributor = Distributor(axes=axes)
-        self.retraction = Retraction()
-        self.conservation = Conservation()
-        members = {name: In(self.retraction.signature.members[name].shape) for name in SETTINGS}
-        members |= {name: self.path.signature.members[name] for name in (
-            "select", "select_strobe", "data", "data_strobe")}
-        super().__init__(members | {
-            "load": In(1), "load_slot": In(6), "start_rate": In(30), "acceleration": In(30),
-            "axis": Out(signed(32)).array(axes),
+        self.joined = joined = Joined(registers=REGISTERS, axes=axes)
+        self.feed, self.ramp, self.path = joined.feed, joined.ramp, joined.path
+        self.distributor, self.retraction = joined.distributor, joined.retraction
+        self.conservation = joined.conservation
+        within = self.retraction.signature.members, self.path.signature.members
+        names = (*OF_RETRACTION, *OF_PATH, *OF_GAP, *OF_OTHERS, *FREE, "retract", "release",
+                 "fast_ahead", "fast_behind")
+        super().__init__({name: In(next(members[name].shape for members in within
+                                        if name in members)) for name in names} | {
+            "start_rate": In(30), "acceleration": In(30), "axis": Out(signed(32)).array(axes),
         })
 
     def elaborate(self, platform):
         m = Module()
-        feed, ramp, path = self.feed, self.ramp, self.path
-        distributor, retraction = self.distributor, self.retraction
-        m.submodules.feed = feed
-        m.submodules.ramp = ramp
-        m.submodules.path = path
-        m.submodules.distributor = distributor
-        m.submodules.retraction = retraction
-        m.submodules.conservation = conservation = self.conservation
-
-        load, drop = Signal(), Signal()
-        m.d.comb += load.eq(self.load & ramp.rest)
-        m.d.comb += [getattr(retraction, name).eq(getattr(self, name)) for name in SETTINGS]
+        m.submodules.joined = joined = self.joined
+        registers = joined.registers
         m.d.comb += [
-            feed.rate.eq(retraction.target),
-            feed.go.eq(retraction.go),
-            feed.reverse.eq(retraction.reverse),
-            feed.bound.eq(retraction.bound),
-            feed.pull.eq(ramp.pull),
-            drop.eq(self.safe | self.contact),
-            feed.load.eq(load | drop),
-            feed.load_value.eq(Mux(load, 0, path.position)),
-
-            ramp.start_rate.eq(self.start_rate),
-            ramp.acceleration.eq(self.acceleration),
-            ramp.target.eq(retraction.target),
-            ramp.brake.eq(retraction.brake),
-            ramp.ps.eq(feed.ps),
-            ramp.room.eq(feed.room),
-            ramp.ready.eq(path.ready),
-            ramp.drop.eq(drop),
-
-            *(getattr(path, name).eq(getattr(self, name)) for name in (
-                "select", "select_strobe", "data", "data_strobe")),
-            path.pulse.eq(ramp.pp & ~drop),
-            path.reverse.eq(retraction.reverse),
-            path.ahead.eq(self.ahead),
-            path.load.eq(load),
-            path.load_slot.eq(self.load_slot),
-
-            *distributor.follow(path),
-            distributor.restart.eq(load),
-
-            retraction.ready.eq(path.ready),
-            retraction.load.eq(load),
-            retraction.feed.eq(path.rate),
-            retraction.highest.eq(path.highest),
-            retraction.command.eq(feed.command),
-            retraction.position.eq(path.position),
-            retraction.front.eq(path.front),
-            retraction.pp.eq(ramp.pp),
-            retraction.rest.eq(ramp.rest),
-            retraction.steady.eq(ramp.steady),
-            retraction.distance.eq(ramp.distance),
-
-            conservation.command.eq(feed.command),
-            conservation.position.eq(path.position),
-            conservation.stored.eq(ramp.stored),
-            conservation.ps.eq(feed.ps),
-            conservation.pp.eq(ramp.pp),
-            conservation.reverse.eq(retraction.reverse),
-            conservation.drop.eq(drop),
+            *(getattr(registers.retraction, name).eq(getattr(self, name))
+              for name in OF_RETRACTION),
+            *(getattr(registers.retraction, theirs).eq(getattr(self, name))
+              for name, theirs in FREE.items()),
+            registers.retraction.command_retract.eq(self.retract),
+            registers.retraction.command_release.eq(self.release),
+            registers.retraction.command_strobe.eq(1),
+            *(getattr(registers.path, theirs).eq(getattr(self, name))
+              for name, theirs in OF_PATH.items()),
+            registers.path.fast_ahead.eq(self.fast_ahead),
+            registers.path.fast_behind.eq(self.fast_behind),
+            registers.path.fast_slot.eq(registers.path.slot),
+            registers.path.fast_slot_strobe.eq(1),
+            registers.ramp.start_rate.eq(self.start_rate),
+            registers.ramp.acceleration.eq(self.acceleration),
+            *(getattr(joined.gap, name).eq(getattr(self, name)) for name in OF_GAP),
+            joined.gap.feed.eq(joined.gap.rate),
+            *(getattr(joined, name).eq(getattr(self, name)) for name in OF_OTHERS),
         ]
         for index in range(self.axes):
-            with m.If(distributor.pi[index]):
+            with m.If(joined.pi[index]):
                 m.d.sync += self.axis[index].eq(
-                    Mux(distributor.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
+                    Mux(joined.pi_reverse[index], self.axis[index] - 1, self.axis[index] + 1))
 
         self._check(m)
         return m

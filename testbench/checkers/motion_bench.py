@@ -151,12 +151,12 @@ class Bench:
         if order and ctx.get(retraction.state) == State.STOPPING:
             self.gap.order = order = 0
         self.set(ctx, retract=order == OPERATOR, discharging=order == JUMP)
-        kind = ctx.get(retraction.event)
+        event = retraction.event
+        kind = ctx.get(event.kind)
         if kind != Event.NONE:
             self.events.append((
-                kind.value, ctx.get(retraction.event_detail), position,
-                ctx.get(retraction.event_first), ctx.get(retraction.event_second),
-                ctx.get(retraction.event_cycle)))
+                kind.value, ctx.get(event.detail), position, ctx.get(event.first),
+                ctx.get(event.second), ctx.get(event.cycle)))
             self.reported(kind)
         await ctx.tick()
         self.clock += 1

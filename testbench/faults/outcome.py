@@ -2,6 +2,7 @@
 """What came of a fault, by one rule for all of them."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -14,12 +15,14 @@ __all__ = ["AWAY_UM", "LIED", "SLACK", "Found", "Outcome", "Seen", "away", "judg
            "misplaced"]
 
 SLACK = 1.5         # pulses between a true place and a told one: an edge is where it is passed
+REST = 3            # pulses between two ways of coming to rest at one place
 AWAY_UM = 300       # an axis may be so far from where it would have been
 ANEW = "it has started anew, and calls its position lost"
 LIED = "an output was on while it told that all were safe"
 # What it gives as a reason, the best first: the sentence of an alarm, a message, a bare number.
 REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
-           re.compile(r"(ALARM:\d+|error:\d+)"))
+           re.compile(r"(ALARM:\d+[^\r\n]*|error:\d+)"))
+NOTICE_S = 0.5      # in which firmware notices that nothing moves
 START_S = 0.25      # from power-on until a controller answers
 CLOCKS_AFTER = 2    # from `safe` to the last output behind it
 
@@ -82,6 +85,10 @@ def _lied(record: Record, begun: int, end: int) -> bool:
     return False
 
 
+def _apart(places: Sequence[float], others: Sequence[float], pulses: float) -> bool:
+    return any(abs(a - b) > pulses for a, b in zip(places, others, strict=True))
+
+
 def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0) -> Seen:
     """Let a machine come to rest, and see how it stands."""
     session.changes()
@@ -93,20 +100,26 @@ def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0
         session.run(round(START_S * session.clock_hz))
         told = session.told()
     session.changes()
+    if session.pins.rises("gap_on", quiet) and not _apart(places, session.true_places(), SLACK):
+        # It burns in one place: it has its time to notice that.
+        session.run(round(NOTICE_S * session.clock_hz))
+        quiet, places = session.cycle, session.true_places()
+        told = session.told()
+        session.changes()
     record, end = session.pins, session.cycle
     true = session.true_places()
     safe = safe_from(record, begun, end)
     return Seen(clocks=None if safe is None else safe - begun,
                 burns=bool(record.rises("gap_on", quiet)),
-                moves=any(abs(a - b) > SLACK for a, b in zip(places, true, strict=True)),
+                moves=_apart(places, true, SLACK),
                 lied=_lied(record, begun, end), true=true, told=told, said=session.said(begun),
                 away_um=away_um)
 
 
 def misplaced(seen: Seen) -> bool:
     """Whether it rests, and tells a place where it is not, without calling it lost."""
-    return (seen.told is not None and not seen.told.lost and not seen.moves and any(
-        abs(true - told) > SLACK for true, told in zip(seen.true, seen.told.places, strict=True)))
+    return (seen.told is not None and not seen.told.lost and not seen.moves
+            and _apart(seen.true, seen.told.places, SLACK))
 
 
 def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
@@ -134,8 +147,7 @@ def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
         return found(Outcome.SAFE_TOLD if reason else Outcome.SAFE_UNTOLD, reason or "not a word")
     if seen.told is None:
         return found(Outcome.WRONG, "it does not answer, and its outputs are on")
-    there = target is None or all(
-        abs(a - b) <= SLACK for a, b in zip(seen.true, target, strict=True))
+    there = target is None or not _apart(seen.true, target, REST)
     if there and seen.told.state == "Idle" and not seen.burns:
         return found(Outcome.NO_EFFECT, reason or "as without the fault")
     if seen.burns:

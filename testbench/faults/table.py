@@ -168,9 +168,8 @@ CLASSES = (
         "gateware, processor",
         "trip within some clocks, or by the watchdog; named, if there is a program to name it",
         (*GUARDED, _hung("clock"), _hung("memory")),
-        "Bits of the processor's memory: see `testbench/cosim/test_memory.py`. Interrupts off "
-        "and jumps of the program counter need a hand inside the processor, which the simulation "
-        "has not."),
+        "Bits of the processor's memory: its parity is not there yet. Interrupts off and jumps of "
+        "the program counter need a hand inside the processor, which the simulation has not."),
     FaultClass(
         "F9", "tests that let breaks through", "changes of the source, on purpose", "the source",
         "a test fails by its own word",

@@ -138,10 +138,10 @@ def test_results_and_page_tell_of_everything(tmp_path):
     assert data["classes"][0]["cases"][0]["found"] == [
         {"outcome": "safe with reason", "clocks": 1234, "why": "as it should"}]
     text = page.render(done, [Figure(STOPS[0], (5, 6))], 1, Flips((
-        Found(Outcome.WRONG, None, "soc.machine.path.z bit 3: gone"),)))
+        Found(Outcome.WRONG, None, "soc.controller.path.z bit 3: gone"),)))
     for words in ("as it should", "&lt;off&gt; its way", "did not run", "it cannot begin",
                   "no hand is long enough", "1\u202f234", STOPS[0].name, "not every outcome",
-                  "soc.machine.path.z bit 3: gone"):
+                  "soc.controller.path.z bit 3: gone"):
         assert words in text, words
     assert "http" not in text.replace("http-equiv", "")
 
@@ -186,12 +186,12 @@ def test_a_witness_notes_what_is_done_to_it():
 
 def test_flips_are_counted_by_part():
     found = tuple(Found(outcome, None, f"{name} bit 3: why") for outcome, name in (
-        (Outcome.NO_EFFECT, "soc.cpu.core.x"), (Outcome.NO_EFFECT, "soc.machine.short.y"),
-        (Outcome.WRONG, "soc.machine.path.z"), (Outcome.NO_EFFECT, "soc.uart.q")))
+        (Outcome.NO_EFFECT, "soc.cpu.core.x"), (Outcome.NO_EFFECT, "soc.controller.short.y"),
+        (Outcome.WRONG, "soc.controller.path.z"), (Outcome.NO_EFFECT, "soc.uart.q")))
     flips = Flips(found)
     assert flips.parts == {"gateware": {Outcome.NO_EFFECT: 2, Outcome.WRONG: 1},
                            "processor": {Outcome.NO_EFFECT: 1}}
-    assert flips.wrong == ["soc.machine.path.z bit 3: why"]
+    assert flips.wrong == ["soc.controller.path.z bit 3: why"]
     assert not flips.good
 
 

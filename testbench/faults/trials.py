@@ -21,6 +21,7 @@ __all__ = ["Trial", "run_trials"]
 ROUND = 20_000          # clocks in which the phases lie
 LOOK = 4000             # clocks between two looks at where the axes are
 LOOKS = 120             # 0.24 s: the twin ends after 0.16
+REST_S = 0.02           # it rests by then
 RESTING = 10            # looks at one place: it rests
 MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 F300", 500)}
 
@@ -62,7 +63,7 @@ def _try(job, trial, rng, begun, way):
     # Looks before the fault find it where it is by then: not ahead of its way.
     late = session.cycle - begun
     places = [place for index, place in enumerate(_follow(job, begun)) if index * LOOK >= late]
-    seen = look(session, fault, away_um=away(places, way))
+    seen = look(session, fault, REST_S, away(places, way))
     found = judge(seen, trial.deadline, way[-1])
     return [found.outcome.name, found.clocks, f"{deed}: {found.why}" if deed else found.why]
 

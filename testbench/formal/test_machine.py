@@ -8,10 +8,11 @@ assumed.
 from amaranth import *
 from amaranth.hdl import Assume
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In
 
-from rtl.machine import Machine
+from rtl.controller import Controller
 from rtl.motion.retraction import State
+from softcore.csr import interfaces
+from softcore.regmap import OWNED
 from testbench.formal.prover import prove
 
 REACTION = 8    # clocks from the sample that completes a short to the last forward pulse
@@ -20,24 +21,21 @@ LOOK = 12       # ... and so long none may follow
 
 
 class Joined(wiring.Component):
-    """A machine, given as its class, whose every input is free, and whose outputs lead nowhere."""
+    """A controller, given as its class, whose every input is free."""
 
-    def __init__(self, machine):
-        self.machine = machine(clock_hz=2_000_000)
-        super().__init__({name: In(member.shape)
-                          for name, member in self.machine.signature.members.items()
-                          if member.flow is In})
+    def __init__(self, controller):
+        self.controller = controller(registers=interfaces(OWNED), clock_hz=2_000_000)
+        super().__init__(self.controller.signature)
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.machine = self.machine
+        m.submodules.controller = self.controller
         m.d.comb += Assume(~ResetSignal("sync"))
-        m.d.comb += [getattr(self.machine, name).eq(getattr(self, name))
-                     for name in self.signature.members]
+        wiring.connect(m, wiring.flipped(self), self.controller)
         return m
 
 
-class SafeMeansOff(Machine):
+class SafeMeansOff(Controller):
     """With ``safe`` every output is off.
 
     The gates of both sources, the contactor and the drives' enables in the same clock; the speed
@@ -55,11 +53,11 @@ class SafeMeansOff(Machine):
             m.d.comb += [Assert(~self.dac.any()), Assert(~self.step.any()),
                          Assert(~self.auxiliary_strobe.any())]
         # What makes the argument close: who waits for nobody asks for nothing.
-        m.d.comb += Assert(self.auxiliary_status_busy | ~self.auxiliary_strobe.any())
+        m.d.comb += Assert(self.registers.auxiliary.status_busy | ~self.auxiliary_strobe.any())
         return m
 
 
-class NothingForwardAfterShort(Machine):
+class NothingForwardAfterShort(Controller):
     """A short at or below the start/stop speed ends forward motion within ``REACTION`` clocks.
 
     At or below it the ramp is a delay of two clocks (its own promise, held by
@@ -69,8 +67,8 @@ class NothingForwardAfterShort(Machine):
 
     def elaborate(self, platform):
         m = super().elaborate(platform)
-        ramp, retraction = m.submodules.ramp, m.submodules.retraction
-        path, short = m.submodules.path, m.submodules.short
+        ramp, retraction, path = self.motion.ramp, self.motion.retraction, self.motion.path
+        short = self.gap.short_detector
         since = Signal(range(LOOK + 1))     # clocks since the sample that completed a short
         begins = Signal()
         came = Signal(2)    # a pulse into the ramp, a clock ago and two

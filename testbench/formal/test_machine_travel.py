@@ -4,13 +4,13 @@
 from amaranth import *
 from amaranth.hdl import Assume
 
-from rtl.machine import Machine
+from rtl.controller import Controller
 from rtl.members import AXES
 from testbench.formal.prover import prove
 from testbench.formal.test_machine import Joined
 
 
-class CommandsStayWithin(Machine):
+class CommandsStayWithin(Controller):
     """A command goes up only from below its upper limit, and down only from above its lower one.
 
     So from within it stays within, and from outside, where only taking over the position with
@@ -23,9 +23,9 @@ class CommandsStayWithin(Machine):
         m = super().elaborate(platform)
         ready = Signal()
         m.d.sync += ready.eq(1)
-        for letter in AXES:
-            axis = getattr(m.submodules, f"axis_{letter}")
-            low, high = (getattr(self, f"axis_{letter}_{end}") for end in ("low", "high"))
+        for letter, axis in zip(AXES, self.drives.axes, strict=True):
+            own = getattr(self.registers, f"axis_{letter}")
+            low, high = own.low, own.high
             before, low_before, high_before = (
                 Signal(signed(32), name=f"{name}_before_{letter}")
                 for name in ("command", "low", "high"))

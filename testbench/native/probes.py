@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signals that simulations can look at: inside the controller, and in the machine around it.
 
-Those of the controller have the names of the register table. The table gives Verilator's list of
-public signals and the C++ that reads all of them.
+Those of the controller have the names of the register table: block, register, and field if there
+are several. The table gives Verilator's list of public signals and the C++ that reads all of them.
 """
 
 from dataclasses import dataclass
 
+from softcore.regmap import BLOCKS
+
 __all__ = ["MEMORY", "PARITY", "PROBES", "Probe", "header", "public"]
 
-TOP, SOC, MACHINE = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.machine"
-CONDITION = f"{MACHINE}.condition"
+TOP, SOC, CONTROLLER = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.controller"
+CONDITION = f"{CONTROLLER}.condition"
+MOTION, AXES = f"{CONTROLLER}.motion", f"{CONTROLLER}.drives"
 # Arrays of the processor's memory: its words, and their parities.
 MEMORY = [*SOC.split("."), "memory", "ram"]
 PARITY = [*SOC.split("."), "memory", "parity"]
+ERROR_Z = "root->gapkeeper__DOT__soc__DOT__registers___05Faxis_z___05Ferror"
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,15 @@ class Probe:
     @property
     def path(self) -> list[str]:
         """Names of the modules from the top, and of the signal."""
-        return [*self.scope.split("."), self.signal or self.name]
+        return [*self.scope.split("."), self.signal or _register(self.name)]
+
+
+def _register(name):
+    """Name in the Verilog of what is behind a register."""
+    for block in BLOCKS:
+        if name.startswith(f"{block.name}_"):
+            return f"registers__{block.name}__{name.removeprefix(f'{block.name}_')}"
+    return name
 
 
 PROBES = (
@@ -58,9 +70,9 @@ PROBES = (
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
     Probe("servo_ups", 32), Probe("servo_downs", 32),
     # Of the condition in force, not of the registers in which one is staged.
-    *(Probe(f"servo_presets_{kind}", 8, scope=CONDITION) for kind in ("dame", "open", "ok")),
-    Probe("law_no_load", 16, scope=CONDITION),
-    Probe("power_level", 6, scope=CONDITION),
+    *(Probe(name, bits, scope=CONDITION, signal=f"words__{name}") for name, bits in (
+        *((f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
+        ("law_no_load", 16), ("power_level", 6))),
     Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
     *(Probe(f"law_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
     Probe("law_status_windows", 8),
@@ -73,11 +85,11 @@ PROBES = (
     Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
     Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
-    Probe("pp", 1, scope=MACHINE),                    # path pulse after the ramp
-    Probe("completed", 1, scope=MACHINE),             # the sample that completed a short
-    Probe("go", 1, scope=MACHINE),                    # path pulses may come
+    Probe("pp", 1, scope=MOTION),                     # path pulse after the ramp
+    Probe("completed", 1, scope=f"{CONTROLLER}.gap"),  # the sample that completed a short
+    Probe("go", 1, scope=MOTION),                     # path pulses may come
     # Rate of the ramp less the start/stop speed, 2**-34 pulse/clock.
-    Probe("ramp_above", 32, scope=f"{MACHINE}.ramp", signal="above"),
+    Probe("ramp_above", 32, scope=f"{MOTION}.ramp", signal="above"),
     # Clocks until the processor's clock runs again: written, it stops the processor.
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     Probe("safety_limits_leaving", 1),
@@ -88,17 +100,16 @@ PROBES = (
     # A soft limit, and what the guards of the motion go by: a test may turn a bit over.
     Probe("axis_x_high", 32, signed=True, natively=True),
     Probe("guard_command", 32, natively=True, signal="command_then",
-          scope=f"{MACHINE}.axis_z.error_counter"),
-    Probe("guard_apart", 32, natively=True, signal="apart", scope=f"{MACHINE}.conservation"),
-    Probe("window_offset", 30, natively=True, signal="offset", scope=f"{MACHINE}.path"),
-    Probe("window_parity", 1, natively=True, signal="segment_parity", scope=f"{MACHINE}.path"),
-    *(Probe(pin, bits, scope=TOP) for pin, bits in (
+          scope=f"{AXES}.axis_z.error_counter"),
+    Probe("guard_apart", 32, natively=True, signal="apart", scope=f"{MOTION}.conservation"),
+    Probe("window_offset", 30, natively=True, signal="offset", scope=f"{MOTION}.path"),
+    Probe("window_parity", 1, natively=True, signal="segment_parity", scope=f"{MOTION}.path"),
+    *(Probe(pin, bits, scope=TOP, signal=pin) for pin, bits in (
         ("gap_on", 1), ("gap_sense", 1), ("gap_level", 6), ("dac", 3), ("step", 3),
         ("drive_enable", 3), ("contactor", 1), ("auxiliary_strobe", 3), ("safe", 1))),
 
     Probe("dac_z", 16, signed=True, scope="",
-          value="std::clamp(static_cast<int32_t>(root->gapkeeper__DOT__soc__DOT__axis_z_error), "
-                "-32767, 32767)"),
+          value=f"std::clamp(static_cast<int32_t>({ERROR_Z}), -32767, 32767)"),
     Probe("gap_ma", 32, signed=True, scope="", value="machine.gap().current() * 1000"),
     Probe("gap_mv", 32, signed=True, scope="", value="machine.gap().voltage() * 1000"),
     Probe("gap_width_nm", 32, signed=True, scope="", value="machine.gap().gap_um() * 1000"),
@@ -125,7 +136,10 @@ def public(*, writable: bool) -> str:
 
 
 def _member(path):
-    return path[-1] if path[:-1] == [TOP] else "__DOT__".join(path)
+    """Name in Verilator's C++, which keeps two underscores in a row for itself."""
+    if path[:-1] == [TOP]:
+        return path[-1]
+    return "__DOT__".join(part.replace("__", "___05F") for part in path)
 
 
 def _row(probe):

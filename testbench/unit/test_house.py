@@ -99,8 +99,8 @@ def test_dependencies_point_one_way():
 
 @pytest.mark.parametrize(("path", "line"), [
     ("rtl/motion/ramp.py",         "import softcore.regmap"),
-    ("rtl/machine.py",             "from host import tape"),
-    ("constraints/ulx3s.py",       "from rtl.machine import Machine"),
+    ("rtl/controller.py",          "from host import tape"),
+    ("constraints/ulx3s.py",       "from rtl.controller import Controller"),
     ("softcore/soc.py",            "from host.link import Link"),
     ("host/run.py",                "from testbench.native import start"),
     ("host/run.py",                "import amaranth"),

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The register table is well formed, and gateware, header and reference all follow it."""
 
-import pytest
-from amaranth.hdl import Fragment
+from dataclasses import replace
 
-from rtl.machine import Machine
+import pytest
+from amaranth.hdl import Fragment, Shape
+
+from rtl.controller import Controller
 from rtl.power import condition
-from softcore.csr import RegisterFile, member
+from softcore.csr import RegisterFile, interfaces, member
 from softcore.generate import OUTPUTS
-from softcore.regmap import BLOCKS, CAUSES, LINK, SHORT_LEVEL, SYSTEM
+from softcore.regmap import BLOCKS, CAUSES, LINK, OWNED, SHORT_LEVEL
 from softcore.uart import Uart
 from testbench.models.csr import RegisterFile as Model
 
@@ -45,36 +47,44 @@ def test_generated_file_is_current(path):
     assert path.read_text() == OUTPUTS[path](), "run `python -m softcore.generate`"
 
 
-@pytest.fixture(scope="module")
-def owners():
-    """The machine and the link, elaborated, as Amaranth wants of everything that is made."""
-    made = Machine(clock_hz=2_000_000), Uart(divisor=8)
-    for component in made:
-        Fragment.get(component, None)
-    return made
+def test_the_link_has_what_is_behind_its_registers():
+    uart, members = Uart(divisor=8), interfaces((LINK,))["link"].members
+    Fragment.get(uart, None)
+    for name, port in members.items():
+        there = getattr(uart, name.removeprefix("status_"))
+        assert there.shape() == Shape.cast(port.shape), name
 
 
-@pytest.mark.parametrize(("block", "register", "field"),
-                         [row for row in FIELDS if row[0] is not SYSTEM],
-                         ids=lambda part: part.name)
-def test_gateware_has_the_member(owners, block, register, field):
-    machine, uart = owners
-    name = member(block, register, field)
-    if block is LINK:
-        there = getattr(uart, name.removeprefix("link_").removeprefix("status_"))
-    else:
-        there = getattr(machine, name)
-    assert len(there) == field.bits
-    assert there.shape().signed == field.signed
+def test_causes_fit_their_registers():
+    owner = Controller(registers=interfaces(OWNED), clock_hz=2_000_000)
+    Fragment.get(owner, None)
+    assert len(owner.registers.safety.live) == len(owner.interlock.live) == len(CAUSES)
 
 
-def test_causes_fit_their_registers(owners):
-    assert len(owners[0].safety_live) == len(CAUSES)
+def test_a_width_is_written_once():
+    """A register that the table makes wider is wider in the gateware, with no other change."""
+    def wider(register):
+        field = replace(register.fields[0], bits=register.fields[0].bits + 3)
+        return replace(register, fields=(field,)) if register.name == "step" else register
+
+    table = tuple(replace(block, registers=tuple(map(wider, block.registers))) for block in OWNED)
+    owner = Controller(registers=interfaces(table), clock_hz=2_000_000)
+    Fragment.get(owner, None)
+    before = Controller(registers=interfaces(OWNED), clock_hz=2_000_000)
+    Fragment.get(before, None)
+    for made, bits in (before, 16), (owner, 19):
+        assert len(made.registers.servo.step) == len(made.condition.words.servo_step) == bits
+
+
+def behind(dut, block, register, field):
+    """Signal behind a field."""
+    return getattr(getattr(dut.fields, block.name), member(register, field))
 
 
 def test_bus_follows_the_model(simulate, rng):
     dut, model = RegisterFile(BLOCKS), Model(BLOCKS)
-    strobes = {f"{block.name}_{register.name}": getattr(dut, f"{block.name}_{register.name}_strobe")
+    strobes = {f"{block.name}_{register.name}":
+               getattr(getattr(dut.fields, block.name), f"{register.name}_strobe")
                for block in BLOCKS for register in block.registers if register.pulse == "write"}
     addresses = sorted(model.registers) + [0x0FC, 0xFFC]
 
@@ -99,7 +109,7 @@ def test_bus_follows_the_model(simulate, rng):
             if field.access == "r":
                 value = rng.getrandbits(field.bits)
                 inputs[block.name, register.name, field.name] = value
-                ctx.set(getattr(dut, member(block, register, field)), value)
+                ctx.set(behind(dut, block, register, field), value)
         for address in addresses:
             assert (await access(ctx, address))[0] == model.read(address, inputs)
         for _ in range(1500):
@@ -107,7 +117,7 @@ def test_bus_follows_the_model(simulate, rng):
             kind = rng.random()
             if kind < 0.1:
                 block, register, field = rng.choice([r for r in FIELDS if r[2].access == "rw1c"])
-                signal = getattr(dut, member(block, register, field))
+                signal = behind(dut, block, register, field)
                 ctx.set(signal, 1)
                 await ctx.tick()
                 ctx.set(signal, 0)
@@ -120,7 +130,7 @@ def test_bus_follows_the_model(simulate, rng):
                 assert (await access(ctx, address))[0] == model.read(address, inputs)
         for block, register, field in FIELDS:
             if field.access == "rw":
-                value = ctx.get(getattr(dut, member(block, register, field)))
+                value = ctx.get(behind(dut, block, register, field))
                 assert value % (1 << field.bits) == model.values[
                     block.name, register.name, field.name]
 
@@ -129,7 +139,7 @@ def test_bus_follows_the_model(simulate, rng):
 
 def test_a_read_that_takes_is_told_once(simulate):
     dut = RegisterFile(BLOCKS)
-    strobe = dut.link_receive_strobe
+    strobe = dut.fields.link.receive_strobe
 
     async def bench(ctx):
         ctx.set(dut.adr, LINK.base // 4)

@@ -28,7 +28,7 @@ from host.roughing import (
 )
 from host.staircase import Job, Staircase, Step, plan
 from host.tape import encode
-from rtl.machine import Machine
+from rtl.controller import Controller
 from testbench.firmware import ITEMS, Checker
 
 DATA = read_all("copper", "steel")
@@ -143,7 +143,7 @@ def test_what_the_controller_cannot_be_set_to_is_refused():
 
 
 def test_the_bound_is_that_of_the_gateware():
-    assert inspect.signature(Machine).parameters["level_max"].default == MOST_LEVELS
+    assert inspect.signature(Controller).parameters["level_max"].default == MOST_LEVELS
 
 
 def test_parts_of_an_ip_have_rows_of_their_own():

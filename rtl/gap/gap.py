@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The gap: what the discharges were, what follows for the motion, and the fluid between."""
+
+from collections.abc import Mapping
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.gap.contact import ContactGuard
+from rtl.gap.discriminator import Discriminator
+from rtl.gap.feed_law import FeedLaw, Law
+from rtl.gap.fluid import FluidDetector
+from rtl.gap.preset_counter import PresetCounters
+from rtl.gap.reference import References
+from rtl.gap.removal import RemovalDetector
+from rtl.gap.sampler import Sampler
+from rtl.gap.short import ShortDetector
+from rtl.motion.motion import STEERING
+from rtl.power.condition import Condition
+
+__all__ = ["Gap"]
+
+
+class Gap(wiring.Component):
+    """Discriminator, short detector, contact guard, servo, mean voltage, feed modes and fluid.
+
+    Parameters
+    ----------
+    registers : mapping of str to wiring.Signature
+        Register blocks ``gap``, ``servo``, ``fluid`` and ``law``, as their owner on the bus has
+        them, and those in which a condition is staged.
+    clock_hz : int
+        Frequency of the clock.
+
+    Members
+    -------
+    registers : In(Signature of the four blocks)
+        See ``softcore/regmap.py``.
+    motion : Out(STEERING)
+        What the gap says to the motion, and what it needs to know of it.
+    condition : In(rtl.power.condition.in_force)
+        Words of the condition in force.
+    safe, machining, in_position : In(1)
+        Outputs are safe; the discharge is on; every axis is in position.
+    wanted : In(1)
+        Firmware wants the discharge, allowed or not.
+    on, sense, forget : In(1)
+        Gates of both sources; what the last pulses were is out of date (``rtl.power.power``).
+    high, arc, short, current, noise : In(1)
+        Comparators: above the open level, below the arc level, below the short level, current
+        flows, the discharge has high frequencies.
+    reference : Out(3)
+        Streams that set the first three levels.
+    adc_select, adc_clock, adc_command : Out(1), adc_data : In(1)
+        Converter of gap voltage and fluid cell.
+    look : Out(1)
+        Sensing pulses are wanted while the discharge is off.
+    abnormal : Out(1)
+        The pulse under way is an arc or a short.
+    trip : Out(1)
+        Contact, too fast to stop: a cause of the interlock.
+    fluid_news : Out(1)
+        The fluid, or what is known of it, has changed.
+
+    Attributes
+    ----------
+    short_detector : ShortDetector
+        For proofs to look at.
+    """
+
+    BLOCKS = ("gap", "servo", "fluid", "law")
+
+    def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int):
+        self.clock_hz = clock_hz
+        self.short_detector = ShortDetector()
+        super().__init__({
+            "registers": In(wiring.Signature({name: Out(registers[name])
+                                              for name in self.BLOCKS})),
+            "motion": Out(STEERING),
+            "condition": In(Condition.in_force(registers)),
+            **{name: In(1) for name in (
+                "safe", "machining", "in_position", "wanted", "on", "sense", "forget", "high",
+                "arc", "short", "current", "noise", "adc_data")},
+            "reference": Out(3),
+            **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
+                                         "abnormal", "trip", "fluid_news")},
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.discriminator = discriminator = Discriminator()
+        m.submodules.short = short = self.short_detector
+        m.submodules.contact = guard = ContactGuard(clock_hz=self.clock_hz)
+        m.submodules.references = references = References()
+        m.submodules.counters = counters = PresetCounters()
+        m.submodules.removal = removal = RemovalDetector()
+        m.submodules.law = law = FeedLaw()
+        discharging = Signal()
+        m.d.comb += discharging.eq(self.machining & ~self.safe & ~self.motion.quiet)
+        self._discriminate(m, discriminator, references)
+        self._shorts(m, discriminator, short, discharging)
+        self._contact(m, discriminator, short, guard)
+        self._servo(m, discriminator, short, counters, law, discharging)
+        self._voltage(m, removal)
+        self._law(m, law, removal, short, discharging)
+        self._fluid(m, removal)
+        return m
+
+    def _discriminate(self, m, discriminator, references):
+        """What each pulse was."""
+        registers = self.registers.gap
+        gates = Signal(2)  # as the pads have them, which have a register too
+        m.d.sync += gates.eq(Cat(self.on, self.sense))
+        m.d.comb += [
+            discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
+            *(getattr(discriminator, name).eq(getattr(self, name))
+              for name in ("arc", "short", "current", "high", "noise")),
+            *(getattr(discriminator, name).eq(getattr(registers, name))
+              for name in ("blanking", "settle", "confirm", "delay_least")),
+            discriminator.use_current.eq(registers.criteria_current),
+            discriminator.use_delay.eq(registers.criteria_delay),
+            discriminator.use_noise.eq(registers.criteria_noise),
+            *(getattr(registers, name).eq(getattr(discriminator, name))
+              for name in ("open_count", "ok_count", "dame_count", "short_count")),
+            registers.status_last.eq(discriminator.last),
+            self.abnormal.eq(discriminator.abnormal),
+            *(level.eq(getattr(self.condition, f"gap_reference_{name}"))
+              for level, name in zip(references.level, ("open", "arc", "short"), strict=True)),
+            self.reference.eq(references.stream),
+        ]
+
+    def _shorts(self, m, discriminator, short, discharging):
+        """The short signal Ss."""
+        registers, motion = self.registers.gap, self.motion
+        m.d.comb += [
+            short.sample.eq(discriminator.sample),
+            short.sample_shorted.eq(discriminator.sample_shorted),
+            short.shorted_now.eq(discriminator.shorted_now),
+            short.needed.eq(registers.short_ratio_needed),
+            short.window.eq(registers.short_ratio_window),
+            short.duration.eq(registers.short_duration),
+            short.clear_needed.eq(registers.clear_needed),
+            short.restart.eq(self.forget),
+            registers.status_shorted.eq(short.shorted),
+            # Without the discharge it is contact.
+            motion.shorted.eq(short.shorted & self.machining),
+            motion.completed.eq(short.completed),
+            motion.discharging.eq(discharging),
+        ]
+
+    def _contact(self, m, discriminator, short, guard):
+        """The electrode and the work with the discharge off."""
+        registers, motion = self.registers.gap, self.motion
+        m.d.comb += [
+            guard.off.eq(~self.machining), guard.safe.eq(self.safe), guard.quiet.eq(motion.quiet),
+            guard.wanted.eq(motion.wanted), guard.away.eq(motion.away),
+            guard.moving.eq(motion.moving), guard.reverse.eq(motion.reverse),
+            guard.fast.eq(motion.fast), guard.settled.eq(self.in_position),
+            guard.lag_time.eq(registers.lag_time), guard.clear_needed.eq(registers.clear_needed),
+            guard.sample.eq(discriminator.sample & discriminator.sample_sensing),
+            guard.sample_shorted.eq(short.sample_shorted), guard.shorted.eq(short.shorted),
+            motion.wait.eq(guard.wait), motion.contact.eq(guard.contact),
+            self.look.eq(guard.look), self.trip.eq(guard.trip),
+        ]
+
+    def _servo(self, m, discriminator, short, counters, law, discharging):
+        """Steps back and forward, by counted classes or by the mean voltage."""
+        registers, motion = self.registers.servo, self.motion
+        stepped = law.law == Law.ZERO
+        m.d.comb += [
+            counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
+            counters.kind.eq(discriminator.kind),
+            *(getattr(counters, name).eq(getattr(self.condition, f"servo_presets_{name}"))
+              for name in ("dame", "open", "ok")),
+            counters.mode.eq(registers.control_mode), counters.period.eq(registers.period),
+            counters.window.eq(registers.counting_window),
+            counters.weight.eq(registers.counting_weight),
+            # Without discharge pulses there is nothing to go by.
+            counters.freeze.eq(motion.held | short.shorted | ~discharging
+                               | ~registers.control_on),
+            registers.status_dame.eq(counters.dame_full),
+            registers.status_open.eq(counters.open_full),
+            registers.status_held.eq(motion.held),
+            motion.servo.eq(registers.control_on | stepped),
+            motion.step.eq(Mux(stepped, 1, self.condition.servo_step)),
+        ]
+        # In registers: the bounds of the motion are reckoned with them.
+        m.d.sync += [motion.up.eq(Mux(stepped, law.up, counters.up)),
+                     motion.down.eq(Mux(stepped, law.down, counters.down))]
+        with m.If(counters.up):
+            m.d.sync += registers.ups.eq(registers.ups + 1)
+        with m.If(counters.down):
+            m.d.sync += registers.downs.eq(registers.downs + 1)
+
+    def _voltage(self, m, removal):
+        """Mean gap voltage, and its drop per unit distance."""
+        registers, motion = self.registers.law, self.motion
+        m.d.comb += [
+            removal.on.eq(registers.control_measure & self.wanted),
+            # A short and the way back and forth tell nothing of the stock ahead.
+            removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
+            removal.hold.eq(motion.paused),
+            removal.pulse.eq(motion.pulse),
+            removal.reference.eq(self.condition.law_reference_drop),
+            removal.no_load.eq(self.condition.law_no_load),
+            removal.ratio_min.eq(registers.bounds_lowest),
+            removal.ratio_max.eq(registers.bounds_highest),
+            removal.unit.eq(registers.unit), removal.window.eq(registers.window),
+            removal.least.eq(registers.least),
+            registers.voltage_mean.eq(removal.mean), registers.voltage_drop.eq(removal.drop),
+            registers.status_ratio.eq(removal.ratio), registers.status_windows.eq(removal.windows),
+            registers.status_known.eq(removal.known),
+        ]
+
+    def _law(self, m, law, removal, short, discharging):
+        """Feed at the front by the mean gap voltage."""
+        registers, motion = self.registers.law, self.motion
+        m.d.comb += [
+            law.law.eq(registers.control_law),
+            law.rate.eq(motion.rate),
+            law.reference.eq(self.condition.law_reference_voltage),
+            law.gain.eq(registers.gain), law.highest.eq(registers.highest),
+            law.mean.eq(removal.mean), law.known.eq(removal.known), law.ratio.eq(removal.ratio),
+            law.held.eq(motion.held | short.shorted | ~discharging),
+            registers.feed.eq(law.feed),
+            motion.feed.eq(law.feed),
+        ]
+
+    def _fluid(self, m, removal):
+        """Converter and fluid detector."""
+        registers = self.registers.fluid
+        sampler = Sampler(clock_hz=self.clock_hz)
+        m.submodules.sampler = EnableInserter(registers.control_convert)(sampler)
+        m.submodules.fluid = fluid = FluidDetector()
+        m.d.comb += [
+            self.adc_select.eq(sampler.adc_select), self.adc_clock.eq(sampler.adc_clock),
+            self.adc_command.eq(sampler.adc_command), sampler.adc_data.eq(self.adc_data),
+            registers.voltage.eq(sampler.voltage),
+            removal.sample.eq(sampler.voltage),
+            removal.sample_valid.eq(sampler.voltage_valid & registers.control_convert),
+            fluid.sample.eq(sampler.fluid),
+            fluid.sample_valid.eq(sampler.fluid_valid & registers.control_convert),
+            *(getattr(fluid, name).eq(getattr(registers, name))
+              for name in ("threshold_0", "threshold_1", "threshold_2", "hysteresis")),
+            fluid.lowest.eq(registers.bounds_lowest), fluid.highest.eq(registers.bounds_highest),
+            fluid.manual.eq(registers.control_manual),
+            fluid.manual_class.eq(registers.control_manual_class),
+            registers.level.eq(fluid.level),
+            registers.status_class.eq(fluid.class_),
+            *(getattr(registers, f"status_{name}").eq(getattr(fluid, name))
+              for name in ("measured", "known", "broken_low", "broken_high", "disordered")),
+            registers.status_fault.eq(sampler.fault),
+        ]
+        state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
+                    fluid.disordered, sampler.fault)
+        before = Signal(len(state))
+        m.d.sync += before.eq(state)
+        m.d.comb += self.fluid_news.eq(state != before)

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The chain of the first patent from the commanded path to axis pulses, and what steers it."""
+
+from collections.abc import Mapping
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from rtl.motion.conservation import Conservation
+from rtl.motion.distribution import Distributor
+from rtl.motion.feed import PathPulseGenerator
+from rtl.motion.path import SegmentWindow
+from rtl.motion.ramp import Ramp
+from rtl.motion.retraction import Happened, Retraction, State
+
+__all__ = ["STEERING", "Motion"]
+
+# Between the gap and the motion, as the gap has it.
+STEERING = wiring.Signature({
+    "shorted": Out(1),      # Ss, with the discharge on
+    "completed": Out(1),    # the sample that completed it
+    "discharging": Out(1),  # there are main pulses, or would be
+    "wait": Out(1),         # the discharge is off, and the gap not known to be open: not forwards
+    "contact": Out(1),      # ... and the electrode touches
+    "servo": Out(1),        # forward by steps only
+    "up": Out(1), "down": Out(1),   # a step back, a step forward
+    "step": Out(16),        # its length, pulses
+    "feed": Out(30),        # at the front, 2**-32 pulse/clock
+
+    "rate": In(30),         # F of the segment, 2**-32 pulse/clock
+    "pulse": In(1),         # a path pulse forward, at the front
+    "at_front": In(1),      # not on the way back, nor forward again
+    "paused": In(1),        # on hold, stopped, or firmware behind
+    "held": In(1),          # steps are lost
+    "quiet": In(1),         # halted: no pulses at all
+    "sensing": In(1),       # away from the front: sensing pulses only
+    "wanted": In(1),        # pulses forward would come, but for ``wait`` and ``contact``
+    "away": In(1),          # the segment leads away from the work
+    "moving": In(1), "reverse": In(1),
+    "fast": In(1),          # above the start/stop speed
+})
+
+
+class Motion(wiring.Component):
+    """Zc to axis pulses Pi, and the retraction that steers them.
+
+    Path pulses Ps are made at the rate that the retraction lets through, ramped (Pp), counted along
+    the window of the path, and distributed over the axes. One path pulse back undoes one forward.
+    ``damaged_word`` to ``damaged_pulses`` say which guarded registers are damaged.
+
+    The blocks are attributes by their names, so that tests and proofs can look at them.
+
+    Parameters
+    ----------
+    registers : mapping of str to wiring.Signature
+        Register blocks ``path``, ``ramp`` and ``retraction``, as their owner on the bus has them.
+    axes, slots : int
+        See ``rtl.motion.path``.
+    creep : int
+        Highest rate while ``leaving``, 2**-32 pulse/clock.
+
+    Members
+    -------
+    registers : In(Signature of the three blocks)
+        See ``softcore/regmap.py``.
+    gap : In(STEERING)
+        What the gap says, and what it needs to know.
+    safe, hold, abort, leaving, crowded, in_position : In(1)
+        Outputs are safe; feed hold by the operator; no path pulse either way; off a limit switch;
+        firmware has not taken the events yet; every axis is in position.
+    cycle : In(32)
+        Clock count, for events.
+    pi, pi_reverse : Out(axes)
+        Axis pulses, and their direction: down.
+    downwards : Out(axes)
+        Axes that the segment leads down.
+    mark : Out(1)
+        A retraction has ended: the axes note their overshoot from here.
+    entered : Out(1)
+        The front has entered another segment.
+    event : Out(Happened)
+        What the retraction did; of the kind NONE but for one clock each.
+    damaged_word, damaged_segment, damaged_place, damaged_pulses : Out(1)
+        See ``rtl.motion.path`` and ``rtl.motion.conservation``.
+
+    Attributes
+    ----------
+    feed, ramp, path, distributor, retraction, conservation
+        The blocks, for tests and proofs to look at.
+    """
+
+    BLOCKS = ("path", "ramp", "retraction")
+
+    def __init__(self, *, registers: Mapping[str, wiring.Signature], axes: int = 3,
+                 slots: int = 64, creep: int = 0):
+        self.creep = creep
+        self.feed = PathPulseGenerator()
+        self.ramp = Ramp()
+        self.path = SegmentWindow(axes=axes, slots=slots)
+        self.distributor = Distributor(axes=axes)
+        self.retraction = Retraction()
+        self.conservation = Conservation()
+        super().__init__({
+            "registers": In(wiring.Signature({name: Out(registers[name])
+                                              for name in self.BLOCKS})),
+            "gap": In(STEERING),
+            **{name: In(1) for name in ("safe", "hold", "abort", "leaving", "crowded",
+                                        "in_position")},
+            "cycle": In(32),
+            "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
+            "mark": Out(1), "entered": Out(1), "event": Out(Happened),
+            **{f"damaged_{what}": Out(1) for what in ("word", "segment", "place", "pulses")},
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.feed = self.feed
+        m.submodules.ramp = self.ramp
+        m.submodules.path = self.path
+        m.submodules.distributor = self.distributor
+        m.submodules.retraction = self.retraction
+        m.submodules.conservation = self.conservation
+
+        load, drop = Signal(), Signal()
+        m.d.comb += [
+            load.eq(self.registers.path.origin_strobe & self.ramp.rest),
+            # What was stored when the outputs became safe, or it touched, will not be moved.
+            drop.eq(self.safe | self.gap.contact),
+        ]
+        self._pulses(m, load, drop)
+        self._window(m, load, drop)
+        self._program(m, load)
+        self._tell(m)
+        self._guard(m, drop)
+        return m
+
+    def _pulses(self, m, load, drop):
+        """Path pulses Ps at the rate of the retraction, and the ramp: Pp."""
+        feed, ramp, retraction = self.feed, self.ramp, self.retraction
+        target = retraction.target
+        if self.creep:  # off a limit switch
+            creeps = Signal()
+            m.d.sync += creeps.eq(self.leaving & (target > self.creep))
+            target = Mux(creeps, self.creep, target)
+        m.d.comb += [
+            feed.rate.eq(target),
+            feed.go.eq(retraction.go),
+            feed.reverse.eq(retraction.reverse),
+            feed.bound.eq(retraction.bound),
+            feed.pull.eq(ramp.pull),
+            feed.load.eq(load | drop),
+            feed.load_value.eq(Mux(load, 0, self.path.position)),
+
+            ramp.start_rate.eq(self.registers.ramp.start_rate),
+            ramp.acceleration.eq(self.registers.ramp.acceleration),
+            ramp.target.eq(target),
+            ramp.brake.eq(retraction.brake),
+            ramp.ps.eq(feed.ps),
+            ramp.room.eq(feed.room),
+            ramp.ready.eq(self.path.ready),
+            ramp.drop.eq(drop),
+        ]
+
+    def _window(self, m, load, drop):
+        """Pp along the segments, and over the axes: Pi."""
+        path, registers = self.path, self.registers.path
+        m.d.comb += [
+            path.select.eq(registers.slot_select),
+            path.select_strobe.eq(registers.slot_select_strobe),
+            path.data.eq(registers.slot_data),
+            path.data_strobe.eq(registers.slot_data_strobe),
+            path.pulse.eq(self.ramp.pp & ~drop),
+            path.reverse.eq(self.retraction.reverse),
+            path.ahead.eq(registers.ahead),
+            path.load.eq(load),
+            path.load_slot.eq(registers.origin),
+            path.fast_ahead_new.eq(registers.fast_ahead),
+            path.fast_behind_new.eq(registers.fast_behind),
+            path.fast_slot.eq(registers.fast_slot),
+            path.fast_strobe.eq(registers.fast_slot_strobe),
+
+            *self.distributor.follow(path),
+            self.distributor.restart.eq(load),
+            self.pi.eq(self.distributor.pi),
+            self.pi_reverse.eq(self.distributor.pi_reverse),
+            self.downwards.eq(Cat(travel.negative for travel in path.travel)),
+        ]
+
+    def _program(self, m, load):
+        """What the retraction goes by."""
+        retraction, registers = self.retraction, self.registers.retraction
+        ramp, path, gap = self.ramp, self.path, self.gap
+        order = registers.command_strobe
+        m.d.comb += [
+            *(getattr(retraction, name).eq(getattr(registers, name)) for name in retraction.DATA),
+            retraction.commit_valid.eq(registers.commit),
+            retraction.commit_strobe.eq(registers.commit_strobe),
+            retraction.run.eq(registers.control_run & ~self.abort),
+            retraction.hold.eq(registers.control_hold | self.hold),
+            retraction.retract.eq(order & registers.command_retract),
+            retraction.release.eq(order & registers.command_release),
+            retraction.crowded.eq(self.crowded),
+            retraction.safe.eq(self.safe),
+            retraction.in_position.eq(self.in_position),
+            retraction.cycle.eq(self.cycle),
+
+            retraction.servo.eq(gap.servo), retraction.step.eq(gap.step),
+            retraction.up.eq(gap.up), retraction.down.eq(gap.down),
+            retraction.shorted.eq(gap.shorted), retraction.completed.eq(gap.completed),
+            retraction.discharging.eq(gap.discharging),
+            retraction.wait.eq(gap.wait), retraction.contact.eq(gap.contact),
+            retraction.feed.eq(gap.feed),
+
+            retraction.load.eq(load),
+            retraction.highest.eq(path.highest),
+            retraction.ahead.eq(self.registers.path.ahead),
+            retraction.behind.eq(self.registers.path.behind),
+            retraction.floor.eq(self.registers.path.floor),
+            retraction.fast_ahead.eq(path.fast_ahead),
+            retraction.fast_behind.eq(path.fast_behind),
+            retraction.ready.eq(path.ready),
+            retraction.command.eq(self.feed.command),
+            retraction.position.eq(path.position),
+            retraction.front.eq(path.front),
+            retraction.pp.eq(ramp.pp), retraction.rest.eq(ramp.rest),
+            retraction.steady.eq(ramp.steady), retraction.distance.eq(ramp.distance),
+        ]
+
+    def _tell(self, m):
+        """What firmware, the gap and the axes are told."""
+        retraction, ramp, path, gap = self.retraction, self.ramp, self.path, self.gap
+        told, status = self.registers.retraction, self.registers.path
+        m.d.comb += [
+            status.command.eq(self.feed.command),
+            status.position.eq(path.position),
+            status.front.eq(path.front),
+            status.slot.eq(path.slot),
+            status.status_moving.eq(~ramp.rest),
+            status.status_reverse.eq(retraction.reverse),
+            status.status_in_position.eq(self.in_position),
+            status.status_state.eq(retraction.state),
+            status.status_crowded.eq(self.crowded),
+            told.start.eq(retraction.start),
+            told.first.eq(retraction.first),
+            told.series.eq(retraction.series),
+
+            gap.rate.eq(path.rate),
+            gap.pulse.eq(path.pulse & ~path.reverse & (retraction.state == State.FRONT)),
+            gap.at_front.eq(retraction.state == State.FRONT),
+            gap.paused.eq(retraction.hold | ~retraction.run | self.crowded),
+            gap.held.eq(retraction.held),
+            gap.quiet.eq(retraction.quiet),
+            gap.sensing.eq(retraction.sensing),
+            gap.wanted.eq(retraction.wanted & self.feed.room),
+            gap.away.eq(path.away),
+            gap.moving.eq(~ramp.rest),
+            gap.reverse.eq(retraction.reverse),
+            gap.fast.eq(ramp.fast),
+
+            self.mark.eq(retraction.mark),
+            self.entered.eq(path.entered),
+            self.event.eq(retraction.event),
+        ]
+
+    def _guard(self, m, drop):
+        """Whether guarded registers are damaged."""
+        conservation, path = self.conservation, self.path
+        m.d.comb += [
+            conservation.command.eq(self.feed.command), conservation.position.eq(path.position),
+            conservation.stored.eq(self.ramp.stored), conservation.ps.eq(self.feed.ps),
+            conservation.pp.eq(self.ramp.pp), conservation.reverse.eq(self.retraction.reverse),
+            conservation.drop.eq(drop),
+            self.damaged_word.eq(path.damaged_word),
+            self.damaged_segment.eq(path.damaged_segment),
+            self.damaged_place.eq(path.damaged_place),
+            self.damaged_pulses.eq(conservation.damaged),
+        ]
