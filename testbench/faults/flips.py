@@ -8,12 +8,15 @@ from dataclasses import dataclass
 from testbench.cosim.job import Job
 from testbench.faults.outcome import Found, Outcome
 from testbench.faults.trials import Trial, run_trials
+from testbench.native.symbols import firmware_symbols
 
-__all__ = ["BORNE", "SHARE", "Flips", "measure", "turn_over"]
+__all__ = ["BORNE", "SHARE", "Flips", "bend_code", "bend_memory", "measure", "turn_over"]
 
 BORNE = (Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD)
 SHARE = 0.005       # of all that may end wrong, each listed
-PROCESSOR = "soc.cpu."
+PROCESSOR, MEMORY = "soc.cpu.", "memory, "
+STACK = 1024        # bytes of it that are in use
+LOOP = "main"       # with all that is only called there
 
 
 def turn_over(job: Job, rng: random.Random) -> str:
@@ -29,6 +32,29 @@ def turn_over(job: Job, rng: random.Random) -> str:
             return f"{name} bit {bit}"
 
 
+def bend_memory(job: Job, rng: random.Random) -> str:
+    """Turn any bit of the memory over, of its code, its data or its stack; where."""
+    symbols = firmware_symbols()
+    end, top = symbols["__bss_end"][0], symbols["__stack_top"][0]
+    begin = symbols["__bss_start"][0]
+    kind, words = rng.choice((("code", range(0, begin & -4, 4)),
+                              ("data", range(begin & -4, end & -4, 4)),
+                              ("stack", range(top - STACK, top, 4))))
+    address, bit = rng.choice(words), rng.randrange(33)
+    job.session.flip(address, bit)
+    return f"{MEMORY}{kind} 0x{address:05x} bit {bit}"
+
+
+def bend_code(job: Job, rng: random.Random) -> str:
+    """Turn a bit of every word of the main loop over: the one that is read first is found."""
+    bit = rng.randrange(33)
+    begin, extent = firmware_symbols()[LOOP]
+    for address in range(begin, begin + extent & -4, 4):
+        job.session.flip(address, bit)
+    job.session.send(b"?")
+    return f"bit {bit}"
+
+
 @dataclass(frozen=True)
 class Flips:
     """What came of bits, by the part that they are in."""
@@ -40,7 +66,8 @@ class Flips:
         """Outcomes by part."""
         parts = {}
         for one in self.found:
-            part = "processor" if one.why.startswith(PROCESSOR) else "gateware"
+            part = ("processor" if one.why.startswith(PROCESSOR) else
+                    "memory" if one.why.startswith(MEMORY) else "gateware")
             parts.setdefault(part, Counter())[one.outcome] += 1
         return dict(sorted(parts.items()))
 
@@ -56,12 +83,13 @@ class Flips:
 
 
 def measure(count: int, seed: int) -> Flips:
-    """Turn so many bits over, each in a cut of its own.
+    """Turn so many bits of registers over, and as many of the memory, each in a cut of its own.
 
     Raises
     ------
     testbench.native.branch.BranchError
         If it cannot be tried.
     """
-    (_, found), = run_trials([Trial("any bit", turn_over, None, BORNE, count=count)], seed)
-    return Flips(tuple(found))
+    tried = run_trials([Trial("registers", turn_over, None, BORNE, count=count),
+                        Trial("memory", bend_memory, None, BORNE, count=count)], seed)
+    return Flips(tuple(one for _, found in tried for one in found))

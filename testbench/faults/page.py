@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from testbench.faults.campaign import ClassResult
 from testbench.faults.flips import Flips
 from testbench.faults.outcome import Outcome
-from testbench.faults.stops import MISSING, Figure
+from testbench.faults.stops import Figure
 
 __all__ = ["is_good", "render"]
 
@@ -51,4 +51,4 @@ def render(done: Sequence[ClassResult], figures: Sequence[Figure] | None, seed: 
     environment.filters["number"] = _number
     return environment.get_template("report.html.j2").render(
         done=done, figures=figures, seed=seed, good=good, flips=flips, tiles=_tiles(done, figures),
-        outcomes=list(Outcome), colours=COLOURS, missing=MISSING, version=version("gapkeeper"))
+        outcomes=list(Outcome), colours=COLOURS, version=version("gapkeeper"))

@@ -20,21 +20,19 @@ from testbench.cosim.faults import LOOP
 from testbench.cosim.gates import KINDS
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
+from testbench.faults.flips import bend_code
 from testbench.faults.pins import PINS, safe_from
 from testbench.native.branch import branch
 from testbench.native.simulation import Simulation
 
-__all__ = ["MISSING", "STOPS", "Figure", "Stop", "measure"]
+__all__ = ["STOPS", "Figure", "Stop", "measure"]
 
 ROUND = 20_000      # clocks, at 2 MHz and at every other clock: the phases lie within
 AFTER = 2_000       # clocks that outputs must stay safe, to count
 STEP = 500          # clocks between two looks whether it has stopped
-WATCHED = (*PINS, "safety_latched", "safety_pet_strobe", "safety_pet", "pp", "path_status_reverse")
+WATCHED = (*PINS, "safety_latched", "safety_pet_strobe", "safety_pet", "pp", "path_status_reverse",
+           "processor_held")
 NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
-
-# Stops that are not measured here, with the reason.
-MISSING = {"memory": "two clocks in any phase: `testbench/cosim/test_memory.py`"}
-
 
 def _cut(job):
     """In the middle of a cut along Z, pulses burning."""
@@ -79,6 +77,11 @@ def _gate_off(record, begun, safe):
     """The clock in which both gates had been off last: until then it is meant to be on."""
     return max([begun, *(clock for pin in ("gap_on", "gap_sense")
                          for clock, level in record.changes(pin, 0, safe) if not level)])
+
+
+def _read(record, begun, safe):
+    """The clock of the read that was wrong: the processor is held in the next."""
+    return record.rises("processor_held", begun)[0] - 1
 
 
 def _last_call(record, begun, safe):
@@ -148,6 +151,8 @@ STOPS = (
          _force("gate_stuck", KINDS["main"]), "gate", 1_100, since=_gate_off),
     Stop("guard", "a bit of a guarded register turns over", "the bit", _cut,
          _flip("guard_command", 5), "guard", 3),
+    Stop("memory", "a bit of every word of the main loop turns over", "the read of one", _cut,
+         lambda job: bend_code(job, random.Random(1)) and None, "memory", 2, since=_read),
     Stop("watchdog, clock", "the processor stands still", "its last call", _cut,
          lambda job: job.session.poke("sleep_left", 0xFFFF), "watchdog", 10_002, since=_last_call),
     Stop("watchdog, program", "the processor runs in a circle", "its last call", _cut,

@@ -11,7 +11,7 @@ from testbench.cosim import contact, faults, gates, limits, line, retractions, s
 from testbench.cosim.coder import jump_between_edges
 from testbench.faults import scenes
 from testbench.faults.cases import Case, Coder, Scene, Trial, planted, proof
-from testbench.faults.flips import BORNE, turn_over
+from testbench.faults.flips import BORNE, bend_code, bend_memory, turn_over
 from testbench.faults.outcome import Outcome
 from testbench.formal.test_machine import test_safe_means_off
 from testbench.punch import broken
@@ -164,12 +164,13 @@ CLASSES = (
          Scene("off a limit switch", scenes.off_the_switch))),
     FaultClass(
         "F8", "bent bits",
-        "bits of guarded registers, a processor that stands or has lost its program",
+        "bits of guarded registers and of the memory; a processor that stands, or lost its program",
         "gateware, processor",
         "trip within some clocks, or by the watchdog; named, if there is a program to name it",
-        (*GUARDED, _hung("clock"), _hung("memory")),
-        "Bits of the processor's memory: its parity is not there yet. Interrupts off and jumps of "
-        "the program counter need a hand inside the processor, which the simulation has not."),
+        (*GUARDED, Trial("a bit of every word of the main loop", bend_code, WATCHDOG),
+         Trial("any bit of the memory", bend_memory, None, (NO_EFFECT, TOLD), count=10),
+         _hung("clock"), _hung("memory")),
+        "Interrupts off and jumps of the program counter: they need a hand inside the processor."),
     FaultClass(
         "F9", "tests that let breaks through", "changes of the source, on purpose", "the source",
         "a test fails by its own word",
@@ -250,8 +251,9 @@ CLASSES = (
     FaultClass(
         "C14", "bits that turn over", "bits of the guarded registers, and of any", "gateware",
         "the guarded ones trip within six clocks, named; of the others none makes it run away",
-        (*GUARDED, Trial("any bit of any register", turn_over, None, BORNE, count=20)),
-        "Bits of the memory: see `testbench/cosim/test_memory.py`."),
+        (*GUARDED, Trial("any bit of any register", turn_over, None, BORNE, count=20),
+         Trial("any bit of the memory", bend_memory, None, (NO_EFFECT, TOLD), count=20)),
+        "Bits of the processor's caches, which are arrays of their own in the model."),
     FaultClass(
         "C15", "asynchronous inputs, the clock", "", "every input",
         "synchronised; a clock that stops is found outside",
