@@ -156,5 +156,7 @@ MACHINE = (
          "    bool more = work(task);\n    hal_pet(PET_START);\n",
          "the work is between the watchdog's keys"),
         ("            pet(); /*", "            /*", "the watchdog is called after a sleep"),
+        ("    if (hal_watch_open())\n", "", "no call comes too soon"),
+        ("    if (hal_watch_asked())\n", "", "only what is asked is answered"),
     ),
 )

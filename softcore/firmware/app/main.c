@@ -10,6 +10,7 @@
    the watchdog no longer called. */
 void trap(uint32_t cause) {
     if (cause & CAUSE_INTERRUPT) {
+        watch_interrupt();
         events_interrupt();
         return;
     }

@@ -6,6 +6,7 @@
 
 void watch_boot(void);          /* bring everything up; calls the watchdog in between */
 void watch_pass(void);          /* one pass of the main loop */
+void watch_interrupt(void);     /* answer the watchdog, if it asks: that interrupts are taken */
 
 /* Clocks of the longest step since boot of a task: events, path, program, link. */
 #define WATCH_TASKS 4

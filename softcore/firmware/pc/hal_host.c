@@ -36,9 +36,9 @@ static bool damaged;               /* the path, until it is forgotten */
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
 static bool lost;
-static uint32_t pets, sleeps;
+static uint32_t pets, sleeps, unwatched, answers;
 static uint8_t expected_pet;
-static uint32_t unwatched;
+static bool watch_closed, watch_asks;
 static uint32_t guards[1 + 2 * HAL_AXES];  /* as written: see gk_guards */
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
@@ -246,7 +246,8 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     busy_passes = 0;
     under_way = damaged = false;
     queue_head = queue_tail = 0;
-    pets = sleeps = unwatched = 0;
+    pets = sleeps = unwatched = answers = 0;
+    watch_closed = watch_asks = false;
     host_gap_boot();
     expected_pet = 0xa5;
     watch_boot();
@@ -299,6 +300,11 @@ void gk_words(const hal_segment *s, gk_segment *words) {
 
 void gk_slot(uint32_t number, gk_segment *segment) { gk_words(&slots[number], segment); }
 uint32_t gk_pets(void) { return pets; }
+uint32_t gk_answers(void) { return answers; }
+void gk_watch(bool closed, bool asks) {
+    watch_closed = closed;
+    watch_asks = asks;
+}
 uint32_t gk_sleeps(void) { return sleeps; }
 uint32_t gk_unwatched(void) { return unwatched; }
 void gk_guards(uint32_t words[7]) {
@@ -410,9 +416,9 @@ bool hal_event_lost(void) {
     unwatched += expected_pet == 0xa5; /* the first thing that the events' task asks */
     return was;
 }
-void hal_interrupts(bool enabled) {
-    interrupts = enabled;
-    if (enabled)
+void hal_interrupts(bool events) {
+    interrupts = events;
+    if (events)
         events_interrupt();
 }
 
@@ -424,9 +430,15 @@ void hal_sleep(uint32_t clocks) {
 }
 
 void hal_pet(uint8_t key) {
+    if (key == 0xc3) {
+        answers++;
+        return;
+    }
     pets += key == expected_pet;
     expected_pet = key == 0xa5 ? 0x5a : 0xa5;
 }
+bool hal_watch_open(void) { return !watch_closed; }
+bool hal_watch_asked(void) { return watch_asks; }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
 uint32_t hal_causes(void) { return safe ? 1u << cause | live : 0; }

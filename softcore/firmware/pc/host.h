@@ -133,6 +133,8 @@ void gk_opens(uint32_t count);      /* and pulses without one */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 void gk_law_read(uint32_t words[12]);   /* a hal_law, with the references behind its window */
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
+void gk_watch(bool closed, bool asks); /* the watchdog takes no call yet; asks for its interrupt */
+uint32_t gk_answers(void);      /* to that interrupt since boot */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 /* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */
