@@ -13,8 +13,8 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-__all__ = ["FirmwareError", "address_runtime", "among", "host_library", "path_units",
-           "target_image"]
+__all__ = ["FirmwareError", "address_runtime", "among", "host_library",
+           "object_command", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
@@ -123,6 +123,12 @@ def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], No
     return result
 
 
+def object_command(source: Path, made: Path) -> list[str]:
+    """Command that compiles one source of the firmware for this computer, as in the library."""
+    return [*_host_compiler(), "-c", "-fPIC", "-O1", *COMMON, f"-I{SOURCES}", str(source),
+            "-o", str(made)]
+
+
 def path_units(memory_size: int) -> int:
     """Units of the path that a memory has room for, a power of two.
 
@@ -164,6 +170,8 @@ def target_image(memory_size: int = 286720,
         (folder / "link.ld").write_text(script)
         _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])
+        if not (folder / "firmware.bin").stat().st_size:
+            raise FirmwareError("objcopy has written an empty image")
 
     return _cached("firmware.bin", [*command, script], build)
 
