@@ -13,8 +13,8 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-__all__ = ["FirmwareError", "address_runtime", "among", "host_library", "path_units",
-           "target_image"]
+__all__ = ["FirmwareError", "address_runtime", "among", "host_library",
+           "object_command", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
@@ -121,6 +121,12 @@ def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], No
             for made in sorted(Path(place).iterdir(), key=lambda path: path.name == name):
                 made.replace(folder / made.name)
     return result
+
+
+def object_command(source: Path, made: Path) -> list[str]:
+    """Command that compiles one source of the firmware for this computer, as in the library."""
+    return [*_host_compiler(), "-c", "-fPIC", "-O1", *COMMON, f"-I{SOURCES}", str(source),
+            "-o", str(made)]
 
 
 def path_units(memory_size: int) -> int:

@@ -15,6 +15,7 @@ MACHINE = Path(__file__).parents[1] / "plant" / "sinker.toml"
 READY = b"$X\n$POSITION=HERE\n"
 LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nC130\nM03\nG94 F15\nG01 Z-0.2\n"
 START = 300_000  # clocks until firmware takes lines, and some
+UNLOCK = 60_000  # until it has unlocked: a button that is pressed before does not count
 CUT = 400_000
 
 
@@ -25,6 +26,7 @@ def main():
                     code=Path(sys.argv[1])) as simulation:
         simulation.run(START)
         simulation.send(READY)
+        simulation.run(UNLOCK)
         simulation.press_arm()
         simulation.send(LINES)
         simulation.run(CUT)

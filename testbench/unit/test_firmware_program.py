@@ -315,12 +315,12 @@ def test_watchdog_is_not_called_too_soon_and_its_interrupt_is_answered(machine):
     pets = library.gk_pets()
     machine.run(100)
     assert library.gk_pets() == pets, "no second key"
-    library.watch_interrupt()
+    library.main_loop_interrupt()
     assert library.gk_answers() == 0, "nobody asks"
     library.gk_watch(False, True)
     machine.run(1)
     assert library.gk_pets() > pets
-    library.watch_interrupt()
+    library.main_loop_interrupt()
     assert library.gk_answers() == 1
 
 

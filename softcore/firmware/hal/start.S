@@ -26,7 +26,7 @@ trap_entry:
     sw t0, 4(sp)
     sw t1, 8(sp)
     /* Most often it is the watchdog's interrupt alone (IRQ_WATCH of those pending): answered at once,
-       as watch_interrupt does, by a twentieth of the clocks. */
+       as main_loop_interrupt does, by a twentieth of the clocks. */
     csrr t0, mcause
     bgez t0, 1f
     csrr t0, 0xfc0

@@ -73,7 +73,8 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void host_gap_boot(void);    /* its part of that */
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition is switched by depth */
-void host_depth(void);
+void host_gap_arm(int32_t depth);    /* the condition is to be switched there */
+void host_clock_boot(void);
 void host_cost(uint32_t clocks);    /* the firmware does something that takes its time */
 void host_link_boot(void);
 bool host_link_held(void);   /* a `!` or Ctrl-X lets nothing go forward */
