@@ -14,9 +14,19 @@ from testbench.native.simulation import Simulation
 MACHINE = Path(__file__).parents[1] / "plant" / "sinker.toml"
 READY = b"$X\n$POSITION=HERE\n"
 LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nC130\nM03\nG94 F15\nG01 Z-0.2\n"
-START = 300_000  # clocks until firmware takes lines, and some
-UNLOCK = 60_000  # until it has unlocked: a button that is pressed before does not count
-CUT = 400_000
+STEP = 20_000       # clocks between two looks at what it says
+PATIENCE = 500      # looks
+CUT = 400_000       # clocks
+
+
+def until(simulation, text, count=1):
+    """Let it run until it has said ``text`` so many times."""
+    said = b""
+    for _ in range(PATIENCE):
+        said += simulation.receive(STEP)
+        if said.count(text) >= count:
+            return
+    sys.exit(f"the rehearsal waits for {text!r}, and hears {said!r}")
 
 
 def main():
@@ -24,9 +34,9 @@ def main():
     machine = tomllib.loads(MACHINE.read_text())
     with Simulation(machine=machine, clock_hz=int(machine["clock_hz"]), seed=1,
                     code=Path(sys.argv[1])) as simulation:
-        simulation.run(START)
+        until(simulation, b"help]")
         simulation.send(READY)
-        simulation.run(UNLOCK)
+        until(simulation, b"ok", 2)
         simulation.press_arm()
         simulation.send(LINES)
         simulation.run(CUT)
