@@ -17,8 +17,8 @@ comparators are high above their level, so that a lost gap is a short and the el
 that of the current is high while none flows, so that a lost one is a gate that does not let go.
 An encoder that falls silent is found by the following error, a lost FIN by its time-out.
 
-**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 256 KB of the 85F,
-1022 lines or 511 arcs with the 160 KB of the 45F. The smaller devices have too little memory.
+**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 288 KB of the 85F,
+1022 lines or 511 arcs with the 184 KB of the 45F. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """
