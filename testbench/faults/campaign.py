@@ -87,7 +87,7 @@ def _all_tried(trials, seed):
     """Trials of one machine, together."""
     try:
         return [Result(trial, tuple(found)) for trial, found in run_trials(trials, seed)]
-    except Exception as error:
+    except Exception as error:  # likewise: a trial that did not run ends with status 1
         return [Result(trial, (), f"{type(error).__name__}: {error}") for trial in trials]
 
 

@@ -56,7 +56,7 @@ def _work(work, reading, writing):
         os.close(reading)
         try:
             answer = [True, work()]
-        except Exception:
+        except Exception:  # whatever it is, the parent raises it with its traceback
             answer = [False, traceback.format_exc()]
         with os.fdopen(writing, "wb") as pipe:
             pipe.write(json.dumps(answer).encode())
