@@ -168,6 +168,15 @@ def test_no_file_names_a_place_of_one_machine():
     assert not offenders(files(TEXT), breaks)
 
 
+def test_no_file_holds_two_sides_of_a_merge():
+    def breaks(path):
+        lines = path.read_text().splitlines()
+        return (f"line {number}: {line}" for number, line in enumerate(lines, 1)
+                if re.match(r"(<{7}|>{7}) ", line))
+
+    assert not offenders(files(TEXT), breaks)
+
+
 def test_comments_defer_nothing():
     words = ["TO" + "DO", "FIX" + "ME", "X" * 3, "no" + "qa"]
     assert not offenders(files(CODE), lambda path: (word for word in words
