@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gap/law.h"
+#include "gap/feed_modes.h"
 
 #include "base/settings.h"
 #include "base/units.h"
@@ -20,19 +20,10 @@ static uint8_t windows;                 /* means taken when one was noticed, */
 static unsigned clean;                  /* and those without a discharge */
 static uint32_t before;                 /* level: the last of them */
 
-bool law_word(const word *w, uint32_t column, uint8_t *number, fault *f) {
-    if (!w)
-        return fault_at(f, FAULT_MISSING, column, "G95 needs its law, P1 to P4");
-    if (w->number.decimals || w->number.digits < LAW_CLASSES || w->number.digits >= LAWS)
-        return fault_at(f, FAULT_NUMBER, w->column, "the law of G95 must be P1 to P4");
-    *number = (uint8_t)w->number.digits;
-    return true;
-}
-
-bool law_check(unsigned number, const technology_row *row, uint32_t column, fault *f) {
-    if (number < LAW_ZERO || !row)
+bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column, fault *f) {
+    if (number < FEED_ZERO || !row)
         return true;
-    bool by_drop = number == LAW_REMOVAL;
+    bool by_drop = number == FEED_REMOVAL;
     if (!(by_drop ? row->drop_mv : row->reference_mv))
         return fault_at(f, FAULT_CONDITION, column,
                         "G95 P%u needs a reference %s, %c of G10, which the condition C%u does not have",
@@ -44,40 +35,26 @@ bool law_check(unsigned number, const technology_row *row, uint32_t column, faul
 }
 
 /* At most 300 V, 2000 us: below 2**32. */
-uint32_t law_no_load_mv(const technology_row *row, uint32_t share_percent) {
+uint32_t feed_modes_no_load_mv(const condition_row *row, uint32_t share_percent) {
     return row->open_v * share_percent * 10 * row->on_us / (row->on_us + row->off_us);
 }
 
-static bool reference(char letter, const word *w, const technology_row *row, uint32_t *mv, fault *f) {
-    uint32_t bound = law_no_load_mv(row, 100);
-    /* Thousandths, as of a speed. */
-    if ((!w || units_speed(w->number, false, mv)) && (!*mv || *mv < bound))
-        return true;
-    return fault_at(f, FAULT_TABLE, w ? w->column : 0,
-                    "the reference %c must be below the mean without discharges, %u mV", letter, bound);
-}
+bool feed_modes_measures(void) { return law >= FEED_ZERO; }
 
-bool law_references(const word *voltage, const word *drop, technology_row *row, fault *f) {
-    return reference('V', voltage, row, &row->reference_mv, f) &&
-           reference('U', drop, row, &row->drop_mv, f);
-}
-
-bool law_measures(void) { return law >= LAW_ZERO; }
-
-void law_settings(void) {
-    if (!law_measures()) {
+void feed_modes_settings(void) {
+    if (!feed_modes_measures()) {
         /* Without a law the rest does not matter, and its conversions take their time. */
         static const hal_law none;
         hal_law_write(&none);
         return;
     }
-    bool distance = law == LAW_REMOVAL;
-    uint32_t gain = settings_get(law == LAW_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
+    bool distance = law == FEED_REMOVAL;
+    uint32_t gain = settings_get(law == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
     uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
     uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(SET_LAW_UNIT_UM));
     hal_law words = {
-        .law = law < LAW_ZERO ? 0 : law - LAW_CLASSES,
-        .measure = law_measures(),
+        .law = law < FEED_ZERO ? 0 : law - FEED_CLASSES,
+        .measure = feed_modes_measures(),
         .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
         .window = units_clocks_of_us(us),
         .least = LEVELS(settings_get(SET_LAW_LEAST_MV)),
@@ -89,32 +66,32 @@ void law_settings(void) {
     hal_law_write(&words);
 }
 
-void law_init(void) {
-    law = LAW_CONSTANT;
+void feed_modes_init(void) {
+    law = FEED_CONSTANT;
     no_load = 0;
     clean = 0;
 }
 
 
-void law_select(unsigned number) { law = number; }
+void feed_modes_select(unsigned number) { law = number; }
 
-uint32_t law_no_load_of(const technology_row *row, uint32_t share_percent) {
-    return LEVELS(law_no_load_mv(row, share_percent));
+uint32_t feed_modes_no_load_of(const condition_row *row, uint32_t share_percent) {
+    return LEVELS(feed_modes_no_load_mv(row, share_percent));
 }
 
-uint32_t law_no_load(void) { return no_load; }
+uint32_t feed_modes_no_load(void) { return no_load; }
 
-void law_stage(const technology_row *row, uint32_t level) {
+void feed_modes_stage(const condition_row *row, uint32_t level) {
     hal_law_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
 }
 
-void law_condition(const technology_row *row, uint32_t share_percent) {
-    no_load = law_no_load_of(row, share_percent);
+void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
+    no_load = feed_modes_no_load_of(row, share_percent);
     clean = 0;
 }
 
-bool law_watch(bool machining, const uint32_t counts[4]) {
-    if (!law_measures() || !settings_get(SET_LAW_NO_LOAD))
+bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
+    if (!feed_modes_measures() || !settings_get(SET_LAW_NO_LOAD))
         return false;
     hal_law_state state = hal_law_read();
     uint32_t sum = counts[1] + counts[2] + counts[3];

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/* G36, G37 and G38: retraction data and the periodic jump. */
-#include "base/units.h"
-#include "interp/plan_words.h"
+#include "interp/retraction_words.h"
 
-bool plan_retraction(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
+#include "base/units.h"
+
+bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
     uint32_t letters = BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | BLOCK_BIT('E') |
                        BLOCK_BIT('Q') | BLOCK_BIT('Z');
-    if (!alone(c, letters))
+    if (!words_alone(c, letters))
         return false;
     modal *after = &c->p->after;
     retraction_layer *layer = mdi ? &after->memory.mdi : &after->memory.tape;
     uint32_t columns[ITEMS] = {0};
     for (unsigned item = 0; item < ITEMS; item++) {
         char letter = RETRACTION_LETTERS[item];
-        const word *w = take(c, letter);
+        const word *w = words_take(c, letter);
         if (!w)
             continue;
         columns[item] = w->column;
@@ -23,12 +23,12 @@ bool plan_retraction(context *c, bool mdi, uint32_t highest_speed, unsigned jump
         int32_t pulses;
         uint32_t um_per_min;
         if (item == ITEM_L || item == ITEM_Q || item == ITEM_Z) {
-            if (!distance(c, w, letter, &pulses))
+            if (!words_distance(c, w, letter, &pulses))
                 return false;
             /* The ceiling is a position in the work frame, kept in the machine's. */
             layer->value[item] = item == ITEM_Z ? pulses + after->offset[2] : pulses;
         } else {
-            if (!speed(c, w, letter, &um_per_min))
+            if (!words_speed(c, w, letter, &um_per_min))
                 return false;
             layer->value[item] = (int32_t)um_per_min;
         }
@@ -39,9 +39,9 @@ bool plan_retraction(context *c, bool mdi, uint32_t highest_speed, unsigned jump
     return retraction_check(&set, !mdi, highest_speed, columns, c->f);
 }
 
-bool plan_defaults(context *c, uint32_t highest_speed) {
+bool retraction_words_defaults(context *c, uint32_t highest_speed) {
     static const uint32_t nowhere[ITEMS];
-    if (!alone(c, 0))
+    if (!words_alone(c, 0))
         return false;
     c->p->after.memory.tape.given = 0;
     retraction_layer set = retraction_combined(&c->p->after.memory);
@@ -51,7 +51,7 @@ bool plan_defaults(context *c, uint32_t highest_speed) {
 static bool jump_speed(context *c, const word *w, char letter, uint32_t highest, uint32_t *value) {
     if (!w)
         return true;
-    if (!speed(c, w, letter, value))
+    if (!words_speed(c, w, letter, value))
         return false;
     if (*value > highest)
         return fault_at(c->f, FAULT_RETRACTION, w->column,
@@ -59,19 +59,19 @@ static bool jump_speed(context *c, const word *w, char letter, uint32_t highest,
     return true;
 }
 
-bool plan_jump(context *c, uint32_t highest_speed) {
-    if (!alone(c, BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('R') | BLOCK_BIT('H')))
+bool retraction_words_jump(context *c, uint32_t highest_speed) {
+    if (!words_alone(c, BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('R') | BLOCK_BIT('H')))
         return false;
     retraction_jump *jump = &c->p->after.jump;
-    const word *period = take(c, 'P'), *limit = take(c, 'L');
-    const word *up = take(c, 'R'), *high = take(c, 'H');
+    const word *period = words_take(c, 'P'), *limit = words_take(c, 'L');
+    const word *up = words_take(c, 'R'), *high = words_take(c, 'H');
     if (!period)
         return fault_at(c->f, FAULT_MISSING, 0, "G38 needs the period P");
     uint64_t clocks;
     if (!units_clocks(period->number, true, &clocks) || clocks > UINT32_MAX)
         return fault_at(c->f, FAULT_OVERFLOW, period->column, "the period P is out of range");
     jump->period = (uint32_t)clocks;
-    if (limit && !distance(c, limit, 'L', &jump->distance))
+    if (limit && !words_distance(c, limit, 'L', &jump->distance))
         return false;
     if (!jump_speed(c, up, 'R', highest_speed, &jump->speed) ||
         !jump_speed(c, high, 'H', highest_speed, &jump->high))

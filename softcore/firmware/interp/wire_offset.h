@@ -28,19 +28,19 @@ typedef struct {
     const char *text;
     uint32_t length;            /* 0 for a block without words */
     uint32_t line, number;      /* number of the N word, 0 for none */
-} compensation_block;
+} wire_offset_block;
 
-void compensation_reset(void);
+void wire_offset_reset(void);
 
 /* Modal state after all blocks taken, of which some may be held; `executed` if none is. */
-const modal *compensation_state(const modal *executed);
+const modal *wire_offset_state(const modal *executed);
 
-/* Take a judged block; it and its text must stay until compensation_next has returned 0. False with a
-   fault if it cannot follow. Then call compensation_step until it is done: each call takes its time. */
-bool compensation_take(plan *p, const char *text, uint32_t length, uint32_t line, uint32_t number,
-                       fault *f);
-bool compensation_ready(void); /* compensation_step has nothing to do */
-plan_result compensation_step(const travel_range *t, fault *f);
+/* Take a judged block; it and its text must stay until wire_offset_next has returned 0. False with a
+   fault if it cannot follow. Then call wire_offset_step until it is done: each call takes its time. */
+bool wire_offset_take(plan *p, const char *text, uint32_t length, uint32_t line, uint32_t number,
+                      fault *f);
+bool wire_offset_ready(void); /* wire_offset_step has nothing to do */
+plan_result wire_offset_step(const travel_range *t, fault *f);
 
 /* The next block to be carried out; 0: take another one. */
-const compensation_block *compensation_next(void);
+const wire_offset_block *wire_offset_next(void);

@@ -9,38 +9,42 @@
 #include <stdint.h>
 
 #include "base/fault.h"
-#include "gap/technology.h"
-#include "hal/hal.h"
+#include "gap/conditions.h"
 
-#define SERIES_STEPS 32
+#define DEPTH_SERIES_STEPS 32
+
+typedef struct {
+    int32_t depth;              /* machine frame */
+    condition_row row;
+} depth_step;
 
 /* Whether a step may follow: from a depth (machine frame, of which `offset` is the program frame's
    origin) on a condition, for a law of the feed. */
-bool series_check(int32_t depth, int32_t offset, const technology_row *row, unsigned law,
-                  uint32_t column, fault *f);
-void series_add(int32_t depth, const technology_row *row);
+bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned law,
+                        uint32_t column, fault *f);
+void depth_series_add(int32_t depth, const condition_row *row);
 
 /* Whether the condition in force and those to come have what a law needs of them; true without a
    series. */
-bool series_law(unsigned law, uint32_t column, fault *f);
+bool depth_series_law(unsigned law, uint32_t column, fault *f);
 
 /* A condition in force or to come of whose pulses no short would be seen; a null pointer if there is
    none. */
-const technology_row *series_unseen(void);
+const condition_row *depth_series_unseen(void);
 
 /* No further step: what is in force stays. False while a switch is still to be told: call again. */
-bool series_end(void);
-void series_drop(void);         /* the same at once, whatever is still to be told */
-void series_replaced(void);     /* the condition in force is none of a series any more */
-bool series_reached(void);      /* it is one */
+bool depth_series_end(void);
+void depth_series_drop(void);         /* the same at once, whatever is still to be told */
+void depth_series_replaced(void);     /* the condition in force is none of a series any more */
+bool depth_series_reached(void);      /* it is one */
 
 /* Take the stage from the gateware, for the condition in force; false while it may not be written. A
    switch that has come meanwhile is noticed. */
-bool series_take_stage(void);
+bool depth_series_take_stage(void);
 
 /* Stage the next step, if the stage is free; true if it took that time. In every round of the main
    loop. */
-bool series_step(void);
+bool depth_series_step(void);
 
-/* The gateware tells that it has switched. */
-void series_switched(const hal_event *event, uint64_t cycle);
+/* The gateware tells that it has switched: the step, or a null pointer if that has been told. */
+const depth_step *depth_series_switched(void);

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "roughing/planner.h"
+#include "roughing/commands.h"
 
-#include "app/program.h"
+#include "base/text.h"
 #include "base/units.h"
-#include "link/link.h"
-#include "link/output.h"
 #include "roughing/basic.h"
-#include "roughing/planned.h"
+#include "roughing/result.h"
 #include "roughing/staircase.h"
 
 /* Small rather than fast: nothing waits for the planner. */
@@ -28,14 +26,14 @@ static uint32_t length;
 static uint32_t numbers[NUMBERS];
 static unsigned count;
 
-void planner_init(void) {
+void roughing_init(void) {
     basic_forget();
-    planned_forget();
-    planner_stop();
+    result_forget();
+    roughing_stop();
 }
 
-void planner_stop(void) { doing = IDLE; }
-bool planner_busy(void) { return doing != IDLE; }
+void roughing_stop(void) { doing = IDLE; }
+bool roughing_busy(void) { return doing != IDLE; }
 
 /* Digits behind the point that the numbers of a line have; the last goes for all behind it. */
 static const struct {
@@ -82,13 +80,13 @@ static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value, fault 
     return true;
 }
 
-static bool begin(fault *f) {
+static bool begin(bool program_runs, fault *f) {
     if (count < JOB_LEAST || count > JOB_NUMBERS)
         return fault_at(f, FAULT_SETTING, 0,
                         "$BP needs area, undersize and depth; gradient and seed may follow");
     if (!numbers[0] || !numbers[1] || !numbers[2])
         return fault_at(f, FAULT_SETTING, 0, "area, undersize and depth must be above 0");
-    if (program_running())
+    if (program_runs)
         return fault_at(f, FAULT_BUSY, 0, "nothing is planned while a program runs");
     uint32_t gradient = count > 3 ? numbers[3] : 0;
     if (gradient > STEEPEST)
@@ -103,13 +101,13 @@ static bool begin(fault *f) {
     };
     if (!staircase_begin(&job, f))
         return false;
-    planned_forget();
+    result_forget();
     doing = PLANNING;
     told = 0;
     return true;
 }
 
-void planner_line(const char *from, uint32_t characters) {
+void roughing_line(const char *from, uint32_t characters) {
     line = from;
     length = characters;
     doing = READING;
@@ -134,82 +132,91 @@ static bool read_line(fault *f) {
 }
 
 /* Carry a line out. */
-static void enter(void) {
-    fault f = {0};
+static roughing_step enter(bool program_runs, fault *f) {
     doing = IDLE;
     switch (line[0]) {
-    case 'D': basic_depths(numbers, count, &f); break;
+    case 'D': basic_depths(numbers, count, f); break;
     case 'A':
         if (count > 1)
-            fault_at(&f, FAULT_SETTING, 0, "$BA takes one area");
+            fault_at(f, FAULT_SETTING, 0, "$BA takes one area");
         else
-            basic_area(numbers[0], &f);
+            basic_area(numbers[0], f);
         break;
-    case 'I': basic_current(numbers[0], numbers + 1, count - 1, &f); break;
-    default: begin(&f); break;
+    case 'I': basic_current(numbers[0], numbers + 1, count - 1, f); break;
+    default: begin(program_runs, f); break;
     }
-    if (doing == IDLE)
-        link_answer(&f);
+    return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
 }
 
+/* What else is to be known, by number; false if there is nothing of that number to tell. */
+static bool note(uint32_t number, const staircase_result *found, char *text, size_t size) {
+    switch (number) {
+    case 0:
+        return found->greatest &&
+               text_print(text, size,
+                          "The undersize allows the greatest current of the basic data, or more");
+    case 1:
+        return found->ended && text_print(text, size, "The basic data have no greater current");
+    case 2: return found->single && text_print(text, size, "The basic data have one depth only");
+    case 3:
+        return found->beyond &&
+               text_print(text, size, "%u depths lie above the shallowest of the basic data",
+                          found->beyond);
+    case 4:
+        return found->untrusted &&
+               text_print(text, size, "%u networks were not trusted, and interpolation stood in",
+                          found->untrusted);
+    default:
+        return !result_hold() &&
+               text_print(text, size,
+                          "The power supply is not set to all of these currents: G39 P1 has nothing");
+    }
+}
+
+#define NOTES 6
+
 /* Line by line: the undersize, the currents from the surface down, what else is to be known. */
-static void tell(const staircase_result *found) {
+static roughing_step tell(const staircase_result *found, char *text, size_t size) {
     uint32_t at = told++;
     if (at == 0) {
         uint32_t needs = (uint32_t)(int32_t)(found->beta_um * 10 + 0.5f);
         uint32_t has = (uint32_t)(int32_t)(found->undersize_um * 10 + 0.5f);
-        output_line("[MSG:The last step needs an undersize of %u.%u um, of %u.%u um]", needs / 10,
-                    needs % 10, has / 10, has % 10);
-    } else if (at <= found->count) {
-        const staircase_run *run = &found->runs[found->count - at];
-        planned_add(run->level, run->depth_um);
-        output_line("[MSG:IP %u to %p mm]", run->level, units_pulses_of_um(run->depth_um));
-    } else {
-        if (found->greatest)
-            output_line("[MSG:The undersize allows the greatest current of the basic data, or more]");
-        if (found->ended)
-            output_line("[MSG:The basic data have no greater current]");
-        if (found->single)
-            output_line("[MSG:The basic data have one depth only]");
-        if (found->beyond)
-            output_line("[MSG:%u depths lie above the shallowest of the basic data]", found->beyond);
-        if (found->untrusted)
-            output_line("[MSG:%u networks were not trusted, and interpolation stood in]",
-                        found->untrusted);
-        if (!planned_hold())
-            output_line("[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]");
-        doing = IDLE;
-        link_answer(0);
+        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um",
+                   needs / 10, needs % 10, has / 10, has % 10);
+        return ROUGHING_TELLS;
     }
+    if (at <= found->count) {
+        const staircase_run *run = &found->runs[found->count - at];
+        result_add(run->level, run->depth_um);
+        text_print(text, size, "IP %u to %p mm", run->level, units_pulses_of_um(run->depth_um));
+        return ROUGHING_TELLS;
+    }
+    for (uint32_t number = at - found->count - 1; number < NOTES; number++, told++)
+        if (note(number, found, text, size))
+            return ROUGHING_TELLS;
+    doing = IDLE;
+    return ROUGHING_ANSWERS;
 }
 
-bool planner_serve(void) {
-    fault f = {0};
-    if (doing == READING) {
-        doing = read_line(&f) ? ENTERING : IDLE;
-        if (doing == IDLE)
-            link_answer(&f);
-        return true;
-    }
-    if (doing == ENTERING) {
-        enter();
-        return true;
-    }
-    if (doing == PLANNING) {
-        if (program_running())
-            return false;
+roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *f) {
+    switch (doing) {
+    case READING:
+        doing = read_line(f) ? ENTERING : IDLE;
+        return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
+    case ENTERING: return enter(program_runs, f);
+    case PLANNING:
+        if (program_runs)
+            return ROUGHING_WAITS;
         if (!staircase_step())
             doing = TELLING;
-        return true;
+        return ROUGHING_WORKS;
+    default: break;
     }
-    const staircase_result *found = staircase_found(&f);
-    if (found) {
-        tell(found);
-    } else {
-        doing = IDLE;
-        link_answer(&f);
-    }
-    return true;
+    const staircase_result *found = staircase_found(f);
+    if (found)
+        return tell(found, text, size);
+    doing = IDLE;
+    return ROUGHING_ANSWERS;
 }
 
 #ifdef __clang__

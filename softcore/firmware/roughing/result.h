@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 /* The staircase that the planner has found last, as a series of conditions: what G39 P1 puts in force.
 
-   Each current has the condition that host/roughing.py gives it (technology_planned), as it is when
+   Each current has the condition that host/roughing.py gives it (conditions_planned), as it is when
    the staircase is found. Nothing is held while one is being planned, nor if the supply cannot be
    set to all of its currents. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "gap/technology.h"
+#include "gap/conditions.h"
 
-void planned_forget(void);
+void result_forget(void);
 
 /* Add a current, in IP, and the depth to which it is used; from the surface down. */
-void planned_add(uint32_t ip, uint32_t depth_um);
+void result_add(uint32_t ip, uint32_t depth_um);
 
 /* All are there: hold them. False if there is none, or the supply cannot be set to one of them. */
-bool planned_hold(void);
+bool result_hold(void);
 
 /* For a check without a machine, which cannot know what will have been planned: hold one step that
    any block goes with. */
-void planned_presume(void);
+void result_presume(void);
 
 /* Steps held; none after a change of the supply's setting. */
-unsigned planned_count(void);
-const technology_row *planned_row(unsigned step);
-const technology_row *planned_first(void);  /* the first, which stays until this is called again */
-int32_t planned_depth(unsigned step);   /* from which on, pulses below Z 0 */
+unsigned result_count(void);
+const condition_row *result_row(unsigned step);
+const condition_row *result_first(void);  /* the first, which stays until this is called again */
+int32_t result_depth(unsigned step);   /* from which on, pulses below Z 0 */

@@ -3,18 +3,18 @@
 #include "pc/host.h"
 
 #include "gap/gap.h"
-#include "interp/compensation.h"
+#include "interp/wire_offset.h"
 #include "path/arc.h"
 
 #include <string.h>
 
-#include "app/watch.h"
 #include "base/settings.h"
 #include "base/units.h"
-#include "gap/series.h"
+#include "gap/depth_series.h"
+#include "interp/interpreter.h"
 #include "interp/plan.h"
 #include "interp/reader.h"
-#include "roughing/planned.h"
+#include "roughing/result.h"
 
 /* The default machine of the simulation: a tape is judged for it. */
 #define CHECK_CLOCK_HZ 2000000
@@ -42,7 +42,7 @@ static void prepare(void) {
     settings_init(nothing);
     for (unsigned i = 0; i < assignments; i++)
         settings_set(assigned[i].which, assigned[i].value);
-    planned_presume();
+    result_presume();
 }
 
 void gk_check_forget(void) {
@@ -63,9 +63,9 @@ static bool parse(block *words, const char *text, uint32_t length, fault *f) {
 
 static bool judge(const block *words, const modal *state, bool by_hand, plan *p, fault *f) {
     plan_result result = PLAN_FAULT;
-    if (plan_block(words, state, by_hand, settings_highest_speed(), &TRAVEL_ALL, CHECK_JUMP_AXIS, p, f))
+    if (interpreter_block(words, state, by_hand, settings_highest_speed(), &TRAVEL_ALL, CHECK_JUMP_AXIS, p, f))
         do
-            result = plan_arc_step(p, &TRAVEL_ALL, f);
+            result = interpreter_arc_step(p, &TRAVEL_ALL, f);
         while (result == PLAN_MORE);
     return result == PLAN_DONE;
 }
@@ -73,9 +73,9 @@ static bool judge(const block *words, const modal *state, bool by_hand, plan *p,
 /* Blocks are judged by the series as the blocks before have left it. */
 static void follow_series(const plan *p) {
     if (p->changes_condition || p->stop == STOP_END || (p->act == ACT_SERIES && !p->series))
-        series_drop();
+        depth_series_drop();
     if (p->act == ACT_SERIES && p->series)
-        series_add(p->series_depth, p->series);
+        depth_series_add(p->series_depth, p->series);
 }
 
 /* A line that begins with `$`: only settings mean anything without a machine. */
@@ -165,15 +165,15 @@ static void note_motion(const path_move *m, uint32_t line, uint32_t speed) {
 /* What would be carried out once this block has been taken. */
 static bool compensate(const block *words, plan *p, fault *f) {
     bool empty = !words->present && !words->g_count && !words->m_count;
-    if (!compensation_take(p, words->text, empty ? 0 : words->length, f->line, f->block, f))
+    if (!wire_offset_take(p, words->text, empty ? 0 : words->length, f->line, f->block, f))
         return false;
     plan_result result;
     do
-        result = compensation_step(&TRAVEL_ALL, f);
+        result = wire_offset_step(&TRAVEL_ALL, f);
     while (result == PLAN_MORE);
     if (result == PLAN_FAULT)
         return false;
-    for (const compensation_block *out; (out = compensation_next());) {
+    for (const wire_offset_block *out; (out = wire_offset_next());) {
         if (out->p->corners)
             note_motion(&out->p->corner, out->line, out->p->corner_speed);
         if (out->p->moves)
@@ -193,7 +193,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
     prepare();
     gap_start();
     plan_start(&state);
-    compensation_reset();
+    wire_offset_reset();
     reader_begin(&r, tv);
     for (uint32_t i = 0; i < length && f.code == FAULT_NONE; i++) {
         reader_result result = reader_byte(&r, tape[i], &f);

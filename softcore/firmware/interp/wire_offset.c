@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "interp/compensation.h"
+#include "interp/wire_offset.h"
 
 #include "base/units.h"
 #include "interp/plane.h"
@@ -30,7 +30,7 @@ typedef struct {
 static held_block held[HELD];
 static unsigned held_count;
 static unsigned given, to_give;         /* blocks held that are carried out now: so many are already */
-static compensation_block told;
+static wire_offset_block told;
 static plan *fresh;                     /* the block taken */
 static enum { FRESH_NOTHING, FRESH_PASSES, FRESH_STAYS } fate;
 static enum { STEP_NONE, STEP_BEGINNING, STEP_ENDING, STEP_CORNER, STEP_MOVE, STEP_TRAVEL,
@@ -51,14 +51,14 @@ static bool cusp;                       /* the fresh move goes back beside the h
 static vector next_shift;
 static int32_t start[HAL_AXES];         /* of the move whose travel is looked at */
 
-void compensation_reset(void) {
+void wire_offset_reset(void) {
     held_count = given = to_give = 0;
     on = leads_in = false;
     fate = FRESH_NOTHING;
     step = STEP_NONE;
 }
 
-const modal *compensation_state(const modal *executed) {
+const modal *wire_offset_state(const modal *executed) {
     return held_count ? &held[held_count - 1].p.after : executed;
 }
 
@@ -116,10 +116,10 @@ static bool follow(const plan *p, fault *f) {
     return true;
 }
 
-bool compensation_take(plan *p, const char *text, uint32_t length, uint32_t line, uint32_t number,
-                       fault *f) {
+bool wire_offset_take(plan *p, const char *text, uint32_t length, uint32_t line, uint32_t number,
+                      fault *f) {
     fresh = p;
-    told = (compensation_block){p, text, length, line, number};
+    told = (wire_offset_block){p, text, length, line, number};
     step = STEP_NONE;
     fate = FRESH_STAYS;
     if (on && !length)
@@ -176,12 +176,12 @@ static vector tangent(const edge *e) { return vector_times(vector_left(e->normal
 /* Two lines, or the tangents of arcs: back from the corner by the offset times the tangent of half the
    turn. 1/64 pulse, or below zero. */
 static int64_t lines_meet(void) {
-    int64_t one = (int64_t)1 << (2 * PLANE_UNIT);
+    int64_t one = (int64_t)1 << (2 * VECTOR_UNIT);
     int64_t dot = vector_dot(ending.normal, beginning.normal);
     int64_t cross = vector_cross(ending.normal, beginning.normal) * side;
     /* Of two forms of the same, the one that loses no digits. */
-    uint32_t above = (uint32_t)((dot < 0 ? one - dot : cross) >> PLANE_UNIT);
-    uint32_t below = (uint32_t)((dot < 0 ? cross : one + dot) >> PLANE_UNIT);
+    uint32_t above = (uint32_t)((dot < 0 ? one - dot : cross) >> VECTOR_UNIT);
+    uint32_t below = (uint32_t)((dot < 0 ? cross : one + dot) >> VECTOR_UNIT);
     if (cross <= 0 || !below)
         return -1;
     uint64_t back = units_quotient((uint64_t)(uint32_t)offset * above, below);
@@ -269,12 +269,12 @@ static int64_t size(int64_t value) { return value < 0 ? -value : value; }
    much the same radius is the way back, and the corner its outer end. */
 static int find_cusp(void) {
     int64_t a = ending.bow, b = beginning.bow, sum = size(a + b);
-    int64_t sine = vector_cross(ending.normal, beginning.normal) / (1 << PLANE_UNIT);
+    int64_t sine = vector_cross(ending.normal, beginning.normal) / (1 << VECTOR_UNIT);
     cusp = false;
     if (vector_dot(ending.normal, beginning.normal) >= 0 || (!a && !b))
         return 0;
     if (sum <= ALIKE * MOVE_FINE) {
-        cusp = size(sine) * size(a) <= (int64_t)ALIKE * MOVE_FINE << PLANE_UNIT;
+        cusp = size(sine) * size(a) <= (int64_t)ALIKE * MOVE_FINE << VECTOR_UNIT;
         return side;
     }
     sine /= 1 << 15;
@@ -424,9 +424,9 @@ static bool turn_to_fresh(const travel_range *t, fault *f) {
     return true;
 }
 
-bool compensation_ready(void) { return step == STEP_NONE; }
+bool wire_offset_ready(void) { return step == STEP_NONE; }
 
-plan_result compensation_step(const travel_range *t, fault *f) {
+plan_result wire_offset_step(const travel_range *t, fault *f) {
     bool right = true;
     switch (step) {
     case STEP_NONE: return PLAN_DONE;
@@ -480,11 +480,11 @@ static void keep(void) {
     h->number = told.number;
 }
 
-const compensation_block *compensation_next(void) {
-    static compensation_block kept;
+const wire_offset_block *wire_offset_next(void) {
+    static wire_offset_block kept;
     if (given < to_give) {
         held_block *h = &held[given++];
-        kept = (compensation_block){&h->p, h->text, h->length, h->line, h->number};
+        kept = (wire_offset_block){&h->p, h->text, h->length, h->line, h->number};
         return &kept;
     }
     if (to_give)

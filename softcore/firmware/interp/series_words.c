@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/* G39: a step of the series of conditions by depth, a planned one, or its end. */
-#include "gap/law.h"
-#include "gap/series.h"
-#include "interp/plan_words.h"
-#include "roughing/planned.h"
+#include "interp/series_words.h"
+
+#include "gap/depth_series.h"
+#include "gap/feed_modes.h"
+#include "roughing/result.h"
 
 /* G39 P1: the first condition of the planned staircase like a C, and the others as its series. */
 static bool plan_planned(context *c, const word *which, const word *other, unsigned jump_axis) {
     plan *p = c->p;
-    unsigned steps = planned_count();
+    unsigned steps = result_count();
     if (other)
         return fault_at(c->f, FAULT_CONFLICT, other->column,
                         "G39 P1 takes depths and conditions from what has been planned");
@@ -19,26 +19,26 @@ static bool plan_planned(context *c, const word *which, const word *other, unsig
         return fault_at(c->f, FAULT_CONDITION, which->column,
                         "G39 P1 without a staircase that has been planned ($BP)");
     for (unsigned step = 0; step < steps; step++)
-        if (!law_check(p->after.servo, planned_row(step), which->column, c->f) ||
-            !seen_condition(c, planned_row(step), which->column))
+        if (!feed_modes_check(p->after.servo, result_row(step), which->column, c->f) ||
+            !words_seen(c, result_row(step), which->column))
             return false;
     p->act = ACT_PLANNED;
     p->changes_condition = true;
-    p->after.condition = planned_first();
+    p->after.condition = result_first();
     p->series_depth = p->after.offset[jump_axis];
     return true;
 }
 
-bool plan_series(context *c, unsigned jump_axis) {
+bool series_words_take(context *c, unsigned jump_axis) {
     plan *p = c->p;
     const modal *after = &p->after;
     if (jump_axis >= HAL_AXES)
         return fault_at(c->f, FAULT_REFUSED, c->column[G_ONCE],
                         "G39 is for machines with a jump axis (sinkers)");
     char letter = "XYZ"[jump_axis];
-    if (!alone(c, BLOCK_BIT(letter) | BLOCK_BIT('C') | BLOCK_BIT('P')))
+    if (!words_alone(c, BLOCK_BIT(letter) | BLOCK_BIT('C') | BLOCK_BIT('P')))
         return false;
-    const word *depth = take(c, letter), *name = take(c, 'C'), *which = take(c, 'P');
+    const word *depth = words_take(c, letter), *name = words_take(c, 'C'), *which = words_take(c, 'P');
     if (!depth && !name && !which)
         return true;
     if (after->side)
@@ -53,10 +53,10 @@ bool plan_series(context *c, unsigned jump_axis) {
         return fault_at(c->f, FAULT_CONDITION, c->column[G_ONCE],
                         "G39 without a machining condition (C) before it");
     int32_t pulses;
-    if (!distance(c, depth, letter, &pulses) || !find_condition(c, name, &p->series))
+    if (!words_distance(c, depth, letter, &pulses) || !words_condition(c, name, &p->series))
         return false;
     /* Kept in the machine's frame, like the ceiling of G36. */
     p->series_depth = pulses + after->offset[jump_axis];
-    return series_check(p->series_depth, after->offset[jump_axis], p->series, after->servo,
-                        depth->column, c->f);
+    return depth_series_check(p->series_depth, after->offset[jump_axis], p->series, after->servo,
+                              depth->column, c->f);
 }
