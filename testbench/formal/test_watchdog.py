@@ -7,10 +7,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.safety.watchdog import Watchdog
+from testbench.formal.in_time import ASK, PERIOD, InTime
 from testbench.formal.prover import prove
-
-PERIOD = 24  # clocks; the argument does not depend on it
-EARLIEST, ASK = 3, 12
 
 
 class WatchdogContract(wiring.Component):
@@ -25,32 +23,9 @@ class WatchdogContract(wiring.Component):
         m.d.comb += [dut.pet.eq(self.pet), dut.key.eq(self.key)]
         m.d.comb += Assume(~ResetSignal("sync"))
 
-        # The truth: the age of the last complete call that was not too soon, of a first key that
-        # waits for its second, and of the last answer; PERIOD for none, or too long ago.
-        called = Signal(range(PERIOD + 1), init=PERIOD)
-        begun = Signal(range(PERIOD + 1), init=PERIOD)
-        answered = Signal(range(PERIOD + 1), init=PERIOD)
-        late, complete, alarm, third = Signal(), Signal(), Signal(), Signal()
-        m.d.comb += [
-            late.eq(called >= PERIOD),
-            complete.eq(self.pet & (self.key == 0x5A) & (begun < PERIOD)),
-            third.eq(self.pet & (self.key == 0xC3)),
-            alarm.eq(late | (answered >= PERIOD)),
-        ]
-        with m.If(~late):
-            m.d.sync += called.eq(called + 1)
-        with m.If(begun < PERIOD):
-            m.d.sync += begun.eq(begun + 1)
-        with m.If(self.pet & ~third):
-            m.d.sync += begun.eq(Mux(self.key == 0xA5, 1, PERIOD))
-        with m.If(complete):
-            m.d.sync += called.eq(Mux(late | (called >= EARLIEST), 1, PERIOD))
-        with m.Elif(called == PERIOD - 1):
-            m.d.sync += begun.eq(PERIOD)  # being late forgets the first key
-        with m.If(third & (answered >= ASK)):
-            m.d.sync += answered.eq(1)
-        with m.Elif(answered < PERIOD):
-            m.d.sync += answered.eq(answered + 1)
+        m.submodules.truth = truth = InTime()
+        m.d.comb += [truth.pet.eq(self.pet), truth.key.eq(self.key)]
+        alarm = truth.late | truth.mute
 
         # Clocks in a row with the alarm, PERIOD at most; counted from the first without it on.
         alarmed, began = Signal(range(PERIOD + 1)), Signal()
@@ -60,8 +35,8 @@ class WatchdogContract(wiring.Component):
             m.d.sync += alarmed.eq(alarmed + 1)
 
         m.d.comb += [
-            Assert(dut.expired == alarm), Assert(dut.late == late),
-            Assert(dut.asked == (answered >= ASK)),
+            Assert(dut.expired == alarm), Assert(dut.late == truth.late),
+            Assert(dut.asked == (truth.answered >= ASK)),
             Assert(dut.silent == (alarmed >= PERIOD)),
         ]
 
@@ -70,9 +45,9 @@ class WatchdogContract(wiring.Component):
             m.d.sync += awake.eq(1)
         with m.If(awake & dut.expired):
             m.d.sync += again.eq(1)     # it was quiet, and has expired since
-        with m.If(complete & ~late & (called < EARLIEST)):
+        with m.If(truth.hasty):
             m.d.sync += hasty.eq(1)
-        m.d.comb += [Cover(again & ~dut.expired), Cover(~dut.expired & complete),
+        m.d.comb += [Cover(again & ~dut.expired), Cover(~dut.expired & truth.complete),
                      Cover(hasty & dut.expired & ~dut.silent), Cover(dut.silent)]
         return m
 

@@ -8,11 +8,12 @@
 #include "link/lines.h"
 #include "link/output.h"
 
-/* What is taken per step: so many bytes within a frame or a line. The end of a line, or what is refused,
-   takes as long as several; more than an answer is not said. */
-#define BURST 24
-#define COST_BYTE 1
-#define COST_LINE 6
+/* What is taken per step, in bytes of a frame's payload. A byte of a line takes as long as two of them,
+   150 clocks each; the end of a line, or what is refused, as long as several; more than an answer is not
+   said. */
+#define BURST 40
+#define COST_BYTE 2
+#define COST_LINE 12
 #define COST_ANSWER BURST
 #define QUIET_US 5000       /* without a byte: what comes then is the start of something */
 
