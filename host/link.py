@@ -37,10 +37,12 @@ The frames of a tape are numbered from 0, modulo 256; the one that begins it bea
 late answer to it is taken for one to the first bytes. So no byte of a tape can be lost or doubled.
 Between the frames of a tape numbered lines are heard, others are not.
 
-**A held processor** says nothing more. After a fault of its memory the gateware has the line, and
-tells the fault by itself, about every second, until the controller is switched off and on::
+**A held processor** says nothing more. After a fault of its memory, or when the watchdog has given
+it up, the gateware has the line, and tells that by itself, about every second, until the controller
+is switched off and on::
 
     ALARM:55 memory parity at 0x00012340
+    ALARM:55 watchdog: the processor does not answer
 
 It may come in the middle of a line, which then is not to be read.
 

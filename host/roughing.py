@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper plan``: the staircase of a roughing job as a table, a plot and a machining program.
 
-The program has a condition for each current: a built-in one of the controller (``technology.c``),
+The program has a condition for each current: a built-in one of the controller (``conditions.c``),
 or a row that it enters with G10, whose pulse lies between those of the built-in ones. They are for
 copper on steel, electrode positive; for other materials enter rows of your own instead. Where the
 supply divides an IP, so do the rows; a comment then names the setting that the controller needs.
@@ -41,7 +41,7 @@ __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "prog
 # Of the controller's own conditions: current (IP), number, on- and off-time (us).
 BUILT_IN = ((1, 100, 15, 25), (2, 110, 30, 30), (4, 120, 60, 40), (6, 130, 100, 50),
             (9, 140, 150, 75), (12, 150, 200, 100))
-# Whole IP have the number 900 + IP, as on the controller (technology_planned); parts of one follow.
+# Whole IP have the number 900 + IP, as on the controller (conditions_planned); parts of one follow.
 FIRST_ENTERED, FIRST_PART = 900, 964
 MOST_ENTERED, MOST_SERIES = 16, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)

@@ -62,6 +62,8 @@ class Controller(wiring.Component):
         The operator's reset: no path pulse either way, and no discharge.
     memory_damaged : In(1)
         The processor's memory has read wrong: a cause of the interlock.
+    silent : Out(1)
+        The watchdog has expired, and for a second period nobody has called.
 
     The others: ``rtl.members.pins``.
     """
@@ -93,7 +95,8 @@ class Controller(wiring.Component):
         super().__init__({
             "registers": In(wiring.Signature({name: Out(signature)
                                               for name, signature in registers.items()})),
-            "cycle": In(32), "hold": In(1), "abort": In(1), "memory_damaged": In(1)} | pins())
+            "cycle": In(32), "hold": In(1), "abort": In(1), "memory_damaged": In(1),
+            "silent": Out(1)} | pins())
 
     def _clocks(self, seconds):
         """Clocks in so many seconds, at least 1."""
@@ -211,7 +214,8 @@ class Controller(wiring.Component):
         interlock, watchdog, registers = self.interlock, self.watchdog, self.registers.safety
         m.d.comb += [
             watchdog.pet.eq(registers.pet_strobe), watchdog.key.eq(registers.pet),
-            registers.period.eq(watchdog.limit),
+            registers.period.eq(watchdog.limit), self.silent.eq(watchdog.silent),
+            registers.watch_asked.eq(watchdog.asked), registers.watch_open.eq(watchdog.open),
 
             *(getattr(interlock, name).eq(getattr(self, name))
               for name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low")),

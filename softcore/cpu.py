@@ -35,13 +35,13 @@ class VexRiscv(wiring.Component):
     -------
     ibus, dbus : Out(BusSignature)
         Instructions and data.
-    interrupt : In(1)
-        External interrupt 0, level.
+    interrupt : In(2)
+        External interrupts 0 and 1, level.
     """
 
     ibus: Out(BusSignature())
     dbus: Out(BusSignature())
-    interrupt: In(1)
+    interrupt: In(2)
 
     @staticmethod
     def source() -> Path:
@@ -70,7 +70,7 @@ class VexRiscv(wiring.Component):
         m.submodules.core = Instance(
             "VexRiscv", i_clk=ClockSignal(), i_reset=ResetSignal(),
             i_externalResetVector=C(0, 32), i_timerInterrupt=0, i_softwareInterrupt=0,
-            i_externalInterruptArray=Cat(self.interrupt, C(0, 31)), **ports)
+            i_externalInterruptArray=Cat(self.interrupt, C(0, 30)), **ports)
         if platform is not None and hasattr(platform, "add_file"):
             platform.add_file("VexRiscv.v", self.source().read_text())
 

@@ -5,20 +5,23 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["MEMORY", "FaultNotice"]
+__all__ = ["MEMORY", "SILENT", "FaultNotice"]
 
-# An alarm's line, as the firmware's are; the digits of the place are put in for the zeros. It
+# Lines of an alarm, as the firmware's are; the digits of the place are put in for the zeros. Each
 # begins a line of its own: who knows what stood before. 55 is FAULT_GUARD of the firmware.
 MEMORY = b"\r\nALARM:55 memory parity at 0x00000000\r\n"
+SILENT = b"\r\nALARM:55 watchdog: the processor does not answer\r\n"
+TEXT = MEMORY + SILENT
 DIGITS = range(MEMORY.index(b"0x") + 2, len(MEMORY) - 2)
 
 
 class FaultNotice(wiring.Component):
-    """Holds the processor after a fault of its memory, and tells the fault in its place.
+    """Holds the processor after a fault of its memory, or when it is silent, and tells that.
 
-    ``held`` is high from the clock after ``damaged`` on until reset. From then on the sentence
-    ``MEMORY`` is offered, byte by byte, with the place of the first fault in hexadecimal digits:
-    at once, and again every ``period`` clocks.
+    ``held`` is high from the clock after ``damaged`` or ``silent`` on until reset. From then on a
+    sentence is offered, byte by byte, at once and again every ``period`` clocks: ``MEMORY``, with
+    the place in hexadecimal digits, or ``SILENT``. Only the first of the two counts, and of two at
+    once ``damaged``.
 
     Parameters
     ----------
@@ -31,8 +34,12 @@ class FaultNotice(wiring.Component):
         A word of the memory has read wrong: a strobe.
     place : In(32)
         Its address. Read with ``damaged``.
+    silent : In(1)
+        The watchdog has given the processor up.
     held : Out(1)
         Nothing that the processor does may have any effect.
+    by_damage : Out(1)
+        ... by ``damaged``.
     data : Out(8), valid : Out(1), ready : In(1)
         Bytes for the line, each taken in a clock in which ``valid`` and ``ready`` are high.
     """
@@ -40,7 +47,7 @@ class FaultNotice(wiring.Component):
     def __init__(self, *, period):
         self.period = period
         super().__init__({
-            "damaged": In(1), "place": In(32), "held": Out(1),
+            "damaged": In(1), "place": In(32), "silent": In(1), "held": Out(1), "by_damage": Out(1),
             "data": Out(8), "valid": Out(1), "ready": In(1),
         })
 
@@ -48,26 +55,29 @@ class FaultNotice(wiring.Component):
         m = Module()
 
         left = Signal(range(self.period), init=self.period - 1)  # clocks to the next beginning
-        at = Signal(range(len(MEMORY) + 1))
+        at = Signal(range(len(TEXT) + 1))
+        begin, end = (Mux(self.by_damage, *places) for places in (
+            (0, len(MEMORY)), (len(MEMORY), len(TEXT))))
         digits = Signal(32)  # of the place; once round with every sentence
         digit = digits[28:]
-        m.d.comb += self.valid.eq(self.held & (at != len(MEMORY)))
+        m.d.comb += self.valid.eq(self.held & (at != end))
         with m.Switch(at):
-            for number, byte in enumerate(MEMORY):
+            for number, byte in enumerate(TEXT):
                 with m.Case(number):
                     m.d.comb += self.data.eq(byte)
             with m.Default():
-                m.d.comb += self.data.eq(MEMORY[-1])
+                m.d.comb += self.data.eq(TEXT[-1])
         within = (at >= DIGITS.start) & (at < DIGITS.stop)
         with m.If(within):
             m.d.comb += self.data.eq(digit + Mux(digit > 9, ord("A") - 10, ord("0")))
 
-        with m.If(self.damaged & ~self.held):
-            m.d.sync += [self.held.eq(1), digits.eq(self.place)]
+        with m.If((self.damaged | self.silent) & ~self.held):
+            m.d.sync += [self.held.eq(1), self.by_damage.eq(self.damaged), digits.eq(self.place),
+                         at.eq(Mux(self.damaged, 0, len(MEMORY)))]
         with m.If(self.held):
             m.d.sync += left.eq(Mux(left == 0, self.period - 1, left - 1))
             with m.If(left == 0):
-                m.d.sync += at.eq(0)
+                m.d.sync += at.eq(begin)
         with m.If(self.valid & self.ready):
             m.d.sync += at.eq(at + 1)
             with m.If(within):

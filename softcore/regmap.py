@@ -370,7 +370,8 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
               doc="Causes that came with the first."),
         Field(name="blamed", bits=len(AXES), access="r",
               doc="Axes that raised the first cause, bit 0 X; 0 if it is none of axes."))),
-    ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end.",
+    ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end, ``0xC3`` "
+     "from the handler of interrupt 1.",
      _value(8, "The key.", access="w"), "write"),
     ("clear", "Operator's acknowledgement ``0x5A``: clears what is no longer present.",
      _value(8, "The key.", access="w"), "write"),
@@ -403,6 +404,9 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
               doc="Path coordinate, front or place in the segment differ from their doubles."),
         Field(name="pulses", bits=1, access="r", doc="A path pulse was lost, or came of nothing."),
      )),
+    ("watch", "What the watchdog waits for; see ``rtl.safety.watchdog``.", (
+        Field(name="asked", bits=1, access="r", doc="``0xC3``. Interrupt 1."),
+        Field(name="open", bits=1, access="r", doc="``0x5A`` is not too soon."))),
 ))
 
 AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the machine side.",

@@ -17,7 +17,7 @@ from softcore.uart import Uart
 
 __all__ = ["MEMORY_SIZE", "Soc"]
 
-MEMORY_SIZE = 286_720  # bytes, where a board or a simulation has no other
+MEMORY_SIZE = 294_912  # bytes, where a board or a simulation has no other
 
 
 class Soc(wiring.Component):
@@ -28,7 +28,8 @@ class Soc(wiring.Component):
 
     A word of the memory that reads wrong makes the outputs safe in the next clock. From there on
     no access of the processor is taken or answered, until reset: what it made of that word has no
-    effect. ``FaultNotice`` has the serial line then.
+    effect. ``FaultNotice`` has the serial line then. So it is when the watchdog has had no call for
+    a period after it has made the outputs safe.
 
     Parameters
     ----------
@@ -84,7 +85,8 @@ class Soc(wiring.Component):
 
         m.submodules.notice = notice = FaultNotice(period=self.clock_hz)
         m.d.comb += [notice.damaged.eq(ram.damaged), notice.place.eq(ram.place),
-                     controller.memory_damaged.eq(notice.held)]
+                     notice.silent.eq(controller.silent),
+                     controller.memory_damaged.eq(notice.by_damage)]
         free = ~notice.held
         peripheral = cpu.dbus.adr[29]  # regmap.BASE is the upper half of the address space
         m.d.comb += [
@@ -99,7 +101,7 @@ class Soc(wiring.Component):
             registers.stb.eq(cpu.dbus.stb & peripheral & sleep.running & free),
             cpu.dbus.ack.eq((ram.dbus.ack | registers.ack) & free),
             cpu.dbus.dat_r.eq(Mux(peripheral, registers.dat_r, ram.dbus.dat_r)),
-            cpu.interrupt.eq(news),
+            cpu.interrupt.eq(Cat(news, controller.registers.safety.watch_asked)),
         ]
 
         reset = Signal()

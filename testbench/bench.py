@@ -31,12 +31,15 @@ SHORT = 160          # blocks of 10 um, 120 of which are gone back over
 BOARD_HZ = 50e6
 LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
 # The planner's calls, for firmware without one.
-NO_PLANNER = """#include "roughing/planner.h"
-void planner_init(void) {}
-void planner_stop(void) {}
-void planner_line(const char *from, uint32_t characters) { (void)from, (void)characters; }
-bool planner_busy(void) { return false; }
-bool planner_serve(void) { return false; }
+NO_PLANNER = """#include "roughing/commands.h"
+void roughing_init(void) {}
+void roughing_stop(void) {}
+void roughing_line(const char *from, uint32_t characters) { (void)from, (void)characters; }
+bool roughing_busy(void) { return false; }
+roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *f) {
+    (void)program_runs, (void)text, (void)size, (void)f;
+    return ROUGHING_WAITS;
+}
 """
 
 

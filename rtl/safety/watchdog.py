@@ -1,29 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Watchdog that the firmware must call, in two stages."""
+"""Watchdog that the firmware must call, neither too late nor too soon, in two stages."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["FIRST_KEY", "SECOND_KEY", "Watchdog"]
+__all__ = ["FIRST_KEY", "LONGEST_US", "SECOND_KEY", "THIRD_KEY", "Watchdog"]
 
 FIRST_KEY = 0xA5   # written where the main loop starts
 SECOND_KEY = 0x5A  # written where it ends
+THIRD_KEY = 0xC3   # written by the handler of the interrupt that asks for it
 LONGEST_US = 5000  # a gap that nobody watches burns for no longer
 
 
 class Watchdog(wiring.Component):
-    """Says when the firmware has stopped calling.
+    """Says when the firmware has stopped calling, calls too soon, or takes no interrupts.
 
-    A complete call is the first key and then the second, with no other key written in between; a
-    second key without the first counts for nothing, so a stray writer or an interrupt alone cannot
-    keep the watchdog quiet. ``expired`` is high from reset until the first complete call. After a
-    complete call in clock ``k`` it is low from clock ``k + 1``, and high again from clock
-    ``k + period`` unless another call is completed before that clock. It is not latched here: a
-    complete call ends it (``rtl.safety.interlock`` latches).
+    A complete call is the first key and then the second, with no other key written in between but
+    the third; a second key without the first counts for nothing, so a stray writer or an interrupt
+    alone cannot keep the watchdog quiet. A complete call in clock ``k`` keeps the main loop *in
+    time* from clock ``k + 1`` to before clock ``k + period``. One that comes while it is in time
+    and before clock ``k + earliest`` is too soon, and the main loop is out of time from the next
+    clock on. It is so out of reset; a complete call always ends that.
 
-    While it is expired, the second key must come less than ``period`` clocks after the first. A
-    first key written before it expires is forgotten when it does.
+    The interrupt: ``asked`` is high until the third key is written, and again from ``ask`` clocks
+    after it. The interrupts are in time from the clock after a third key that was asked for until
+    ``period`` clocks after it. They are out of time out of reset. A third key that was not asked
+    for counts for nothing.
+
+    ``expired`` is high while either is out of time. It is not latched here: calls end it
+    (``rtl.safety.interlock`` latches). ``silent`` is high when it has been so for ``period``
+    clocks in a row, and was not before: a processor that starts has no time to keep.
+
+    While the main loop is out of time the second key must come less than ``period`` clocks after
+    the first. A first key written before is forgotten when it gets there.
 
     Proof: ``testbench/formal/test_watchdog.py``.
 
@@ -32,8 +42,10 @@ class Watchdog(wiring.Component):
     clock_hz : int
         Frequency of the clock.
     period_us : int
-        Longest time between complete calls, at most 5000 us and at least 2 clocks. ``period`` is
-        the same in clocks, rounded down.
+        Longest time between complete calls, at most 5000 us and at least 4 clocks. ``period`` is
+        the same in clocks, rounded down; ``earliest`` an eighth of it, and ``ask`` half, rounded
+        down. Firmware's longest step must be over in the seven eighths between: at 2 MHz it takes
+        8400 of 10 000 clocks, so that a quarter would be too much.
 
     Members
     -------
@@ -43,6 +55,14 @@ class Watchdog(wiring.Component):
         The key. Read while ``pet`` is high.
     expired : Out(1)
         Nobody has called in time.
+    late : Out(1)
+        ... and it is the main loop that is out of time.
+    silent : Out(1)
+        Expired for so long that nobody will.
+    asked : Out(1)
+        The interrupt: the third key is asked for.
+    open : Out(1)
+        A complete call is not too soon.
     limit : Out(32)
         ``period``, for software to read.
 
@@ -56,39 +76,60 @@ class Watchdog(wiring.Component):
         period = clock_hz * period_us // 1_000_000
         if period_us > LONGEST_US:
             raise ValueError(f"watchdog period must be at most {LONGEST_US} us, not {period_us!r}")
-        if period < 2:
-            raise ValueError(f"watchdog period must be at least 2 clocks, not {period!r}")
-        self.clock_hz = clock_hz
-        self.period_us = period_us
+        if period < 4:
+            raise ValueError(f"watchdog period must be at least 4 clocks, not {period!r}")
         self.period = period
+        self.earliest = period // 8
+        self.ask = period // 2
         super().__init__({
-            "pet": In(1), "key": In(8), "expired": Out(1, init=1), "limit": Out(32),
+            "pet": In(1), "key": In(8), "expired": Out(1), "late": Out(1, init=1), "silent": Out(1),
+            "asked": Out(1), "open": Out(1), "limit": Out(32),
         })
 
     def elaborate(self, platform):
         m = Module()
 
-        # Clocks since the last complete call, or while expired since the first key. It runs while
-        # anything is waited for, so no disturbance can put it where it would never end.
+        # Clocks since the last complete call, or while it is late since the first key. It runs
+        # while anything is waited for, so no disturbance can put it where it would never end.
         age = Signal(range(self.period))
+        late = self.late
         begun = Signal()  # the first key was written last
         first = Signal()
         complete = Signal()
+        third = self.pet & (self.key == THIRD_KEY)
         m.d.comb += [
             self.limit.eq(self.period),
             first.eq(self.pet & (self.key == FIRST_KEY)),
             complete.eq(self.pet & (self.key == SECOND_KEY) & begun),
+            self.open.eq(late | (age >= self.earliest)),
         ]
 
-        with m.If(self.pet):
+        with m.If(self.pet & ~third):
             m.d.sync += begun.eq(first)
-        with m.If(complete):
-            m.d.sync += [self.expired.eq(0), age.eq(1)]
-        with m.Elif(self.expired & first):
+        with m.If(complete & self.open):
+            m.d.sync += [late.eq(0), age.eq(1)]
+        with m.Elif(late & first):
             m.d.sync += age.eq(1)
-        with m.Elif(age >= self.period - 1):
-            m.d.sync += [self.expired.eq(1), begun.eq(0), age.eq(0)]
-        with m.Elif(begun | ~self.expired):
+        with m.Elif(complete | (age >= self.period - 1)):
+            m.d.sync += [late.eq(1), begun.eq(0), age.eq(0)]
+        with m.Elif(begun | ~late):
             m.d.sync += age.eq(age + 1)
+
+        unanswered = Signal(range(self.period + 1), init=self.period)  # clocks since the third key
+        mute = unanswered >= self.period
+        m.d.comb += self.asked.eq(unanswered >= self.ask)
+        with m.If(third & self.asked):
+            m.d.sync += unanswered.eq(1)
+        with m.Elif(~mute):
+            m.d.sync += unanswered.eq(unanswered + 1)
+
+        # Clocks before it is silent: none are counted before it was quiet once.
+        left = Signal(range(self.period + 1))
+        counts = Signal()
+        m.d.comb += [self.expired.eq(late | mute), self.silent.eq(counts & (left == 0))]
+        with m.If(~self.expired):
+            m.d.sync += [left.eq(self.period), counts.eq(1)]
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
 
         return m

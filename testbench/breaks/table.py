@@ -49,11 +49,11 @@ EQUIVALENT: tuple[Equivalent, ...] = (
         Break("softcore/firmware/app/machine.c", "!locked && running", "running",
               ("testbench/unit/test_firmware_machine.py",
                "testbench/unit/test_firmware_program.py"), "a locked machine does not retract"),
-        "A locked machine does not run: each place that locks takes run away before (stop, "
+        "A locked machine does not run: each place that locks takes run away before (machine_stop, "
         "machine_init), and only a program that was let through gives it. The link asks, too."),
 )
 
 # The short form: what makes outputs safe, what bounds the pulses, and firmware that ends a cut.
 SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
          "rtl/motion/feed.py: no pulse beyond the bound",
-         "softcore/firmware/app/machine.c: an alarm ends the discharge")
+         "softcore/firmware/base/alarm.c: an alarm ends the discharge")

@@ -97,7 +97,7 @@ def test_verdicts(old, new, tests, verdict):
 
 @pytest.mark.soak
 def test_firmware_that_does_not_compile_is_no_sight():
-    one = Break("softcore/firmware/app/machine.c", "    hal_disarm();\n", "    hal_disarm()\n",
+    one = Break("softcore/firmware/base/alarm.c", "    hal_disarm();\n", "    hal_disarm()\n",
                 ("testbench/unit/test_firmware_machine.py",), "to try the harness")
     assert try_break(one)[0] is Verdict.ERROR
 

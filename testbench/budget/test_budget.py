@@ -34,7 +34,7 @@ BUDGETS = {
     "law":           Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "memory":        Cells(lut4=333,  ccu2c=0,   ff=46,   ram=0,  bram=99, dsp=0),
-    "notice":        Cells(lut4=141,  ccu2c=24,  ff=65,   ram=0,  bram=0,  dsp=0),
+    "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=869,  ccu2c=185, ff=757,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=213,  ccu2c=64,  ff=80,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
@@ -47,7 +47,7 @@ BUDGETS = {
     "short":         Cells(lut4=112,  ccu2c=53,  ff=76,   ram=0,  bram=0,  dsp=0),
     "sleep":         Cells(lut4=27,   ccu2c=9,   ff=16,   ram=0,  bram=0,  dsp=0),
     "uart":          Cells(lut4=184,  ccu2c=35,  ff=108,  ram=8,  bram=1,  dsp=0),
-    "watchdog":      Cells(lut4=22,   ccu2c=20,  ff=20,   ram=0,  bram=0,  dsp=0),
+    "watchdog":      Cells(lut4=53,   ccu2c=64,  ff=57,   ram=0,  bram=0,  dsp=0),
 }
 
 

@@ -16,7 +16,6 @@ __all__ = ["FAULTS", "browned_out", "hung", "tripped"]
 PINS = ("gap_on", "gap_sense", "dac", "drive_enable", "contactor", "safe")
 WATCHED = (*PINS, "safety_pet_strobe", "safety_pet", "safety_latched", "path_command",
            "path_position")
-SECOND_KEY = 0x5A
 WATCHDOG_S = 5e-3
 PADS = 5  # clocks from a pin in to a pin out: synchronisers, a debounced clock, output registers
 BROWN_OUT = 4  # clocks from the supply's failure to the reset's effect at the pins
@@ -106,6 +105,8 @@ def tripped(session: Session, cause: str) -> dict:
 def hung(session: Session, kind: str, delay: int) -> dict:
     """The processor hangs in the middle of a cut: safe after exactly the watchdog's period.
 
+    That is counted from its last call, or from the last answer of its interrupt if that was before.
+
     ``clock``: it stops, until the event of the trip wakes it. ``memory``: its program is gone; it
     goes on for as long as its cache has the words it needs.
     """
@@ -118,11 +119,9 @@ def hung(session: Session, kind: str, delay: int) -> dict:
         session.send(b"?")  # takes it through words that it does not use otherwise
     session.run(session.clock_hz // 50)
     record = job.collect()
-    calls = [clock for clock in record.rises("safety_pet_strobe")
-             if record.at("safety_pet", clock) == SECOND_KEY]
     period = round(WATCHDOG_S * session.clock_hz)
     safe = record.rises("safe")[-1]
-    last = max(clock for clock in calls if clock < safe)
+    last = record.last_care(safe)
     # One clock to the pin.
     assert safe - last == period + 1, safe - last
     _check_safe(job, safe)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from rtl.motion.retraction import State
+from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
 
 __all__ = ["SIGNALS", "Excursion", "Record"]
 
@@ -69,6 +70,23 @@ class Record:
     def lowest(self, name: str, begin: int, end: int | None = None) -> int:
         """Lowest value from ``begin`` to before ``end``."""
         return min([self.at(name, begin), *(value for _, value in self.changes(name, begin, end))])
+
+    # ---- the watchdog
+
+    def watch_keys(self, begin: int = 0) -> list[tuple[int, int]]:
+        """Clock and key of every write to it."""
+        return [(clock, self.at("safety_pet", clock))
+                for clock in self.rises("safety_pet_strobe", begin)]
+
+    def last_care(self, end: int) -> int:
+        """The clock before ``end`` from which it waited: the last call, or the last answer."""
+        found = {key: clock for clock, key in self.watch_keys() if clock < end}
+        return min(found[SECOND_KEY], found[THIRD_KEY])
+
+    def longest_step(self, begin: int = 0) -> int:
+        """Clocks of the main loop's longest step: from one of its keys to the next."""
+        steps = [clock for clock, key in self.watch_keys(begin) if key != THIRD_KEY]
+        return max(after - before for before, after in pairwise(steps))
 
     # ---- motion
 

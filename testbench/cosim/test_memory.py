@@ -111,5 +111,5 @@ def test_a_run_ends_with_the_alarm():
 
 def test_a_bit_that_is_none_is_refused():
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1) as session:
-        for address, bit in ((1, 0), (-4, 0), (286_720, 0), (0, 33), (0, -1)):
+        for address, bit in ((1, 0), (-4, 0), (294_912, 0), (0, 33), (0, -1)):
             refuses(session.flip, r"^the memory has no bit", address, bit)

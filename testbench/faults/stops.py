@@ -30,7 +30,6 @@ __all__ = ["STOPS", "Figure", "Stop", "measure"]
 ROUND = 20_000      # clocks, at 2 MHz and at every other clock: the phases lie within
 AFTER = 2_000       # clocks that outputs must stay safe, to count
 STEP = 500          # clocks between two looks whether it has stopped
-SECOND_KEY = 0x5A
 WATCHED = (*PINS, "safety_latched", "safety_pet_strobe", "safety_pet", "pp", "path_status_reverse",
            "processor_held")
 NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
@@ -86,9 +85,8 @@ def _read(record, begun, safe):
 
 
 def _last_call(record, begun, safe):
-    """The last call of the watchdog."""
-    return max(clock for clock in record.rises("safety_pet_strobe", 0, safe)
-               if record.at("safety_pet", clock) == SECOND_KEY)
+    """The last call of the watchdog, or the last answer to it if that was before."""
+    return record.last_care(safe)
 
 
 # ---- what counts as stopped

@@ -9,10 +9,10 @@ from amaranth.lib.wiring import In
 from rtl.power.power import Power
 from rtl.safety.interlock import BY_AXIS, CLEAR_KEY, Cause, Interlock
 from rtl.safety.watchdog import Watchdog
+from testbench.formal.in_time import ASK, PERIOD, InTime
 from testbench.formal.prover import prove
 
 AXES = 2
-PERIOD = 4   # clocks of the watchdog
 SPLASH = 3   # clocks of fluid supervision
 RELEASE = 2  # clocks of the limit switches
 AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "following_moving",
@@ -102,17 +102,14 @@ class InterlockContract(wiring.Component):
                 causes.append(lasts(switches[axis], 2) & switches[axis] & ~excuse)
         causes.append(lasts(self.fluid_low, SPLASH) & self.machining & self.fluid_required)
 
-        # The watchdog is stale when no second key after a first came within its period.
-        begun, age = Signal(), Signal(range(PERIOD + 1), init=PERIOD)
-        with m.If(age != PERIOD):
-            m.d.sync += age.eq(age + 1)
-        with m.If(self.pet):
-            m.d.sync += begun.eq(self.pet_key == 0xA5)
-            with m.If(begun & (self.pet_key == 0x5A)):
-                m.d.sync += age.eq(1)
-        stale = Signal()
-        m.d.comb += stale.eq(age == PERIOD)
+        # The watchdog is stale when calls come too late or too soon, or answers do not come. It
+        # says so itself: the proof by induction needs its view to be the true one.
+        m.submodules.in_time = in_time = InTime()
+        m.d.comb += [in_time.pet.eq(self.pet), in_time.key.eq(self.pet_key)]
+        stale = in_time.late | in_time.mute
         causes.append(stale)
+        m.d.comb += [Assert(watchdog.late == in_time.late), Assert(watchdog.expired == stale),
+                     Assert(watchdog.asked == (in_time.answered >= ASK))]
 
         cause = Signal()
         owed = Signal(init=1)
@@ -145,6 +142,12 @@ class InterlockContract(wiring.Component):
         m.d.comb += [Cover(power.on), Cover(power.sense), Cover(power.sense & ~self.machining),
                      Cover(power.stuck & ~self.gate),
                      Cover(interlock.tripped & interlock.simultaneous[1:].all())]
+        # Out of time by the main loop alone, by a call too soon, by the interrupts alone.
+        hurried = Signal(2)  # clocks from the call to what is told of it
+        m.d.sync += hurried.eq(Cat(in_time.hasty & ~interlock.safe, hurried[0]))
+        m.d.comb += [Cover(interlock.tripped & in_time.late & ~in_time.mute),
+                     Cover(interlock.tripped & hurried[1]),
+                     Cover(interlock.tripped & in_time.mute & ~in_time.late)]
         trips = Signal(2)
         with m.If(interlock.tripped):
             m.d.sync += trips.eq(trips + 1)
@@ -191,4 +194,4 @@ def test_contract_holds(workdir):
 
 
 def test_contract_is_reachable(workdir):
-    prove(InterlockContract(), workdir, depth=16, mode="cover")
+    prove(InterlockContract(), workdir, depth=PERIOD + 6, mode="cover")

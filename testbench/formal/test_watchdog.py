@@ -7,13 +7,12 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.safety.watchdog import Watchdog
+from testbench.formal.in_time import ASK, PERIOD, InTime
 from testbench.formal.prover import prove
-
-PERIOD = 6  # clocks; the argument does not depend on it
 
 
 class WatchdogContract(wiring.Component):
-    """Quiet exactly while the last complete call is less than a period old."""
+    """Quiet exactly while calls and answers are in time; silent exactly a period after that."""
 
     pet: In(1)
     key: In(8)
@@ -24,40 +23,38 @@ class WatchdogContract(wiring.Component):
         m.d.comb += [dut.pet.eq(self.pet), dut.key.eq(self.key)]
         m.d.comb += Assume(~ResetSignal("sync"))
 
-        # The truth: the age of the last complete call, and of a first key that waits for its
-        # second; PERIOD for none.
-        called = Signal(range(PERIOD + 1), init=PERIOD)
-        begun = Signal(range(PERIOD + 1), init=PERIOD)
-        alarm, complete = Signal(), Signal()
-        m.d.comb += [
-            alarm.eq(called == PERIOD),
-            complete.eq(self.pet & (self.key == 0x5A) & (begun != PERIOD)),
-        ]
+        m.submodules.truth = truth = InTime()
+        m.d.comb += [truth.pet.eq(self.pet), truth.key.eq(self.key)]
+        alarm = truth.late | truth.mute
+
+        # Clocks in a row with the alarm, PERIOD at most; counted from the first without it on.
+        alarmed, began = Signal(range(PERIOD + 1)), Signal()
         with m.If(~alarm):
-            m.d.sync += called.eq(called + 1)
-        with m.If(begun != PERIOD):
-            m.d.sync += begun.eq(begun + 1)
-        with m.If(self.pet):
-            m.d.sync += begun.eq(Mux(self.key == 0xA5, 1, PERIOD))
-        with m.If(complete):
-            m.d.sync += called.eq(1)
-        with m.Elif(called == PERIOD - 1):
-            m.d.sync += begun.eq(PERIOD)  # expiring forgets the first key
+            m.d.sync += [alarmed.eq(0), began.eq(1)]
+        with m.Elif(began & (alarmed < PERIOD)):
+            m.d.sync += alarmed.eq(alarmed + 1)
 
-        m.d.comb += Assert(dut.expired == alarm)
+        m.d.comb += [
+            Assert(dut.expired == alarm), Assert(dut.late == truth.late),
+            Assert(dut.asked == (truth.answered >= ASK)),
+            Assert(dut.silent == (alarmed >= PERIOD)),
+        ]
 
-        awake, again = Signal(), Signal()  # it was quiet, and has expired since
+        awake, again, hasty = Signal(), Signal(), Signal()
         with m.If(~dut.expired):
             m.d.sync += awake.eq(1)
         with m.If(awake & dut.expired):
-            m.d.sync += again.eq(1)
-        m.d.comb += [Cover(again & ~dut.expired), Cover(~dut.expired & complete)]
+            m.d.sync += again.eq(1)     # it was quiet, and has expired since
+        with m.If(truth.hasty):
+            m.d.sync += hasty.eq(1)
+        m.d.comb += [Cover(again & ~dut.expired), Cover(~dut.expired & truth.complete),
+                     Cover(hasty & dut.expired & ~dut.silent), Cover(dut.silent)]
         return m
 
 
 def test_contract_holds(workdir):
-    prove(WatchdogContract(), workdir, depth=PERIOD + 3)
+    prove(WatchdogContract(), workdir, depth=PERIOD + 12)
 
 
 def test_contract_is_reachable(workdir):
-    prove(WatchdogContract(), workdir, depth=3 * PERIOD, mode="cover")
+    prove(WatchdogContract(), workdir, depth=2 * PERIOD + 8, mode="cover")

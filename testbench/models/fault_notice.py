@@ -7,6 +7,9 @@ def sentence(place):
     return f"\r\nALARM:55 memory parity at 0x{place:08X}\r\n".encode()
 
 
+SILENT = b"\r\nALARM:55 watchdog: the processor does not answer\r\n"
+
+
 def beginnings(held, period, count):
     """Clocks in which the first bytes of ``count`` sentences are offered, ``held`` the first."""
     return [held + number * period for number in range(count)]

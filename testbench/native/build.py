@@ -23,7 +23,8 @@ __all__ = ["HERE", "PLANT", "STATION", "includes", "library", "plant_library", "
 
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
-STATION = [*(PLANT / name for name in ("plant.cpp", "gap.cpp", "wire.cpp", "workpiece.cpp")),
+STATION = [*(PLANT / f"{name}.cpp"
+             for name in ("plant", "gap", "sinker", "wire_gap", "wire", "workpiece")),
            HERE / "station.cpp"]
 # Options of the controller by the kind of its machine.
 KINDS = {"sinker": {}, "wire": {"jump_axis": 15}}

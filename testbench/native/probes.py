@@ -24,10 +24,10 @@ ERROR_Z = "root->gapkeeper__DOT__soc__DOT__registers___05Faxis_z___05Ferror"
 class Probe:
     """A signal: its name, width and signedness, and where it is.
 
-    ``scope`` is a module of the emitted Verilog, and ``signal`` its name there if it is another;
-    for a signal of the machine ``scope`` is empty, and ``value`` is the C++ that reads it from the
-    plant ``machine``. ``writable`` says that a test may change it, and ``natively`` that it may so
-    in the native simulation only.
+    ``scope`` is a module of the emitted Verilog, or an instance in it of ``module``; ``signal`` is
+    its name there if it is another; for a signal of the machine ``scope`` is empty, and ``value``
+    is the C++ that reads it from the plant ``machine``. ``writable`` says that a test may change
+    it, and ``natively`` that it may so in the native simulation only.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Probe:
     signed: bool = False
     scope: str = SOC
     signal: str = ""
+    module: str = ""
     value: str = ""
     writable: bool = False
     natively: bool = False
@@ -93,6 +94,9 @@ PROBES = (
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     Probe("safety_limits_leaving", 1),
     Probe("processor_held", 1, scope=f"{SOC}.notice", signal="held"),
+    # Whether the processor takes interrupts.
+    Probe("interrupts", 1, natively=True, signal="CsrPlugin_mstatus_MIE", module="VexRiscv",
+          scope=f"{SOC}.cpu.core"),
     # A soft limit, and what the guards of the motion go by: a test may turn a bit over.
     Probe("axis_x_high", 32, signed=True, natively=True),
     Probe("guard_command", 32, natively=True, signal="command_then",
@@ -123,7 +127,8 @@ def public(*, writable: bool) -> str:
     for probe in PROBES:
         if probe.scope:
             access = "rw" if writable and probe.writable else "rd"
-            lines.append(f'public_flat_{access} -module "{probe.scope}" -var "{probe.path[-1]}"')
+            lines.append(f'public_flat_{access} -module "{probe.module or probe.scope}" '
+                         f'-var "{probe.path[-1]}"')
     access = "rw" if writable else "rd"
     lines += [f'public_flat_{access} -module "{".".join(path[:-1])}" -var "{path[-1]}"'
               for path in (MEMORY, PARITY)]

@@ -6,13 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-namespace plant {
+#include "parameters.hpp"
 
-struct CellParameters {
-    double cell_per_cm = 1;       // cell constant: resistance over resistivity
-    double cell_parallel_ohm = 1e6;
-    double cell_series_ohm = 30e3;
-};
+namespace plant {
 
 constexpr int CODE_MAX = 4095;  // of 12 bits
 
@@ -22,7 +18,7 @@ inline unsigned code(double share) {
 
 // What the converter reads of the fluid: a divider of the cell, with a resistor parallel to it where
 // it is, and a resistor at the converter. Fault: 0 none, 1 broken wire, 2 shorted one.
-inline unsigned cell_code(const CellParameters& p, double ohm_cm, int fault) {
+inline unsigned cell_code(const FluidParameters& p, double ohm_cm, int fault) {
     if (fault != 0)
         return fault == 1 ? CODE_MAX : 0;
     const double fluid = ohm_cm * p.cell_per_cm;

@@ -6,18 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-namespace plant {
+#include "parameters.hpp"
 
-struct MotorParameters {
-    double full_speed_mm_s = 163.84;       // at full scale of the DAC
-    double max_speed_mm_s = 60;            // the amplifier lets it go no faster
-    double max_acceleration_mm_s2 = 5000;  // current limit over inertia
-    double speed_loop_ms = 3;              // time constant of the speed loop
-    double current_loop_ms = 0.5;          // lag of the torque
-    double filter_ms = 0.5;                // low pass behind the DAC
-    double brake_mm_s2 = 8000;             // with the drive disabled
-    double step_gain_per_s = 300;          // stiffness of a stepping drive
-};
+namespace plant {
 
 // The speed loop closes the torque loop over an inertia:
 //   tau_i dA/dt = clamp((U - V) / tau_v, +-A_max) - A;  dV/dt = A;  dX/dt = V
@@ -25,7 +16,7 @@ struct MotorParameters {
 // Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
 class Motor {
 public:
-    void configure(const MotorParameters& p, double pulses_per_mm, double clock_hz,
+    void configure(const AxisParameters& p, double pulses_per_mm, double clock_hz,
                    unsigned clocks_per_tick) {
         p_ = p;
         pulses_per_mm_ = pulses_per_mm;
@@ -87,7 +78,7 @@ public:
     bool phase_b() const { return count_ & 2; }
 
 private:
-    MotorParameters p_;
+    AxisParameters p_;
     double pulses_per_mm_ = 10000, dt_ = 8e-6, clock_s_ = 5e-7, filter_ = 0, torque_ = 0;
     unsigned clocks_ = 16;
     int sum_ = 0;

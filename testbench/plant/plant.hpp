@@ -9,9 +9,10 @@
 
 #include "coder.hpp"
 #include "converter.hpp"
-#include "gap.hpp"
 #include "motor.hpp"
-#include "wire.hpp"
+#include "parameters.hpp"
+#include "sinker.hpp"
+#include "wire_gap.hpp"
 
 namespace plant {
 
@@ -50,7 +51,6 @@ public:
     // `read.depth_um`. A reading cannot be set. Parameters are to be set before the first clock.
     bool set(const std::string& name, double value);
     bool get(const std::string& name, double& value);
-    std::vector<std::string> names() const;
 
     // One clock: the controller's outputs in it, and what its inputs are in the next.
     void clock(const FromController& from, ToController& to) {
@@ -77,11 +77,11 @@ public:
         if (++phase_ == clocks_per_tick_)
             tick(from);
         coders(to);
-        to.gap_high = gap_.high();
-        to.gap_arc = gap_.below_arc();
-        to.gap_short = (gap_.below_short() | wires_cut_) & ~wires_dead_ & 1;
-        to.gap_current = (gap_.conducting() | wires_cut_ >> 1) & ~(wires_dead_ >> 1) & 1;
-        to.gap_noise = gap_.noise();
+        to.gap_high = gap_->high();
+        to.gap_arc = gap_->below_arc();
+        to.gap_short = (gap_->below_short() | wires_cut_) & ~wires_dead_ & 1;
+        to.gap_current = (gap_->conducting() | wires_cut_ >> 1) & ~(wires_dead_ >> 1) & 1;
+        to.gap_noise = gap_->noise();
         to.estop = estop_;
         to.drive_fault = drive_fault_;
         to.limit_low = limit_low_;
@@ -96,8 +96,8 @@ public:
     void close_contactor() { powered_ = true; }  // at once, for tests of the gap alone
     int32_t count(int axis) const { return axes_[axis].count(); }
     double speed(int axis) const { return axes_[axis].speed(); }  // mm/s
-    const Gap& gap() const { return gap_; }
-    Workpiece& workpiece() { return wire_.workpiece(); }
+    const Gap& gap() const { return *gap_; }
+    Workpiece& workpiece() { return wire_.workpiece(); }  // a wire machine's
     uint64_t now() const { return now_; }
     const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
 
@@ -118,11 +118,11 @@ private:
         if (from.gap_level != 0)
             level_ = from.gap_level;
         if (stuck_ == NONE)
-            gap_.clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
+            gap_->clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
         else if (stuck_ == SENSING)
-            gap_.clock(from.gap_on && powered_, true, from.gap_level, from.gap_supply);
+            gap_->clock(from.gap_on && powered_, true, from.gap_level, from.gap_supply);
         else
-            gap_.clock(powered_, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE,
+            gap_->clock(powered_, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE,
                        from.gap_supply);
     }
 
@@ -141,18 +141,9 @@ private:
     static constexpr uint64_t SPREAD[8] = {0,    ONE,        TWO,        TWO + ONE,
                                            FOUR, FOUR + ONE, FOUR + TWO, FOUR + TWO + ONE};
 
+    MachineParameters p_;
+    GapForces gap_forces_;
     std::map<std::string, double*> parameters_;
-    double clock_hz_ = 2e6, pulses_per_mm_ = 10000, tick_us_ = 8;
-    double fin_delay_us_ = 2000, fin_answers_ = 1, contactor_ms_ = 20;
-    double limit_low_mm_ = -300, limit_high_mm_ = 300;
-    double kind_ = 0;  // 0 sinker, 1 wire
-    MotorParameters motor_;
-    GapParameters process_;
-    WireParameters cutting_;
-    Stock stock_;
-    CellParameters cell_;
-    double high_level_v_ = 60, arc_level_v_ = 20, short_level_v_ = 12;
-    double reference_full_v_ = 100, reference_rc_us_ = 200, reference_fixed_ = 1;
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
@@ -164,8 +155,9 @@ private:
 
     Motor axes_[AXES];
     CoderLines lines_;
-    Gap gap_;
-    Wire wire_;
+    SinkerGap sinker_;
+    WireGap wire_;
+    Gap* gap_ = &sinker_;  // that of the machine's kind
     Converter converter_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick

@@ -43,21 +43,20 @@ double angle(double turn) {
 
 }  // namespace
 
-void Wire::reset(const Stock& stock) {
-    workpiece_.reset(stock, p_.cell_um, p_.thickness_mm, p_.start_x_mm * 1000,
-                     p_.start_y_mm * 1000);
-    x_ = p_.start_x_mm * 1000;
-    y_ = p_.start_y_mm * 1000;
+void Wire::reset() {
+    workpiece_.reset(p_.stock, p_.workpiece);
+    x_ = p_.workpiece.start_x_mm * 1000;
+    y_ = p_.workpiece.start_y_mm * 1000;
     for (unsigned i = 0; i < SECTORS; ++i)
         sectors_[i].found = false;
     push_x_ = push_y_ = debris_um3_ = mean_a_ = 0;
-    flow_ = p_.flow_spread * flows_.normal();
+    flow_ = p_.debris.flow_spread * flows_.normal();
     stale_ = true;
     broken_ = false;
-    gap_ = p_.reach_um;
+    gap_ = p_.gap.reach_um;
 }
 
-double Wire::area_mm2() const { return PI * p_.diameter_mm / 2 * p_.thickness_mm; }
+double Wire::area_mm2() const { return PI * p_.wire.diameter_mm / 2 * p_.workpiece.thickness_mm; }
 
 // Of the half that faces the work.
 double Wire::volume_um3(double gap_um) const {
@@ -72,8 +71,8 @@ void Wire::survey() {
     seen_x_ = x_;
     seen_y_ = y_;
     const double radius = radius_um();
-    const double span = std::max(FOLDS * p_.engagement_um, 2 * p_.cell_um);
-    double reach = std::min(p_.reach_um, std::max(gap_, 0.0) + SLACK_UM) + span;
+    const double span = std::max(FOLDS * p_.gap.engagement_um, 2 * p_.workpiece.cell_um);
+    double reach = std::min(p_.gap.reach_um, std::max(gap_, 0.0) + SLACK_UM) + span;
     double nearest;
     for (;;) {
         nearest = 1e9;
@@ -89,12 +88,12 @@ void Wire::survey() {
                 sector = {distance, x, y, true};
             nearest = std::min(nearest, distance);
         });
-        if (nearest - radius + span <= reach || reach >= p_.reach_um + span)
+        if (nearest - radius + span <= reach || reach >= p_.gap.reach_um + span)
             break;
-        reach = std::min(reach * 2, p_.reach_um + span);
+        reach = std::min(reach * 2, p_.gap.reach_um + span);
     }
-    gap_ = std::min(nearest - radius, p_.reach_um);
-    if (p_.engagement_um <= 0) {
+    gap_ = std::min(nearest - radius, p_.gap.reach_um);
+    if (p_.gap.engagement_um <= 0) {
         for (unsigned i = 0; i < SECTORS; ++i)
             weights_[i] = sectors_[i].found && sectors_[i].distance <= nearest;
         engagement_ = 1;
@@ -106,7 +105,7 @@ void Wire::survey() {
         if (!sectors_[i].found || sectors_[i].distance - nearest > span)
             continue;
         const double width = angle((i + 1.0) / SECTORS) - angle(static_cast<double>(i) / SECTORS);
-        weights_[i] = width * std::exp((nearest - sectors_[i].distance) / p_.engagement_um);
+        weights_[i] = width * std::exp((nearest - sectors_[i].distance) / p_.gap.engagement_um);
         sum += weights_[i];
     }
     engagement_ = sum / PI;
@@ -114,21 +113,22 @@ void Wire::survey() {
 
 void Wire::tick(double x_um, double y_um, double dt) {
     const double milliseconds = dt * 1000;
-    const double slack = std::exp(-milliseconds / p_.deflection_ms);
+    const double slack = std::exp(-milliseconds / p_.wire.deflection_ms);
     push_x_ *= slack;
     push_y_ *= slack;
-    mean_a_ *= std::exp(-milliseconds / p_.break_ms);
-    x_ = p_.start_x_mm * 1000 + x_um + push_x_;
-    y_ = p_.start_y_mm * 1000 + y_um + push_y_;
+    mean_a_ *= std::exp(-milliseconds / p_.wire.break_ms);
+    x_ = p_.workpiece.start_x_mm * 1000 + x_um + push_x_;
+    y_ = p_.workpiece.start_y_mm * 1000 + y_um + push_y_;
     if (stale_ || std::hypot(x_ - seen_x_, y_ - seen_y_) > MOVED_UM)
         survey();
 }
 
 double Wire::hazard_per_us(double gap_um) const {
-    if (broken_ || gap_um >= p_.reach_um)
+    if (broken_ || gap_um >= p_.gap.reach_um)
         return 0;
-    const double g = std::max(gap_um, p_.delay_least_um);
-    const double mean = p_.delay_square_us * g * g + p_.delay_linear_us * g + p_.delay_constant_us;
+    const double g = std::max(gap_um, p_.gap.delay_least_um);
+    const double mean =
+        p_.gap.delay_square_us * g * g + p_.gap.delay_linear_us * g + p_.gap.delay_constant_us;
     return LN2 / std::max(mean, 0.01);
 }
 
@@ -151,12 +151,12 @@ double Wire::crater_um3(double amps, double us, Random& random) const {
                      share * (above->deviation_um3 - above[-1].deviation_um3)};
     }
     const double drawn = found.mean_um3 + found.deviation_um3 * random.normal();
-    return std::max(0.0, drawn) * us / p_.crater_us;  // in proportion to the energy
+    return std::max(0.0, drawn) * us / p_.wire.crater_us;  // in proportion to the energy
 }
 
 void Wire::erode(double volume_um3, double ampere_us) {
-    mean_a_ += ampere_us / (p_.break_ms * 1000);
-    broken_ |= p_.break_a > 0 && mean_a_ > p_.break_a;
+    mean_a_ += ampere_us / (p_.wire.break_ms * 1000);
+    broken_ |= p_.wire.break_a > 0 && mean_a_ > p_.wire.break_a;
     debris_um3_ += volume_um3;
     double sum = 0;
     for (const double weight : weights_)
@@ -174,7 +174,7 @@ void Wire::erode(double volume_um3, double ampere_us) {
     workpiece_.take(sector.x, sector.y, x_, y_, volume_um3);
     stale_ = true;
     const double dx = x_ - workpiece_.centre(sector.x), dy = y_ - workpiece_.centre(sector.y);
-    const double push = p_.deflection_um_a * ampere_us / (p_.deflection_ms * 1000) /
+    const double push = p_.wire.deflection_um_a * ampere_us / (p_.wire.deflection_ms * 1000) /
                         std::max(std::hypot(dx, dy), 1.0);
     push_x_ += push * dx;
     push_y_ += push * dy;
@@ -188,13 +188,15 @@ double Wire::debris(double gap_um) const { return std::min(debris_um3_ / volume_
 // in which the flow changes.
 double Wire::flushed(double gap_um, double dt) {
     const double scaled = dt * p_.removal_scale;
-    if (p_.flow_spread > 0) {  // Ornstein and Uhlenbeck's process
-        const double keeps = std::exp(-scaled / p_.flow_time_s);
-        flow_ = flow_ * keeps + p_.flow_spread * std::sqrt(1 - keeps * keeps) * flows_.normal();
+    if (p_.debris.flow_spread > 0) {  // Ornstein and Uhlenbeck's process
+        const double keeps = std::exp(-scaled / p_.debris.flow_time_s);
+        flow_ = flow_ * keeps +
+                p_.debris.flow_spread * std::sqrt(1 - keeps * keeps) * flows_.normal();
     }
-    const double width = std::clamp(gap_um, LEAST_GAP_UM, p_.flow_gap_um) / p_.flow_gap_um;
-    const double flow = p_.flow_mm3_s * 1e9 * width * width * width *
-                        std::exp(flow_ - p_.flow_debris * debris(gap_um));
+    const double widest = p_.debris.flow_gap_um;
+    const double width = std::clamp(gap_um, LEAST_GAP_UM, widest) / widest;
+    const double flow = p_.debris.flow_mm3_s * 1e9 * width * width * width *
+                        std::exp(flow_ - p_.debris.flow_debris * debris(gap_um));
     debris_um3_ *= std::exp(-flow * scaled / volume_um3(gap_um));
     debris_um3_ = std::min(debris_um3_, volume_um3(gap_um));
     return debris(gap_um);

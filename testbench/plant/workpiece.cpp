@@ -14,31 +14,33 @@ uint64_t key(int32_t x, int32_t y) {
     return static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 | static_cast<uint32_t>(y);
 }
 
-}  // namespace
+// ---- the stock, in the workpiece's own coordinates
 
-// ---- the stock
-
-double Stock::left_um(double along_mm) const {
-    double width = steps > 0 ? width_um[0] : 0;
-    for (size_t i = 1; i < static_cast<size_t>(steps) && i < STEPS; ++i)
-        if (along_mm >= at_mm[i])
-            width = width_um[i];
+// Width left at a place along the contour; before the first step it is that step's.
+double left_um(const StockParameters& stock, double along_mm) {
+    double width = stock.steps > 0 ? stock.width_um[0] : 0;
+    for (size_t i = 1; i < static_cast<size_t>(stock.steps) && i < StockParameters::STEPS; ++i)
+        if (along_mm >= stock.at_mm[i])
+            width = stock.width_um[i];
     return width;
 }
 
-double Stock::distance_um(double x_um, double y_um, double start_x_um, double start_y_um) const {
-    switch (static_cast<Kind>(static_cast<int>(kind))) {
-    case wall:  // along X, its finished surface at Y 0, the workpiece behind it
-        return -y_um - left_um(x_um / 1000);
-    case circle: {  // about the origin, from +X on, counter-clockwise
-        const double radius = size_x_mm * 500;
+// Distance to the surface in um, negative inside. The start is that of the wire.
+double distance_um(const StockParameters& stock, double x_um, double y_um, double start_x_um,
+                   double start_y_um) {
+    switch (static_cast<StockKind>(static_cast<int>(stock.kind))) {
+    case StockKind::wall:  // along X, its finished surface at Y 0, the workpiece behind it
+        return -y_um - left_um(stock, x_um / 1000);
+    case StockKind::circle: {  // about the origin, from +X on, counter-clockwise
+        const double radius = stock.size_x_mm * 500;
         double angle = std::atan2(y_um, x_um);
         if (angle < 0)
             angle += 2 * PI;
-        return std::hypot(x_um, y_um) - radius - left_um(angle * radius / 1000);
+        return std::hypot(x_um, y_um) - radius - left_um(stock, angle * radius / 1000);
     }
-    case rectangle: {  // about the origin, from the corner of least X and Y on, counter-clockwise
-        const double half_x = size_x_mm * 500, half_y = size_y_mm * 500;
+    case StockKind::rectangle: {
+        // About the origin, from the corner of least X and Y on, counter-clockwise.
+        const double half_x = stock.size_x_mm * 500, half_y = stock.size_y_mm * 500;
         const double over_x = std::abs(x_um) - half_x, over_y = std::abs(y_um) - half_y;
         const double inside = std::min(std::max(over_x, over_y), 0.0);
         const double distance = inside + std::hypot(std::max(over_x, 0.0), std::max(over_y, 0.0));
@@ -48,25 +50,26 @@ double Stock::distance_um(double x_um, double y_um, double start_x_um, double st
             along = y < 0 ? x + half_x : 2 * half_x + 2 * half_y + (half_x - x);
         else
             along = x > 0 ? 2 * half_x + (y + half_y) : 4 * half_x + 2 * half_y + (half_y - y);
-        return distance - left_um(along / 1000);
+        return distance - left_um(stock, along / 1000);
     }
     default: {
-        const double plate = edge_mm * 1000 - x_um;
+        const double plate = stock.edge_mm * 1000 - x_um;
         const double from_start = std::hypot(x_um - start_x_um, y_um - start_y_um);
-        return std::max(plate, hole_mm > 0 ? hole_mm * 500 - from_start : -FAR_UM);
+        return std::max(plate, stock.hole_mm > 0 ? stock.hole_mm * 500 - from_start : -FAR_UM);
     }
     }
 }
 
+}  // namespace
+
 // ---- the cells
 
-void Workpiece::reset(const Stock& stock, double cell_um, double thickness_mm, double start_x_um,
-                      double start_y_um) {
+void Workpiece::reset(const StockParameters& stock, const WorkpieceParameters& p) {
     stock_ = stock;
-    cell_ = cell_um;
-    grain_ = cell_um * cell_um * thickness_mm * 1000 / GRAINS;
-    start_x_ = start_x_um;
-    start_y_ = start_y_um;
+    cell_ = p.cell_um;
+    grain_ = cell_ * cell_ * p.thickness_mm * 1000 / GRAINS;
+    start_x_ = p.start_x_mm * 1000;
+    start_y_ = p.start_y_mm * 1000;
     owed_ = 0;
     taken_ = 0;
     tiles_.clear();
@@ -74,7 +77,7 @@ void Workpiece::reset(const Stock& stock, double cell_um, double thickness_mm, d
 
 // Cells on the surface are there by the share that it leaves of them.
 uint16_t Workpiece::fresh(int32_t x, int32_t y) const {
-    const double distance = stock_.distance_um(centre(x), centre(y), start_x_, start_y_);
+    const double distance = distance_um(stock_, centre(x), centre(y), start_x_, start_y_);
     const double share = std::clamp(0.5 - distance / cell_, 0.0, 1.0);
     return static_cast<uint16_t>(std::lround(share * GRAINS));
 }

@@ -11,27 +11,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "parameters.hpp"
+
 namespace plant {
-
-// What stands there before the cut, in the workpiece's own coordinates.
-struct Stock {
-    enum Kind { solid, wall, circle, rectangle };
-    static constexpr size_t STEPS = 16;
-
-    double kind = solid;
-    double edge_mm = 0.13;   // solid: a plate from this X on
-    double hole_mm = 0;      // solid: diameter of a hole around the wire's start; 0: none
-    double size_x_mm = 0;    // circle: diameter; rectangle: its sides
-    double size_y_mm = 0;
-    double steps = 0;        // how many of these there are
-    double at_mm[STEPS] = {};    // along the contour, from here on
-    double width_um[STEPS] = {}; // the first cut has left so much
-
-    // Width left at a place along the contour; before the first step it is that step's.
-    double left_um(double along_mm) const;
-    // Distance to the surface in um, negative inside. The start is that of the wire.
-    double distance_um(double x_um, double y_um, double start_x_um, double start_y_um) const;
-};
 
 // A plan view in square cells, made where the wire comes by. The sheet is as thick as the workpiece
 // and the same at every height: one crater, far smaller than the sheet is thick, lowers its cell by
@@ -48,8 +30,7 @@ public:
     };
 
     // Anew, as the stock has it.
-    void reset(const Stock& stock, double cell_um, double thickness_mm, double start_x_um,
-               double start_y_um);
+    void reset(const StockParameters& stock, const WorkpieceParameters& p);
 
     double cell_um() const { return cell_; }
     double grain_um3() const { return grain_; }
@@ -86,7 +67,7 @@ private:
         uint16_t* left;
     };
 
-    Stock stock_;
+    StockParameters stock_;
     double cell_ = 2, grain_ = 1, start_x_ = 0, start_y_ = 0, owed_ = 0;
     uint64_t taken_ = 0;
     std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;

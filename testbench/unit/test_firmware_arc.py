@@ -154,7 +154,7 @@ def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count
 
 
 def strong_spiral(rng, least, most):
-    """Draw a spiral of any strength that plan.c lets pass, across a place where an axis turns."""
+    """Draw a spiral as strong as the interpreter lets pass, across where an axis turns."""
     while True:
         radius = math.exp(rng.uniform(math.log(least), math.log(most)))
         angle = rng.randrange(4) * math.pi / 2 + rng.uniform(-0.5, 0.05)

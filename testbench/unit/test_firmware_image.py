@@ -10,6 +10,8 @@ from softcore import image
 from softcore.build import BOARDS
 from testbench.firmware import Record, library
 
+SMALLEST = image.BESIDE_PATH + 256 * image.PATH_UNIT  # memory for the firmware and a short path
+
 
 @pytest.mark.parametrize("size", [None, *sorted({board.memory_size for board in BOARDS.values()})])
 def test_image_fits_its_memory_with_room_for_the_stack(size):
@@ -24,7 +26,7 @@ def test_image_is_the_same_every_time_and_built_once():
     before = path.stat().st_mtime_ns
     assert image.target_image() == path
     assert path.stat().st_mtime_ns == before
-    again = image.target_image(163_840)
+    again = image.target_image(SMALLEST)
     assert again != path, "another memory is another image: the stack begins elsewhere"
 
 
@@ -50,6 +52,6 @@ def test_records_have_the_layout_of_the_library():
 
 def test_what_memory_is_left_remembers_the_path():
     """A retraction over 5000 blocks needs the larger board."""
-    assert [image.path_units(size) for size in (286_720, 188_416, 172_032)] == [8192, 2048, 1024]
+    assert [image.path_units(size) for size in (294_912, 196_608, 188_416)] == [8192, 2048, 1024]
     with pytest.raises(image.FirmwareError, match="does not fit"):
-        image.path_units(155_648)
+        image.path_units(SMALLEST - image.PATH_UNIT)

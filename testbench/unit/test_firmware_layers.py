@@ -1,17 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rooms of the firmware: includes go from a room to those below, but for arrows known by name.
+"""The rooms of the firmware: includes and calls go one way, and nobody goes round in a circle.
 
-A module is a source with the header of its name.
+Includes are read from the sources, calls from the symbols of the compiled objects: one that a
+module needs is a call to the module that defines it. A module is a source with the header of its
+name.
 """
 
 import re
+import struct
+import subprocess
 from functools import cache
+from itertools import product
+from pathlib import Path
+
+import pytest
 
 from softcore import image
 
 SOURCES = image.SOURCES
 
-# From a room to those below it; `pc`, the model of the hardware, stands outside and may know all.
+# From a room to those below it; `hal` is the interface and its registers, `pc` the model of the
+# hardware for computers, which stands outside and may know everything.
 BELOW = {
     "pc": {"app", "link", "interp", "path", "gap", "roughing", "base", "hal"},
     "app": {"link", "interp", "path", "gap", "roughing", "base", "hal"},
@@ -23,19 +32,14 @@ BELOW = {
     "base": {"hal"},
     "hal": set(),
 }
+# Symbols that the linker script, the compiler or the machine's start-up provide, or call.
+START = {"main", "trap"}
 
-# Arrows up that are still to be cut: this list gets shorter only.
-UP = {
-    "base/settings": {"gap/gap"},
-    "gap/gap": {"app/events", "app/machine", "link/output", "path/path"},
-    "gap/law": {"interp/block"},
-    "gap/series": {"app/events", "app/program", "link/output"},
-    "link/frame": {"app/program"},
-    "link/lines": {"app/program"},
-    "link/link": {"app/events", "app/execute", "app/machine", "app/program", "app/watch",
-                  "path/path", "roughing/planner"},
-    "roughing/planner": {"app/program", "link/link", "link/output"},
-}
+
+def modules():
+    """Module, as its path without the ending, of every source and header."""
+    return sorted({path.relative_to(SOURCES).with_suffix("").as_posix()
+                   for path in SOURCES.rglob("*.[ch]")})
 
 
 @cache
@@ -51,25 +55,142 @@ def includes():
     return arrows
 
 
+def symbols(data):
+    """Names that an ELF object of 64 bits defines for others, and those that it needs."""
+    assert data[:6] == b"\x7fELF\x02\x01", "an object of this computer"
+    table, = struct.unpack_from("<Q", data, 40)
+    size, count = struct.unpack_from("<HH", data, 58)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", data, table + size * k) for k in range(count)]
+    defined, needed = set(), set()
+    for section in sections:
+        if section[1] != 2:     # SHT_SYMTAB
+            continue
+        strings = sections[section[6]][4]
+        for at in range(section[4], section[4] + section[5], 24):
+            name, info, _, place = struct.unpack_from("<IBBH", data, at)
+            text = data[strings + name:data.index(b"\0", strings + name)].decode()
+            if text and info >> 4:      # not local
+                (defined if place else needed).add(text)
+    return defined, needed
+
+
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory):
+    """Per module the symbols that it defines, and those that it needs.
+
+    Without the registers, which only the target has: they include nothing of another room, so that
+    they cannot call it either.
+    """
+    folder = tmp_path_factory.mktemp("objects")
+    found = {}
+    for path in sorted(set(SOURCES.rglob("*.c")) - set((SOURCES / "hal").iterdir())):
+        module = path.relative_to(SOURCES).with_suffix("").as_posix()
+        made = folder / f"{module.replace('/', '-')}.o"
+        done = subprocess.run(image.object_command(path, made), capture_output=True, text=True,
+                              check=False)
+        assert not done.returncode, done.stderr
+        found[module] = symbols(made.read_bytes())
+    return found
+
+
+def calls(objects):
+    """Arrows of the calls: from module, to module. A name of ``hal.h`` belongs to `hal/hal`."""
+    home = {name: module for module, (defined, _) in objects.items() for name in defined}
+    arrows = set()
+    for module, (_, needed) in objects.items():
+        for name in needed:
+            to = "hal/hal" if name.startswith("hal_") else home.get(name)
+            if to and to != module:
+                arrows.add((module, to))
+    return arrows
+
+
 def room(module):
     return module.split("/")[0]
 
 
 def upward(arrows):
-    return {(source, to) for source, to in arrows
-            if room(source) != room(to) and room(to) not in BELOW[room(source)]}
+    return sorted((source, to) for source, to in arrows
+                  if room(source) != room(to) and room(to) not in BELOW[room(source)])
+
+
+def circle(arrows):
+    """Modules of a circle, in order; empty if there is none."""
+    after = {}
+    for source, to in arrows:
+        after.setdefault(source, []).append(to)
+    done, way = set(), []
+
+    def walk(module):
+        if module in way:
+            return [*way[way.index(module):], module]
+        if module in done:
+            return []
+        way.append(module)
+        for to in sorted(after.get(module, ())):
+            if found := walk(to):
+                return found
+        way.pop()
+        done.add(module)
+        return []
+
+    return next((found for start in sorted(after) if (found := walk(start))), [])
 
 
 def test_every_source_lives_in_a_room():
-    assert {path.parent.name for path in SOURCES.rglob("*.[chS]")} == set(BELOW)
+    rooms = {room(module) for module in modules()}
+    assert rooms == set(BELOW)
     assert not [path for path in SOURCES.iterdir() if path.is_file()]
 
 
-def test_includes_point_down_but_for_those_that_are_known():
+def test_rooms_stand_above_each_other():
+    assert not circle({(above, below) for above, those in BELOW.items() for below in those})
+
+
+def test_includes_point_down():
     assert len(includes()) > 150
-    assert upward(includes()) == {(source, to) for source, those in UP.items() for to in those}
+    assert not upward(includes())
 
 
-def test_an_arrow_up_is_seen():
+def test_calls_point_down(objects):
+    arrows = calls(objects)
+    assert len(arrows) > 150
+    assert not upward(arrows)
+
+
+def test_no_module_goes_round_in_a_circle(objects):
+    """Includes and calls together: a call against an include would close one, too."""
+    assert not circle(includes() | calls(objects))
+
+
+def prefixes(module):
+    """What names of a module begin with: its own name, or that of its room."""
+    return [f"{word}_" for word in (room(module), Path(module).name)]
+
+
+def test_exported_names_bear_their_modules_prefix(objects):
+    """In `pc` stand the registers' model and what Python calls: `hal_`, `gk_` and `host_`."""
+    wrong = []
+    for module, (defined, _) in objects.items():
+        known = ["hal_", "gk_", "host_", "__sanitizer_"] if room(module) == "pc" else \
+            prefixes(module)
+        wrong += [f"{module}: {name}" for name in sorted(defined - START)
+                  if not name.lower().startswith(tuple(known))]
+    assert not wrong
+
+
+def test_an_arrow_up_and_a_circle_are_seen():
+    """The checks themselves."""
     assert upward({("base/text", "app/machine"), ("app/machine", "base/text")}) == \
-        {("base/text", "app/machine")}
+        [("base/text", "app/machine")]
+    assert upward({("path/path", "gap/gap")})
+    assert circle({("a/x", "a/y"), ("a/y", "b/z"), ("b/z", "a/x")})
+    assert not circle({(f"a/{k}", f"a/{m}") for k, m in product(range(5), repeat=2) if k < m})
+
+
+def test_symbols_are_read(tmp_path):
+    source, made = tmp_path / "one.c", tmp_path / "one.o"
+    source.write_text("int other_call(void); static int own(void) { return 1; }\n"
+                      "int one_value = 3; int one_call(void) { return own() + other_call(); }\n")
+    subprocess.run(image.object_command(source, made), check=True)
+    assert symbols(made.read_bytes()) == ({"one_value", "one_call"}, {"other_call"})

@@ -213,7 +213,7 @@ def test_new_path_begins_with_every_tape(machine):
     assert machine.bound("ahead") == 1000
 
 
-# Everything below appends moves directly: lines and arcs, as plan.c makes them.
+# Everything below appends moves directly: lines and arcs, as the interpreter makes them.
 
 def line(*delta):
     """A straight move."""

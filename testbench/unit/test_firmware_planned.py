@@ -21,7 +21,7 @@ PASSES = 60_000     # of the main loop that a planning takes at most
 
 
 class Row(ctypes.Structure):
-    """``technology_row`` of technology.h."""
+    """``condition_row`` of conditions.h."""
 
     _fields_ = [
         ("number", ctypes.c_uint32), ("milli_ip", ctypes.c_uint16), ("negative", ctypes.c_bool),
@@ -38,11 +38,11 @@ class Row(ctypes.Structure):
 @pytest.fixture
 def checker():
     made = Checker()
-    made.library.technology_find.restype = ctypes.POINTER(Row)
-    made.library.technology_planned.restype = Row
+    made.library.conditions_find.restype = ctypes.POINTER(Row)
+    made.library.conditions_planned.restype = Row
     yield made
     made.forget()
-    made.library.technology_reset()
+    made.library.conditions_reset()
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def entered(checker, ip):
     """The row of the condition that a planned program has for a current."""
     number, block = condition(ip)
     assert not block or checker.enter(block) == ""
-    return checker.library.technology_find(number).contents
+    return checker.library.conditions_find(number).contents
 
 
 @pytest.mark.parametrize("kept", ["", "G10 C{number} E100 K-1 H60 L.003 X3 Y5 Z18 V5 U2.5"])
@@ -68,19 +68,19 @@ def test_a_planned_current_has_the_condition_of_a_planned_program(checker, kept)
     """Also when one of its number has been entered by hand, with more than the planner says."""
     for ip in range(1, 21):
         wanted = entered(checker, ip).told()
-        checker.library.technology_reset()
+        checker.library.conditions_reset()
         if kept:
             number, block = condition(ip)
             more = " I1 P9 Q99 R9" if block else ""
             assert checker.enter(kept.format(number=number) + more) == ""
-            found = checker.library.technology_planned(ip).told()
+            found = checker.library.conditions_planned(ip).told()
             wanted = entered(checker, ip).told()
             assert wanted["drop_mv"] == 2500
         else:
-            found = checker.library.technology_planned(ip).told()
+            found = checker.library.conditions_planned(ip).told()
         assert found == wanted
         assert found["milli_ip"] == 1000 * ip
-        checker.library.technology_reset()
+        checker.library.conditions_reset()
 
 
 def machined(machine, blocks, passes=4000):

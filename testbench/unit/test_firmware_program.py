@@ -308,6 +308,22 @@ def test_watchdog_is_called_from_both_ends_of_every_pass_and_after_every_sleep(m
     assert machine.library.gk_unwatched() == 0, "the work is between the keys"
 
 
+def test_watchdog_is_not_called_too_soon_and_its_interrupt_is_answered(machine):
+    library = machine.library
+    library.gk_watch(True, False)
+    machine.run(1)                  # a first key that waits
+    pets = library.gk_pets()
+    machine.run(100)
+    assert library.gk_pets() == pets, "no second key"
+    library.main_loop_interrupt()
+    assert library.gk_answers() == 0, "nobody asks"
+    library.gk_watch(False, True)
+    machine.run(1)
+    assert library.gk_pets() > pets
+    library.main_loop_interrupt()
+    assert library.gk_answers() == 1
+
+
 def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
     before = machine.library.gk_sleeps()
     machine.run(400)

@@ -30,21 +30,6 @@ def plain(names):
     return {name for name in names if not re.match(r"stock\.(at_mm|width_um)_\d+$", name)}
 
 
-def test_machines_give_every_parameter_of_the_plant():
-    """So that none of its numbers is a default of the C++."""
-    plant = (BUILT_IN / "plant.cpp").read_text(encoding="utf-8")
-    names = {name for name in re.findall(r'p\["([\w.]+)"\] = &', plant)
-             if not name.startswith("force.")}
-    given = {kind: plain(name for name, _ in parameters(load(kind).tables)) for kind in MACHINES}
-    assert given["sinker"] | given["wire"] == names
-    # What only the wire machine has is its own part of the plant; the rest is what both share.
-    own = plant[plant.index('p["wire.diameter_mm"]'):plant.index('p["force.short"]')]
-    wire = {name for name in names if f'p["{name}"]' in own}
-    assert given["sinker"] == names - wire
-    assert given["wire"] - wire <= given["sinker"]
-    assert wire <= given["wire"]
-
-
 @pytest.mark.parametrize("kind", MACHINES)
 def test_the_model_of_a_file_has_what_the_plant_has(kind):
     """Every number in the plant's name for it, with bounds, a meaning, and the unit of its name."""

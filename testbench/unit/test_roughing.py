@@ -62,7 +62,7 @@ def way(records):
 
 
 def test_the_conditions_are_those_of_the_controller():
-    text = (ROOT / "softcore" / "firmware" / "gap" / "technology.c").read_text()
+    text = (ROOT / "softcore" / "firmware" / "gap" / "conditions.c").read_text()
     rows = [tuple(map(int, row)) for row in MEASURED.findall(text)]
     assert [(ip, number, on, off) for number, ip, on, off, _ in rows] == list(BUILT_IN)
 

@@ -2,10 +2,12 @@
 #include "app/events.h"
 
 #include "app/machine.h"
+#include "base/alarm.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "gap/depth_series.h"
 #include "gap/gap.h"
-#include "gap/series.h"
+#include "gap/in_force.h"
 #include "interp/reader.h"
 #include "link/output.h"
 #include "path/path.h"
@@ -39,7 +41,6 @@ static volatile bool busy;      /* the interrupt is off */
 static uint32_t worst;
 static notice notices[NOTICES];
 static uint32_t notice_head, notice_tail;
-static uint32_t line;
 static uint32_t speed_high, speed_low, speed_jump_high;
 static bool jumping;            /* the retraction under way is a jump */
 static int32_t start_point;     /* where the retraction under way began */
@@ -52,7 +53,6 @@ static uint32_t entered;
 void events_init(void) {
     busy = false;
     worst = 0;
-    line = 0;
     jumping = false;
     speed_high = speed_low = speed_jump_high = 0;
     events_drop();
@@ -65,8 +65,6 @@ void events_drop(void) {
 }
 
 uint32_t events_worst(void) { return worst; }
-uint32_t events_line(void) { return line; }
-void events_set_line(uint32_t number) { line = number; }
 
 void events_speeds(uint32_t high, uint32_t low, uint32_t jump_high) {
     speed_high = high;
@@ -107,8 +105,8 @@ void events_notice(uint32_t number, uint32_t line_number, const char *text, uint
 
 static void tell_notice(uint64_t cycle, const int32_t *position) {
     notice *n = &notices[notice_tail++ % NOTICES];
-    line = n->line;
-    output_block(cycle, line, position, n->text);
+    alarm_set_line(n->line);
+    output_block(cycle, n->line, position, n->text);
 }
 
 static void here(int32_t position[HAL_AXES]) {
@@ -130,11 +128,11 @@ void events_now(const char *name, const char *format, ...) {
     here(position);
     va_list arguments;
     va_start(arguments, format);
-    output_vevent(name, hal_cycle(), line, position, format, arguments);
+    output_vevent(name, hal_cycle(), alarm_line(), position, format, arguments);
     va_end(arguments);
 }
 
-static void tell_back(void) {
+__attribute__((noinline)) static void tell_back(void) {
     static const char reasons[] = {'?', 'c', 'l', 'p'};
     uint8_t detail = back.event.detail;
     char reason = detail < sizeof reasons ? reasons[detail] : '?';
@@ -151,26 +149,48 @@ static void tell_back(void) {
     if (back.event.first >= PLATEAU_PULSES)
         text_print(speed, sizeof speed, "%u",
                    units_speed_of_count(back.event.first, back.event.second));
-    output_event("back", back.cycle, line, back.event.encoder, ",%c,%d,%s,%u", reason,
+    output_event("back", back.cycle, alarm_line(), back.event.encoder, ",%c,%d,%s,%u", reason,
                  (int32_t)((uint32_t)from - (uint32_t)back.event.path), speed, overshoot);
     back_waits = false;
 }
 
-static void tell_start(const record *r) {
+__attribute__((noinline)) static void tell_start(const record *r) {
     static const char causes[] = {'?', 's', 'j', 'o'};
     uint8_t detail = r->event.detail;
     jumping = detail != 1;
     start_point = r->event.path;
-    output_event("retract", r->cycle, line, r->event.encoder, ",%c,%u,%u",
+    output_event("retract", r->cycle, alarm_line(), r->event.encoder, ",%c,%u,%u",
                  detail < sizeof causes ? causes[detail] : '?',
                  units_speed_of_rate(r->event.second), r->event.first);
 }
 
-static void tell_readvance(const record *r) {
+__attribute__((noinline)) static void tell_readvance(const record *r) {
     bool high = r->event.detail == 1;
     uint32_t speed = !high ? speed_low : jumping && speed_jump_high ? speed_jump_high : speed_high;
-    output_event("advance", r->cycle, line, r->event.encoder, ",%c,%u,%u,%u", high ? 'h' : 'l',
+    output_event("advance", r->cycle, alarm_line(), r->event.encoder, ",%c,%u,%u,%u", high ? 'h' : 'l',
                  r->event.first, r->event.second, speed);
+}
+
+__attribute__((noinline)) static void tell_fluid(const record *r) {
+    if (!gap_fluid(&r->event))
+        return;
+    gap_class c = in_force_class(in_force_fluid());
+    output_event("fluid", r->cycle, alarm_line(), r->event.encoder, ",%u,%u,%u,%u,%u,%u",
+                 (uint32_t)in_force_fluid(), HAL_FLUID_MEASURED(r->event.first), r->event.second,
+                 (uint32_t)c.dame, (uint32_t)c.open, (uint32_t)c.ok);
+}
+
+/* The gateware has switched to a condition by depth; the event's place is that of the switch. */
+__attribute__((noinline)) static void tell_condition(const record *r) {
+    const depth_step *step = depth_series_switched();
+    if (!step)
+        return;
+    unsigned axis = hal_jump_axis();
+    int32_t position[HAL_AXES];
+    for (unsigned i = 0; i < HAL_AXES; i++)
+        position[i] = i == axis ? (int32_t)r->event.first : r->event.encoder[i];
+    output_event("condition", r->cycle, alarm_line(), position, ",%u,%u,%d", step->row.number,
+                 (uint32_t)step->row.milli_ip, step->depth - output_origin(axis));
 }
 
 static bool block_waits(void) {
@@ -193,15 +213,15 @@ static void tell(const record *r) {
         back_waits = true;
         break;
     case EVENT_READVANCE: tell_readvance(r); break;
-    case EVENT_RESUME: output_event("resume", r->cycle, line, r->event.encoder, ""); break;
+    case EVENT_RESUME: output_event("resume", r->cycle, alarm_line(), r->event.encoder, ""); break;
     case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
     case EVENT_SEGMENT:
         entry = *r;
         entered = path_entered_slot(r->event.slot);
         tell_block();
         break;
-    case EVENT_FLUID: gap_fluid(&r->event, r->cycle); break;
-    case EVENT_CONDITION: series_switched(&r->event, r->cycle); break;
+    case EVENT_FLUID: tell_fluid(r); break;
+    case EVENT_CONDITION: tell_condition(r); break;
     case EVENT_TRIP:
         machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
         break;
@@ -210,13 +230,15 @@ static void tell(const record *r) {
 }
 
 bool events_step(void) {
-    if (hal_event_lost())
+    if (hal_event_lost()) {
         machine_events_lost();
+        return true;
+    }
     if (busy && head - tail <= BUSY / 2) {
         busy = false;
         hal_interrupts(true);
     }
-    if (machine_alarm_waits()) {
+    if (alarm_untold()) {
         /* What happened before it comes first. */
         if (blocks_wait)
             tell_block();

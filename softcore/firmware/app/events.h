@@ -28,9 +28,5 @@ bool events_tell_notice(void);
 /* An event of the main program, now. */
 void events_now(const char *name, const char *format, ...);
 
-/* Line of the block being executed. */
-uint32_t events_line(void);
-void events_set_line(uint32_t line);
-
 /* Speeds of the re-advance, for its events: um/min. */
 void events_speeds(uint32_t high, uint32_t low, uint32_t jump_high);

@@ -4,14 +4,15 @@
 #include "app/auxiliary.h"
 #include "app/events.h"
 #include "app/machine.h"
+#include "base/alarm.h"
 #include "base/settings.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "gap/depth_series.h"
 #include "gap/gap.h"
-#include "gap/series.h"
 #include "link/output.h"
 #include "path/path.h"
-#include "roughing/planned.h"
+#include "roughing/result.h"
 
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
@@ -60,7 +61,7 @@ void execute_abort(void) {
     at = PART_DONE;
     state.side = 0;
     sent = false;
-    series_drop();
+    depth_series_drop();
 }
 
 /* Bring the retraction memory to the gateware. */
@@ -108,7 +109,7 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     cornered = false;
     sent = resumed = false;
     if (manual)
-        events_set_line(0);
+        alarm_set_line(0);
 }
 
 bool execute_paused(void) { return at == PART_PAUSED; }
@@ -127,7 +128,7 @@ static bool arrived(void) {
 
 static void tell(void) {
     if (!by_hand)
-        events_set_line(line);
+        alarm_set_line(line);
     if (!told) {
         events_notice(path_next(), line, text, length);
         events_tell_notice();
@@ -185,14 +186,14 @@ static part act(void) {
         return PART_MOVE;
     case ACT_SERIES:
         if (work->series)
-            series_add(work->series_depth, work->series);
-        else if (!series_end())
+            depth_series_add(work->series_depth, work->series);
+        else if (!depth_series_end())
             return PART_ACT;
         return PART_MOVE;
     case ACT_PLANNED:
-        if (step_index >= planned_count())
+        if (step_index >= result_count())
             return PART_MOVE;
-        series_add(work->series_depth - planned_depth(step_index), planned_row(step_index));
+        depth_series_add(work->series_depth - result_depth(step_index), result_row(step_index));
         step_index++;
         return PART_ACT;
     default: return PART_MOVE;
@@ -276,7 +277,7 @@ static part advance(fault *f) {
         return PART_CONDITION;
     case PART_CONDITION:
         if (work->changes_condition) {
-            if (!series_end())
+            if (!depth_series_end())
                 return at;
             gap_condition(work->after.condition);
             return PART_CONDITION_TOLD;
@@ -319,7 +320,7 @@ static part advance(fault *f) {
         if (!arrived())
             return at;
         if (!by_hand)
-            events_set_line(line);
+            alarm_set_line(line);
         return PART_MACHINING_OFF;
     case PART_MACHINING_OFF:
         if (work->machining_off) {
@@ -335,7 +336,7 @@ static part advance(fault *f) {
         machine_discharge(was_machining);
         return PART_DONE;
     case PART_END:
-        if (!hal_motion_read().in_position || !series_end())
+        if (!hal_motion_read().in_position || !depth_series_end())
             return at;
         end();
         return PART_DONE;

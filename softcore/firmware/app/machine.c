@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/machine.h"
 
-#include "app/events.h"
-#include "app/program.h"
+#include "base/alarm.h"
 #include "base/cause.h"
 #include "base/settings.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
-#include "link/link.h"
 #include "link/output.h"
 #include "path/path.h"
 
@@ -20,18 +18,10 @@
 static bool locked, held, waits, running, machining;
 static uint32_t place;          /* KNOWN, or else the position is lost: out of reset, too */
 
-/* An alarm that has stopped the machine and is still to be told: saying it at once, on top of what
-   raised it, would take too long for one pass of the main loop. */
-static struct {
-    bool waits;
-    fault what;
-    uint64_t cycle;
-    int32_t position[HAL_AXES];
-} alarm;
 
 void machine_init(void) {
     locked = true;
-    held = waits = running = machining = alarm.waits = false;
+    held = waits = running = machining = false;
     place = 0;
     hal_control(false, false);
     hal_discharge(false);
@@ -44,14 +34,7 @@ bool machine_goes(void) { return running && !held && !waits; }
 
 bool machine_position_lost(void) { return place != KNOWN; }
 
-bool machine_take_position(fault *f) {
-    if (locked)
-        return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
-    if (program_running() || !path_at_front())
-        return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
-    place = KNOWN;
-    return true;
-}
+void machine_know_position(void) { place = KNOWN; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {
     if ((moves || burns) && machine_position_lost())
@@ -98,54 +81,36 @@ void machine_retract(void) {
         hal_retract();
 }
 
-static void stop(void) {
-    held = waits = false;
-    running = true; /* so that the register is written whatever it was */
-    machine_run(false);
-    hal_release_hold();
-    machine_discharge(false);
-    hal_disarm();
-    program_abort();
+void machine_stop(void) {
+    if (machining)
+        path_note_work(false);
+    held = waits = running = machining = false;
 }
 
-/* `position` is that of the encoders in clock `cycle`, which is past. */
-static void alarm_at(const fault *f, uint64_t cycle, const int32_t *position) {
-    stop();
-    if (f->code == FAULT_GUARD)
+void machine_take_alarm(void) {
+    const alarm *raised = alarm_first();
+    bool tell = !locked || alarm_untold();
+    if (raised->guard)
         place = 0;
-    if (alarm.waits)
-        return; /* the first one is what happened */
-    if (locked) {
+    if (!tell) {
         char sentence[OUTPUT_LINE / 2];
-        fault_sentence(f, sentence, sizeof sentence);
+        fault_sentence(&raised->what, sentence, sizeof sentence);
         output_line("[MSG:%s]", sentence);
-        return;
     }
-    locked = alarm.waits = true;
-    alarm.what = *f;
-    alarm.cycle = cycle;
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        alarm.position[axis] = position[axis];
+    locked = true;
+    alarm_take(tell);
 }
 
-void machine_alarm(const fault *f) {
-    int32_t position[HAL_AXES];
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        position[axis] = hal_axis_position(axis);
-    alarm_at(f, hal_cycle(), position);
-}
-
-bool machine_alarm_waits(void) { return alarm.waits; }
-
-void machine_tell_alarm(void) {
+__attribute__((noinline)) void machine_tell_alarm(void) {
     char sentence[OUTPUT_LINE / 2];
-    fault_sentence(&alarm.what, sentence, sizeof sentence);
-    if (alarm.what.line)
-        events_set_line(alarm.what.line);
-    output_event("alarm", alarm.cycle, events_line(), alarm.position, ",%u,%s",
-                 (uint32_t)alarm.what.code, sentence);
-    output_line("ALARM:%u", (uint32_t)alarm.what.code);
-    alarm.waits = false;
+    const alarm *last = alarm_first();
+    fault_sentence(&last->what, sentence, sizeof sentence);
+    if (last->what.line)
+        alarm_set_line(last->what.line);
+    output_event("alarm", last->cycle, alarm_line(), last->position, ",%u,%s",
+                 (uint32_t)last->what.code, sentence);
+    output_line("ALARM:%u", (uint32_t)last->what.code);
+    alarm_told();
 }
 
 /* The limit switches that are pressed can be left: slowly, and only away from them. */
@@ -156,35 +121,30 @@ static void tell_leaving(hal_limits limits) {
                 !limits.low ? "upper " : !limits.high ? "lower " : "", axes);
 }
 
-bool machine_unlock(fault *f) {
-    if (!locked)
-        return true;
+bool machine_clear(fault *f) {
     if (hal_motion_read().moving && !hal_safe())
         return fault_at(f, FAULT_LOCKED, 0, "the machine is still coming to rest");
+    if (!hal_safe())
+        return true;
     /* The command is set to the position while the outputs are still safe: cleared first, the drives
        would be enabled with the old error. */
-    if (hal_safe()) {
-        if (cause_miscounts(hal_causes()))
-            place = 0;
-        for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            hal_axis_adopt(axis);
-        path_forget(); /* or a cause that lies in it would stay */
-        hal_limits limits = hal_limits_read();
-        if (limits.low | limits.high)
-            hal_leave();
-        hal_interlock_clear();
-        for (unsigned i = 0; i < CLEAR_TRIES && hal_safe(); i++) {
-        }
-        if (hal_safe())
-            return cause_fault(f, "the interlock stays open: ", hal_first_cause(), hal_blamed());
+    if (cause_miscounts(hal_causes()))
+        place = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        hal_axis_adopt(axis);
+    path_forget(); /* or a cause that lies in it would stay */
+    hal_limits limits = hal_limits_read();
+    if (limits.low | limits.high)
+        hal_leave();
+    hal_interlock_clear();
+    for (unsigned i = 0; i < CLEAR_TRIES && hal_safe(); i++) {
     }
-    /* A path that begins here also ends the halted state. */
-    events_drop();
-    path_begin();
-    program_resynchronise();
-    locked = false;
+    if (hal_safe())
+        return cause_fault(f, "the interlock stays open: ", hal_first_cause(), hal_blamed());
     return true;
 }
+
+void machine_free(void) { locked = false; }
 
 void machine_tell_unlocked(unsigned row) {
     hal_limits limits = hal_limits_read();
@@ -194,18 +154,7 @@ void machine_tell_unlocked(unsigned row) {
         output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
 }
 
-void machine_reset(void) {
-    bool moving = !path_at_front() || program_running();
-    if (moving && !locked) {
-        fault f = {.code = FAULT_RESET, .text = "reset by the operator during motion"};
-        machine_alarm(&f);
-    }
-    stop();
-    link_restart();
-    hal_release_reset();
-}
-
-void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
+__attribute__((noinline)) void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
                                        FAULT_HALT_SERIES, FAULT_HALT_NO_DATA,
                                        FAULT_HALT_SERVO, FAULT_CONTACT};
@@ -221,26 +170,26 @@ void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     if (codes[row] == FAULT_CONTACT)
         path_note_work(true);
-    fault f = {.line = events_line()};
+    fault f = {.line = alarm_line()};
     fault_at(&f, codes[row], 0, "%s", texts[row]);
-    alarm_at(&f, cycle, position);
+    alarm_raise_at(&f, cycle, position);
 }
 
-void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position) {
+__attribute__((noinline)) void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position) {
     if (locked && cause == CAUSE_POWER_ON)
         return;
     if (cause == CAUSE_CONTACT)
         path_note_work(true);
-    fault f = {.line = events_line()};
+    fault f = {.line = alarm_line()};
     if (cause_loses_position(cause) || settings_get(SET_STEP_AXES))
         place = 0;
     cause_fault(&f, "interlock: ", cause, axes);
     cause_position(&f, machine_position_lost());
-    alarm_at(&f, cycle, position);
+    alarm_raise_at(&f, cycle, position);
 }
 
-void machine_events_lost(void) {
+__attribute__((noinline)) void machine_events_lost(void) {
     fault f = {0};
     fault_at(&f, FAULT_EVENTS, 0, "events of the gateware were lost");
-    machine_alarm(&f);
+    alarm_raise(&f);
 }

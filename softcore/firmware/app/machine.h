@@ -18,9 +18,9 @@ bool machine_goes(void);                /* path pulses are allowed, and wanted f
 bool machine_allows(bool moves, bool burns, fault *f);
 
 /* The position is lost where what is counted may differ from where the axes are. The operator's word
-   takes it for true as it stands; false if it cannot be taken now. */
+   takes it for true as it stands. */
 bool machine_position_lost(void);
-bool machine_take_position(fault *f);
+void machine_know_position(void);
 
 void machine_run(bool run);             /* path pulses are allowed */
 void machine_hold(bool hold);           /* false also ends the hold that a `!` began in the gateware */
@@ -28,16 +28,21 @@ void machine_wait(bool wait);           /* hold of the program's own: no jump be
 void machine_discharge(bool machining);
 void machine_retract(void);             /* operator's order */
 
-/* Stop everything at once, and lock until machine_unlock. The host is told a little later. */
-void machine_alarm(const fault *f);
-bool machine_alarm_waits(void);
+/* The outputs have gone off (alarm_outputs_off): nothing runs, machines or is held any more. */
+void machine_stop(void);
+
+/* Take the alarm that was raised: the machine is locked until machine_free. The host is told in a later
+   step, by machine_tell_alarm: all at once would take too long for one pass of the main loop. */
+void machine_take_alarm(void);
 void machine_tell_alarm(void);
-bool machine_unlock(fault *f);
+
+/* Clear the interlock, if it is open; false with a fault if it stays open. */
+bool machine_clear(fault *f);
+void machine_free(void);
 #define MACHINE_UNLOCKED_ROWS 2
 void machine_tell_unlocked(unsigned row);   /* what holds now, a line at most for each row */
-void machine_reset(void);               /* operator's reset */
 
-/* The gateware's events that end a program, with the encoders' position in clock `cycle`. */
+/* What the gateware's events raise alarms of, with the encoders' position in clock `cycle`. */
 void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position);
 void machine_tripped(unsigned cause, unsigned axes, uint64_t cycle, const int32_t *position);
 void machine_events_lost(void);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /* Entry points of the target: reset and traps. */
 #include "app/events.h"
-#include "app/watch.h"
+#include "app/main_loop.h"
 #include "hal/hal.h"
 
 #define CAUSE_INTERRUPT 0x80000000u
@@ -10,6 +10,7 @@
    the watchdog no longer called. */
 void trap(uint32_t cause) {
     if (cause & CAUSE_INTERRUPT) {
+        main_loop_interrupt();
         events_interrupt();
         return;
     }
@@ -21,9 +22,9 @@ void trap(uint32_t cause) {
 int main(void) {
     /* Registers of another gateware would mean something else. */
     if (hal_is_gapkeeper()) {
-        watch_boot();
+        main_loop_boot();
         for (;;)
-            watch_pass();
+            main_loop_pass();
     }
     for (;;) {
     }

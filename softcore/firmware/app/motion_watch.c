@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/motion_watch.h"
 
-#include "app/events.h"
 #include "app/machine.h"
+#include "base/alarm.h"
 #include "base/fault.h"
 #include "base/units.h"
 #include "gap/gap.h"
@@ -26,7 +26,7 @@ void motion_watch_init(void) {
 }
 
 /* The last pulses are on their way to the axes for a few clocks: what counts is what lasts. */
-static void look_at_axes(void) {
+__attribute__((noinline)) static void look_at_axes(void) {
     unsigned axis = 0;
     while (axis < HAL_AXES && hal_axis_command(axis) == history_end(axis))
         axis++;
@@ -35,10 +35,10 @@ static void look_at_axes(void) {
         return;
     }
     doubted = false;
-    fault f = {.line = events_line()};
+    fault f = {.line = alarm_line()};
     fault_at(&f, FAULT_GUARD, 0, "the command of axis %c is %p mm from where the path ends",
              "XYZ"[axis], hal_axis_command(axis) - history_end(axis));
-    machine_alarm(&f);
+    alarm_raise(&f);
 }
 
 /* Clocks in which a pulse must come. */
@@ -64,12 +64,12 @@ static void look_at_pace(void) {
     if (now - since <= patience(rate))
         return;
     waits = false;
-    fault f = {.line = events_line()};
+    fault f = {.line = alarm_line()};
     fault_at(&f, FAULT_STUCK, 0, "nothing moves, although the path goes on");
-    machine_alarm(&f);
+    alarm_raise(&f);
 }
 
-void motion_watch(void) {
+void motion_watch_step(void) {
     if (++passes % PASSES)
         return;
     if (machine_locked()) {

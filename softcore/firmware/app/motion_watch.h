@@ -5,4 +5,4 @@
 
 /* In every round of the main loop; raises an alarm if not. */
 void motion_watch_init(void);
-void motion_watch(void);
+void motion_watch_step(void);

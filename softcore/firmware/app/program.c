@@ -4,29 +4,25 @@
 #include "app/events.h"
 #include "app/execute.h"
 #include "app/machine.h"
+#include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
-#include "interp/compensation.h"
+#include "interp/interpreter.h"
 #include "interp/reader.h"
-#include "link/link.h"
+#include "interp/wire_offset.h"
 #include "link/output.h"
+#include "link/tape.h"
 #include "path/path.h"
 
-/* What follows the program's end on the tape is still a tape's; a sender may as well stop there. */
-#define TRAILER_US 300000
 #define READ_BUDGET 20      /* bytes of tape per step: some 150 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
 
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
                STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
 
-static uint8_t tape[PROGRAM_TAPE];
-static uint32_t tape_head, tape_tail;
-static enum { TAPE_NONE, TAPE_OPEN, TAPE_RUNNING, TAPE_OVER } tape_state;
-static uint32_t tape_over;  /* clock of the program's end, while the tape's own is to come */
-static bool tape_ended;     /* no more bytes will come */
 static bool announced;      /* `start` has been told */
+static bool took;           /* a byte of the tape was read in this step */
 static reader tape_reader;
 
 static stage at;
@@ -34,27 +30,27 @@ static bool by_hand;        /* the block at work comes from a line */
 static char line_text[READER_BLOCK_SIZE];
 static uint32_t line_length;
 static bool line_waits;
+static const fault *answer; /* to a line that is done with, until it has been told */
 static block words;
 static plan work;
-static const compensation_block *current;   /* being carried out */
+static const wire_offset_block *current;   /* being carried out */
 static fault trouble;
 static program_cost cost;
 static uint32_t spent;      /* clocks on the block at work, */
 static bool judged;         /* and whether they are all */
 
 void program_init(void) {
-    tape_head = tape_tail = 0;
-    tape_state = TAPE_NONE;
-    tape_ended = announced = line_waits = by_hand = false;
+    tape_init();
+    announced = line_waits = by_hand = false;
+    answer = 0;
     at = STAGE_READ;
-    compensation_reset();
+    wire_offset_reset();
     cost = (program_cost){0};
     judged = false;
     execute_init();
 }
 
-bool program_on_tape(void) { return tape_state == TAPE_RUNNING; }
-bool program_running(void) { return program_on_tape() || at != STAGE_READ || line_waits; }
+bool program_running(void) { return tape_runs() || at != STAGE_READ || line_waits; }
 bool program_paused(void) { return at == STAGE_EXECUTE && execute_paused(); }
 program_cost program_profile(void) { return cost; }
 void program_resynchronise(void) { execute_resynchronise(); }
@@ -66,47 +62,30 @@ void program_resume(void) {
 }
 
 static void answer_line(const fault *f) {
+    static const fault none;
     by_hand = line_waits = false;
-    link_answer(f);
+    answer = f ? f : &none;
+}
+
+bool program_answers(void) { return answer; }
+
+const fault *program_answer(void) {
+    const fault *told = answer;
+    answer = 0;
+    return told;
 }
 
 void program_abort(void) {
     if (by_hand || line_waits) {
-        fault f = {0};
-        fault_at(&f, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
-        answer_line(&f);
+        trouble = (fault){0};
+        fault_at(&trouble, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
+        answer_line(&trouble);
     }
-    tape_state = TAPE_NONE;
-    tape_head = tape_tail = 0;
+    tape_drop();
     at = STAGE_READ;
-    compensation_reset();
+    wire_offset_reset();
     execute_abort();
 }
-
-bool program_tape_begin(void) {
-    if (program_on_tape())
-        return false;
-    tape_state = TAPE_OPEN;
-    tape_head = tape_tail = 0;
-    tape_ended = announced = false;
-    reader_begin(&tape_reader, settings_get(SET_TV));
-    return true;
-}
-
-uint32_t program_tape_room(void) { return PROGRAM_TAPE - (tape_head - tape_tail); }
-
-void program_tape_bytes(const uint8_t *bytes, uint32_t count) {
-    if (tape_state != TAPE_OPEN && tape_state != TAPE_RUNNING)
-        return;
-    uint32_t place = tape_head % PROGRAM_TAPE, first = PROGRAM_TAPE - place;
-    first = first < count ? first : count;
-    __builtin_memcpy(tape + place, bytes, first);
-    __builtin_memcpy(tape, bytes + first, count - first);
-    tape_head += count;
-}
-
-void program_tape_end(void) { tape_ended = true; }
-bool program_tape_due(void) { return tape_state != TAPE_NONE && !tape_ended; }
 
 bool program_line(const char *text, uint32_t length) {
     if (line_waits || by_hand)
@@ -118,13 +97,13 @@ bool program_line(const char *text, uint32_t length) {
     return true;
 }
 
-static void fail(void) {
+__attribute__((noinline)) static void fail(void) {
     if (by_hand) {
         /* Nothing has been done: the machine needs no alarm, the operator an answer. */
         at = STAGE_READ;
         answer_line(&trouble);
     } else {
-        machine_alarm(&trouble);
+        alarm_raise(&trouble);
     }
 }
 
@@ -136,7 +115,7 @@ static void begin_block(const char *text, uint32_t length) {
 
 /* The tape starts to run with its first byte. */
 static bool tape_starts(void) {
-    if (tape_state == TAPE_OPEN && (tape_head != tape_tail || tape_ended)) {
+    if (tape_waits()) {
         if (machine_locked()) {
             trouble = (fault){0};
             fault_at(&trouble, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
@@ -147,25 +126,29 @@ static bool tape_starts(void) {
             return false; /* a line entered by hand is still being carried out */
         if (!execute_start())
             return false;
-        tape_state = TAPE_RUNNING;
+        reader_begin(&tape_reader, settings_get(SET_TV));
+        announced = false;
+        tape_run();
         return false; /* what it takes is enough for one step */
     }
-    return tape_state == TAPE_RUNNING;
+    return tape_runs();
 }
 
 static void read_tape(void) {
     if (!tape_starts())
         return;
     trouble = (fault){0};
-    for (unsigned i = 0; i < READ_BUDGET && tape_head != tape_tail; i++) {
-        switch (reader_byte(&tape_reader, tape[tape_tail++ % PROGRAM_TAPE], &trouble)) {
+    int byte;
+    for (unsigned i = 0; i < READ_BUDGET && (byte = tape_byte()) >= 0; i++) {
+        took = true;
+        switch (reader_byte(&tape_reader, (uint8_t)byte, &trouble)) {
         case READER_BLOCK: begin_block(tape_reader.text, tape_reader.length); return;
         case READER_FAULT: fail(); return;
         case READER_ENDED: return;
         default: break;
         }
     }
-    if (tape_head == tape_tail && tape_ended && !reader_finish(&tape_reader, &trouble))
+    if (tape_is_over() && !reader_finish(&tape_reader, &trouble))
         fail();
 }
 
@@ -204,7 +187,7 @@ static void step_parse(void) {
 }
 
 static void next_block(void) {
-    current = compensation_next();
+    current = wire_offset_next();
     if (!current) {
         finish_block();
         return;
@@ -214,7 +197,7 @@ static void next_block(void) {
 }
 
 static void step_compensate(void) {
-    switch (compensation_step(travel_now(), &trouble)) {
+    switch (wire_offset_step(settings_travel_now(), &trouble)) {
     case PLAN_FAULT: fail(); return;
     case PLAN_DONE:
         judged = true;
@@ -227,7 +210,7 @@ static void step_compensate(void) {
 }
 
 static void step_arc(void) {
-    switch (plan_arc_step(&work, travel_now(), &trouble)) {
+    switch (interpreter_arc_step(&work, settings_travel_now(), &trouble)) {
     case PLAN_MORE: return;
     case PLAN_FAULT: fail(); return;
     default: break;
@@ -238,16 +221,16 @@ static void step_arc(void) {
     /* A block without words, such as a comment, is not worth an event. */
     bool empty = !words.present && !words.g_count && !words.m_count;
     at = STAGE_COMPENSATE;
-    if (!compensation_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
-                           trouble.block, &trouble))
+    if (!wire_offset_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
+                          trouble.block, &trouble))
         fail();
-    else if (compensation_ready())
+    else if (wire_offset_ready())
         step_compensate(); /* costs little */
 }
 
 static void step_plan(void) {
-    if (!plan_block(&words, compensation_state(execute_state()), by_hand, settings_highest_speed(),
-                    travel_now(), hal_jump_axis(), &work, &trouble)) {
+    if (!interpreter_block(&words, wire_offset_state(execute_state()), by_hand, settings_highest_speed(),
+                    settings_travel_now(), hal_jump_axis(), &work, &trouble)) {
         fail();
         return;
     }
@@ -265,7 +248,7 @@ static void step_plan(void) {
 static void step_announce(void) {
     if (!by_hand && !announced) {
         announced = true;
-        events_set_line(tape_reader.line);
+        alarm_set_line(tape_reader.line);
         if (work.name >= 0)
             events_now("start", ",%u", (uint32_t)work.name);
         else
@@ -285,13 +268,11 @@ static bool step_execute(void) {
     switch (result) {
     case EXECUTE_DONE: next_block(); break;
     case EXECUTE_END:
-        if (!by_hand) {
-            tape_state = TAPE_OVER;
-            tape_over = hal_cycle_low();
-        }
+        if (!by_hand)
+            tape_finish();
         finish_block();
         break;
-    case EXECUTE_FAULT: machine_alarm(&trouble); break;
+    case EXECUTE_FAULT: alarm_raise(&trouble); break;
     default: break;
     }
     return result != EXECUTE_WAIT;
@@ -300,11 +281,10 @@ static bool step_execute(void) {
 bool program_step(void) {
     if (!output_has_room())
         return false;
-    uint32_t began = hal_cycle_low(), tail = tape_tail;
+    uint32_t began = hal_cycle_low();
     stage was = at;
-    if (tape_state == TAPE_OVER &&
-        (tape_ended || began - tape_over > units_clocks_of_us(TRAILER_US)))
-        tape_state = TAPE_NONE;
+    took = false;
+    tape_step();
     switch (at) {
     case STAGE_READ: step_read(); break;
     case STAGE_PARSE: step_parse(); break;
@@ -314,7 +294,7 @@ bool program_step(void) {
     case STAGE_ANNOUNCE: step_announce(); return true;
     case STAGE_EXECUTE: return step_execute();
     }
-    if (was == STAGE_READ && at == STAGE_READ && tail == tape_tail)
+    if (was == STAGE_READ && at == STAGE_READ && !took)
         return false;
     spent += hal_cycle_low() - began;
     if (judged) {

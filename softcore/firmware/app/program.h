@@ -10,8 +10,6 @@
 #include "base/fault.h"
 #include "interp/block.h"
 
-#define PROGRAM_TAPE 512 /* bytes of tape waiting to be read; a power of two */
-
 void program_init(void);
 bool program_step(void);            /* true if there was something to do */
 void program_abort(void);           /* forget the program; motion is the caller's business */
@@ -20,17 +18,13 @@ void program_resume(void);          /* go on after M00 */
 
 bool program_running(void);         /* a tape or a line is being carried out */
 bool program_paused(void);
-bool program_on_tape(void);
 
-/* Tape. The bytes of an aborted tape are taken and dropped. */
-bool program_tape_begin(void);      /* false while another tape runs */
-uint32_t program_tape_room(void);
-void program_tape_bytes(const uint8_t *bytes, uint32_t count);  /* no more than there is room for */
-void program_tape_end(void);        /* there are no more bytes */
-bool program_tape_due(void);        /* there will be more: for a while after the program's end, too */
-
-/* A line entered by hand; false if one is still being carried out. The answer comes by link_answer. */
+/* A line entered by hand; false if one is still being carried out. */
 bool program_line(const char *text, uint32_t length);
+
+/* The answer to such a line, when it has been carried out or refused: given once. */
+bool program_answers(void);
+const fault *program_answer(void);
 
 /* Offset of the program frame: machine = program + offset. */
 const int32_t *program_offset(void);

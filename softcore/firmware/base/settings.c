@@ -3,7 +3,6 @@
 
 #include "base/text.h"
 #include "base/units.h"
-#include "gap/gap.h"
 #include "hal/hal.h"
 
 #define LARGEST_ERROR ((1u << 17) - 1) /* pulses: range of the error counter */
@@ -12,7 +11,7 @@
 #define TRAVEL 299000 /* um: 1 mm before the limit switches of the machines that are built in */
 #define LAG_TIMES 5 /* time constants of the position loop: the axes are as slow as the command then */
 
-const setting_row SETTING_ROWS[SETTINGS] = {
+const setting_row SETTINGS_ROWS[SETTINGS] = {
     [SET_SHORT_NEEDED] = {4, 1, 32, "short: shorted pulses needed"},
     [SET_SHORT_WINDOW] = {5, 1, 32, "short: of the last pulses"},
     [SET_SHORT_DURATION_US] = {0, 0, 300000, "short: or shorted for so long, us (0 never)"},
@@ -163,7 +162,7 @@ static void apply_machine(void) {
 
 void settings_init(void (*between)(void)) {
     for (unsigned i = 0; i < SETTINGS; i++)
-        values[i] = SETTING_ROWS[i].initial;
+        values[i] = SETTINGS_ROWS[i].initial;
     apply_gap();
     between();
     apply_motion();
@@ -200,9 +199,13 @@ void settings_masked(char *text, size_t size) {
             at += text_print(text + at, size - at, "%scoder %c", at ? "," : "", "XYZ"[axis]);
 }
 
+bool settings_of_gap(uint32_t which) {
+    return which >= SET_SERVO_PERIOD_US && which <= SET_LAW_NO_LOAD;
+}
+
 bool settings_set(uint32_t which, uint32_t value) {
-    if (which >= SETTINGS || value < SETTING_ROWS[which].lowest ||
-        value > SETTING_ROWS[which].highest)
+    if (which >= SETTINGS || value < SETTINGS_ROWS[which].lowest ||
+        value > SETTINGS_ROWS[which].highest)
         return false;
     values[which] = value;
     /* Only the group of the setting: conversions take 64-bit divisions. */
@@ -218,9 +221,7 @@ bool settings_set(uint32_t which, uint32_t value) {
         apply_machine();
     else if (which <= SET_CRITERIA)
         apply_gap();
-    else if (which <= SET_LAW_NO_LOAD)
-        gap_settings();
-    else
+    else if (!settings_of_gap(which))
         apply_arcs();
     return true;
 }
@@ -269,3 +270,14 @@ uint32_t settings_highest_speed(void) { return highest_speed; }
 uint32_t settings_highest_rate(void) { return highest_rate; }
 
 const travel_range *settings_travel(void) { return &limits; }
+
+const travel_range *settings_travel_now(void) {
+    static travel_range off;
+    hal_limits switches = hal_limits_read();
+    if (!switches.leaving)
+        return &limits;
+    off = limits;
+    off.onto_low = switches.low;
+    off.onto_high = switches.high;
+    return &off;
+}

@@ -32,7 +32,7 @@ typedef struct {
     const char *name;
 } setting_row;
 
-extern const setting_row SETTING_ROWS[SETTINGS];
+extern const setting_row SETTINGS_ROWS[SETTINGS];
 
 /* Initial values, into the gateware; `between` is called between the parts, which take their time. */
 void settings_init(void (*between)(void));
@@ -46,6 +46,9 @@ bool settings_guard(uint32_t which);
 void settings_masked(char *text, size_t size);
 bool settings_set(uint32_t which, uint32_t value);  /* false: unknown or out of range */
 
+/* Is it one of servo, fluid or feed? After a change of it gap_settings is to be called. */
+bool settings_of_gap(uint32_t which);
+
 /* A line `$n=value`, and what it says. */
 bool settings_read(const char *line, uint32_t length, uint32_t *which, uint32_t *value, fault *f);
 bool settings_enter(uint32_t which, uint32_t value, fault *f);
@@ -57,3 +60,4 @@ uint32_t settings_highest_speed(void);  /* um/min, */
 uint32_t settings_highest_rate(void);   /* and its rate */
 uint32_t settings_curve_rate(uint32_t radius);  /* highest one on an arc; radius in pulses */
 const travel_range *settings_travel(void);    /* the soft limits */
+const travel_range *settings_travel_now(void); /* ... and the limit switches that are just being left */

@@ -15,9 +15,6 @@ typedef struct {
 
 extern const travel_range TRAVEL_ALL;     /* without the limits of a machine */
 
-/* By the settings, and the limit switches that are just being left. */
-const travel_range *travel_now(void);
-
 /* May an axis not go from one place to another? From outside its limits it may come back. */
 bool travel_refuses(const travel_range *t, unsigned axis, int32_t from, int32_t to);
 

@@ -111,7 +111,7 @@ typedef struct {
 
 bool hal_event_pop(hal_event *event);   /* false: queue empty */
 bool hal_event_lost(void);              /* an event found the queue full; reading clears it */
-void hal_interrupts(bool enabled);
+void hal_interrupts(bool events); /* the watchdog's are on from the first time on */
 
 /* Gap and power. */
 typedef struct {
@@ -203,6 +203,8 @@ typedef struct {
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
 
 void hal_pet(uint8_t key);
+bool hal_watch_open(void);      /* a call of the watchdog is not too soon */
+bool hal_watch_asked(void);     /* the watchdog's interrupt is to be answered */
 bool hal_safe(void);
 unsigned hal_first_cause(void);
 uint32_t hal_causes(void);      /* those latched, by bit */

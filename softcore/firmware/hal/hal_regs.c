@@ -14,6 +14,8 @@ _Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the a
 #define CSR_IRQ_MASK "0xbc0"
 #define MIE_EXTERNAL (1u << 11)
 #define MSTATUS_MIE (1u << 3)
+#define IRQ_EVENT 1u
+#define IRQ_WATCH 2u
 
 bool hal_is_gapkeeper(void) { return SYSTEM->ident == IDENT; }
 uint32_t hal_clock_hz(void) { return SYSTEM->clock_hz; }
@@ -31,13 +33,13 @@ uint64_t hal_cycle(void) {
     return (uint64_t)high << 32 | low;
 }
 
-void hal_interrupts(bool enabled) {
-    __asm__ volatile("csrw " CSR_IRQ_MASK ", %0" ::"r"(enabled ? 1u : 0u));
-    __asm__ volatile("csrw mie, %0" ::"r"(enabled ? MIE_EXTERNAL : 0u));
-    if (enabled)
+void hal_interrupts(bool events) {
+    __asm__ volatile("csrw " CSR_IRQ_MASK ", %0" ::"r"(events ? IRQ_EVENT | IRQ_WATCH : IRQ_WATCH));
+    /* Not so in the handler, which takes no other and only switches off. */
+    if (events) {
+        __asm__ volatile("csrw mie, %0" ::"r"(MIE_EXTERNAL));
         __asm__ volatile("csrs mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
-    else
-        __asm__ volatile("csrc mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
+    }
 }
 
 int hal_receive(void) {
@@ -296,6 +298,8 @@ void hal_discharge(bool machining) {
 void hal_sleep(uint32_t clocks) { SYSTEM->sleep = clocks; }
 
 void hal_pet(uint8_t key) { SAFETY->pet = key; }
+bool hal_watch_open(void) { return SAFETY->watch & SAFETY_WATCH_OPEN_MASK; }
+bool hal_watch_asked(void) { return SAFETY->watch & SAFETY_WATCH_ASKED_MASK; }
 bool hal_safe(void) { return SAFETY->status & SAFETY_STATUS_SAFE_MASK; }
 unsigned hal_first_cause(void) { return GET(SAFETY->status, SAFETY_STATUS_FIRST); }
 uint32_t hal_causes(void) { return SAFETY->latched; }

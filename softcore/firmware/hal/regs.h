@@ -374,7 +374,7 @@ typedef volatile struct {
     const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since reset; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, firmware stopped calling the watchdog; 7 `error_saturated`, an error counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, following error at rest above its limit; 10 `following_moving`, following error in motion above its limit; 11 `firmware`, firmware asked for it; 12 `coder`, a coder does not tell what its axis does; 13 `travel`, a command would have left the soft limits; 14 `contact`, the electrode touched the work with the discharge off, too fast to stop; 15 `gate`, the gap had current or voltage with both sources off; 16 `memory`, the processor's memory read wrong; 17 `guard`, a guarded register of the gateware is damaged. */
     const uint32_t latched; /* Causes since the interlock was cleared, by the same bits. */
     const uint32_t status; /* State of the interlock. */
-    uint32_t pet; /* Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end. */
+    uint32_t pet; /* Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end, ``0xC3`` from the handler of interrupt 1. */
     uint32_t clear; /* Operator's acknowledgement ``0x5A``: clears what is no longer present. */
     uint32_t stop; /* Trip the interlock (cause ``firmware``). */
     uint32_t fluid; /* Fluid supervision. */
@@ -384,6 +384,7 @@ typedef volatile struct {
     uint32_t leave; /* Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, they are excused until they are released, something else comes, or a pulse would go further onto one. Meanwhile there is no discharge, and motion is slow. */
     const uint32_t limits; /* Limit switches, debounced. */
     const uint32_t damage; /* What cause ``guard`` has found since the interlock was cleared. */
+    const uint32_t watch; /* What the watchdog waits for; see ``rtl.safety.watchdog``. */
 } safety_regs;
 _Static_assert(offsetof(safety_regs, live) == 0x0, "");
 _Static_assert(offsetof(safety_regs, latched) == 0x4, "");
@@ -398,6 +399,7 @@ _Static_assert(offsetof(safety_regs, disarm) == 0x24, "");
 _Static_assert(offsetof(safety_regs, leave) == 0x28, "");
 _Static_assert(offsetof(safety_regs, limits) == 0x2c, "");
 _Static_assert(offsetof(safety_regs, damage) == 0x30, "");
+_Static_assert(offsetof(safety_regs, watch) == 0x34, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
 #define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
@@ -442,6 +444,10 @@ _Static_assert(offsetof(safety_regs, damage) == 0x30, "");
 #define SAFETY_DAMAGE_PLACE_MASK 0x00000020u
 #define SAFETY_DAMAGE_PULSES_SHIFT 6
 #define SAFETY_DAMAGE_PULSES_MASK 0x00000040u
+#define SAFETY_WATCH_ASKED_SHIFT 0
+#define SAFETY_WATCH_ASKED_MASK 0x00000001u
+#define SAFETY_WATCH_OPEN_SHIFT 1
+#define SAFETY_WATCH_OPEN_MASK 0x00000002u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */

@@ -23,9 +23,23 @@ _start:
     .align 4
 trap_entry:
     addi sp, sp, -64
-    sw ra, 0(sp)
     sw t0, 4(sp)
     sw t1, 8(sp)
+    /* Most often it is the watchdog's interrupt alone (IRQ_WATCH of those pending): answered at once,
+       as main_loop_interrupt does, by a twentieth of the clocks. */
+    csrr t0, mcause
+    bgez t0, 1f
+    csrr t0, 0xfc0
+    li t1, 2
+    bne t0, t1, 1f
+    li t0, 0x80000800           /* SAFETY; pet is at 12 */
+    li t1, 0xc3
+    sw t1, 12(t0)
+    lw t0, 4(sp)
+    lw t1, 8(sp)
+    addi sp, sp, 64
+    mret
+1:  sw ra, 0(sp)
     sw t2, 12(sp)
     sw a0, 16(sp)
     sw a1, 20(sp)

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What a block means: checks it completely and says what is to be done, without doing anything.
-   So a block with an error moves nothing, and `tape check` uses the very same judgement. */
+/* What a block means: the modal state of a program, and what is to be done for a block. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/move.h"
 #include "base/travel.h"
-#include "gap/gap.h"
-#include "gap/technology.h"
+#include "gap/conditions.h"
+#include "gap/in_force.h"
 #include "interp/block.h"
 #include "interp/retraction.h"
 
@@ -31,7 +30,7 @@ typedef struct {
     move_plane plane;
     int8_t side;                    /* of the wire: 1 left of the path (G41), -1 right, 0 on it, */
     uint8_t wire;                   /* by this offset, PLAN_NO_WIRE before the first D */
-    const technology_row *condition;
+    const condition_row *condition;
     bool machining;                 /* M03 is in force */
     uint8_t servo;                  /* law of G95, 0 for G94 */
     uint8_t served;                 /* ... that the last motion was under */
@@ -44,8 +43,8 @@ typedef struct {
     retraction_jump jump;
 } modal;
 
-/* The one becomes as the other; without what they have in common, which takes half the time of a short
-   block. */
+/* Copy a state. What follows the edition is skipped if both have the same: copying it would take half
+   the time of a short block. */
 void plan_copy(modal *to, const modal *from);
 
 /* Something behind the edition is going to change, or has. */
@@ -74,7 +73,7 @@ typedef struct {
     bool changes_frame;             /* to `after.offset` */
     unsigned class_number;          /* of ACT_TABLE, */
     gap_class class_row;            /* and its row; GAP_CLASSES for none */
-    const technology_row *series;   /* of ACT_SERIES: the step's condition, 0 for the end, */
+    const condition_row *series;   /* of ACT_SERIES: the step's condition, 0 for the end, */
     int32_t series_depth;           /* and its depth, machine frame; of ACT_PLANNED: Z 0 */
     bool machining_on, machining_off;
     int32_t s, t;                   /* codes, -1 for none */
@@ -82,7 +81,7 @@ typedef struct {
     bool fluid_off;                 /* M09, after the motion */
     plan_stop stop;
     int64_t name;                   /* program number, -1 for none */
-    /* Of an arc that plan_arc_step has not done with. */
+    /* Of an arc that interpreter_arc_step has not done with. */
     enum { ARC_NONE, ARC_RADIUS, ARC_CENTRE, ARC_TRAVEL } arc;
     int32_t radius;                 /* 1/64 pulse; below zero for the longer of two arcs */
     uint16_t columns[HAL_AXES], arc_column; /* words of the end point, and of centre or radius */
@@ -92,11 +91,8 @@ typedef struct {
    work offsets, what G92 has set, wire offsets and the MDI layer of the retraction memory. */
 void plan_start(modal *state);
 
-/* Judge a block. `mdi`: G36 fills the MDI layer. */
-bool plan_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
-                const travel_range *t, unsigned jump_axis, plan *p, fault *f);
+/* Put a work offset in force; what G92 has set stays on top. */
+void plan_select_system(modal *state, unsigned system);
 
-/* Judge the arc of a block that plan_block has passed, in a few calls as each takes its time: PLAN_DONE
-   when there is nothing left to judge. */
+/* How a judgement in several calls stands. */
 typedef enum { PLAN_MORE, PLAN_DONE, PLAN_FAULT } plan_result;
-plan_result plan_arc_step(plan *p, const travel_range *t, fault *f);

@@ -1,55 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "interp/plane.h"
 
-#include "base/units.h"
-
 const plane_axes PLANE_AXES[3] = {[PLANE_XY] = {0, 1, 2}, [PLANE_ZX] = {2, 0, 1},
                                   [PLANE_YZ] = {1, 2, 0}};
-
-int64_t vector_dot(vector a, vector b) { return (int64_t)a.u * b.u + (int64_t)a.v * b.v; }
-int64_t vector_cross(vector a, vector b) { return vector_dot((vector){-a.v, a.u}, b); }
-
-uint32_t vector_length(vector a) { return units_root((uint64_t)vector_dot(a, a)); }
-
-static uint32_t magnitude(int32_t value) {
-    return value < 0 ? 0u - (uint32_t)value : (uint32_t)value;
-}
-
-static int32_t part(int32_t value, uint32_t length) {
-    int32_t rounded = (int32_t)((((uint64_t)magnitude(value) << PLANE_UNIT) + length / 2) / length);
-    return value < 0 ? -rounded : rounded;
-}
-
-vector vector_unit(vector a) {
-    /* With 30 leading bits the length is exact to the last bit of a direction. */
-    while ((magnitude(a.u) | magnitude(a.v)) < 1u << 29)
-        a = vector_times(a, 2);
-    uint32_t length = vector_length(a);
-    return (vector){part(a.u, length), part(a.v, length)};
-}
-
-static int32_t reduced(int64_t product) {
-    return (int32_t)((product + (1 << (PLANE_UNIT - 1))) >> PLANE_UNIT);
-}
-
-vector vector_along(vector unit, int32_t length) {
-    return (vector){reduced((int64_t)unit.u * length), reduced((int64_t)unit.v * length)};
-}
-
-int32_t vector_part(vector a, vector unit) { return reduced(vector_dot(a, unit)); }
-
-bool vector_within(vector from, vector to, bool ccw, vector a) {
-    if (!ccw) {
-        vector swap = from;
-        from = to;
-        to = swap;
-    }
-    int64_t turn = vector_cross(from, to);
-    if (turn > 0 || (turn == 0 && vector_dot(from, to) < 0))
-        return vector_cross(from, a) >= 0 && vector_cross(a, to) >= 0;
-    /* More than half a turn: not inside what is left of it. */
-    return turn == 0 || !(vector_cross(to, a) > 0 && vector_cross(a, from) > 0);
-}
 
 vector plane_delta(const path_move *move) {
     plane_axes axes = PLANE_AXES[move->plane];

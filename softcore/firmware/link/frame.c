@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/frame.h"
 
-#include "app/program.h"
 #include "base/units.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 #include "link/crc.h"
-#include "link/lines.h"
 #include "link/output.h"
+#include "link/tape.h"
 
 #define LONGEST 64          /* payload */
 #define LENGTH_BEGIN 0
@@ -25,6 +24,7 @@ static bool waiting;        /* a good frame waits for room */
 static uint8_t last_sequence;
 static bool begun;          /* a tape has been begun */
 static frame_counts counts;
+static frame_part part;    /* what the byte at hand has come to */
 
 void frame_restart(void) {
     state = CLOSED;
@@ -57,15 +57,17 @@ static void give_up(void) {
     frame_ask_again();
 }
 
-void frame_damaged(void) {
+static void damaged(void) {
     give_up();
-    lines_frame_bad();
+    part = FRAME_BROKEN;
 }
+
+void frame_damaged(void) { give_up(); }
 
 /* Give the waiting frame to the program if it can take it. */
 static void deliver(void) {
     if (length == LENGTH_BEGIN) {
-        if (!program_tape_begin())
+        if (!tape_begin())
             return;
         begun = true;
     } else if (!begun || (sequence != last_sequence && sequence != (uint8_t)(last_sequence + 1))) {
@@ -75,11 +77,11 @@ static void deliver(void) {
     } else if (sequence == last_sequence) {
         /* The acknowledgement was lost. */
     } else if (length == LENGTH_END) {
-        program_tape_end();
+        tape_end();
     } else {
-        if (program_tape_room() < length)
+        if (tape_room() < length)
             return;
-        program_tape_bytes(payload, length);
+        tape_put(payload, length);
     }
     last_sequence = sequence;
     waiting = false;
@@ -89,23 +91,23 @@ static void deliver(void) {
 /* The end has come. It stands at its place, or a byte was lost or came twice. */
 static void end(void) {
     if (state != END || check != crc) {
-        frame_damaged();
+        damaged();
         return;
     }
     state = CLOSED;
     waiting = true;
-    lines_frame_good();
+    part = FRAME_WHOLE;
     deliver();
 }
 
-void frame_byte(uint8_t byte) {
+static void take(uint8_t byte) {
     if (byte == FRAME_END) {
         end();
         return;
     }
     if (byte == FRAME_ESCAPE) {
         if (flip)
-            frame_damaged();
+            damaged();
         flip = FRAME_FLIP;
         return;
     }
@@ -118,7 +120,7 @@ void frame_byte(uint8_t byte) {
         length = byte;
         state = SEQUENCE;
         if (length > LONGEST && length != LENGTH_END)
-            frame_damaged();
+            damaged();
         break;
     case SEQUENCE:
         sequence = byte;
@@ -132,8 +134,14 @@ void frame_byte(uint8_t byte) {
         check |= byte;
         state = END;
         break;
-    default: frame_damaged(); break;
+    default: damaged(); break;
     }
+}
+
+frame_part frame_byte(uint8_t byte) {
+    part = FRAME_MORE;
+    take(byte);
+    return part;
 }
 
 /* Most of what comes is payload: here a byte of it costs half of what it does in frame_byte. */
@@ -166,13 +174,12 @@ int frame_receive(unsigned *taken, unsigned most) {
     return at == end_of_payload && *taken < most ? hal_receive() : entry;
 }
 
-void frame_wait(uint32_t clocks) {
+bool frame_wait(uint32_t clocks) {
     if (state == CLOSED || clocks <= stall_clocks)
-        return;
+        return false;
     bool empty = state == LENGTH && !flip;
     give_up();
-    if (!empty)
-        lines_frame_stalled();
+    return !empty;
 }
 
 void frame_step(void) {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/lines.h"
 
-#include "app/program.h"
 #include "hal/regs.h"
 #include "link/crc.h"
 #include "link/frame.h"
-#include "link/link.h"
 #include "link/output.h"
+#include "link/tape.h"
 
 #define ROOM 512            /* of the queue; a power of two, more than one line takes */
 #define CHECK LINES_CHECK   /* characters */
@@ -141,7 +140,7 @@ static void refuse(reason why) {
 /* Refuse a line without a number. While a tape is due it may be the rest of a damaged frame, or of
    many: one answer, and one that asks for the frame again. */
 static void refuse_plain(reason why) {
-    if (!program_tape_due()) {
+    if (!tape_due()) {
         refuse(why);
     } else if (told) {
         begin();
@@ -179,25 +178,10 @@ static bool is_text(const char *order) {
 
 bool lines_order(void) { return is_text("$RESUME") || is_text("$RETRACT"); }
 
-/* Carry the line out if it is an order; false if it is none. */
-static bool obey(uint32_t *code) {
-    if (!lines_order())
-        return false;
-    fault f = {0};
-    if (is_text("$RESUME"))
-        link_resume(&f);
-    else
-        link_retract(&f);
-    *code = explain(&f);
-    counts.accepted++;
-    begin();
-    return true;
-}
-
 static reason judge_plain(void) {
     if (guarded)
         return GUARDED;
-    if (program_tape_due())
+    if (tape_due())
         return ON_TAPE;
     if (before != GOOD)
         return before;
@@ -206,21 +190,24 @@ static reason judge_plain(void) {
     return until_end || until_quiet ? STALE : GOOD;
 }
 
-/* The end of a line has come. Of this function and the next: true if it has been answered. */
-static bool end_plain(void) {
+/* A good line has come: an order, or one to be kept. */
+static lines_part order_or(lines_part other) {
+    return is_text("$RESUME") ? LINES_RESUME : is_text("$RETRACT") ? LINES_RETRACT : other;
+}
+
+/* The end of a line has come. */
+__attribute__((noinline)) static lines_part end_plain(void) {
     reason why = judge_plain();
-    uint32_t code;
     before = GOOD;
     until_end = false;
-    if (why == GOOD && obey(&code)) {
-        say(code, false, 0);
-        return true;
-    }
-    if (why == GOOD)
-        (void)keep();
-    else
+    if (why != GOOD) {
         refuse_plain(why);
-    return false;
+        return LINES_ENDED;
+    }
+    lines_part is = order_or(LINES_ENDED);
+    if (is == LINES_ENDED)
+        (void)keep();
+    return is;
 }
 
 static bool is_again(const record *r) {
@@ -228,11 +215,11 @@ static bool is_again(const record *r) {
 }
 
 /* A line that was there before: answer it again, unless it is still at work. */
-static bool repeat(const record *r) {
+static lines_part repeat(const record *r) {
     begin();
     if (r->answered)
         say(r->code, true, r->number);
-    return r->answered;
+    return r->answered ? LINES_ANSWERED : LINES_ENDED;
 }
 
 static reason judge_numbered(void) {
@@ -244,7 +231,7 @@ static reason judge_numbered(void) {
     return now.check == now.crc_before ? GOOD : CHECK_WRONG;
 }
 
-static bool end_numbered(void) {
+__attribute__((noinline)) static lines_part end_numbered(void) {
     reason why = judge_numbered();
     if (why == GOOD) {
         /* It is whole, whatever came before. */
@@ -259,17 +246,27 @@ static bool end_numbered(void) {
     }
     if (why != GOOD) {
         refuse(why);
-        return false;
+        return LINES_ENDED;
     }
+    lines_part is = order_or(LINES_ENDED);
     record line = {.there = true, .number = (uint16_t)now.number, .check = (uint16_t)now.check};
-    line.answered = obey(&line.code);
-    if (line.answered)
-        say(line.code, true, line.number);
-    else if (!keep())
-        return false;
+    if (is == LINES_ENDED && !keep())
+        return LINES_ENDED;
     newest = line;
     guarded = true;
-    return line.answered;
+    return is;
+}
+
+void lines_ordered(const fault *f) {
+    bool numbered = now.numbered;
+    uint32_t code = explain(f);
+    counts.accepted++;
+    begin();
+    if (numbered) {
+        newest.code = code;
+        newest.answered = true;
+    }
+    say(code, numbered, newest.number);
 }
 
 /* True if `c` is a digit of a check, of which `value` becomes a part. */
@@ -309,8 +306,7 @@ lines_part lines_byte(uint8_t byte) {
     if (c == '\n' || c == '\r') {
         if (!now.length && before == GOOD)
             return LINES_MORE; /* the second half of CR LF; grbl's senders count no answer for it */
-        bool answered = now.numbered ? end_numbered() : end_plain();
-        return answered ? LINES_ANSWERED : LINES_ENDED;
+        return now.numbered ? end_numbered() : end_plain();
     }
     if (byte >= 0x80) {
         if (now.length && now.trouble == GOOD)
@@ -340,7 +336,7 @@ void lines_damaged(unsigned mark) {
 
 void lines_cut(void) {
     /* What follows a damaged frame has been told of with it. */
-    bool rest = told && program_tape_due() && !now.numbered;
+    bool rest = told && tape_due() && !now.numbered;
     if (now.length && !rest)
         refuse(CUT);
     begin();
@@ -367,7 +363,7 @@ void lines_frame_end(void) {
 void lines_frame_stalled(void) { until_end = true; }
 
 void lines_quiet(void) {
-    bool due = program_tape_due();
+    bool due = tape_due();
     /* Behind the end of a line, or a reset, there is nothing that it could be a part of. */
     bool rest = until_quiet && !until_end;
     if (now.length && !now.numbered && (due || rest))

@@ -7,7 +7,7 @@
    lines without a number are then refused. Without a guard a plain line is taken if nothing is known
    to be missing from it.
 
-   Orders ($RESUME, $RETRACT) are carried out when they end, before what waits. */
+   Orders ($RESUME, $RETRACT) are to be carried out when they end, before what waits. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -22,9 +22,11 @@ void lines_restart(void);               /* nothing has come, the link is not gua
 bool lines_guarded(void);
 bool lines_whole(void);                 /* what comes now is the start of something */
 
-/* A character: part of a line, or its end, or one that was answered at once. */
-typedef enum { LINES_MORE, LINES_ENDED, LINES_ANSWERED } lines_part;
+/* A character: part of a line, its end, or the end of one that was answered at once. Or an order that
+   is to be carried out now; then call lines_ordered. */
+typedef enum { LINES_MORE, LINES_ENDED, LINES_ANSWERED, LINES_RESUME, LINES_RETRACT } lines_part;
 lines_part lines_byte(uint8_t byte);
+void lines_ordered(const fault *f);     /* the order's answer */
 bool lines_order(void);                 /* what has come of the line reads as an order, whole */
 void lines_damaged(unsigned mark);      /* the receiver saw an error here: a MARK of regs.h */
 void lines_cut(void);                   /* a frame begins here */

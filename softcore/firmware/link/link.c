@@ -1,58 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/link.h"
 
-#include "app/events.h"
-#include "app/execute.h"
-#include "app/machine.h"
-#include "app/program.h"
-#include "app/watch.h"
-#include "base/settings.h"
-#include "base/text.h"
 #include "base/units.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 #include "link/frame.h"
 #include "link/lines.h"
 #include "link/output.h"
-#include "path/path.h"
-#include "roughing/planner.h"
 
-#define VERSION "0.1"
-/* What is taken per step: so many bytes within a frame or a line. The end of a line, or what is refused,
-   takes as long as several; more than an answer is not said. */
-#define BURST 24
-#define COST_BYTE 1
-#define COST_LINE 6
+/* What is taken per step, in bytes of a frame's payload. A byte of a line takes as long as two of them,
+   150 clocks each; the end of a line, or what is refused, as long as several; more than an answer is not
+   said. */
+#define BURST 40
+#define COST_BYTE 2
+#define COST_LINE 12
 #define COST_ANSWER BURST
 #define QUIET_US 5000       /* without a byte: what comes then is the start of something */
 
-/* Rows of `$#`: work offsets, G92, wire offsets. */
-#define OFFSET_ROWS (PLAN_SYSTEMS + PLAN_WIRES)
-
-static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
-static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
-static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
-static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
-static bool line_open;      /* a block entered by hand has not been answered */
-static bool greets;         /* the greeting is to be said */
 static uint32_t last_byte;  /* clock in which the last one was taken */
 static uint32_t quiet_clocks;
 static bool quiet;          /* that was so long ago */
-/* Since power-on: errors that the receiver saw, and single bytes that would have moved the machine, on
-   a guarded link. */
-static uint32_t errors, ignored;
-
-/* A hold was noted in this step: it may have come before what is taken now, or after it. */
-static bool hold_came;
+static uint32_t errors;
 static char order_end;      /* the character that was put off to this step, or 0 */
+static link_come come;      /* what has come in this step */
 
 void link_restart(void) {
-    line_open = quiet = false;
-    greets = true;
-    listing = SETTINGS;
-    offset_row = OFFSET_ROWS;
-    unlocked_rows = 0;
-    planner_stop();
+    quiet = false;
     lines_restart();
     frame_restart();
 }
@@ -61,251 +34,51 @@ void link_init(void) {
     lines_init();
     frame_init();
     link_restart();
-    status = STATUS_NONE;
-    errors = ignored = 0;
+    errors = 0;
     /* What the first step finds came before; if there is nothing the line is quiet. */
     quiet_clocks = units_clocks_of_us(QUIET_US);
     last_byte = hal_cycle_low() - quiet_clocks - 1;
 }
 
-void link_answer(const fault *f) {
-    line_open = false;
-    lines_answer(f);
-}
+uint32_t link_errors(void) { return errors; }
+bool link_order_waits(void) { return order_end; }
 
-static const char *state_name(void) {
-    if (machine_locked() || machine_position_lost())
-        return "Alarm";
-    if (machine_held() || program_paused())
-        return "Hold";
-    return program_running() || !path_at_front() || planner_busy() ? "Run" : "Idle";
-}
-
-/* In two steps: all of it at once would take too long for one pass of the main loop. */
-static void tell_status(void) {
-    static char report[OUTPUT_LINE];
-    static uint32_t length;
-    const int32_t *offset = program_offset();
-    if (status == STATUS_WANTED) {
-        length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|WCO:%p,%p,%p", state_name(),
-                            hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
-                            offset[0], offset[1], offset[2]);
-        status = STATUS_BEGUN;
-        return;
+/* The receiver saw an error where the entry stands. */
+__attribute__((noinline)) static unsigned take_mark(unsigned mark) {
+    if (mark == MARK_RESET) {
+        come = LINK_RESET;
+        return COST_ANSWER;
     }
-    uint32_t counts[4];
-    char masked[SETTINGS_MASKED];
-    hal_gap_counts(counts);
-    settings_masked(masked, sizeof masked);
-    text_print(report + length, sizeof report - length,
-               "|Ln:%u|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>", events_line(),
-               hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
-               (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
-               counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
-               *masked ? "|Off:" : "", masked);
-    output_line("%s", report);
-    status = STATUS_NONE;
-}
-
-static bool is_free(fault *f) {
-    return !machine_locked() ||
-           fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X");
-}
-
-void link_resume(fault *f) {
-    if (!is_free(f))
-        return;
-    if (hold_came) {
-        fault_at(f, FAULT_BUSY, 0, "a hold came at the same time, and is in force: resume again");
-        return;
+    errors++;
+    if (frame_open()) {
+        frame_damaged();
+        lines_frame_bad();
+    } else {
+        lines_damaged(mark);
     }
-    machine_hold(false);
-    program_resume();
+    return COST_BYTE;
 }
 
-void link_retract(fault *f) {
-    if (is_free(f))
-        machine_retract();
-}
-
-/* Real-time bytes but the reset and the hold. */
-static void obey_notes(uint32_t notes) {
-    fault f = {0};
-    bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
-    if (notes & NOTE_STATUS && status == STATUS_NONE)
-        status = STATUS_WANTED;
-    if (lines_guarded()) {
-        ignored += resumes + retracts;
-        return;
+static unsigned take_frame(uint8_t byte) {
+    switch (frame_byte(byte)) {
+    case FRAME_WHOLE: lines_frame_good(); break;
+    case FRAME_BROKEN: lines_frame_bad(); break;
+    default: break;
     }
-    if (resumes)
-        link_resume(&f);
-    if (retracts)
-        link_retract(&f);
-}
-
-static void assign(const char *line, uint32_t length, fault *f) {
-    uint32_t which, value;
-    if (!settings_read(line, length, &which, &value, f))
-        return;
-    if (program_running())
-        fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if ((machine_machining() || hal_motion_read().moving) && settings_guard(which))
-        fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", which);
-    else
-        settings_enter(which, value, f);
-}
-
-/* `$P`: blocks read and clocks per block, longest pass of the main loop by task, and longest time
-   from an event of the gateware to the end of its interrupt; all since reset, in clocks. */
-static void tell_cost(void) {
-    program_cost cost = program_profile();
-    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u]",
-                cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
-                watch_worst(0), watch_worst(1), watch_worst(2), watch_worst(3), events_worst());
-}
-
-/* Is the line this text, given in capitals? */
-static bool says(const char *line, uint32_t length, const char *text) {
-    uint32_t at = 0;
-    for (; at < length && text[at]; at++)
-        if ((line[at] >= 'a' && line[at] <= 'z' ? line[at] - 'a' + 'A' : line[at]) != text[at])
-            return false;
-    return at == length && !text[at];
-}
-
-/* `$L`: what came over the link since power-on, and what of it was damaged. */
-static void tell_link(void) {
-    lines_counts lines = lines_count();
-    frame_counts frames = frame_count();
-    output_line("[LNK:lines %u,refused %u,frames %u,damaged %u,errors %u,ignored %u]",
-                lines.accepted, lines.refused, frames.begun, frames.damaged, errors, ignored);
-}
-
-/* What holds then is told in later steps, and answered behind it: all at once would take too long. */
-static void unlock(void) {
-    fault f = {0};
-    bool was_locked = machine_locked();
-    if (machine_unlock(&f) && was_locked)
-        unlocked_rows = MACHINE_UNLOCKED_ROWS;
-    else
-        link_answer(&f);
-}
-
-static void tell_unlocked(void) {
-    machine_tell_unlocked(MACHINE_UNLOCKED_ROWS - unlocked_rows);
-    if (--unlocked_rows == 0)
-        link_answer(0);
-}
-
-/* A line that begins with `$`. */
-static void command(const char *line, uint32_t length) {
-    fault f = {0};
-    char c = length > 1 ? line[1] : '\0';
-    if (length == 2 && c == '$') {
-        listing = 0;
-        return; /* answered at the end of the list */
-    }
-    if (length == 2 && c == '#') {
-        offset_row = 0;
-        return;
-    }
-    if (c == 'B') {
-        planner_line(line + 2, length - 2);
-        return; /* answered when it has been carried out */
-    }
-    if (says(line, length, "$POSITION=HERE"))
-        machine_take_position(&f);
-    else if (length == 2 && (c == 'X' || c == 'x'))
-        return unlock();
-    else if (length == 2 && (c == 'I' || c == 'i'))
-        output_line("[VER:" VERSION ":Gapkeeper]");
-    else if (length == 2 && (c == 'P' || c == 'p'))
-        tell_cost();
-    else if (length == 2 && (c == 'L' || c == 'l'))
-        tell_link();
-    else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
-    else if (c >= '0' && c <= '9')
-        assign(line, length, &f);
-    else
-        fault_at(&f, FAULT_REFUSED, 0, "this $ command is not in this version");
-    link_answer(&f);
-}
-
-/* True if there was a line. */
-static bool take_line(void) {
-    static char line[LINES_TEXT_SIZE];
-    uint32_t length;
-    lines_kind kind = lines_take(line, &length);
-    if (kind != LINES_TEXT)
-        return kind == LINES_REFUSED;
-    if (length == 0) {
-        link_answer(0);
-        return true;
-    }
-    if (line[0] == '$') {
-        command(line, length);
-        return true;
-    }
-    fault f = {0};
-    if (is_free(&f) && (program_on_tape() || !program_line(line, length)))
-        fault_at(&f, FAULT_BUSY, 0, "a program is running");
-    if (f.code != FAULT_NONE)
-        link_answer(&f);
-    else
-        line_open = true;
-    return true;
-}
-
-static void tell_setting(void) {
-    output_line("$%u=%u (%s)", listing, settings_get((setting)listing),
-                SETTING_ROWS[listing].name);
-    if (++listing == SETTINGS)
-        link_answer(0);
-}
-
-/* `$#`: offsets as grbl tells them, mm in the machine frame; the wire offsets that have been entered. */
-static void tell_offset(void) {
-    const modal *state = execute_state();
-    unsigned row = offset_row++;
-    if (row < PLAN_SYSTEMS) {
-        const int32_t *origin = state->systems[row];
-        output_line("[G%u:%p,%p,%p]", 54 + row, origin[0], origin[1], origin[2]);
-    } else if (row == PLAN_SYSTEMS) {
-        const int32_t *origin = state->systems[state->system];
-        output_line("[G92:%p,%p,%p]", state->offset[0] - origin[0], state->offset[1] - origin[1],
-                    state->offset[2] - origin[2]);
-    } else if (state->wires_given >> (row - PLAN_SYSTEMS) & 1) {
-        output_line("[D%u:%p]", row - PLAN_SYSTEMS, state->wires[row - PLAN_SYSTEMS]);
-    }
-    if (offset_row == OFFSET_ROWS)
-        link_answer(0);
+    return COST_BYTE;
 }
 
 /* Take an entry of the receive queue; what that costs. */
-static unsigned take(unsigned entry) {
-    if (entry == (HAL_MARK | MARK_RESET)) {
-        machine_reset();
-        return COST_ANSWER;
-    }
-    if (entry & HAL_MARK) {
-        errors++;
-        if (frame_open())
-            frame_damaged();
-        else
-            lines_damaged(entry & ~HAL_MARK);
-        return COST_BYTE;
-    }
+__attribute__((noinline)) static unsigned take(unsigned entry) {
+    if (entry & HAL_MARK)
+        return take_mark(entry & ~HAL_MARK);
     if (entry == FRAME_START) {
         lines_cut();
         frame_begin();
         return COST_LINE;
     }
-    if (frame_open()) {
-        frame_byte((uint8_t)entry);
-        return COST_BYTE;
-    }
+    if (frame_open())
+        return take_frame((uint8_t)entry);
     if (entry == FRAME_END) {
         lines_frame_end();
         return COST_LINE;
@@ -313,6 +86,8 @@ static unsigned take(unsigned entry) {
     switch (lines_byte((uint8_t)entry)) {
     case LINES_MORE: return COST_BYTE;
     case LINES_ENDED: return COST_LINE;
+    case LINES_RESUME: come = LINK_RESUME; return COST_ANSWER;
+    case LINES_RETRACT: come = LINK_RETRACT; return COST_ANSWER;
     default: return COST_ANSWER;
     }
 }
@@ -322,10 +97,10 @@ static bool ends_order(int entry) {
     return (entry == '\n' || entry == '\r') && !frame_open() && lines_order();
 }
 
-/* Take bytes, but no more than the watchdog bears, whatever they are. True if there was one. */
-static bool take_bytes(void) {
+link_come link_take(void) {
     unsigned spent = 0;
     int entry;
+    come = LINK_NOTHING;
     if (order_end) {
         spent = take((uint8_t)order_end);
         order_end = 0;
@@ -337,24 +112,17 @@ static bool take_bytes(void) {
         }
         spent += take((unsigned)entry);
     }
-    return spent;
+    return spent && come == LINK_NOTHING ? LINK_TAKEN : come;
 }
 
-bool link_step(void) {
-    uint32_t notes = hal_notes();
-    hold_came = notes & NOTE_HOLD || (order_end && hold_came);
-    if (notes)
-        obey_notes(notes);
-    bool taken = take_bytes();
-    /* The hold is in force already. It goes last: it may have come last. */
-    if (notes & NOTE_HOLD)
-        machine_hold(true);
+bool link_step(bool taken) {
     if (taken) {
         last_byte = hal_cycle_low();
         quiet = false;
     } else if (!quiet || frame_open()) {
         uint32_t since = hal_cycle_low() - last_byte;
-        frame_wait(since);
+        if (frame_wait(since))
+            lines_frame_stalled();
         if (!quiet && since > quiet_clocks) {
             quiet = true;
             lines_quiet();
@@ -362,29 +130,4 @@ bool link_step(void) {
     }
     frame_step();
     return output_step() || taken;
-}
-
-bool link_serve(void) {
-    if (!output_has_room() || machine_alarm_waits())
-        return false;
-    if (greets) {
-        /* Before that a sender may be in the middle of something. */
-        if (!lines_whole())
-            return false;
-        greets = false;
-        output_line("Gapkeeper " VERSION " ['$' for help]");
-    } else if (status != STATUS_NONE) {
-        tell_status();
-    } else if (unlocked_rows) {
-        tell_unlocked();
-    } else if (listing < SETTINGS) {
-        tell_setting();
-    } else if (offset_row < OFFSET_ROWS) {
-        tell_offset();
-    } else if (planner_busy()) {
-        return planner_serve();
-    } else {
-        return !line_open && take_line();
-    }
-    return true;
 }

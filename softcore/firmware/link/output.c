@@ -43,6 +43,8 @@ void output_frame(const int32_t *offset) {
         frame[axis] = offset[axis];
 }
 
+int32_t output_origin(unsigned axis) { return frame[axis]; }
+
 bool output_step(void) {
     unsigned sent = 0;
     uint32_t at = tail, end = head;

@@ -30,3 +30,4 @@ void output_block(uint64_t cycle, uint32_t line, const int32_t *position, const 
 
 /* Origin of the program frame, subtracted from every event's place. */
 void output_frame(const int32_t *offset);
+int32_t output_origin(unsigned axis);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "path/arc.h"
+
 #include "base/units.h"
-#include "path/arc_parts.h"
+#include "path/arc_border.h"
 
 /* 45 degrees are cut in two, and from this radius (pulses) on in four: the speed of the major axis
    taken as running evenly over a piece puts no place off by more than 1/30 pulse (radius * angle**3 /
@@ -36,7 +38,7 @@ void arc_begin(arc *a, const path_move *move) {
         int32_t sign = i && !move->ccw ? -1 : 1;
         a->to[i] = sign * move->delta[a->axis[i]];
         a->start[i] = -sign * move->centre[i];
-        a->end[i] = arc_fine_at(a, i, a->to[i]);
+        a->end[i] = arc_border_fine_at(a, i, a->to[i]);
     }
 }
 
@@ -119,7 +121,7 @@ static int64_t grown_in(int64_t growth, int32_t across, int32_t along) {
 #define PLACES_A_CALL 2
 
 static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
-    int32_t x = arc_fine_at(a, 0, a->place[0]), y = arc_fine_at(a, 1, a->place[1]);
+    int32_t x = arc_border_fine_at(a, 0, a->place[0]), y = arc_border_fine_at(a, 1, a->place[1]);
     int32_t slope = (int32_t)(a->slope >> 14);
     int32_t along[2] = {-y * (1 << 16) + slope * x, x * (1 << 16) + slope * y};
     unsigned major = fixed_magnitude(along[0]) >= fixed_magnitude(along[1]) ? 0 : 1;
@@ -150,7 +152,7 @@ static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
         int32_t sine = x * to[1] - y * to[0];
         int32_t cosine = (x * x + y * y) / MOVE_FINE + x * to[0] + y * to[1];
         int64_t wanted = radius + grown_in(growth, sine, cosine);
-        uint64_t square = (uint64_t)arc_square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE);
+        uint64_t square = (uint64_t)arc_border_square_of(x + to[0] * MOVE_FINE, y + to[1] * MOVE_FINE);
         int64_t off = fixed_magnitude((int64_t)units_root(square << 16) - wanted);
         if (off < a->off) {
             a->off = off;
@@ -171,8 +173,8 @@ static void make_step(arc *a) {
     const int8_t *step = a->steps[a->pieces - 1];
     for (unsigned i = 0; i < 2; i++)
         a->place[i] = (int16_t)(a->place[i] + step[i]);
-    int64_t reached = fixed_angle_of(arc_fine_at(a, 0, a->place[0]),
-                                     arc_fine_at(a, 1, a->place[1]));
+    int64_t reached = fixed_angle_of(arc_border_fine_at(a, 0, a->place[0]),
+                                     arc_border_fine_at(a, 1, a->place[1]));
     int64_t turned = reached - a->reached;
     a->done += turned < -FIXED_TURN / 2  ? turned + FIXED_TURN
                : turned > FIXED_TURN / 2 ? turned - FIXED_TURN
@@ -205,8 +207,8 @@ static void measure(arc *a) {
 bool arc_prepare(arc *a) {
     switch (a->phase++) {
     case 0:
-        a->square[0] = arc_square_of(a->start[0], a->start[1]);
-        a->square[1] = arc_square_of(a->end[0], a->end[1]);
+        a->square[0] = arc_border_square_of(a->start[0], a->start[1]);
+        a->square[1] = arc_border_square_of(a->end[0], a->end[1]);
         a->radius[0] = root_of(a->square[0]);
         a->radius[1] = root_of(a->square[1]);
         a->chain = arc_radius(a) < ARC_LEAST_RADIUS;
@@ -218,9 +220,9 @@ bool arc_prepare(arc *a) {
         a->sweep = fixed_angle_of(a->end[0], a->end[1]) - a->angle;
         if (a->sweep <= 0)
             a->sweep += FIXED_TURN;
-        a->plane = arc_length_to(a, a->sweep, a->radius[1]);
+        a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
         a->slope = (a->radius[1] - a->radius[0]) * ((int64_t)1 << 30) / a->plane;
-        a->plane = arc_length_to(a, a->sweep, a->radius[1]);
+        a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
         return false;
     case 3:
         if (a->slope) {
@@ -255,9 +257,9 @@ bool arc_prepare(arc *a) {
             return true;
         }
         cut(a);
-        a->first = (uint32_t)(a->bend / arc_part_angle(a)) + 1;
+        a->first = (uint32_t)(a->bend / arc_border_part_angle(a)) + 1;
         a->pieces = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn) /
-                               (uint64_t)arc_part_angle(a)) - a->first + 2;
+                               (uint64_t)arc_border_part_angle(a)) - a->first + 2;
         return false;
     case 7:
         /* Leave out what is too near to the start, */
@@ -287,7 +289,7 @@ bool arc_prepare(arc *a) {
     default:
         if (a->pieces == 1) /* the roles of the axes are those of its middle */
             a->first = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn / 2) /
-                                  (uint64_t)arc_part_angle(a)) + 1;
+                                  (uint64_t)arc_border_part_angle(a)) + 1;
         return true;
     }
 }
@@ -357,9 +359,10 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
     arc_border from = *border(a, index, index + 1);
     const arc_border *to = border(a, index + 1, index);
     unsigned eighth = (a->first + index - 1) >> a->parts & 7;
-    unsigned major = arc_major_of(eighth), minor = !major;
-    int32_t along = arc_travel_of(eighth, major), across = arc_travel_of(eighth, minor);
-    int32_t x = arc_fine_at(a, major, from.at[major]), y = arc_fine_at(a, minor, from.at[minor]);
+    unsigned major = arc_border_major_of(eighth), minor = !major;
+    int32_t along = arc_border_travel_of(eighth, major), across = arc_border_travel_of(eighth, minor);
+    int32_t x = arc_border_fine_at(a, major, from.at[major]);
+    int32_t y = arc_border_fine_at(a, minor, from.at[minor]);
     int32_t steps = (to->at[major] - from.at[major]) * along;
     piece->arc = true;
     piece->length = to->length - from.length;
@@ -383,19 +386,19 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
         int64_t run = (int64_t)grows * steps * MOVE_FINE;
         first = ends_exact ? to->square[major] - run : from.square[major];
         last = first + run;
-        int off = ends_exact ? -arc_neighbour(a, from.at, minor, first)
-                             : arc_neighbour(a, to->at, minor, last);
+        int off = ends_exact ? -arc_border_neighbour(a, from.at, minor, first)
+                             : arc_border_neighbour(a, to->at, minor, last);
         if (!off)
             break;
         grows -= off;
     }
-    piece->start.error = (int32_t)arc_error_at(a, from.at, first);
-    piece->end.error = (int32_t)arc_error_at(a, to->at, last);
+    piece->start.error = (int32_t)arc_border_error_at(a, from.at, first);
+    piece->end.error = (int32_t)arc_border_error_at(a, to->at, last);
     piece->start.along = 2 * along * x - grows;
     piece->start.across = 2 * across * y;
     piece->outward = piece->start.across > 0;
     piece->end.along = piece->start.along + 2 * steps * MOVE_FINE;
-    piece->end.across = 2 * across * arc_fine_at(a, minor, to->at[minor]);
+    piece->end.across = 2 * across * arc_border_fine_at(a, minor, to->at[minor]);
     return from.length;
 }
 

@@ -13,9 +13,9 @@
    of the radius' growth per radian (pulses) and along the path (slope), the angle of the piece, and
    the whole units in which the square runs. The first part is that of the major axis against the
    angle, the second that of the square against the radius. Spirals are cut so finely that k**2 is
-   below 0.0005 in the strongest that plan.c lets pass. In a chain, below ARC_LEAST_RADIUS, it is 0.001
-   where only the end point's rounding makes the radii differ, 0.005 in the strongest. The third axis
-   of a helix is at most half a pulse off at the ends of a piece, and a pulse in between.
+   below 0.0005 in the strongest that the interpreter lets pass. In a chain, below ARC_LEAST_RADIUS,
+   it is 0.001 where only the end point's rounding makes the radii differ, 0.005 in the strongest. The
+   third axis of a helix is at most half a pulse off at the ends of a piece, and a pulse in between.
 
    A border's path length is rounded to a whole pulse; of a few places next to it one is taken for
    which it nearly is one. So the speed over 100 path pulses is true to 1 %; of 3000 arcs of radii from
@@ -31,67 +31,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/fixed.h"
-#include "base/move.h"
 #include "hal/hal.h"
-
-/* Below this radius (pulses) an arc is a chain of single steps, at most so many. */
-#define ARC_LEAST_RADIUS 32
-#define ARC_CHAIN 352
-
-/* Border between two pieces: the place there, and the curve's tangent. */
-typedef struct {
-    int32_t at[2];          /* from the start, pulses by axis of the plane, second one turned */
-    int64_t square[2];      /* of the radius, fine pulses, where the curve passes `at` of an axis */
-    uint32_t length;        /* path pulses from the start */
-    int32_t tangent[2];     /* magnitude by axis of the plane, 2**-30 */
-} arc_border;
-
-/* The curve at a border. */
-typedef struct {
-    int64_t at[2];              /* from the centre */
-    int64_t radius, square;
-    int64_t tangent[2];         /* 2**-30 */
-    int64_t plane;              /* path length in the plane */
-} arc_ideal;
-
-typedef struct {
-    unsigned phase;             /* of the preparation */
-    path_move move;
-    unsigned axis[3];           /* first and second of the plane, third */
-    int32_t start[2], end[2];   /* from the centre, fine; a clockwise arc has its second axis turned */
-    int32_t to[2];              /* end from the start, pulses, second axis turned likewise */
-    int64_t square[2];          /* of the radius at start and end */
-    int64_t radius[2];
-    int64_t angle, sweep;       /* at the start; to the end */
-    int64_t lead[2];            /* by which the tangent turns outwards, at start and end */
-    int64_t slope;              /* change of the radius along the arc, 2**-30 */
-    int64_t bend, turn;         /* angle of the tangent at the start, and by how much it turns */
-    fixed_divisor by_turn, by_plane;
-    int64_t plane, total;       /* length in the plane, and with the third axis */
-    uint32_t length;            /* path pulses */
-    unsigned parts;             /* pieces between two turns of the tangent by 45 degrees: 2**parts */
-    uint32_t first, pieces;     /* number of the first border in multiples of that angle */
-    arc_border memo[2];
-    uint32_t memo_of[2];
-    arc_border half;            /* a border half worked out, */
-    arc_ideal ideal;
-    uint32_t half_of;           /* and its number; */
-    unsigned tried, tries;      /* where the axes change their roles, places tried for it (a set), */
-    unsigned steps_done;        /* ... for the next one, */
-    arc_border candidate, best; /* it and the best of them, */
-    int64_t lacks;              /* what it lacks, units of the error */
-    int64_t path, off;          /* its path length, and what that is off */
-    unsigned room;              /* pulses by which borders between may be moved */
-    bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */
-    int64_t done;               /* angle behind the last step of the chain */
-    int64_t reached;
-    int8_t steps[ARC_CHAIN][2];
-    int16_t place[2];           /* of the last step, pulses from the start */
-} arc;
+#include "path/arc_type.h"
 
 /* Get ready for an arc: a radius of 1 pulse to 2**30 / 64 pulses, the two radii as different as
-   plan.c allows. Then call arc_prepare, each time some thousand clocks, until it returns true. */
+   the interpreter allows. Then call arc_prepare, each time some thousand clocks, until it returns true. */
 void arc_begin(arc *a, const path_move *move);
 bool arc_prepare(arc *a);
 

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "path/arc_parts.h"
+#include "path/arc_border.h"
 
 #define HOPELESS (1 << 20)         /* more than a place may lack */
 
-SHARED int64_t arc_square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
+SHARED int64_t arc_border_square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
 
-SHARED int32_t arc_fine_at(const arc *a, unsigned i, int32_t pulses) {
+SHARED int32_t arc_border_fine_at(const arc *a, unsigned i, int32_t pulses) {
     return a->start[i] + pulses * MOVE_FINE;
 }
 
-int64_t arc_length_to(const arc *a, int64_t angle, int64_t radius) {
+int64_t arc_border_length_to(const arc *a, int64_t angle, int64_t radius) {
     int64_t length = fixed_product(fixed_scaled(a->radius[0] + radius, 14), angle);
     length = fixed_product(length, FIXED_PI) >> 12;
     /* A radius that changes makes it longer by half the square of the slope. */
     return length + (length >> 14) * (a->slope * a->slope >> 30) / ((int64_t)1 << 17);
 }
 
-int64_t arc_part_angle(const arc *a) { return FIXED_TURN / 8 >> a->parts; }
+int64_t arc_border_part_angle(const arc *a) { return FIXED_TURN / 8 >> a->parts; }
 
 /* Path pulses up to a place `plane` along the curve. */
 static int64_t path_to(const arc *a, int64_t plane) {
@@ -26,18 +26,19 @@ static int64_t path_to(const arc *a, int64_t plane) {
     return fixed_product(a->total << 10, fixed_fraction(plane, &a->by_plane)) >> 10;
 }
 
-unsigned arc_major_of(unsigned eighth) { return (eighth + 1) & 2 ? 0 : 1; }
-int32_t arc_travel_of(unsigned eighth, unsigned axis) {
+unsigned arc_border_major_of(unsigned eighth) { return (eighth + 1) & 2 ? 0 : 1; }
+int32_t arc_border_travel_of(unsigned eighth, unsigned axis) {
     return ((eighth + (axis ? 2 : 4)) & 7) < 4 ? 1 : -1;
 }
 
-SHARED int64_t arc_error_at(const arc *a, const int32_t at[2], int64_t square) {
-    return (arc_square_of(arc_fine_at(a, 0, at[0]), arc_fine_at(a, 1, at[1])) - square) / MOVE_FINE;
+SHARED int64_t arc_border_error_at(const arc *a, const int32_t at[2], int64_t square) {
+    int32_t x = arc_border_fine_at(a, 0, at[0]), y = arc_border_fine_at(a, 1, at[1]);
+    return (arc_border_square_of(x, y) - square) / MOVE_FINE;
 }
 
-int arc_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64_t square) {
-    int64_t error = arc_error_at(a, at, square);
-    int64_t from = fixed_magnitude(arc_fine_at(a, axis, at[axis]));
+int arc_border_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64_t square) {
+    int64_t error = arc_border_error_at(a, at, square);
+    int64_t from = fixed_magnitude(arc_border_fine_at(a, axis, at[axis]));
     if (error + from + MOVE_FINE / 4 < 0)
         return 1;
     return error - from + MOVE_FINE / 4 >= 0 ? -1 : 0;
@@ -46,10 +47,10 @@ int arc_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64_t squa
 /* Move a place to the curve along `axis`. */
 static void settle(const arc *a, int32_t at[2], unsigned axis, int64_t square) {
     for (unsigned tries = 0; tries < 8; tries++) {
-        int off = arc_neighbour(a, at, axis, square);
+        int off = arc_border_neighbour(a, at, axis, square);
         if (!off)
             return;
-        at[axis] += arc_fine_at(a, axis, at[axis]) < 0 ? -off : off;
+        at[axis] += arc_border_fine_at(a, axis, at[axis]) < 0 ? -off : off;
     }
 }
 
@@ -69,7 +70,7 @@ static void turn_on(const arc *a, int64_t along, arc_border *b) {
 
 /* How far a place is from the ideal one, along an axis of the plane. */
 static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned axis) {
-    return fixed_scaled(arc_fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
+    return fixed_scaled(arc_border_fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
 }
 
 /* How much further along the curve it passes the place's coordinate of the major axis. */
@@ -95,9 +96,9 @@ static int64_t foot_of(const arc *a, const arc_ideal *p, const int32_t at[2]) {
 /* Make the place the nearer one along an axis by changing the square of the radius a little; returns
    by how much, in units of the error. */
 static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *square) {
-    int off = arc_neighbour(a, at, axis, *square);
-    int64_t error = arc_error_at(a, at, *square);
-    int64_t from = fixed_magnitude(arc_fine_at(a, axis, at[axis]));
+    int off = arc_border_neighbour(a, at, axis, *square);
+    int64_t error = arc_border_error_at(a, at, *square);
+    int64_t from = fixed_magnitude(arc_border_fine_at(a, axis, at[axis]));
     int64_t much = off > 0   ? error + from + MOVE_FINE / 4
                    : off < 0 ? error - from + MOVE_FINE / 4 + 1
                              : 0;
@@ -117,8 +118,8 @@ static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
     for (unsigned step = 0; step < 3; step++) {
         for (unsigned axis = 0; axis < 2; axis++)
             at[axis] += way * travel[axis];
-        int32_t place = arc_fine_at(a, minor, at[minor]);
-        int64_t error = arc_error_at(a, at, square_at(a, p, at, major) + (*square - base));
+        int32_t place = arc_border_fine_at(a, minor, at[minor]);
+        int64_t error = arc_border_error_at(a, at, square_at(a, p, at, major) + (*square - base));
         int64_t half = fixed_magnitude(place), margin = a->slope ? half / 24 : 0;
         bool outwards = (place < 0) == (way * travel[minor] < 0);
         error += MOVE_FINE / 4;
@@ -137,10 +138,10 @@ static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
    roles. Is a place so much nearer than its neighbours, both ways? */
 #define DRIFT 3300
 static bool comfortable(const arc *a, const arc_border *b) {
-    int64_t x = fixed_magnitude(arc_fine_at(a, 0, b->at[0]));
-    int64_t y = fixed_magnitude(arc_fine_at(a, 1, b->at[1]));
-    int64_t error = fixed_magnitude(arc_error_at(a, b->at, b->square[0]));
-    int64_t other = fixed_magnitude(arc_error_at(a, b->at, b->square[1]));
+    int64_t x = fixed_magnitude(arc_border_fine_at(a, 0, b->at[0]));
+    int64_t y = fixed_magnitude(arc_border_fine_at(a, 1, b->at[1]));
+    int64_t error = fixed_magnitude(arc_border_error_at(a, b->at, b->square[0]));
+    int64_t other = fixed_magnitude(arc_border_error_at(a, b->at, b->square[1]));
     int64_t least = x < y ? x : y;
     return (error > other ? error : other) + DRIFT + least / 12 < least;
 }
@@ -190,7 +191,7 @@ static void seek(arc *a, unsigned eighth) {
     arc_border c = a->half;
     int32_t way = next_try(a);
     for (unsigned axis = 0; axis < 2; axis++)
-        c.at[axis] += way * arc_travel_of(eighth, axis);
+        c.at[axis] += way * arc_border_travel_of(eighth, axis);
     c.square[0] = square_at(a, p, c.at, 0);
     int32_t before = c.at[1];
     settle(a, c.at, 1, c.square[0]);
@@ -202,8 +203,8 @@ static void seek(arc *a, unsigned eighth) {
 /* What it lacks. */
 static void weigh(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
-    unsigned major = arc_major_of(eighth);
-    int32_t travel[2] = {arc_travel_of(eighth, 0), arc_travel_of(eighth, 1)};
+    unsigned major = arc_border_major_of(eighth);
+    int32_t travel[2] = {arc_border_travel_of(eighth, 0), arc_border_travel_of(eighth, 1)};
     arc_border *c = &a->candidate;
     a->lacks = 0;
     if (comfortable(a, c))
@@ -211,8 +212,8 @@ static void weigh(arc *a, unsigned eighth) {
     a->lacks = yield(a, c->at, 0, &c->square[1]);
     a->lacks += flatten(a, p, c->at, travel, !major, -1, &c->square[!major]);
     a->lacks += flatten(a, p, c->at, travel, major, 1, &c->square[major]);
-    if (a->lacks && (arc_neighbour(a, c->at, 1, c->square[0]) ||
-                     arc_neighbour(a, c->at, 0, c->square[1])))
+    if (a->lacks && (arc_border_neighbour(a, c->at, 1, c->square[0]) ||
+                     arc_border_neighbour(a, c->at, 0, c->square[1])))
         a->lacks += HOPELESS;
 }
 
@@ -236,8 +237,8 @@ static bool judge(arc *a) {
 #define CLOSE (PULSE / 16)
 static void make_whole(const arc *a, arc_border *b, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
-    unsigned major = arc_major_of(eighth), minor = !major;
-    int32_t travel = arc_travel_of(eighth, major);
+    unsigned major = arc_border_major_of(eighth), minor = !major;
+    int32_t travel = arc_border_travel_of(eighth, major);
     int32_t to_end = (int32_t)((a->plane - p->plane) >> PULSE_BITS);
     int32_t to_start = (int32_t)(p->plane >> PULSE_BITS);
     int32_t room = (to_end < to_start ? to_end : to_start) / 2;
@@ -270,7 +271,7 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     if (ends) {
         turned = a->turn;
     } else if (index) {
-        turned = (int64_t)((uint64_t)multiple * (uint64_t)arc_part_angle(a) - (uint64_t)a->bend);
+        turned = (int64_t)((uint64_t)multiple * (uint64_t)arc_border_part_angle(a) - (uint64_t)a->bend);
         part = fixed_fraction(turned, &a->by_turn);
     } else {
         part = 0;
@@ -292,7 +293,7 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     }
     int64_t change = a->radius[1] - a->radius[0];
     p.radius = a->radius[0] + fixed_product(change, part);
-    p.plane = arc_length_to(a, swept, p.radius);
+    p.plane = arc_border_length_to(a, swept, p.radius);
     /* The square is that of an even radius; what it leaves over 64 is the same as at the start. */
     int64_t bow = (change >> 8) * (change >> 8) >> 16;
     int64_t grown = fixed_product(a->square[1] - a->square[0], part) -
@@ -338,7 +339,7 @@ static bool place_at(arc *a, uint32_t index, arc_border *b) {
         *b = a->best;
         path = a->path;
     } else {
-        unsigned major = arc_major_of(eighth);
+        unsigned major = arc_border_major_of(eighth);
         *b = a->half;
         b->square[major] = square_at(a, p, b->at, major);
         settle(a, b->at, !major, b->square[major]);

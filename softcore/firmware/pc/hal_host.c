@@ -2,7 +2,7 @@
 /* A machine for the firmware to talk to on a computer: it stands where it is told, or follows the path
    at once. It knows nothing of time, servo or gap; the real gateware is simulated elsewhere. */
 #include "app/events.h"
-#include "app/watch.h"
+#include "app/main_loop.h"
 #include "base/move.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
@@ -12,7 +12,6 @@
 #define QUEUE 16
 
 static uint32_t clock_hz, pulses_per_mm, jump_axis;
-static uint64_t cycle;
 static hal_segment slots[HAL_SLOTS];
 static int32_t bounds[BOUNDS];
 static int32_t position, front;
@@ -36,9 +35,9 @@ static bool damaged;               /* the path, until it is forgotten */
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
 static bool lost;
-static uint32_t pets, sleeps;
+static uint32_t pets, sleeps, unwatched, answers;
 static uint8_t expected_pet;
-static uint32_t unwatched;
+static bool watch_closed, watch_asks;
 static uint32_t guards[1 + 2 * HAL_AXES];  /* as written: see gk_guards */
 static int32_t start_first;
 static int32_t creep;              /* pulses that the machine makes before a bound is written */
@@ -126,7 +125,7 @@ static void announce(uint32_t kind, uint32_t detail, uint32_t first, uint32_t se
     }
     hal_event *e = &queue[queue_head++ % QUEUE];
     *e = (hal_event){.kind = (uint8_t)kind, .detail = (uint8_t)detail, .slot = (uint8_t)slot,
-                     .cycle_low = (uint32_t)cycle, .path = position, .first = first,
+                     .cycle_low = hal_cycle_low(), .path = position, .first = first,
                      .second = second};
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         e->encoder[axis] = gk_axis(axis);
@@ -195,9 +194,14 @@ static int32_t go_back(int32_t pulses) {
 }
 
 /* The switch of the condition looks where the jump axis is. */
-void host_depth(void) {
+static void look_at_depth(void) {
     if (jump_axis < HAL_AXES && host_gap_moved(gk_axis(jump_axis)))
         announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)gk_axis(jump_axis), 0);
+}
+
+void hal_condition_arm(int32_t depth) {
+    host_gap_arm(depth);
+    look_at_depth();
 }
 
 static void stand_here(void) {
@@ -213,7 +217,7 @@ int32_t gk_go(int32_t pulses) {
             break;
         made += step;
         stand_here();
-        host_depth();
+        look_at_depth();
     }
     return pulses > 0 ? made : -made;
 }
@@ -222,7 +226,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     clock_hz = hz;
     pulses_per_mm = per_mm;
     jump_axis = axis;
-    cycle = 0;
+    host_clock_boot();
     host_link_boot();
     position = front = 0;
     slot = offset = 0;
@@ -246,22 +250,23 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     busy_passes = 0;
     under_way = damaged = false;
     queue_head = queue_tail = 0;
-    pets = sleeps = unwatched = 0;
+    pets = sleeps = unwatched = answers = 0;
+    watch_closed = watch_asks = false;
     host_gap_boot();
     expected_pet = 0xa5;
-    watch_boot();
+    main_loop_boot();
 }
 
 void gk_pass(uint32_t passes) {
     while (passes--) {
-        watch_pass();
-        cycle += PASS_CLOCKS;
+        main_loop_pass();
+        host_cost(PASS_CLOCKS);
         if (busy_passes && busy_passes != UINT32_MAX)
             busy_passes--;
         if (run && !hold && !host_link_held() && !safe && speed && state == MOTION_FRONT &&
             go_forward((int32_t)speed))
             stand_here();
-        host_depth();
+        look_at_depth();
     }
 }
 
@@ -299,6 +304,11 @@ void gk_words(const hal_segment *s, gk_segment *words) {
 
 void gk_slot(uint32_t number, gk_segment *segment) { gk_words(&slots[number], segment); }
 uint32_t gk_pets(void) { return pets; }
+uint32_t gk_answers(void) { return answers; }
+void gk_watch(bool closed, bool asks) {
+    watch_closed = closed;
+    watch_asks = asks;
+}
 uint32_t gk_sleeps(void) { return sleeps; }
 uint32_t gk_unwatched(void) { return unwatched; }
 void gk_guards(uint32_t words[7]) {
@@ -341,9 +351,6 @@ bool hal_is_gapkeeper(void) { return true; }
 uint32_t hal_clock_hz(void) { return clock_hz; }
 uint32_t hal_pulses_per_mm(void) { return pulses_per_mm; }
 unsigned hal_jump_axis(void) { return jump_axis; }
-uint64_t hal_cycle(void) { return cycle; }
-uint32_t hal_cycle_low(void) { return (uint32_t)cycle; }
-void host_cost(uint32_t clocks) { cycle += clocks; }
 
 void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
 void hal_fast_slot(unsigned number) { (void)number; }
@@ -410,9 +417,9 @@ bool hal_event_lost(void) {
     unwatched += expected_pet == 0xa5; /* the first thing that the events' task asks */
     return was;
 }
-void hal_interrupts(bool enabled) {
-    interrupts = enabled;
-    if (enabled)
+void hal_interrupts(bool events) {
+    interrupts = events;
+    if (events)
         events_interrupt();
 }
 
@@ -424,9 +431,15 @@ void hal_sleep(uint32_t clocks) {
 }
 
 void hal_pet(uint8_t key) {
+    if (key == 0xc3) {
+        answers++;
+        return;
+    }
     pets += key == expected_pet;
     expected_pet = key == 0xa5 ? 0x5a : 0xa5;
 }
+bool hal_watch_open(void) { return !watch_closed; }
+bool hal_watch_asked(void) { return watch_asks; }
 bool hal_safe(void) { return safe; }
 unsigned hal_first_cause(void) { return cause; }
 uint32_t hal_causes(void) { return safe ? 1u << cause | live : 0; }

@@ -65,10 +65,9 @@ void hal_condition_commit(void) {
     pending = true;
     take();
 }
-void hal_condition_arm(int32_t at) {
+void host_gap_arm(int32_t at) {
     depth = at;
     armed = true;
-    host_depth();
 }
 void hal_condition_disarm(void) { armed = false; }
 void hal_condition_restart(void) {

@@ -73,7 +73,8 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void host_gap_boot(void);    /* its part of that */
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition is switched by depth */
-void host_depth(void);
+void host_gap_arm(int32_t depth);    /* the condition is to be switched there */
+void host_clock_boot(void);
 void host_cost(uint32_t clocks);    /* the firmware does something that takes its time */
 void host_link_boot(void);
 bool host_link_held(void);   /* a `!` or Ctrl-X lets nothing go forward */
@@ -133,6 +134,8 @@ void gk_opens(uint32_t count);      /* and pulses without one */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 void gk_law_read(uint32_t words[12]);   /* a hal_law, with the references behind its window */
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
+void gk_watch(bool closed, bool asks); /* the watchdog takes no call yet; asks for its interrupt */
+uint32_t gk_answers(void);      /* to that interrupt since boot */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 /* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/control.h"
+
+#include "app/events.h"
+#include "app/machine.h"
+#include "app/program.h"
+#include "base/alarm.h"
+#include "path/path.h"
+
+__attribute__((noinline)) void control_take_alarm(void) {
+    machine_stop();
+    program_abort();
+    machine_take_alarm();
+}
+
+void control_reset(void) {
+    bool moving = !path_at_front() || program_running();
+    if (moving && !machine_locked()) {
+        fault f = {.code = FAULT_RESET, .text = "reset by the operator during motion"};
+        alarm_raise(&f);
+        control_take_alarm();
+    }
+    alarm_outputs_off();
+    machine_stop();
+    program_abort();
+}
+
+bool control_unlock(fault *f) {
+    if (!machine_locked())
+        return true;
+    if (!machine_clear(f))
+        return false;
+    /* A path that begins here also ends the halted state. */
+    events_drop();
+    path_begin();
+    program_resynchronise();
+    machine_free();
+    return true;
+}
+
+bool control_take_position(fault *f) {
+    if (machine_locked())
+        return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
+    if (program_running() || !path_at_front())
+        return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
+    machine_know_position();
+    return true;
+}

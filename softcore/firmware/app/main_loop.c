@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/main_loop.h"
+
+#include "app/commands.h"
+#include "app/control.h"
+#include "app/events.h"
+#include "app/machine.h"
+#include "app/motion_watch.h"
+#include "app/profile.h"
+#include "app/program.h"
+#include "base/alarm.h"
+#include "base/settings.h"
+#include "base/units.h"
+#include "gap/gap.h"
+#include "hal/hal.h"
+#include "link/output.h"
+#include "path/path.h"
+#include "roughing/commands.h"
+
+#define PET_START 0xa5
+#define PET_END 0x5a
+#define PET_INTERRUPT 0xc3
+
+/* After a round of passes in which there was nothing to do the processor sleeps: an event or a byte
+   wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
+#define SLEEP_CLOCKS 3000
+
+/* A task with more to do goes on for so long and so many steps: a short block or a piece of an arc
+   takes several, and the three other tasks must not come in between each time. It is little enough
+   for the bytes that come meanwhile to fit the gateware's queue. */
+#define STRETCH_CLOCKS 12000
+#define STRETCH_STEPS 8
+
+static unsigned turn;
+static bool busy;               /* something was done in this round */
+
+/* The second key, unless the last call was just before: the next one is in time as well. */
+static void end(void) {
+    if (hal_watch_open())
+        hal_pet(PET_END);
+}
+
+static void pet(void) {
+    hal_pet(PET_START);
+    end();
+}
+
+void main_loop_interrupt(void) {
+    if (hal_watch_asked())
+        hal_pet(PET_INTERRUPT);
+}
+
+void main_loop_boot(void) {
+    turn = 0;
+    busy = true;
+    profile_init();
+    alarm_init();
+    pet();
+    units_init(hal_clock_hz(), hal_pulses_per_mm());
+    output_init();
+    pet();
+    settings_init(pet);
+    pet();
+    gap_init();
+    pet();
+    events_init();
+    path_init();
+    machine_init();
+    motion_watch_init();
+    program_init();
+    roughing_init();
+    output_frame(program_offset());
+    pet();
+    hal_interrupts(true);
+    commands_init();
+}
+
+/* One step of a task; true if there was something to do. */
+static bool step(unsigned task) {
+    switch (task) {
+    case 0: return events_step();
+    case 1: return path_step();
+    case 2: return program_step();
+    default: return commands_serve();
+    }
+}
+
+/* The same between two calls of the watchdog: its period bounds the longest step, not their sum. It
+   begins in clock `now`, which becomes that of its end. */
+static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
+    uint32_t began = *now;
+    hal_pet(PET_START);
+    bool more = work(task);
+    if (alarm_raised())
+        control_take_alarm();
+    if (program_answers())
+        commands_answer_program();
+    end();
+    *now = hal_cycle_low();
+    profile_note(task, *now - began);
+    busy = busy || more;
+    return more;
+}
+
+static bool serve_link(unsigned task) {
+    (void)task;
+    return commands_step();
+}
+
+static bool look(unsigned task) {
+    motion_watch_step();
+    gap_view view = {.machining = machine_machining(), .held = machine_held(),
+                     .at_front = gap_serves() && path_at_front()};
+    return gap_watch(&view) || step(task);
+}
+
+/* A pass serves the link and one other task. */
+void main_loop_pass(void) {
+    uint32_t now = hal_cycle_low();
+    (void)watched(PROFILE_TASKS - 1, serve_link, &now);
+    unsigned task = turn++ % PROFILE_TASKS;
+    uint32_t began = now;
+    bool more = watched(task, task ? step : look, &now);
+    for (unsigned count = 1; more && task != PROFILE_TASKS - 1 && count < STRETCH_STEPS &&
+                             now - began < STRETCH_CLOCKS; count++)
+        more = watched(task, step, &now);
+    if (task == PROFILE_TASKS - 1) {
+        if (!busy) {
+            hal_sleep(SLEEP_CLOCKS);
+            pet(); /* or its time would be missing from the next pass */
+        }
+        busy = false;
+    }
+}

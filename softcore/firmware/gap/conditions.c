@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gap/conditions.h"
+
+#include "base/settings.h"
+#include "hal/hal.h"
+
+#define USUAL                                                                                      \
+    .open_v = 80, .open_percent = 75, .arc_v = 20, .short_v = 12, .step = 50
+
+/* Copper on steel, electrode positive, in hydrocarbon oil: from finishing to roughing. One IP is
+   1.5 A (the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A, off-times keep
+   the duty factor between one third and two thirds; a pulse that was an arc or a short is followed
+   by twice the rest. Fixed before any tape was tuned on them. The last are for wire: short pulses
+   with long pauses, electrode negative. */
+static const condition_row BUILT_IN[] = {
+    {.number = 100, .milli_ip = 1000, .on_us = 15, .off_us = 25, .rest_us = 25, USUAL},
+    {.number = 110, .milli_ip = 2000, .on_us = 30, .off_us = 30, .rest_us = 30, USUAL},
+    {.number = 120, .milli_ip = 4000, .on_us = 60, .off_us = 40, .rest_us = 40, USUAL},
+    {.number = 130, .milli_ip = 6000, .on_us = 100, .off_us = 50, .rest_us = 50, USUAL},
+    {.number = 140, .milli_ip = 9000, .on_us = 150, .off_us = 75, .rest_us = 75, USUAL},
+    {.number = 150, .milli_ip = 12000, .on_us = 200, .off_us = 100, .rest_us = 100, USUAL},
+    {.number = 500, .milli_ip = 8000, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, USUAL},
+    {.number = 510, .milli_ip = 2000, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, USUAL},
+};
+#define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
+
+/* A tape's row hides one of the same number that was entered by hand, for as long as it is kept. */
+static condition_row entered[CONDITIONS_ENTERED];
+static enum { FREE, BY_HAND, BY_TAPE } origin[CONDITIONS_ENTERED];
+
+/* Place of an entered row; CONDITIONS_ENTERED if there is none. */
+static unsigned place(uint32_t number, unsigned from) {
+    unsigned at = 0;
+    while (at < CONDITIONS_ENTERED && (origin[at] != from || entered[at].number != number))
+        at++;
+    return at;
+}
+
+const condition_row *conditions_find(uint32_t number) {
+    for (unsigned from = BY_TAPE; from != FREE; from--) {
+        unsigned at = place(number, from);
+        if (at < CONDITIONS_ENTERED)
+            return &entered[at];
+    }
+    for (unsigned i = 0; i < BUILT_IN_ROWS; i++)
+        if (BUILT_IN[i].number == number)
+            return &BUILT_IN[i];
+    return 0;
+}
+
+static void forget(unsigned from) {
+    for (unsigned at = 0; at < CONDITIONS_ENTERED; at++)
+        if (origin[at] == from)
+            origin[at] = FREE;
+}
+
+void conditions_start(void) { forget(BY_TAPE); }
+
+void conditions_reset(void) {
+    forget(BY_TAPE);
+    forget(BY_HAND);
+}
+
+condition_row conditions_draft(uint32_t number) {
+    const condition_row *row = conditions_find(number);
+    return row ? *row : (condition_row){.number = number, USUAL};
+}
+
+/* A time of a current `more` above the lower of two that are `apart`. */
+static uint16_t between(uint32_t lower, uint32_t upper, uint32_t more, uint32_t apart) {
+    return (uint16_t)(lower + ((upper - lower) * more * 2 + apart) / (apart * 2));
+}
+
+condition_row conditions_planned(uint32_t ip) {
+    uint32_t milli_ip = ip * 1000;
+    const condition_row *lower = BUILT_IN, *upper = 0;
+    for (const condition_row *row = BUILT_IN; !upper && !row->negative; row++) {
+        if (row->milli_ip <= milli_ip)
+            lower = row;
+        else
+            upper = row;
+    }
+    bool known = lower->milli_ip == milli_ip;
+    uint32_t number = known ? lower->number : CONDITIONS_PLANNED + ip;
+    unsigned at = place(number, BY_HAND);
+    condition_row row = known ? *lower : (condition_row){.number = number, USUAL};
+    if (at < CONDITIONS_ENTERED)
+        row = entered[at];
+    if (known)
+        return row;
+    uint32_t apart = upper ? upper->milli_ip - lower->milli_ip : lower->milli_ip;
+    uint32_t more = milli_ip - lower->milli_ip;
+    row.milli_ip = (uint16_t)milli_ip;
+    row.on_us = between(lower->on_us, upper ? upper->on_us : 2 * lower->on_us, more, apart);
+    row.off_us = between(lower->off_us, upper ? upper->off_us : 2 * lower->off_us, more, apart);
+    row.rest_us = row.off_us;
+    return row;
+}
+
+bool conditions_enter(const condition_row *row, bool by_hand) {
+    unsigned hidden = by_hand ? place(row->number, BY_TAPE) : CONDITIONS_ENTERED;
+    if (hidden < CONDITIONS_ENTERED)
+        origin[hidden] = FREE;
+    unsigned at = place(row->number, by_hand ? BY_HAND : BY_TAPE);
+    for (unsigned i = 0; at == CONDITIONS_ENTERED && i < CONDITIONS_ENTERED; i++)
+        if (origin[i] == FREE)
+            at = i;
+    if (at == CONDITIONS_ENTERED)
+        return false;
+    entered[at] = *row;
+    origin[at] = by_hand ? BY_HAND : BY_TAPE;
+    return true;
+}
+
+bool conditions_level(const condition_row *row, uint32_t *level) {
+    uint32_t step_ua = settings_get(SET_CURRENT_STEP_MA) * 1000, ua = row->milli_ip * CONDITIONS_IP_MA;
+    *level = (ua + step_ua / 2) / step_ua;
+    uint32_t nearest_ua = *level * step_ua, off = nearest_ua < ua ? ua - nearest_ua : nearest_ua - ua;
+    return *level <= hal_level_limit() && off <= 10 * CONDITIONS_IP_MA;
+}
+
+bool conditions_seen(const condition_row *row) {
+    return row->on_us * 1000u > settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS);
+}

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gap/feed_modes.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "hal/hal.h"
+
+/* A level is 2**-16 of the converter's full scale, 100 V at the gap; K is for a sixteenth of it. */
+#define LEVELS(mv) ((mv) * 2048 / 3125)
+#define GAIN_STEP(gain) ((gain) * 25 / 4)
+
+#define CLEAN_PULSES 64         /* open pulses that a no-load voltage is measured with, at least, */
+#define CLEAN_WINDOWS 3         /* and windows: the first may have begun before, the last may have begun
+                                   to see a discharge that is not counted before its pulse ends */
+
+static unsigned law;
+static uint32_t no_load;                /* level: computed, or measured */
+static uint32_t discharges, opens;      /* when the last discharge was noticed, */
+static uint8_t windows;                 /* means taken when one was noticed, */
+static unsigned clean;                  /* and those without a discharge */
+static uint32_t before;                 /* level: the last of them */
+
+bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column, fault *f) {
+    if (number < FEED_ZERO || !row)
+        return true;
+    bool by_drop = number == FEED_REMOVAL;
+    if (!(by_drop ? row->drop_mv : row->reference_mv))
+        return fault_at(f, FAULT_CONDITION, column,
+                        "G95 P%u needs a reference %s, %c of G10, which the condition C%u does not have",
+                        number, by_drop ? "drop Es" : "voltage Vs", by_drop ? 'U' : 'V', row->number);
+    if (by_drop && settings_get(SET_LAW_RATIO_LOWEST) > settings_get(SET_LAW_RATIO_HIGHEST))
+        return fault_at(f, FAULT_SETTING, column,
+                        "the lowest ratio Es/Ex of the settings is above the highest");
+    return true;
+}
+
+/* At most 300 V, 2000 us: below 2**32. */
+uint32_t feed_modes_no_load_mv(const condition_row *row, uint32_t share_percent) {
+    return row->open_v * share_percent * 10 * row->on_us / (row->on_us + row->off_us);
+}
+
+bool feed_modes_measures(void) { return law >= FEED_ZERO; }
+
+void feed_modes_settings(void) {
+    if (!feed_modes_measures()) {
+        /* Without a law the rest does not matter, and its conversions take their time. */
+        static const hal_law none;
+        hal_law_write(&none);
+        return;
+    }
+    bool distance = law == FEED_REMOVAL;
+    uint32_t gain = settings_get(law == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
+    uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
+    uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(SET_LAW_UNIT_UM));
+    hal_law words = {
+        .law = law < FEED_ZERO ? 0 : law - FEED_CLASSES,
+        .measure = feed_modes_measures(),
+        .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
+        .window = units_clocks_of_us(us),
+        .least = LEVELS(settings_get(SET_LAW_LEAST_MV)),
+        .lowest = settings_get(SET_LAW_RATIO_LOWEST) * 4096 / 1000,
+        .highest = settings_get(SET_LAW_RATIO_HIGHEST) * 4096 / 1000,
+        .gain = units_rate(GAIN_STEP(gain)),
+        .fastest = units_rate(settings_highest_speed()),
+    };
+    hal_law_write(&words);
+}
+
+void feed_modes_init(void) {
+    law = FEED_CONSTANT;
+    no_load = 0;
+    clean = 0;
+}
+
+
+void feed_modes_select(unsigned number) { law = number; }
+
+uint32_t feed_modes_no_load_of(const condition_row *row, uint32_t share_percent) {
+    return LEVELS(feed_modes_no_load_mv(row, share_percent));
+}
+
+uint32_t feed_modes_no_load(void) { return no_load; }
+
+void feed_modes_stage(const condition_row *row, uint32_t level) {
+    hal_law_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
+}
+
+void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
+    no_load = feed_modes_no_load_of(row, share_percent);
+    clean = 0;
+}
+
+bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
+    if (!feed_modes_measures() || !settings_get(SET_LAW_NO_LOAD))
+        return false;
+    hal_law_state state = hal_law_read();
+    uint32_t sum = counts[1] + counts[2] + counts[3];
+    if (sum != discharges || !machining || !state.known) {
+        discharges = sum;
+        opens = counts[0];
+        windows = state.windows;
+        clean = 0;
+        return false;
+    }
+    if (state.windows == windows)
+        return false;
+    windows = state.windows;
+    clean += clean < CLEAN_WINDOWS;
+    bool measured = clean == CLEAN_WINDOWS && counts[0] - opens >= CLEAN_PULSES && no_load != before;
+    if (measured)
+        no_load = before;
+    before = state.mean;
+    return measured;
+}

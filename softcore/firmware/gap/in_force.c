@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gap/in_force.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "gap/feed_modes.h"
+#include "hal/hal.h"
+
+#define REFERENCE_FULL_V 100    /* at the gap, of a reference that is all ones */
+#define REFERENCE_STEPS 1024
+
+/* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
+   1.25 x 10**5 (as its blurred column is read) and 4 x 10**4 to 10**3. The shares of the open voltage
+   are those of a leak through 10 mm2 at 40 um behind 10 ohm. */
+static const gap_class PATENT[GAP_CLASSES] = {
+    {3, 6, 14, 100}, {5, 5, 18, 99}, {8, 3, 22, 98}, {13, 2, 28, 75},
+};
+
+static gap_class classes[GAP_CLASSES];
+static gap_class kept[GAP_CLASSES];     /* the same without what the tape has entered */
+static condition_row row;      /* the condition in force */
+static uint32_t step_ma;        /* of the supply, when a C put it or the series' first in force */
+static bool conditioned;        /* there is one */
+static unsigned fluid;          /* class in force */
+
+void in_force_init(void) {
+    for (unsigned i = 0; i < GAP_CLASSES; i++)
+        classes[i] = kept[i] = PATENT[i];
+    conditioned = false;
+    fluid = 0;
+}
+
+gap_class in_force_class(unsigned number) { return classes[number]; }
+
+void in_force_enter_class(unsigned number, const gap_class *c, bool by_hand) {
+    classes[number] = *c;
+    if (by_hand)
+        kept[number] = *c;
+}
+
+void in_force_start(void) {
+    for (unsigned i = 0; i < GAP_CLASSES; i++)
+        classes[i] = kept[i];
+}
+
+unsigned in_force_fluid(void) { return fluid; }
+
+bool in_force_set_fluid(unsigned number) {
+    bool changed = number != fluid;
+    fluid = number % GAP_CLASSES;
+    return changed;
+}
+
+const condition_row *in_force_row(void) { return conditioned ? &row : 0; }
+
+void in_force_set(const condition_row *condition) {
+    row = *condition;
+    step_ma = settings_get(SET_CURRENT_STEP_MA);
+    conditioned = true;
+}
+
+void in_force_switched(const condition_row *condition) {
+    row = *condition;
+    feed_modes_condition(&row, classes[fluid].share_percent);
+}
+
+bool in_force_current_kept(void) {
+    return !conditioned || step_ma == settings_get(SET_CURRENT_STEP_MA);
+}
+
+bool in_force_take_references(const condition_row *judged) {
+    if (!conditioned ||
+        (row.reference_mv == judged->reference_mv && row.drop_mv == judged->drop_mv))
+        return false;
+    row.reference_mv = judged->reference_mv;
+    row.drop_mv = judged->drop_mv;
+    return true;
+}
+
+static uint32_t volts(uint32_t value_v) {
+    uint32_t steps = value_v * REFERENCE_STEPS / REFERENCE_FULL_V;
+    return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
+}
+
+/* As the fluid's class has it, with a no-load voltage. */
+static void stage(const condition_row *r, uint32_t no_load) {
+    const gap_class *c = &classes[fluid];
+    bool own = r->dame || r->open || r->ok;
+    uint32_t level = 0;
+    (void)conditions_level(r, &level);
+    hal_presets(own ? r->dame : c->dame, own ? r->open : c->open, own ? r->ok : c->ok);
+    hal_pulse(units_clocks_of_us(r->on_us), units_clocks_of_us(r->off_us),
+              units_clocks_of_us(r->rest_us), level);
+    hal_supply(r->open_v / GAP_SUPPLY_STEP_V, r->negative);
+    /* The fluid leaves less than the source gives; what burns, burns at its own voltage. */
+    uint32_t left_v = (uint32_t)r->open_v * r->open_percent * c->share_percent / 10000;
+    hal_references(volts(left_v), volts(r->arc_v), volts(r->short_v));
+    hal_servo_step(r->step);
+    feed_modes_stage(r, no_load);
+}
+
+void in_force_stage(const condition_row *r) {
+    stage(r, feed_modes_no_load_of(r, classes[fluid].share_percent));
+}
+
+void in_force_stage_now(void) {
+    const gap_class *c = &classes[fluid];
+    if (conditioned)
+        stage(&row, feed_modes_no_load());
+    else
+        hal_presets(c->dame, c->open, c->ok);
+}
+
+void in_force_apply(void) {
+    if (conditioned)
+        feed_modes_condition(&row, classes[fluid].share_percent);
+}

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "interp/interpreter.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "gap/depth_series.h"
+#include "gap/feed_modes.h"
+#include "interp/arc_words.h"
+#include "interp/gap_words.h"
+#include "interp/path_words.h"
+#include "interp/retraction_words.h"
+#include "interp/series_words.h"
+#include "interp/words.h"
+
+#include <stddef.h>
+
+_Static_assert(offsetof(plan, after) == 0, "interpreter_block clears what follows the state");
+
+typedef struct {
+    uint16_t tenths;
+    uint8_t group;
+} g_row;
+
+static const g_row G_ROWS[] = {
+    {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
+    {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
+    {370, G_ONCE}, {380, G_ONCE}, {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE},
+    {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
+    {590, G_SYSTEM}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE}, {940, G_FEED},
+    {950, G_FEED},
+};
+
+typedef struct {
+    uint16_t first, last; /* tenths */
+    const char *name;
+} refused_row;
+
+/* A block of these words and no code goes on along the path, and does nothing else. */
+#define PATH_LETTERS (AXIS_LETTERS | BLOCK_BIT('F') | BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | \
+                      BLOCK_BIT('N') | BLOCK_BIT('R'))
+
+/* Codes of the dialect that this version does not carry out: named, so that nobody looks for a
+   typing error. */
+static const refused_row REFUSED[] = {
+    {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
+};
+
+static bool find_groups(context *c) {
+    for (unsigned group = 0; group < G_GROUPS; group++)
+        c->g[group] = -1;
+    for (unsigned i = 0; i < c->b->g_count; i++) {
+        code_word code = c->b->g[i];
+        for (unsigned k = 0; k < sizeof REFUSED / sizeof *REFUSED; k++)
+            if (code.tenths >= REFUSED[k].first && code.tenths <= REFUSED[k].last)
+                return fault_at(c->f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
+        const g_row *row = G_ROWS;
+        const g_row *end = G_ROWS + sizeof G_ROWS / sizeof *G_ROWS;
+        while (row < end && row->tenths != code.tenths)
+            row++;
+        if (row == end)
+            return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
+                            (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+        if (c->g[row->group] >= 0)
+            return fault_at(c->f, FAULT_CONFLICT, code.column, "G%u and G%u exclude each other",
+                            (uint32_t)c->g[row->group] / 10, (uint32_t)code.tenths / 10);
+        c->g[row->group] = (int16_t)code.tenths;
+        c->column[row->group] = code.column;
+    }
+    return true;
+}
+
+static bool judge_feed(context *c, uint32_t highest_speed) {
+    const word *w = words_take(c, 'F');
+    if (!w)
+        return true;
+    if (!words_speed(c, w, 'F', &c->p->after.feed))
+        return false;
+    if (c->p->after.feed == 0)
+        return fault_at(c->f, FAULT_FEED, w->column, "the feed F must be 0.001 mm/min or more");
+    if (c->p->after.feed > highest_speed)
+        return fault_at(c->f, FAULT_FEED, w->column, "the feed F is above the machine's %u mm/min",
+                        highest_speed / 1000);
+    return true;
+}
+
+static bool judge_dwell(context *c) {
+    const word *ms = words_take(c, 'P'), *seconds = words_take(c, 'X');
+    if (!ms == !seconds)
+        return fault_at(c->f, ms ? FAULT_CONFLICT : FAULT_MISSING, ms ? ms->column : 0,
+                        "G04 needs its time, as P (ms) or X (s)");
+    const word *w = ms ? ms : seconds;
+    if (w->negative || !units_clocks(w->number, ms != 0, &c->p->dwell))
+        return fault_at(c->f, FAULT_OVERFLOW, w->column, "the time of G04 is out of range");
+    return true;
+}
+
+static bool judge_condition(context *c) {
+    const word *w = words_take(c, 'C');
+    c->p->changes_condition = w;
+    return !w || words_condition(c, w, &c->p->after.condition);
+}
+
+static bool judge_auxiliary(context *c) {
+    plan *p = c->p;
+    const word *s = words_take(c, 'S'), *t = words_take(c, 'T');
+    p->s = s ? (int32_t)block_name(c->b, 'S') : -1;
+    p->t = t ? (int32_t)block_name(c->b, 'T') : -1;
+    if (p->s > UINT16_MAX || p->t > UINT16_MAX)
+        return fault_at(c->f, FAULT_OVERFLOW, p->s > UINT16_MAX ? s->column : t->column,
+                        "the code of S or T is above 65535");
+    unsigned passed = 0, fluid = 0;
+    uint32_t machining_column = 0;
+    for (unsigned i = 0; i < c->b->m_count; i++) {
+        code_word code = c->b->m[i];
+        uint32_t m = code.tenths / 10;
+        bool clash = false;
+        if (code.tenths % 10)
+            return fault_at(c->f, FAULT_NUMBER, code.column, "the word M takes no decimal point");
+        if (m <= 2 || m == 30) {
+            clash = p->stop != STOP_NONE;
+            p->stop = m == 0 ? STOP_PROGRAM : m == 1 ? STOP_OPTIONAL : STOP_END;
+        } else if (m == 3 || m == 5) {
+            clash = p->machining_on || p->machining_off;
+            machining_column = code.column;
+            p->machining_on = m == 3;
+            p->machining_off = m == 5;
+        } else if (m == 9) {
+            clash = fluid++;
+            p->fluid_off = true;
+        } else {
+            clash = m == 8 ? fluid++ : 0;
+            p->m[passed++] = (int32_t)m;
+        }
+        if (clash)
+            return fault_at(c->f, FAULT_CONFLICT, code.column,
+                            "M%u and another M code exclude each other", m);
+    }
+    if (passed < BLOCK_CODES)
+        p->m[passed] = -1;
+    p->after.machining = p->machining_on || (p->after.machining && !p->machining_off);
+    if (!p->machining_on)
+        return true;
+    if (!p->after.condition)
+        return fault_at(c->f, FAULT_CONDITION, machining_column,
+                        "M03 without a machining condition (C) before it");
+    /* The settings may have changed since the C, and what is in force may be none of the table. */
+    const condition_row *unseen = p->changes_condition ? 0 : depth_series_unseen();
+    if (!words_seen(c, unseen ? unseen : p->after.condition, machining_column))
+        return false;
+    return p->changes_condition || in_force_current_kept() ||
+           fault_at(c->f, FAULT_CONDITION, machining_column,
+                    "M03 needs a C anew: the step of the power supply ($%u) has changed since",
+                    (uint32_t)SET_CURRENT_STEP_MA);
+}
+
+static bool judge_table(context *c, bool mdi) {
+    if (block_has(c->b, 'C'))
+        return gap_words_condition(c, mdi);
+    if (block_has(c->b, 'L'))
+        return gap_words_class(c);
+    if (block_has(c->b, 'D'))
+        return path_words_enter_wire(c);
+    if (block_has(c->b, 'P'))
+        return path_words_enter_system(c);
+    return fault_at(c->f, FAULT_MISSING, 0,
+                    "G10 needs a condition C, a class of the fluid L, a wire offset D or a work offset P");
+}
+
+/* G94, or G95 with its law. */
+static bool judge_feed_mode(context *c) {
+    if (c->g[G_FEED] < 0)
+        return true;
+    bool servo = c->g[G_FEED] == 950;
+    c->p->after.servo = FEED_CONSTANT;
+    if (c->g[G_ONCE] >= 0 && servo)
+        return fault_at(c->f, FAULT_CONFLICT, c->column[G_FEED], "G95 and G%u exclude each other",
+                        (uint32_t)c->g[G_ONCE] / 10);
+    return !servo || gap_words_law(words_take(c, 'P'), c->column[G_FEED], &c->p->after.servo, c->f);
+}
+
+/* What the law needs of the condition, as soon as both are said. */
+static bool judge_law(context *c) {
+    bool told = c->g[G_FEED] >= 0;
+    uint32_t column = told ? c->column[G_FEED] : BLOCK_WORD(c->b, 'C')->column;
+    if (!told && !c->p->changes_condition)
+        return true;
+    return feed_modes_check(c->p->after.servo, c->p->after.condition, column, c->f) &&
+           (c->p->changes_condition || depth_series_law(c->p->after.servo, column, c->f));
+}
+
+static bool judge_once(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
+    if (c->g[G_ONCE] >= 100 && c->g[G_ONCE] <= 380)
+        plan_edit(&c->p->after);
+    switch (c->g[G_ONCE]) {
+    case 40: c->p->act = ACT_DWELL; return judge_dwell(c);
+    case 100: c->p->act = ACT_TABLE; return judge_table(c, mdi);
+    case 360: c->p->act = ACT_RETRACTION; return retraction_words_enter(c, mdi, highest_speed, jump_axis);
+    case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
+    case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
+    case 390: c->p->act = ACT_SERIES; return series_words_take(c, jump_axis);
+    case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
+    default: return true;
+    }
+}
+
+/* Every word must have meant something. */
+static bool nothing_left(context *c) {
+    for (unsigned i = 0; c->free; i++)
+        if (c->free & (1u << i))
+            return fault_at(c->f, FAULT_PLACE, c->b->words[i].column,
+                            "the word %c has no meaning in this block", (char)('A' + i));
+    return true;
+}
+
+bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
+                const travel_range *t, unsigned jump_axis, plan *p, fault *f) {
+    context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
+    plan_copy(&p->after, state);
+    /* All but the state is as good as nothing. */
+    __builtin_memset((char *)p + sizeof p->after, 0, sizeof *p - sizeof p->after);
+    p->s = p->t = p->m[0] = -1;
+    p->name = -1;
+    p->class_number = GAP_CLASSES;
+    f->block = block_has(b, 'N') ? block_name(b, 'N') : 0;
+    words_take(&c, 'N');
+    if (words_take(&c, 'O'))
+        p->name = block_name(b, 'O');
+    if (!find_groups(&c))
+        return false;
+    if (c.g[G_UNITS] >= 0)
+        p->after.inch = c.g[G_UNITS] == 200;
+    if (c.g[G_DISTANCE] >= 0)
+        p->after.incremental = c.g[G_DISTANCE] == 910;
+    if (c.g[G_MOTION] >= 0)
+        p->after.mode = (motion_mode)(MODE_RAPID + c.g[G_MOTION] / 10);
+    if (c.g[G_SYSTEM] >= 0)
+        plan_select_system(&p->after, (unsigned)c.g[G_SYSTEM] / 10 - 54);
+    if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
+        return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
+                        (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
+    bool coded = b->g_count || b->m_count || b->present & ~PATH_LETTERS;
+    if ((coded && (!path_words_plane(&c) || !path_words_wire(&c, mdi) ||
+                   !judge_once(&c, mdi, highest_speed, jump_axis) || !judge_feed_mode(&c))) ||
+        !judge_feed(&c, highest_speed) ||
+        (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_law(&c))) ||
+                   !judge_auxiliary(&c))) ||
+        (c.g[G_ONCE] < 0 && !path_words_move(&c, highest_speed, t)) ||
+        !nothing_left(&c))
+        return false;
+    p->move.plane = p->after.plane;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        p->changes_frame = p->changes_frame || p->after.offset[axis] != state->offset[axis];
+    p->acts_before = p->act != ACT_NONE || p->changes_condition || p->changes_servo ||
+                     p->changes_frame || p->machining_on || p->s >= 0 || p->t >= 0 || p->m[0] >= 0;
+    p->acts_after = p->machining_off || p->fluid_off || p->stop != STOP_NONE;
+    return true;
+}
+
+plan_result interpreter_arc_step(plan *p, const travel_range *t, fault *f) {
+    return arc_words_step(p, t, f);
+}

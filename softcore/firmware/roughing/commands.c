@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "roughing/commands.h"
+
+#include "base/text.h"
+#include "base/units.h"
+#include "roughing/basic.h"
+#include "roughing/result.h"
+#include "roughing/staircase.h"
+
+/* Small rather than fast: nothing waits for the planner. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
+#define NUMBERS (1 + BASIC_DEPTHS)
+#define JOB_LEAST 3
+#define JOB_NUMBERS 5
+#define STEEPEST 6000       /* 1/100 degree */
+
+static enum { IDLE, READING, ENTERING, PLANNING, TELLING } doing;
+static uint32_t told;       /* lines of the result */
+
+/* A line is taken, read and carried out in three passes of the main loop: each takes its time. */
+static const char *line;
+static uint32_t length;
+static uint32_t numbers[NUMBERS];
+static unsigned count;
+
+void roughing_init(void) {
+    basic_forget();
+    result_forget();
+    roughing_stop();
+}
+
+void roughing_stop(void) { doing = IDLE; }
+bool roughing_busy(void) { return doing != IDLE; }
+
+/* Digits behind the point that the numbers of a line have; the last goes for all behind it. */
+static const struct {
+    char name;
+    uint8_t decimals[JOB_NUMBERS];
+} LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
+
+/* One more digit, if it fits: only a seed takes all bits, floats come from signed numbers. Without a
+   division: a line has many digits, and one pass of the main loop. */
+static bool append(uint32_t *value, uint32_t digit, unsigned decimals) {
+    uint32_t limit = decimals ? INT32_MAX : UINT32_MAX, before = *value * 10;
+    if (*value > UINT32_MAX / 10 || before > limit - digit)
+        return false;
+    *value = before + digit;
+    return true;
+}
+
+/* A number in units of its last digit. */
+static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value, fault *f) {
+    unsigned digits = 0, behind = 0;
+    bool point = false, fits = true;
+    *value = 0;
+    for (; fits && *at < length; (*at)++) {
+        char c = line[*at];
+        if (c == '.' && !point && decimals) {
+            point = true;
+            continue;
+        }
+        if (c < '0' || c > '9' || (point && ++behind > decimals))
+            break;
+        digits++;
+        fits = append(value, (uint32_t)(c - '0'), decimals);
+    }
+    bool ended = digits && (*at == length || line[*at] == ',');
+    for (; ended && behind < decimals; behind++)
+        fits = fits && append(value, 0, decimals);
+    if (!fits)
+        return fault_at(f, FAULT_SETTING, *at + 2, "the number is too large");
+    if (!ended)
+        return decimals ? fault_at(f, FAULT_SETTING, *at + 3,
+                                   "a number with at most %u digits behind the point is needed",
+                                   decimals)
+                        : fault_at(f, FAULT_SETTING, *at + 3, "a whole number is needed");
+    return true;
+}
+
+static bool begin(bool program_runs, fault *f) {
+    if (count < JOB_LEAST || count > JOB_NUMBERS)
+        return fault_at(f, FAULT_SETTING, 0,
+                        "$BP needs area, undersize and depth; gradient and seed may follow");
+    if (!numbers[0] || !numbers[1] || !numbers[2])
+        return fault_at(f, FAULT_SETTING, 0, "area, undersize and depth must be above 0");
+    if (program_runs)
+        return fault_at(f, FAULT_BUSY, 0, "nothing is planned while a program runs");
+    uint32_t gradient = count > 3 ? numbers[3] : 0;
+    if (gradient > STEEPEST)
+        return fault_at(f, FAULT_SETTING, 0, "the gradient is at most 60 degrees");
+    staircase_job job = {
+        .area = numbers[0],
+        .undersize = numbers[1],
+        .depth_um = numbers[2],
+        .taper = gradient,
+        .parts = 1,
+        .seed = count > 4 ? numbers[4] : 1,
+    };
+    if (!staircase_begin(&job, f))
+        return false;
+    result_forget();
+    doing = PLANNING;
+    told = 0;
+    return true;
+}
+
+void roughing_line(const char *from, uint32_t characters) {
+    line = from;
+    length = characters;
+    doing = READING;
+}
+
+static bool read_line(fault *f) {
+    uint32_t at = 1;
+    unsigned kind = 0;
+    while (kind < sizeof LINES / sizeof *LINES && (!length || LINES[kind].name != line[0]))
+        kind++;
+    if (kind == sizeof LINES / sizeof *LINES)
+        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BD, $BA and $BI");
+    count = 0;
+    do {
+        unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
+        if (count == NUMBERS)
+            return fault_at(f, FAULT_SETTING, at + 3, "more than %u numbers", (uint32_t)NUMBERS);
+        if (!read_number(&at, decimals, &numbers[count++], f))
+            return false;
+    } while (at++ < length);
+    return true;
+}
+
+/* Carry a line out. */
+static roughing_step enter(bool program_runs, fault *f) {
+    doing = IDLE;
+    switch (line[0]) {
+    case 'D': basic_depths(numbers, count, f); break;
+    case 'A':
+        if (count > 1)
+            fault_at(f, FAULT_SETTING, 0, "$BA takes one area");
+        else
+            basic_area(numbers[0], f);
+        break;
+    case 'I': basic_current(numbers[0], numbers + 1, count - 1, f); break;
+    default: begin(program_runs, f); break;
+    }
+    return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
+}
+
+/* What else is to be known, by number; false if there is nothing of that number to tell. */
+static bool note(uint32_t number, const staircase_result *found, char *text, size_t size) {
+    switch (number) {
+    case 0:
+        return found->greatest &&
+               text_print(text, size,
+                          "The undersize allows the greatest current of the basic data, or more");
+    case 1:
+        return found->ended && text_print(text, size, "The basic data have no greater current");
+    case 2: return found->single && text_print(text, size, "The basic data have one depth only");
+    case 3:
+        return found->beyond &&
+               text_print(text, size, "%u depths lie above the shallowest of the basic data",
+                          found->beyond);
+    case 4:
+        return found->untrusted &&
+               text_print(text, size, "%u networks were not trusted, and interpolation stood in",
+                          found->untrusted);
+    default:
+        return !result_hold() &&
+               text_print(text, size,
+                          "The power supply is not set to all of these currents: G39 P1 has nothing");
+    }
+}
+
+#define NOTES 6
+
+/* Line by line: the undersize, the currents from the surface down, what else is to be known. */
+static roughing_step tell(const staircase_result *found, char *text, size_t size) {
+    uint32_t at = told++;
+    if (at == 0) {
+        uint32_t needs = (uint32_t)(int32_t)(found->beta_um * 10 + 0.5f);
+        uint32_t has = (uint32_t)(int32_t)(found->undersize_um * 10 + 0.5f);
+        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um",
+                   needs / 10, needs % 10, has / 10, has % 10);
+        return ROUGHING_TELLS;
+    }
+    if (at <= found->count) {
+        const staircase_run *run = &found->runs[found->count - at];
+        result_add(run->level, run->depth_um);
+        text_print(text, size, "IP %u to %p mm", run->level, units_pulses_of_um(run->depth_um));
+        return ROUGHING_TELLS;
+    }
+    for (uint32_t number = at - found->count - 1; number < NOTES; number++, told++)
+        if (note(number, found, text, size))
+            return ROUGHING_TELLS;
+    doing = IDLE;
+    return ROUGHING_ANSWERS;
+}
+
+roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *f) {
+    switch (doing) {
+    case READING:
+        doing = read_line(f) ? ENTERING : IDLE;
+        return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
+    case ENTERING: return enter(program_runs, f);
+    case PLANNING:
+        if (program_runs)
+            return ROUGHING_WAITS;
+        if (!staircase_step())
+            doing = TELLING;
+        return ROUGHING_WORKS;
+    default: break;
+    }
+    const staircase_result *found = staircase_found(f);
+    if (found)
+        return tell(found, text, size);
+    doing = IDLE;
+    return ROUGHING_ANSWERS;
+}
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+// Generated from host/machine_file.py by `python -m testbench.plant.generate`; do not edit.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+
+namespace plant {
+
+enum class MachineKind { sinker, wire };  // `kind`
+enum class StockKind { solid, wall, circle, rectangle };  // `stock.kind`
+
+struct AxisParameters {
+    // Speed at full scale of the converter, which is reached at 32 768 pulses of following error
+    // Er. [mm/s]
+    double full_speed_mm_s = 163.84;
+    // Highest speed of the motor. [mm/s]
+    double max_speed_mm_s = 60.0;
+    // Highest acceleration, by the current limit of the amplifier. [mm/s²]
+    double max_acceleration_mm_s2 = 5000.0;
+    // Time constant of the speed loop. [ms]
+    double speed_loop_ms = 3.0;
+    // Time constant of the current loop. [ms]
+    double current_loop_ms = 0.5;
+    // Time constant of the low pass behind the converter. [ms]
+    double filter_ms = 0.5;
+    // Deceleration with the drive disabled. [mm/s²]
+    double brake_mm_s2 = 8000.0;
+    // Gain of the position loop of a stepping drive, if the axis is driven by step pulses. [1/s]
+    double step_gain_per_s = 300.0;
+};
+
+struct FluidParameters {
+    // Resistivity to which the fluid goes, from `gap.fluid_ohm_cm`, by equal ratios in equal times.
+    // [Ω cm]
+    double drift_end_ohm_cm = 1000000000.0;
+    // Time that it takes, of the machine's; 0: the fluid stays. [s]
+    double drift_s = 0.0;
+    // Constant of the conductivity cell. [1/cm]
+    double cell_per_cm = 1.0;
+    // Resistor parallel to the cell, so that a broken wire can be told from oil. [Ω]
+    double cell_parallel_ohm = 1000000.0;
+    // Resistor between the cell and the converter's supply. [Ω]
+    double cell_series_ohm = 30000.0;
+};
+
+struct SourceParameters {
+    // Open voltage with the supply's code at 0. [V]
+    double open_v = 80.0;
+    // Open voltage for each step of that code. [V]
+    double supply_step_v = 20.0;
+    // Removal with the electrode negative, as a share of that with it positive.
+    double negative_removal = 0.5;
+    // Time constant with which the open voltage rises. [µs]
+    double rise_us = 0.2;
+    // Time constant with which it falls after a pulse. [µs]
+    double fall_us = 0.2;
+    // Resistance of the source before ignition. [Ω]
+    double source_ohm = 10.0;
+    // Discharge current for each step of the current level. [A]
+    double step_a = 1.5;
+    // Burning voltage of a good discharge. [V]
+    double burning_v = 25.0;
+    // Its standard deviation. [V]
+    double burning_spread_v = 1.5;
+    // Burning voltage of an arc. [V]
+    double arc_v = 17.0;
+    // Its standard deviation. [V]
+    double arc_spread_v = 0.7;
+    // Contact drop of a short. [V]
+    double short_v = 2.0;
+    // Resistance of a short. [Ω]
+    double short_ohm = 0.2;
+    // Voltage of the sensing source, below the 60 V DC that may be touched. [V]
+    double sensing_v = 24.0;
+    // Highest current of the sensing source, by its resistor alone. [A]
+    double sensing_a = 1.0;
+};
+
+struct ComparatorParameters {
+    // 1: the comparators have the levels below; 0: those that the controller's reference pins give,
+    // filtered.
+    double fixed = 0.0;
+    // Level of an open gap. [V]
+    double high_level_v = 60.0;
+    // Level below which a discharge is an arc. [V]
+    double arc_level_v = 20.0;
+    // Level below which the gap is shorted. [V]
+    double short_level_v = 12.0;
+    // Level of the current, which sees what leaks through the fluid as well. [A]
+    double current_level_a = 0.5;
+    // Level of a reference pin that is always high, told at the gap, and full scale of the
+    // converter. [V]
+    double reference_full_v = 100.0;
+    // Time constant of the filter behind each reference pin. [µs]
+    double reference_rc_us = 200.0;
+    // Share of the sparks whose noise the detector misses.
+    double noise_miss = 0.01;
+};
+
+struct SideParameters {
+    // Time from the strobe of an auxiliary function to its FIN. [µs]
+    double fin_delay_us = 2000.0;
+    // 1: the machine side answers with FIN; 0: never.
+    double fin_answers = 1.0;
+    // Time that the main contactor takes to close, and to open. [ms]
+    double contactor_ms = 20.0;
+    // Place of every axis's lower limit switch, from where the axis started. [mm]
+    double limit_low_mm = -300.0;
+    // Place of the upper one. [mm]
+    double limit_high_mm = 300.0;
+};
+
+struct GapParameters {
+    // What an arc removes, as a share of a good discharge.
+    double arc_removal = 0.2;
+    // Debris helps ignition: the mean delay is divided by 1 + this times the debris.
+    double ignition_debris = 4.0;
+    // Voltage helps ignition: the mean delay is divided by the gap's voltage over `source.open_v`,
+    // to this power.
+    double ignition_power = 4.0;
+    // A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's
+    // resistivity, to this power; never by less than 1.
+    double ignition_conductivity = 0.3;
+    // Law of the delay: 0 exponential, 1 a mixture of two Weibull laws.
+    double ignition_law = 0.0;
+    // Gap at which one Weibull law passes into the other. [µm]
+    double weibull_gap_um = 30.0;
+    // Width of gap over which it passes. [µm]
+    double weibull_width_um = 4.0;
+    // Shape of the Weibull law of a narrow gap.
+    double weibull_narrow_shape = 0.8;
+    // Shape of the Weibull law of a wide gap.
+    double weibull_wide_shape = 1.6;
+    // Time from the begin of a pulse in which nothing ignites, but for arcs. [µs]
+    double formative_us = 0.5;
+    // Gap below which electrode and workpiece touch. [µm]
+    double contact_um = 2.0;
+    // Resistivity of the fluid when the program starts. [Ω cm]
+    double fluid_ohm_cm = 1000000000.0;
+    // Area of the electrode. [mm²]
+    double area_mm2 = 100.0;
+    // Removal for each ampere of mean current. [mm³/(min A)]
+    double removal_mm3_min_a = 5.0;
+    // Spread of the craters: standard deviation over mean.
+    double removal_spread = 0.25;
+    // Gap at which the mean delay is `ignition_delay_us`. [µm]
+    double ignition_gap_um = 40.0;
+    // Mean delay of ignition at that gap. [µs]
+    double ignition_delay_us = 60.0;
+    // Width of gap for which the mean delay grows e-fold. [µm]
+    double ignition_slope_um = 12.0;
+    // Mean delay of ignition is (this g² + `delay_linear_us` g + `delay_constant_us`) / ln 2 at a
+    // gap g in µm that faces half of the wire's surface. [µs/µm²]
+    double delay_square_us = 0.48;
+    // Its linear part. [µs/µm]
+    double delay_linear_us = -3.69;
+    // Its constant part. [µs]
+    double delay_constant_us = 14.05;
+    // Gap below which the mean delay stays the same. [µm]
+    double delay_least_um = 3.84;
+    // Gap across which nothing ignites any more. [µm]
+    double reach_um = 80.0;
+    // Where the gap is so much wider than at its narrowest place, discharges are e times rarer; 0:
+    // there are none but at the narrowest place. [µm]
+    double engagement_um = 4.0;
+};
+
+struct DebrisParameters {
+    // Time constant with which the channel of a discharge deionises. [µs]
+    double deionisation_us = 15.0;
+    // It is longer by this part for each decade of the fluid's resistivity below 10⁶ Ω cm.
+    double deionisation_conductivity = 0.3;
+    // Share of the ignitions without a pause that become arcs, for each unit of debris.
+    double arc_share = 1.0;
+    // Share of the pulses that are shorted singly, for each unit of debris.
+    double single_short = 0.02;
+    // Width of gap for which shorts by debris become e times rarer. [µm]
+    double bridge_gap_um = 25.0;
+    // Mean way back that ends such a short; of a sinker, at the surface. [µm]
+    double stretch_um = 60.0;
+    // Time constant of the flushing at the surface, before it is speeded up. [s]
+    double time_s = 3.0;
+    // Depth at which the flushing takes twice as long. [mm]
+    double depth_mm = 1.0;
+    // Of the fluid that a lift draws in, gap / (gap + depth / this) is fresh. [mm]
+    double exchange_depth_mm = 1.0;
+    // Rate of bridges in a closed gap, for each square of debris, before it is speeded up. [1/s]
+    double bridge_rate_per_s = 2.0;
+    // Depth at which breaking a bridge takes twice the lift. [mm]
+    double stretch_depth_mm = 1.0;
+    // Breaking a bridge takes 1 + this times the debris as much lift.
+    double stretch_debris = 1.0;
+    // Fluid through a gap of `flow_gap_um` or more. [mm³/s]
+    double flow_mm3_s = 3.0;
+    // Gap below which the flow goes with the cube of the width. [µm]
+    double flow_gap_um = 25.0;
+    // The flow is e times less for debris of 1 / this.
+    double flow_debris = 3.0;
+    // The flow drifts: standard deviation of its logarithm.
+    double flow_spread = 0.0;
+    // Time for which the flow is much the same, before it is speeded up. [s]
+    double flow_time_s = 5.0;
+    // Debris beyond which a gap of no width is shorted.
+    double clog_least = 0.3;
+    // So much more debris is needed for that with each µm of gap. [1/µm]
+    double clog_per_um = 0.02;
+    // Debris beyond which a gap of any width is shorted.
+    double clog_most = 0.95;
+    // Rate of other shorts in a gap of no width. [1/µs]
+    double random_short_per_us = 0.001;
+    // Gap from which on there are none. [µm]
+    double random_short_um = 40.0;
+    // How long such a short lasts. [µs]
+    double random_short_us = 100.0;
+};
+
+struct WireParameters {
+    // Diameter. [mm]
+    double diameter_mm = 0.2;
+    // Length of the discharges for which the table of craters is; others go by their energy. [µs]
+    double crater_us = 3.0;
+    // The wire bends away from the discharges, so far for each ampere of mean current. [µm/A]
+    double deflection_um_a = 0.5;
+    // Time constant of that. [ms]
+    double deflection_ms = 5.0;
+    // Mean current of good discharges and arcs at which the wire breaks (0: never); the third drive
+    // then reports a fault. [A]
+    double break_a = 5.0;
+    // Time over which that mean is taken. [ms]
+    double break_ms = 20.0;
+};
+
+struct WorkpieceParameters {
+    // Thickness. [mm]
+    double thickness_mm = 10.0;
+    // Side of the cells of the plan view in which its material is counted. [µm]
+    double cell_um = 2.0;
+    // X of the wire when the program starts, from the workpiece's zero, which is the program's.
+    // [mm]
+    double start_x_mm = 0.0;
+    // Y of the same. [mm]
+    double start_y_mm = 0.0;
+};
+
+struct StockParameters {
+    // `solid`: a plate from X = `edge_mm` on. `wall`: along X, its finished surface at Y 0 and the
+    // workpiece at Y above. `circle`: a punch about zero, of diameter `size_x_mm`; its contour
+    // begins at +X. `rectangle`: one of `size_x_mm` by `size_y_mm`; its contour begins at the lower
+    // left corner. Contours go counter-clockwise.
+    double kind = 0;
+    // X of a solid plate's edge. [mm]
+    double edge_mm = 0.13;
+    // Diameter of a hole about the wire's start; 0: none. [mm]
+    double hole_mm = 0.0;
+    // Size of a punch along X. [mm]
+    double size_x_mm = 5.0;
+    // Size of a rectangle along Y. [mm]
+    double size_y_mm = 5.0;
+    static constexpr std::size_t STEPS = 16;
+    // What a first cut has left on the surface of a wall or a punch: pairs of a place along the
+    // contour (mm) and the width from there on (µm). Before the first place it is the first width.
+    double steps = 0;
+    double at_mm[STEPS] = {}, width_um[STEPS] = {};
+};
+
+// All that a machine's file says of it.
+struct MachineParameters {
+    // Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates
+    // faster. [Hz]
+    double clock_hz = 2000000.0;
+    // Pulses of a millimetre, for which the gateware is built; a pulse is an edge of the coder,
+    // too. [1/mm]
+    double pulses_per_mm = 10000.0;
+    // Step of the slow physics: motors, debris, shorts. [µs]
+    double tick_us = 8.0;
+    // Number of real discharges for which each simulated one stands. Flushing goes as much faster;
+    // axes do not.
+    double removal_scale = 60.0;
+    // What moves: the electrode of a sinker, or a wire; `sinker` if not given.
+    double kind = 0;
+    // Height of the electrode above the top of the workpiece when the program starts. [µm]
+    double initial_gap_um = 100.0;
+    AxisParameters axis;
+    FluidParameters fluid;
+    SourceParameters source;
+    ComparatorParameters comparator;
+    SideParameters side;
+    GapParameters gap;
+    DebrisParameters debris;
+    WireParameters wire;
+    WorkpieceParameters workpiece;
+    StockParameters stock;
+};
+
+// Every number by its name.
+inline std::map<std::string, double*> by_name(MachineParameters& p) {
+    std::map<std::string, double*> names = {
+        {"clock_hz", &p.clock_hz},
+        {"pulses_per_mm", &p.pulses_per_mm},
+        {"tick_us", &p.tick_us},
+        {"removal_scale", &p.removal_scale},
+        {"kind", &p.kind},
+        {"initial_gap_um", &p.initial_gap_um},
+        {"axis.full_speed_mm_s", &p.axis.full_speed_mm_s},
+        {"axis.max_speed_mm_s", &p.axis.max_speed_mm_s},
+        {"axis.max_acceleration_mm_s2", &p.axis.max_acceleration_mm_s2},
+        {"axis.speed_loop_ms", &p.axis.speed_loop_ms},
+        {"axis.current_loop_ms", &p.axis.current_loop_ms},
+        {"axis.filter_ms", &p.axis.filter_ms},
+        {"axis.brake_mm_s2", &p.axis.brake_mm_s2},
+        {"axis.step_gain_per_s", &p.axis.step_gain_per_s},
+        {"fluid.drift_end_ohm_cm", &p.fluid.drift_end_ohm_cm},
+        {"fluid.drift_s", &p.fluid.drift_s},
+        {"fluid.cell_per_cm", &p.fluid.cell_per_cm},
+        {"fluid.cell_parallel_ohm", &p.fluid.cell_parallel_ohm},
+        {"fluid.cell_series_ohm", &p.fluid.cell_series_ohm},
+        {"source.open_v", &p.source.open_v},
+        {"source.supply_step_v", &p.source.supply_step_v},
+        {"source.negative_removal", &p.source.negative_removal},
+        {"source.rise_us", &p.source.rise_us},
+        {"source.fall_us", &p.source.fall_us},
+        {"source.source_ohm", &p.source.source_ohm},
+        {"source.step_a", &p.source.step_a},
+        {"source.burning_v", &p.source.burning_v},
+        {"source.burning_spread_v", &p.source.burning_spread_v},
+        {"source.arc_v", &p.source.arc_v},
+        {"source.arc_spread_v", &p.source.arc_spread_v},
+        {"source.short_v", &p.source.short_v},
+        {"source.short_ohm", &p.source.short_ohm},
+        {"source.sensing_v", &p.source.sensing_v},
+        {"source.sensing_a", &p.source.sensing_a},
+        {"comparator.fixed", &p.comparator.fixed},
+        {"comparator.high_level_v", &p.comparator.high_level_v},
+        {"comparator.arc_level_v", &p.comparator.arc_level_v},
+        {"comparator.short_level_v", &p.comparator.short_level_v},
+        {"comparator.current_level_a", &p.comparator.current_level_a},
+        {"comparator.reference_full_v", &p.comparator.reference_full_v},
+        {"comparator.reference_rc_us", &p.comparator.reference_rc_us},
+        {"comparator.noise_miss", &p.comparator.noise_miss},
+        {"side.fin_delay_us", &p.side.fin_delay_us},
+        {"side.fin_answers", &p.side.fin_answers},
+        {"side.contactor_ms", &p.side.contactor_ms},
+        {"side.limit_low_mm", &p.side.limit_low_mm},
+        {"side.limit_high_mm", &p.side.limit_high_mm},
+        {"gap.arc_removal", &p.gap.arc_removal},
+        {"gap.ignition_debris", &p.gap.ignition_debris},
+        {"gap.ignition_power", &p.gap.ignition_power},
+        {"gap.ignition_conductivity", &p.gap.ignition_conductivity},
+        {"gap.ignition_law", &p.gap.ignition_law},
+        {"gap.weibull_gap_um", &p.gap.weibull_gap_um},
+        {"gap.weibull_width_um", &p.gap.weibull_width_um},
+        {"gap.weibull_narrow_shape", &p.gap.weibull_narrow_shape},
+        {"gap.weibull_wide_shape", &p.gap.weibull_wide_shape},
+        {"gap.formative_us", &p.gap.formative_us},
+        {"gap.contact_um", &p.gap.contact_um},
+        {"gap.fluid_ohm_cm", &p.gap.fluid_ohm_cm},
+        {"gap.area_mm2", &p.gap.area_mm2},
+        {"gap.removal_mm3_min_a", &p.gap.removal_mm3_min_a},
+        {"gap.removal_spread", &p.gap.removal_spread},
+        {"gap.ignition_gap_um", &p.gap.ignition_gap_um},
+        {"gap.ignition_delay_us", &p.gap.ignition_delay_us},
+        {"gap.ignition_slope_um", &p.gap.ignition_slope_um},
+        {"gap.delay_square_us", &p.gap.delay_square_us},
+        {"gap.delay_linear_us", &p.gap.delay_linear_us},
+        {"gap.delay_constant_us", &p.gap.delay_constant_us},
+        {"gap.delay_least_um", &p.gap.delay_least_um},
+        {"gap.reach_um", &p.gap.reach_um},
+        {"gap.engagement_um", &p.gap.engagement_um},
+        {"debris.deionisation_us", &p.debris.deionisation_us},
+        {"debris.deionisation_conductivity", &p.debris.deionisation_conductivity},
+        {"debris.arc_share", &p.debris.arc_share},
+        {"debris.single_short", &p.debris.single_short},
+        {"debris.bridge_gap_um", &p.debris.bridge_gap_um},
+        {"debris.stretch_um", &p.debris.stretch_um},
+        {"debris.time_s", &p.debris.time_s},
+        {"debris.depth_mm", &p.debris.depth_mm},
+        {"debris.exchange_depth_mm", &p.debris.exchange_depth_mm},
+        {"debris.bridge_rate_per_s", &p.debris.bridge_rate_per_s},
+        {"debris.stretch_depth_mm", &p.debris.stretch_depth_mm},
+        {"debris.stretch_debris", &p.debris.stretch_debris},
+        {"debris.flow_mm3_s", &p.debris.flow_mm3_s},
+        {"debris.flow_gap_um", &p.debris.flow_gap_um},
+        {"debris.flow_debris", &p.debris.flow_debris},
+        {"debris.flow_spread", &p.debris.flow_spread},
+        {"debris.flow_time_s", &p.debris.flow_time_s},
+        {"debris.clog_least", &p.debris.clog_least},
+        {"debris.clog_per_um", &p.debris.clog_per_um},
+        {"debris.clog_most", &p.debris.clog_most},
+        {"debris.random_short_per_us", &p.debris.random_short_per_us},
+        {"debris.random_short_um", &p.debris.random_short_um},
+        {"debris.random_short_us", &p.debris.random_short_us},
+        {"wire.diameter_mm", &p.wire.diameter_mm},
+        {"wire.crater_us", &p.wire.crater_us},
+        {"wire.deflection_um_a", &p.wire.deflection_um_a},
+        {"wire.deflection_ms", &p.wire.deflection_ms},
+        {"wire.break_a", &p.wire.break_a},
+        {"wire.break_ms", &p.wire.break_ms},
+        {"workpiece.thickness_mm", &p.workpiece.thickness_mm},
+        {"workpiece.cell_um", &p.workpiece.cell_um},
+        {"workpiece.start_x_mm", &p.workpiece.start_x_mm},
+        {"workpiece.start_y_mm", &p.workpiece.start_y_mm},
+        {"stock.kind", &p.stock.kind},
+        {"stock.edge_mm", &p.stock.edge_mm},
+        {"stock.hole_mm", &p.stock.hole_mm},
+        {"stock.size_x_mm", &p.stock.size_x_mm},
+        {"stock.size_y_mm", &p.stock.size_y_mm},
+        {"stock.steps", &p.stock.steps},
+    };
+    for (std::size_t i = 0; i < StockParameters::STEPS; ++i) {
+        names["stock.at_mm_" + std::to_string(i)] = &p.stock.at_mm[i];
+        names["stock.width_um_" + std::to_string(i)] = &p.stock.width_um[i];
+    }
+    return names;
+}
+
+}  // namespace plant

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sinker.hpp"
+
+#include <algorithm>
+
+namespace plant {
+
+namespace {
+
+constexpr int STRETCH_SHAPE = 3;
+
+}  // namespace
+
+void SinkerGap::start() {
+    height_ = p_.initial_gap_um;
+    gap_ = height_ + depth_;
+    set_hazard();
+}
+
+double SinkerGap::hazard() const {
+    const double folds =
+        std::max(-8.0, (gap_ - p_.gap.ignition_gap_um) / p_.gap.ignition_slope_um);
+    return std::exp(-folds) / p_.gap.ignition_delay_us;
+}
+
+double SinkerGap::crater_mm3(double microseconds) {
+    const double seconds = microseconds * 1e-6;
+    const double volume = p_.gap.removal_mm3_min_a / 60 * amps_ * seconds;
+    return volume * std::max(0.0, 1 + p_.gap.removal_spread * sparks_.normal());
+}
+
+void SinkerGap::remove(double mm3, double) {
+    const double thickness = mm3 / p_.gap.area_mm2 * 1000;  // um
+    depth_ += thickness;
+    debris_ += thickness / std::max(gap_, 10.0);
+}
+
+double SinkerGap::stretch() {
+    return p_.debris.stretch_um * (1 + depth_ / 1000 / p_.debris.stretch_depth_mm) *
+           (1 + p_.debris.stretch_debris * debris_) * bridges_.gamma(STRETCH_SHAPE);
+}
+
+void SinkerGap::change(const Place& place, double dt) {
+    const double lift = place.height_um - height_;
+    height_ = place.height_um;
+    gap_ = or_forced(height_ + depth_, force_.gap_um);
+
+    // Removal is accelerated, so everything that goes on per unit of removal is, too: flushing and
+    // the growth of bridges. What the moving electrode pumps is not: that goes by distance.
+    const double depth = std::max(0.0, depth_ / 1000);  // mm
+    const double scaled = dt * p_.removal_scale;
+    const double flushing_s = p_.debris.time_s * (1 + depth / p_.debris.depth_mm);
+    debris_ *= 1 - std::min(1.0, scaled / flushing_s);
+    if (lift > 0) {
+        const double width = std::max(gap_, 5.0);
+        const double fresh = width / (width + 1000 * depth / p_.debris.exchange_depth_mm);
+        debris_ *= 1 - std::min(1.0, lift / width) * fresh;
+    }
+    debris_ = or_forced(debris_, force_.debris);
+
+    // A bridge grows of debris in the field of the pulses, or of the contact itself.
+    if (bridged_) {
+        draw_bridge();
+        return;
+    }
+    const double rate = sparking() ? p_.debris.bridge_rate_per_s * debris_ * debris_ *
+                                         std::exp(-std::max(gap_, 0.0) / p_.debris.bridge_gap_um)
+                                   : 0;
+    if (gap_ < p_.gap.contact_um || bridges_.uniform() < rate * scaled)
+        build_bridge(stretch());
+}
+
+}  // namespace plant

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gap of a die-sinking machine: an electrode above the workpiece.
+#pragma once
+
+#include "gap.hpp"
+
+namespace plant {
+
+class SinkerGap : public Gap {
+public:
+    using Gap::Gap;
+
+    void start() override;
+    double depth_um() const { return depth_; }  // of the cavity
+
+protected:
+    double area_mm2() const override { return p_.gap.area_mm2; }
+    double hazard() const override;
+    double crater_mm3(double microseconds) override;
+    void remove(double mm3, double microseconds) override;
+    void change(const Place& place, double dt) override;
+
+private:
+    double stretch();
+
+    double height_ = 0, depth_ = 0;
+};
+
+}  // namespace plant
