@@ -7,8 +7,9 @@ import tomllib
 import pytest
 
 from host.errors import UsageError
-from host.machine import BUILT_IN, load
-from host.machine_file import MACHINES, WORDS, bounds, entries
+from host.machines.machine import BUILT_IN, load
+from host.machines.machine_file import MACHINES, WORDS, bounds, entries
+from host.places import ROOT
 from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
@@ -32,7 +33,7 @@ def plain(names):
 
 def test_machines_give_every_parameter_of_the_plant():
     """So that none of its numbers is a default of the C++."""
-    plant = (BUILT_IN / "plant.cpp").read_text(encoding="utf-8")
+    plant = (ROOT / "testbench" / "plant" / "plant.cpp").read_text(encoding="utf-8")
     names = {name for name in re.findall(r'p\["([\w.]+)"\] = &', plant)
              if not name.startswith("force.")}
     given = {kind: plain(name for name, _ in parameters(load(kind).tables)) for kind in MACHINES}
