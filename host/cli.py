@@ -16,8 +16,8 @@ import typer
 from rich.console import Console
 
 from host.errors import DONE, FAULT, UsageError, UserError
-from host.machine import ROOT
-from host.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
+from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
+from host.places import ROOT
 from host.words import counted
 
 app = typer.Typer(
@@ -111,7 +111,7 @@ def run(
     gateware and firmware is simulated, and the machine with its spark gap around them. A programmed
     stop (M00) is resumed at once.
     """
-    from host.session import run_tape
+    from host.run.session import run_tape
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),
                               mdi=mdi or [], until_s=until, clock_hz=clock, console=out))
@@ -131,8 +131,8 @@ def tape_encode(
     One byte a row, track 1 in the lowest bit. Leader and trailer, and the % at start and end, are
     added if the text lacks them. Small letters are punched as capitals: the codes have no others.
     """
-    from host.codes import CODES
-    from host.tape import encode, text_of
+    from host.tape.codes import CODES
+    from host.tape.tape import encode, text_of
     _differ(target, source)
     tape = encode(text_of(source, source.read_bytes()), CODES[code.value])
     _write(target, tape.rows)
@@ -153,7 +153,7 @@ def tape_decode(
     The code is told from the first end of block. Every row is checked up to the end word (M02 or
     M30); the first fault ends the reading and is named by block and character.
     """
-    from host.tape import decode
+    from host.tape.tape import decode
     if target is not None:
         _differ(target, source)
     text, code = decode(source.read_bytes())
@@ -181,8 +181,8 @@ def tape_check(
     The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
     The first fault is named by block and character; exit status 4.
     """
-    from host.check import check
-    from host.tape import load
+    from host.tape.check import check
+    from host.tape.tape import load
     blocks = check(load(source), mdi or [])
     _say(f"{source}: {counted(blocks, 'block')}, no fault found")
 
@@ -230,8 +230,8 @@ def plan(
     Networks trained on the basic data next to the job infer the current of the last step, and how
     deep each greater one may go before it. The basic data that come with Gapkeeper are synthetic.
     """
-    from host.roughing import parts_of_step, roughing
-    from host.staircase import Job
+    from host.roughing.roughing import parts_of_step, roughing
+    from host.roughing.staircase import Job
     if series and target is None:
         raise UsageError("--series needs a program to be written (-o).")
     if picture is None and target is not None:
@@ -258,7 +258,7 @@ def experiment_fluid(
     Both at four resistivities, with two pulses and the same seeds: stability of the gap, shares of
     the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
     """
-    from host.experiment import fluid
+    from host.experiments.fluid import fluid
     fluid(seeds=seeds, folder=folder, console=out)
 
 
@@ -278,7 +278,7 @@ def experiment_removal(
     variation of the removal per time, the finished surface, retractions and time. P3's gain is
     tuned before, on another stock. Takes minutes, on all cores.
     """
-    from host.removal import removal
+    from host.experiments.removal import removal
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)
 
 
@@ -297,7 +297,7 @@ def experiment_roughing(
     Both with the same seeds: time, the undersize that the currents consume by the basic data,
     shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
     """
-    from host.experiment_roughing import roughing
+    from host.experiments.roughing import roughing
     roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
 
 

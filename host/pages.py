@@ -10,11 +10,11 @@ from pydantic.fields import FieldInfo
 from typer.cli import get_docs_for_click
 
 from host.cli import app
-from host.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, bounds
+from host.machines.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, bounds
+from host.places import ROOT
 
 __all__ = ["COMMAND_LINE", "MACHINE_FILE", "PAGES", "command_line", "machine_file"]
 
-ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "docs" / "reference"
 COMMAND_LINE = REFERENCE / "command-line.md"
 MACHINE_FILE = REFERENCE / "machine-file.md"
@@ -49,7 +49,7 @@ def machine_file() -> str:
     settings = MachineFile.model_fields["settings"].description
     lines += ["", "## `[settings]`", "", f"{settings} May be empty or left out. Both are whole "
               "numbers of at most 10 digits."]
-    return _notice("host/machine_file.py") + "\n".join(lines) + "\n"
+    return _notice("host/machines/machine_file.py") + "\n".join(lines) + "\n"
 
 
 def _table(field: FieldInfo | None) -> type[Table] | None:

@@ -8,8 +8,9 @@ nothing happens if none of them has changed.
 import sys
 import time
 
-from host import machine, simulation
 from host.errors import UserError
+from host.machines import machine
+from host.run import simulation
 
 
 def main() -> None:

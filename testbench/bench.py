@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 from unittest.mock import patch
 
-from host import machine as machines
-from host.basic import read_all
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.staircase import Job
-from host.tape import encode, load
+from host.machines import machine as machines
+from host.roughing.basic import read_all
+from host.roughing.staircase import Job
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import encode, load
 from softcore import image
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction

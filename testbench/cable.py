@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware on this computer at the end of a bad cable, as a pipe for ``host.link.Link``."""
+"""The firmware on this computer at the end of a bad cable, as a pipe for ``host.link``."""
 
 import ctypes
 import random

@@ -9,7 +9,7 @@ import pytest
 from amaranth.hdl import Elaboratable
 from amaranth.sim import Simulator
 
-from host.simulation import Simulation
+from host.run.simulation import Simulation
 from testbench import tools
 from testbench.quick import FOLDERS, is_quick
 

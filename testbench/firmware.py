@@ -5,7 +5,7 @@ import ctypes
 from binascii import crc_hqx
 from dataclasses import dataclass
 
-from host.brief import Expander
+from host.link.brief import Expander
 from softcore.image import host_library
 from testbench.models.arc import Piece
 

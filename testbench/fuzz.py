@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from host.codes import EIA, ISO
+from host.tape.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
 from testbench import programs
 from testbench.firmware import STATES, Checker, Machine

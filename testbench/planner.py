@@ -4,8 +4,8 @@
 import ctypes
 from collections.abc import Iterator, Sequence
 
-from host.basic import BasicData
-from host.staircase import Job, Step
+from host.roughing.basic import BasicData
+from host.roughing.staircase import Job, Step
 from testbench.firmware import library
 
 RUNS = 33

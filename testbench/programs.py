@@ -3,8 +3,8 @@
 
 import random
 
-from host.codes import ISO
-from host.tape import encode
+from host.tape.codes import ISO
+from host.tape.tape import encode
 
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 

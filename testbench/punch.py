@@ -9,8 +9,8 @@ test holds them to this script.
 from dataclasses import dataclass
 from pathlib import Path
 
-from host.codes import EIA, ISO, Code
-from host.tape import FEED_ROWS, encode
+from host.tape.codes import EIA, ISO, Code
+from host.tape.tape import FEED_ROWS, encode
 
 TAPES = Path(__file__).parents[1] / "tapes"
 

@@ -66,7 +66,7 @@ def test_three_are_seen(name):
 @pytest.mark.parametrize(("error", "place", "saw"), [
     (AssertionError("3 is not 4"), "testbench/unit/test_feed.py", True),
     (AssertionError("no such width"), "hdl/_ir.py", False),
-    (TimeoutError("still waiting"), "host/link.py", True),
+    (TimeoutError("still waiting"), "host/link/link.py", True),
     (IndexError("list index out of range"), "testbench/firmware.py", True),
     (IndexError("list index out of range"), "rtl/motion/feed.py", False),
     (NameError("name 'spacing' is not defined"), "rtl/motion/feed.py", False),

@@ -8,7 +8,7 @@ would have been until the drives are off, and how far it coasts then.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from host.link import HOLD, RESUME
+from host.link.link import HOLD, RESUME
 from rtl.motion.retraction import State
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import AXES, Session

@@ -4,7 +4,7 @@
 import copy
 import math
 
-from host import machine as machines
+from host.machines import machine as machines
 from rtl.motion.retraction import State
 from softcore.regmap import CAUSES
 from testbench.cosim.job import Data, Job, program

@@ -3,7 +3,7 @@
 
 import pytest
 
-from host.link import RefusedError
+from host.link.link import RefusedError
 from softcore.image import target_image
 from softcore.regmap import CAUSES
 from softcore.top import Top

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios: a gate that does not let go, a transistor that is shorted, a comparator's wire."""
 
-from host.link import RefusedError
+from host.link.link import RefusedError
 from softcore.regmap import CAUSES
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace

@@ -7,10 +7,10 @@ Everything goes over the serial line and the pins; the probes are only looked at
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from host.events import Scale, is_event, parse
-from host.link import Link
-from host.simulation import Simulation as Piped
-from host.tape import Tape, encode
+from host.link.link import Link
+from host.run.events import Scale, is_event, parse
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import Tape, encode
 from testbench.cosim.record import SIGNALS, Record
 from testbench.native.station import Session
 
@@ -52,8 +52,9 @@ def program(*blocks: str | Data, condition: int = 100) -> str:
 class Job:
     """One controller from switching on: an operator who unlocks it and sets Z 0.
 
-    ``events`` are those of the run (see ``host.events``), ``said`` all other lines, ``record`` what
-    the watched signals did. The gap burns and is neither short nor closing, until a force is set.
+    ``events`` are those of the run (see ``host.run.events``), ``said`` all other lines, ``record``
+    what the watched signals did. The gap burns and is neither short nor closing, until a force is
+    set.
 
     Parameters
     ----------

@@ -6,10 +6,10 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
 
-from host.basic import BasicData
-from host.staircase import Job as Roughing
-from host.staircase import Step
-from host.synthetic import undersize_um
+from host.roughing.basic import BasicData
+from host.roughing.staircase import Job as Roughing
+from host.roughing.staircase import Step
+from host.roughing.synthetic import undersize_um
 from testbench.cosim.job import MM, Job
 from testbench.cosim.record import Record
 from testbench.native.station import Session

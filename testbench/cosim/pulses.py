@@ -3,7 +3,7 @@
 
 from itertools import pairwise
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.native.simulation import Simulation
 

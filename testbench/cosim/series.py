@@ -3,7 +3,7 @@
 
 from itertools import pairwise
 
-from host.link import HOLD, RESUME, RETRACT
+from host.link.link import HOLD, RESUME, RETRACT
 from rtl.motion.retraction import State
 from testbench.cosim.checks import check_return, check_returns, pulses
 from testbench.cosim.job import MM, Data, Job, program

@@ -4,8 +4,8 @@
 import math
 from dataclasses import dataclass
 
-from host import machine as machines
-from host.link import RETRACT
+from host.link.link import RETRACT
+from host.machines import machine as machines
 from rtl.motion.retraction import State
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.wander import WATCHED, Train

@@ -5,12 +5,12 @@ import random
 import re
 from collections.abc import Sequence
 
-from host import machine as machines
-from host.codes import ISO
-from host.link import AGAIN, TAKEN, frame, frames
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import Tape, encode, load
+from host.link.link import AGAIN, TAKEN, frame, frames
+from host.machines import machine as machines
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.codes import ISO
+from host.tape.tape import Tape, encode, load
 from softcore.linkmap import REALTIME
 from testbench.cosim.job import HEIGHT_MM, MM, Job
 from testbench.native.station import Session

@@ -3,7 +3,7 @@
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.retractions import at_limit

@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.coder import FAULTS, SITUATIONS, course, judge
 from testbench.native.simulation import Simulation
 

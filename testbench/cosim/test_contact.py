@@ -3,10 +3,10 @@
 
 import pytest
 
-from host import machine as machines
-from host import simulation
-from host.run import Run
-from host.tape import load
+from host.machines import machine as machines
+from host.run import simulation
+from host.run.run import Run
+from host.tape.tape import load
 from testbench.cosim import contact
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES

@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import pytest
 
-from host import experiment, simulation
-from host import machine as machines
-from host.machine import Machine
-from host.run import Run
-from host.tape import load
+from host.experiments import fluid as experiment
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run import simulation
+from host.run.run import Run
+from host.tape.tape import load
 from testbench.cosim import gates
 from testbench.cosim.job import Data, Job, program
 from testbench.native.simulation import Simulation

@@ -7,7 +7,7 @@ a change only of registers that lead to no port: they stand for the others of th
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation

@@ -5,7 +5,7 @@ from statistics import mean
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.models import removal
 from testbench.native.simulation import Simulation

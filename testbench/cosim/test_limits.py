@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from host import machine as machines
-from host.link import RETRACT, RefusedError
+from host.link.link import RETRACT, RefusedError
+from host.machines import machine as machines
 from testbench.cosim import limits
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.native.simulation import Simulation

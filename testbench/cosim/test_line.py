@@ -3,7 +3,7 @@
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim import line
 from testbench.cosim.line import begin_cut, check_cut
 from testbench.cosim.terminal import Terminal

@@ -5,10 +5,10 @@ import json
 import re
 from itertools import pairwise
 
-from host import machine as machines
-from host.run import Run, write_events
-from host.simulation import Simulation as Piped
-from host.tape import load
+from host.machines import machine as machines
+from host.run.run import Run, write_events
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from testbench.cosim.follower import WATCHED, Follower
 from testbench.cosim.job import MM
 from testbench.native.simulation import Simulation

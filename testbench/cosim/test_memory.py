@@ -7,11 +7,11 @@ processor's caches hold is not read again soon.
 
 import pytest
 
-from host import machine as machines
-from host.link import HeldError
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import load
+from host.link.link import HeldError
+from host.machines import machine as machines
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.cosim.tapes import TAPES

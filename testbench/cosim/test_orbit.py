@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 
-from host import machine as machines
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import load
+from host.machines import machine as machines
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from rtl.motion.retraction import State
 from testbench.cosim.job import MM
 from testbench.cosim.wander import WATCHED, Train, places

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import pytest
 
-from host.basic import read_all
-from host.experiment_roughing import JUMP, machine_for
-from host.roughing import condition, program
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.staircase import Job, neighbours, plan
-from host.tape import encode
+from host.experiments.roughing import JUMP, machine_for
+from host.roughing.basic import read_all
+from host.roughing.roughing import condition, program
+from host.roughing.staircase import Job, neighbours, plan
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import encode
 from testbench.cosim.job import HEIGHT_MM, MM
 from testbench.cosim.planning import WATCHED, check_currents, check_switches, plan_on, steep
 from testbench.cosim.record import Record

@@ -3,10 +3,10 @@
 
 import pytest
 
-from host import machine as machines
-from host import simulation
-from host.run import Run
-from host.tape import load
+from host.machines import machine as machines
+from host.run import simulation
+from host.run.run import Run
+from host.tape.tape import load
 from testbench.cosim.job import MM
 from testbench.cosim.short_blocks import first_pass, retrace
 from testbench.native.simulation import Simulation

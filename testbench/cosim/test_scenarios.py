@@ -3,7 +3,7 @@
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.runner import cosimulate
 from testbench.cosim.scenarios import SCENARIOS
 from testbench.native.simulation import Simulation

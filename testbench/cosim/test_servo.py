@@ -5,10 +5,10 @@ import dataclasses
 
 import pytest
 
-from host.experiment import OHM_CM, machine_with
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import encode, load
+from host.experiments.fluid import OHM_CM, machine_with
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import encode, load
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two simulations agree: one netlist, one plant, one firmware, two ways to run them."""
 
-import tomllib
-from pathlib import Path
 
 import pytest
 
+from host.machines.machine import load
 from rtl.motion.retraction import State
 from softcore.image import target_image
 from testbench.cosim.runner import cosimulate
 from testbench.native.probes import PROBES
 from testbench.native.simulation import Simulation
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 READY = ["$X", "$POSITION=HERE"]
 LINES = ["G92 X0 Y0 Z0.1", "G36 R300 L1 H600 E60 Q0.05", "C130", "M03", "G94 F12",
          "G01 Z-0.2"]

@@ -5,12 +5,12 @@ import copy
 
 import pytest
 
-from host import machine as machines
-from host.link import HOLD, RESUME
-from host.machine import Machine
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import load
+from host.link.link import HOLD, RESUME
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from testbench.cosim.job import Data, Job, program
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES

@@ -4,10 +4,10 @@
 from collections import Counter
 from itertools import pairwise
 
-from host import machine as machines
-from host.run import Run
-from host.simulation import Simulation as Piped
-from host.tape import load
+from host.machines import machine as machines
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from testbench.cosim.job import MM, Job, program
 from testbench.cosim.record import Record
 from testbench.cosim.staircase import IP

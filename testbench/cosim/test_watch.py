@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from host import machine as machines
-from host.link import HeldError
+from host.link.link import HeldError
+from host.machines import machine as machines
 from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
 from softcore.image import target_image
 from softcore.regmap import CAUSES

@@ -2,15 +2,14 @@
 """Waveforms of a native run: what the file says is what the probes said."""
 
 import re
-import tomllib
-from pathlib import Path
 
 import pylibfst
 
+from host.machines.machine import load
 from testbench.native.simulation import Simulation
 from testbench.native.waves import SIGNALS
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 READY = b"$X\n$POSITION=HERE\n"
 LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.05\nC130\nM03\nG94 F12\nG01 Z-0.2\n"
 

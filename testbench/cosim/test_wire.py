@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from host import machine as machines
-from host import simulation
-from host.machine import Machine
-from host.run import Run
-from host.tape import encode, load
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run import simulation
+from host.run.run import Run
+from host.tape.tape import encode, load
 from testbench.cosim.job import MM
 from testbench.cosim.wander import WATCHED, Train, places
 from testbench.models.wire_offset import Element, beside

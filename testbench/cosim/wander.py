@@ -11,8 +11,8 @@ import random
 from collections import deque
 from itertools import pairwise
 
-from host.link import HOLD, RESUME, RETRACT, RefusedError
-from host.tape import encode
+from host.link.link import HOLD, RESUME, RETRACT, RefusedError
+from host.tape.tape import encode
 from rtl.motion.retraction import State
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.firmware import Arc, Checker, Move

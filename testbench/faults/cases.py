@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.breaks.harness import Verdict, try_break
 from testbench.breaks.table import TABLE
 from testbench.cosim import coder

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from host.link import GREETING
+from host.link.link import GREETING
 from testbench.cosim.record import Record
 from testbench.faults.pins import PINS, safe_from
 from testbench.faults.witness import Told, Witness

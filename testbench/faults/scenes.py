@@ -3,9 +3,9 @@
 
 import random
 
-from host.link import GREETING, HOLD, PAYLOAD, RESET, Link, RefusedError, frames
-from host.simulation import Simulation as Piped
-from host.tape import encode
+from host.link.link import GREETING, HOLD, PAYLOAD, RESET, Link, RefusedError, frames
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import encode
 from softcore.linkmap import REALTIME
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace

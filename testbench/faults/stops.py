@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from host import machine as machines
+from host.machines import machine as machines
 from softcore.image import target_image
 from softcore.regmap import CAUSES
 from testbench.cosim.coder import SITUATIONS, jump_between_edges

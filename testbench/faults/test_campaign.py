@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.faults import campaign, page
 from testbench.faults.cases import Check, Scene, Trial

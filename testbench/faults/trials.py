@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.faults.outcome import Found, Outcome, away, judge, look

@@ -6,12 +6,11 @@ discharged: the compiler would have learned the wrong things.
 """
 
 import sys
-import tomllib
 from pathlib import Path
 
+from host.machines.machine import load
 from testbench.native.simulation import Simulation
 
-MACHINE = Path(__file__).parents[1] / "plant" / "sinker.toml"
 READY = b"$X\n$POSITION=HERE\n"
 LINES = b"G92 X0 Y0 Z0.1\nG36 R300 L1 H600 E60 Q0.2\nC130\nM03\nG94 F15\nG01 Z-0.2\n"
 STEP = 20_000       # clocks between two looks at what it says
@@ -31,8 +30,7 @@ def until(simulation, text, count=1):
 
 def main():
     """Run it."""
-    machine = tomllib.loads(MACHINE.read_text())
-    with Simulation(machine=machine, clock_hz=int(sys.argv[2]), seed=1,
+    with Simulation(machine=load("sinker").tables, clock_hz=int(sys.argv[2]), seed=1,
                     code=Path(sys.argv[1])) as simulation:
         until(simulation, b"help]")
         simulation.send(READY)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from host.machine_file import WORDS
+from host.machines.machine_file import WORDS
 
 __all__ = ["AXES", "Session", "parameters"]
 

@@ -14,14 +14,15 @@ from pathlib import Path
 
 from pydantic.fields import FieldInfo
 
-from host.machine_file import MACHINES, STEPS, WORDS, Table, entries
+from host.machines.machine import BUILT_IN
+from host.machines.machine_file import MACHINES, STEPS, WORDS, Table, entries
 
 __all__ = ["OUTPUT", "parameters"]
 
 HERE = Path(__file__).parent
 OUTPUT = HERE / "parameters.hpp"
-NOTICE = ("// Generated from host/machine_file.py by `python -m testbench.plant.generate`; "
-          "do not edit.")
+NOTICE = ("// Generated from host/machines/machine_file.py by "
+          "`python -m testbench.plant.generate`; do not edit.")
 COLUMNS = 100
 PAIRS = "stock.steps"  # a list of pairs: their number, and an array of each half
 
@@ -41,7 +42,7 @@ def _start(name: str, machines: dict[str, type[Table]]) -> str:
     if name in WORDS or name == PAIRS:
         return "0"
     for machine in machines:
-        tables = tomllib.loads((HERE / f"{machine}.toml").read_text(encoding="utf-8"))
+        tables = tomllib.loads((BUILT_IN / f"{machine}.toml").read_text(encoding="utf-8"))
         outer, _, inner = name.rpartition(".")
         value = (tables.get(outer, {}) if outer else tables).get(inner)
         if value is not None:

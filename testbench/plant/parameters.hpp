@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated from host/machine_file.py by `python -m testbench.plant.generate`; do not edit.
+// Generated from host/machines/machine_file.py by `python -m testbench.plant.generate`; do not edit.
 #pragma once
 
 #include <cstddef>

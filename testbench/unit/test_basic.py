@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from host import synthetic
-from host.basic import FOLDER, file_name, read_all, read_file
 from host.errors import UserError
+from host.roughing import synthetic
+from host.roughing.basic import FOLDER, file_name, read_all, read_file
 
 GOOD = """\
 electrode = "copper"

@@ -4,8 +4,8 @@
 import random
 from itertools import pairwise
 
-from host.brief import Expander
-from host.events import Scale, parse
+from host.link.brief import Expander
+from host.run.events import Scale, parse
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 

@@ -10,10 +10,10 @@ import sys
 import numpy as np
 import pytest
 
-from host.codes import EIA
 from host.errors import UsageError
-from host.machine import BUILT_IN, load
-from host.tape import encode
+from host.machines.machine import BUILT_IN, load
+from host.tape.codes import EIA
+from host.tape.tape import encode
 from testbench.punch import TAPES
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")

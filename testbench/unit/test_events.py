@@ -6,14 +6,14 @@ import tomllib
 
 import pytest
 
-from host.codes import ISO
 from host.errors import UsageError
-from host.events import EventError, Scale, parse
-from host.link import POLL_S, LinkError
-from host.machine import Machine
-from host.retractions import collect, most_telling
-from host.run import Run, count_retractions, write_events
-from host.tape import encode
+from host.link.link import POLL_S, LinkError
+from host.machines.machine import Machine
+from host.run.events import EventError, Scale, parse
+from host.run.retractions import collect, most_telling
+from host.run.run import Run, count_retractions, write_events
+from host.tape.codes import ISO
+from host.tape.tape import encode
 from testbench.models.controller import Controller, Pipe
 
 SCALE = Scale(clock_hz=2_000_000)

@@ -11,9 +11,9 @@ import pytest
 from rich import box
 from rich.console import Console
 
-from host import experiment, machine
 from host.errors import UserError
-from host.experiment import (
+from host.experiments import fluid as experiment
+from host.experiments.fluid import (
     ARMS,
     FIGURES,
     OHM_CM,
@@ -24,6 +24,7 @@ from host.experiment import (
     statistics,
     table,
 )
+from host.machines import machine
 from rtl.motion.retraction import State
 
 SMALL = machine.load("small")

@@ -8,9 +8,9 @@ import pytest
 from rich import box
 from rich.console import Console
 
-from host import machine, removal
 from host.errors import UserError
-from host.removal import (
+from host.experiments import removal
+from host.experiments.removal import (
     FIGURES,
     LAWS,
     WALLS,
@@ -28,7 +28,8 @@ from host.removal import (
     table,
     tape_for,
 )
-from host.tape import decode
+from host.machines import machine
+from host.tape.tape import decode
 
 WIRE = machine.load("wire")
 WAY = 1.0

@@ -10,10 +10,9 @@ import pytest
 from rich import box
 from rich.console import Console
 
-from host import experiment_roughing as experiment
-from host.basic import read_all
 from host.errors import UserError
-from host.experiment_roughing import (
+from host.experiments import roughing as experiment
+from host.experiments.roughing import (
     AREA_MM2,
     ARMS,
     FIGURES,
@@ -29,9 +28,10 @@ from host.experiment_roughing import (
     table,
     tape_for,
 )
-from host.staircase import neighbours
-from host.synthetic import undersize_um
-from host.tape import decode
+from host.roughing.basic import read_all
+from host.roughing.staircase import neighbours
+from host.roughing.synthetic import undersize_um
+from host.tape.tape import decode
 
 DATA = read_all("copper", "steel")
 NEAR = neighbours(DATA, AREA_MM2)

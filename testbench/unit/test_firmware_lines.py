@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from host.link import LONGEST_LINE
+from host.link.link import LONGEST_LINE
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 

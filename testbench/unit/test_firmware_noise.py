@@ -10,8 +10,8 @@ from collections import Counter
 import pytest
 
 from host.errors import UserError
-from host.events import Scale, is_event, parse
-from host.link import HOLD, RESUME, Link, LinkError
+from host.link.link import HOLD, RESUME, Link, LinkError
+from host.run.events import Scale, is_event, parse
 from testbench.cable import Cable
 from testbench.programs import punched
 

@@ -5,9 +5,9 @@ import ctypes
 
 import pytest
 
-from host.basic import read_all
-from host.roughing import condition, program
-from host.staircase import Job, plan
+from host.roughing.basic import read_all
+from host.roughing.roughing import condition, program
+from host.roughing.staircase import Job, plan
 from testbench.firmware import ACTS, Checker, Machine, events
 from testbench.planner import lines
 from testbench.programs import punched

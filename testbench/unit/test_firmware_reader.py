@@ -3,7 +3,7 @@
 
 import pytest
 
-from host.codes import EIA, ISO
+from host.tape.codes import EIA, ISO
 from testbench.firmware import Checker, Fault
 from testbench.programs import punched
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from host.basic import BasicData, read_all
 from host.errors import UserError
-from host.network import train
-from host.staircase import Job, plan
+from host.roughing.basic import BasicData, read_all
+from host.roughing.network import train
+from host.roughing.staircase import Job, plan
 from testbench.firmware import Machine
 from testbench.planner import RUNS, Planner, lines
 

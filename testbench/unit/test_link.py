@@ -4,7 +4,7 @@
 import pytest
 
 from host.errors import ALARM, UsageError
-from host.link import (
+from host.link.link import (
     HOLD,
     LONGEST_LINE,
     NUMBERS,

@@ -7,8 +7,8 @@ import tomllib
 import pytest
 
 from host.errors import UsageError
-from host.machine import BUILT_IN, load
-from host.machine_file import MACHINES, WORDS, bounds, entries
+from host.machines.machine import BUILT_IN, load
+from host.machines.machine_file import MACHINES, WORDS, bounds, entries
 from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")

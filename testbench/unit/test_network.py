@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from host.network import TOLERANCE, train
+from host.roughing.network import TOLERANCE, train
 
 
 def cube(function):

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The axes of the simulated machine: motor, pulse coder, step input, switches, machine side."""
 
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from host.machines.machine import load
 from testbench.native.alone import Alone
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 HZ = 2_000_000
 FULL, Z = 32768, 4
 QUADRATURE = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}

@@ -2,14 +2,13 @@
 """The simulated machine's fluid, and its pins for references, supply, noise and converter."""
 
 import math
-import tomllib
-from pathlib import Path
 
 import pytest
 
+from host.machines.machine import load
 from testbench.native.alone import Alone
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 SIGMAS = 4
 HZ = 2_000_000
 OFF, OPEN, BURNING, ARCING, SHORTED = range(5)      # read.state

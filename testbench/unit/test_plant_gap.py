@@ -2,14 +2,13 @@
 """The gap of the simulated machine, held against the formulas it is made of."""
 
 import math
-import tomllib
-from pathlib import Path
 
 import pytest
 
+from host.machines.machine import load
 from testbench.native.alone import Alone
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 MACHINE["comparator"]["fixed"] = 1  # nobody drives the references here
 SIGMAS = 4              # a sound generator misses this once in 16 000
 

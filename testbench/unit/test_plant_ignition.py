@@ -4,14 +4,13 @@
 import itertools
 import math
 import statistics
-import tomllib
-from pathlib import Path
 
 import pytest
 
+from host.machines.machine import load
 from testbench.native.alone import Alone
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "sinker.toml").read_text())
+MACHINE = load("sinker").tables
 SIGMAS = 3
 POINT_SIGMAS = 4        # of a single point among many
 OFF, OPEN, BURNING, ARCING, SHORTED = range(5)      # read.state

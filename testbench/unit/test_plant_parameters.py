@@ -4,8 +4,8 @@
 import pytest
 from pydantic import Field, create_model
 
-from host.machine import load
-from host.machine_file import MACHINES, SinkerFile, SinkerGap, entries
+from host.machines.machine import load
+from host.machines.machine_file import MACHINES, SinkerFile, SinkerGap, entries
 from testbench.native.alone import Alone
 from testbench.plant import generate
 

@@ -4,16 +4,15 @@
 import copy
 import math
 import statistics
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from host.workpiece import wall_surface
+from host.machines.machine import load
+from host.run.workpiece import wall_surface
 from testbench.native.alone import Alone
 
-MACHINE = tomllib.loads((Path(__file__).parents[1] / "plant" / "wire.toml").read_text())
+MACHINE = load("wire").tables
 MACHINE["comparator"]["fixed"] = 1  # nobody drives the references here
 SIGMAS = 4
 HZ = 2_000_000

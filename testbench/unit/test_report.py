@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from host import figures, report
-from host.retractions import collect
-from host.workpiece import coarser, wall_surface
+from host.run import figures, report
+from host.run.retractions import collect
+from host.run.workpiece import coarser, wall_surface
 
 EVENTS = [
     {"event": "program_start"},

@@ -12,11 +12,10 @@ from dataclasses import replace
 import pytest
 from matplotlib.image import imread
 
-from host.basic import read_all
-from host.codes import EIA, ISO
 from host.errors import UsageError, UserError
-from host.machine import ROOT
-from host.roughing import (
+from host.places import ROOT
+from host.roughing.basic import read_all
+from host.roughing.roughing import (
     BUILT_IN,
     LIMITS,
     MOST_LEVELS,
@@ -26,8 +25,9 @@ from host.roughing import (
     plot,
     program,
 )
-from host.staircase import Job, Staircase, Step, plan
-from host.tape import encode
+from host.roughing.staircase import Job, Staircase, Step, plan
+from host.tape.codes import EIA, ISO
+from host.tape.tape import encode
 from rtl.controller import Controller
 from testbench.firmware import ITEMS, Checker
 

@@ -10,12 +10,12 @@ from unittest.mock import patch
 
 import pytest
 
-from host.codes import EIA, ISO
 from host.errors import UsageError
-from host.link import LONGEST_LINE, LinkError
-from host.machine import Machine
-from host.run import Run
-from host.tape import encode
+from host.link.link import LONGEST_LINE, LinkError
+from host.machines.machine import Machine
+from host.run.run import Run
+from host.tape.codes import EIA, ISO
+from host.tape.tape import encode
 from softcore.image import host_library
 from testbench.punch import TAPES, broken
 
@@ -184,7 +184,8 @@ def test_the_longest_line_is_what_the_controller_takes():
     comment = f"({'A' * (LONGEST_LINE - 2)})"
     job, _ = run("M02", mdi=[comment])
     assert job.outcome == "end"
-    with patch("host.link.LONGEST_LINE", LONGEST_LINE + 1), pytest.raises(LinkError, match="bad"):
+    longer = patch("host.link.link.LONGEST_LINE", LONGEST_LINE + 1)
+    with longer, pytest.raises(LinkError, match="bad"):
         run("M02", mdi=[f"{comment} "])
 
 

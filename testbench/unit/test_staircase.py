@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import pytest
 
-from host.basic import BasicData, read_all
 from host.errors import UserError
-from host.network import train
-from host.staircase import (
+from host.roughing.basic import BasicData, read_all
+from host.roughing.network import train
+from host.roughing.staircase import (
     Job,
     Step,
     cosine,
@@ -21,7 +21,7 @@ from host.staircase import (
     plan,
     undersize_cell,
 )
-from host.synthetic import undersize_um
+from host.roughing.synthetic import undersize_um
 
 DATA = read_all("copper", "steel")
 # The answer against the interpolation between the same samples.

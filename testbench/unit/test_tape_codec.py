@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from host.check import check
-from host.codes import CODES, EIA, ISO, odd
 from host.errors import TapeError
-from host.tape import FEED_ROWS, Tape, decode, encode, ends_program, load
+from host.tape.check import check
+from host.tape.codes import CODES, EIA, ISO, odd
+from host.tape.tape import FEED_ROWS, Tape, decode, encode, ends_program, load
 from testbench.firmware import Checker, Fault
 
 # The tables as printed: ISO 840 by its rule, EIA RS-244 as punched by the IBM 1620.

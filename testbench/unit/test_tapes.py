@@ -3,10 +3,10 @@
 
 import pytest
 
-from host.check import check
-from host.codes import CODES, ISO
 from host.errors import TapeError
-from host.tape import Tape, decode, encode
+from host.tape.check import check
+from host.tape.codes import CODES, ISO
+from host.tape.tape import Tape, decode, encode
 from testbench.punch import TAPES, broken, derived
 
 PROGRAMS = sorted(TAPES.glob("*.nc"))

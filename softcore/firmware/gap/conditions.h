@@ -38,7 +38,7 @@ condition_row conditions_draft(uint32_t number);
 /* Enter a row; false if there is no room. By hand also instead of the tape's. */
 bool conditions_enter(const condition_row *row, bool by_hand);
 
-/* The condition of a planned current, in IP from 1 on: host/roughing.py's. A built-in one that has it;
+/* The condition of a planned current, in IP from 1 on: host/roughing's. A built-in one that has it;
    else number 900 + IP with times between those of its neighbours, or in proportion beyond the last.
    What has been entered by hand under its number counts as it does for C and G10. */
 #define CONDITIONS_PLANNED 900

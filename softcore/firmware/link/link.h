@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /* The host's side of the serial port: real-time bytes, which the gateware takes out of the stream,
    lines in the manner of grbl 1.1 (see lines.h), and tape in frames. The whole protocol is told in
-   host/link.py.
+   host/link.
 
    Frame: FRAME_START, then stuffed length, sequence, payload, CRC-16 of these, high byte first, then
    FRAME_END. Answer: ACK or NAK, then the sequence. Length 0 begins a tape, length 255 (without

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /* A small neural network that learns two to eight samples of three inputs and an output: the one of
-   host/network.py, which says how and why. Both do the same operations in single precision in the same order,
+   host/roughing, which says how and why. Both do the same operations in single precision in the same order,
    and so come to the same bits.
 
    There is one, and one question to it at a time. Learning takes some millions of clocks, so it is

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /* The staircase that the planner has found last, as a series of conditions: what G39 P1 puts in force.
 
-   Each current has the condition that host/roughing.py gives it (conditions_planned), as it is when
+   Each current has the condition that host/roughing gives it (conditions_planned), as it is when
    the staircase is found. Nothing is held while one is being planned, nor if the supply cannot be
    set to all of its currents. */
 #pragma once

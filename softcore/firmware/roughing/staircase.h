@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The roughing planner on the machine: host/staircase.py, which says what it does and why, on the
+/* The roughing planner on the machine: host/roughing, which says what it does and why, on the
    basic data that have been entered (basic.h). It comes to the same staircase. The work is cut into
    steps of less than 5000 clocks. */
 #pragma once

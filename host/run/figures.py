@@ -19,9 +19,9 @@ from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 from matplotlib.typing import RcKeyType
 from numpy.typing import NDArray
 
-from host.events import Event
-from host.retractions import Retraction
-from host.workpiece import Columns, coarser
+from host.run.events import Event
+from host.run.retractions import Retraction
+from host.run.workpiece import Columns, coarser
 
 COLUMNS = 1400
 PLAN_CELLS = 700  # on a side of the plan of a workpiece

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 
 from host.errors import TapeError, UsageError
-from host.link import check_line
-from host.tape import Tape
+from host.link.link import check_line
+from host.tape.tape import Tape
 
 _PLACE = re.compile(r"^Block (\d+)")
 

@@ -29,19 +29,19 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from host import figures, simulation
-from host import machine as machines
-from host.basic import BasicData, read_all
 from host.errors import UserError
-from host.events import Event
-from host.experiment import Record, add_figures, in_parallel, summed_up
-from host.machine import Machine
-from host.roughing import AMPERES, program
-from host.run import Run, count_retractions
-from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
-from host.tape import Tape, encode
+from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.roughing.basic import BasicData, read_all
+from host.roughing.roughing import AMPERES, program
+from host.roughing.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+from host.run import figures, simulation
+from host.run.events import Event
+from host.run.run import Run, count_retractions
+from host.run.workpiece import Columns
+from host.tape.tape import Tape, encode
 from host.words import counted
-from host.workpiece import Columns
 
 __all__ = ["ARMS", "FIGURES", "Trial", "consumed", "machine_for", "measure", "plot", "roughing",
            "sentences", "staircase_for", "statistics", "table", "tape_for"]

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one door from the host to the simulated machine: everything behind it is the test bench's."""
+"""The simulated machine as the host sees it: a pipe of bytes, and what no real machine tells."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from host import door
 from host.errors import UsageError, UserError
-from host.machine import ROOT, Machine
-from host.workpiece import Columns
+from host.machines.machine import Machine
+from host.places import ROOT
+from host.run.workpiece import Columns
 
 CONVERTER_V = 100.0  # at the gap, its full scale
 LOG = ROOT / "build" / "failure.log"
@@ -33,7 +35,7 @@ class Native(Protocol):
 
 
 class Simulation:
-    """A simulated machine as a pipe of bytes with a clock; see ``host.link.BytePipe``."""
+    """A simulated machine as a pipe of bytes with a clock; see ``host.link.link.BytePipe``."""
 
     def __init__(self, native: Native) -> None:
         self._native = native
@@ -92,7 +94,7 @@ class Simulation:
         return self._native.trace()
 
     def workpiece(self) -> Columns:
-        """Plan of what is left of a wire machine's workpiece; see ``host.workpiece``."""
+        """Plan of what is left of a wire machine's workpiece; see ``host.run.workpiece``."""
         return self._native.workpiece()
 
     def close(self) -> None:
@@ -107,13 +109,8 @@ def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
     ``progress`` is told of every step that takes long, in one sentence.
     """
     try:
-        from testbench.native import start as start_native
-    except ImportError as error:
-        raise UserError("the simulated machine is not part of this installation: run gapkeeper "
-                        f"from a clone of the project ({error}).") from error
-    try:
-        return Simulation(start_native(machine=machine.tables, clock_hz=clock_hz, seed=seed,
-                                       waves=waves, progress=progress))
+        return Simulation(door.start(machine=machine.tables, clock_hz=clock_hz, seed=seed,
+                                     waves=waves, progress=progress))
     except ValueError as error:
         raise UsageError(f"machine {machine.name}: {error}.") from error
     except RuntimeError as error:  # a compiler or Verilator, with pages of its own words

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from host.errors import UserError
-from host.machine import ROOT
+from host.places import ROOT
 from host.words import exact
 
 __all__ = ["FOLDER", "BasicData", "file_name", "read_all", "read_file"]

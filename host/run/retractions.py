@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass, field
 
-from host.events import Event
+from host.run.events import Event
 
 
 @dataclass

@@ -15,15 +15,10 @@ about 490 of the one and 67 of the other.
 import copy
 import io
 import json
-import multiprocessing
-import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
@@ -33,14 +28,16 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from host import figures, simulation
-from host import machine as machines
 from host.errors import UserError
-from host.machine import ROOT, Machine
-from host.run import Run, count_retractions
-from host.tape import load
+from host.experiments.common import Record, add_figures, in_parallel, summed_up, value_with_spread
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.places import ROOT
+from host.run import figures, simulation
+from host.run.run import Run, count_retractions
+from host.run.workpiece import Columns
+from host.tape.tape import load
 from host.words import counted
-from host.workpiece import Columns
 
 __all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "add_figures", "fluid", "in_parallel",
            "measure", "plot", "sentences", "statistics", "summed_up", "table", "value_with_spread"]
@@ -67,9 +64,6 @@ FIGURES = {
     "up": ("UP", 0), "down": ("DOWN", 0), "retractions": ("retractions", 1),
     "time_s": ("time, s", 1),
 }
-Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
-T = TypeVar("T")
-
 COLOURS = {"fixed": figures.FAINT, "switched": figures.PATH}
 LINES = {"15 us": "-", "250 us": "--"}
 
@@ -157,39 +151,8 @@ def statistics(runs: Iterable[Record]) -> list[Record]:
             for (pulse, ohm_cm, arm), group in groups.items()]
 
 
-def summed_up(runs: list[Record], names: Iterable[str]) -> Record:
-    """``outcomes`` of runs of one kind, and mean and spread of each figure, as in ``statistics``.
-
-    Runs without a figure do not count for it; None where there is none.
-    """
-    outcomes = [one["outcome"] for one in runs]
-    found: Record = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
-    for name in names:
-        values = [one[name] for one in runs if one.get(name) is not None]
-        found[name] = (float(np.mean(values)),
-                       float(np.std(values, ddof=1)) if len(values) > 1 else None
-                       ) if values else None
-    return found
-
-
 def _ohm_cm(row: Record) -> str:
     return f"{row['ohm_cm']:.3g}".replace("e+0", "e")
-
-
-def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
-    """Mean and, if there is one, spread."""
-    mean, spread = figure
-    return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
-
-
-def add_figures(made: Table, rows: list[Record], titles: dict[str, tuple[str, int]]) -> None:
-    """Rows of a table of what ``summed_up`` found: how the runs ended, and every figure."""
-    made.add_row("ended", *(", ".join(f"{number} {name}"
-                                      for name, number in row["outcomes"].items())
-                            for row in rows))
-    for name, (title, digits) in titles.items():
-        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
-                              for row in rows))
 
 
 def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
@@ -274,23 +237,6 @@ def plot(rows: list[Record], path: Path) -> None:
         for ax in axes[6:]:
             ax.set_xlabel("resistivity of the fluid, ohm cm")
         figure.savefig(path, dpi=120)
-
-
-def in_parallel(function: Callable[[T], Record], trials: list[T],
-                progress: Callable[[Record], None]) -> list[Record]:
-    """``function`` of every trial, a core for each; ``progress`` is told of each that is over."""
-    done = []
-    with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(function, trial) for trial in trials]):
-            try:
-                done.append(future.result())
-            except BrokenProcessPool as error:
-                raise UserError("a run of the experiment was killed from outside.") from error
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-            progress(done[-1])
-    return done
 
 
 def _runs(seeds: int, progress: Callable[[Record], None]) -> list[Record]:

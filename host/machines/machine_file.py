@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a machine's file holds: every number with its unit, its range and its meaning.
 
-One model for the sinker and one for the wire machine. They check a file (``host.machine``), and
-``docs/reference/machine-file.md`` is made of them (``host.pages``). Names of tables and numbers are
-those by which the plant knows them. Sources of the values are told in the built-in machines' files.
+One model for the sinker and one for the wire machine. They check a file
+(``host.machines.machine``), and ``docs/reference/machine-file.md`` is made of them
+(``host.pages``). Names of tables and numbers are those by which the plant knows them. Sources of
+the values are told in the built-in machines' files.
 """
 
 from collections.abc import Iterator

@@ -12,16 +12,16 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
-from host import machine as machines
-from host import report, simulation
 from host.errors import TapeError, UsageError, UserError
-from host.link import check_line
-from host.machine import Machine
-from host.run import STATUS_OF, Run, count_retractions, write_events
-from host.simulation import Simulation
-from host.tape import Tape, decode, is_punched, load, text_of
+from host.link.link import check_line
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run import report, simulation
+from host.run.run import STATUS_OF, Run, count_retractions, write_events
+from host.run.simulation import Simulation
+from host.run.workpiece import Columns, wall_surface
+from host.tape.tape import Tape, decode, is_punched, load, text_of
 from host.words import counted
-from host.workpiece import Columns, wall_surface
 
 RUNS = Path("build") / "runs"
 Summary = dict[str, Any]    # what ``summary.json`` holds

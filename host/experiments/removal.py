@@ -32,15 +32,15 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from host import figures, simulation
-from host import machine as machines
 from host.errors import UserError
-from host.experiment import Record, add_figures, in_parallel, summed_up
-from host.machine import Machine
-from host.run import Run, count_retractions
-from host.tape import Tape, encode
+from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run import figures, simulation
+from host.run.run import Run, count_retractions
+from host.run.workpiece import Columns, wall_surface
+from host.tape.tape import Tape, encode
 from host.words import counted
-from host.workpiece import Columns, wall_surface
 
 __all__ = ["FIGURES", "GAINS", "LAWS", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
            "statistics", "table"]

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from host import cell
 from host.errors import UserError
+from host.run import cell
 
 # An event of a run, as ``events.jsonl`` has it: values by name.
 Event = dict[str, Any]

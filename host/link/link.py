@@ -56,8 +56,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from host.brief import Expander
 from host.errors import ALARM, UsageError, UserError
+from host.link.brief import Expander
 from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
 
 TAKEN, AGAIN = 0x06, 0x15
@@ -200,8 +200,8 @@ class Link:
     """One controller at the other end of ``pipe``.
 
     ``on_line`` is called with every line that is no answer to a command: events (in full, see
-    ``host.brief``), messages, alarms, status reports, greetings; in the order in which they came,
-    from within the call that waited. It may call ``press``, and nothing else of the link.
+    ``host.link.brief``), messages, alarms, status reports, greetings; in the order in which they
+    came, from within the call that waited. It may call ``press``, and nothing else of the link.
     """
 
     def __init__(self, pipe: BytePipe, on_line: Callable[[str], None]):

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from host import figures
-from host.events import Event
-from host.retractions import Retraction, collect, most_telling
-from host.workpiece import Columns
+from host.run import figures
+from host.run.events import Event
+from host.run.retractions import Retraction, collect, most_telling
+from host.run.workpiece import Columns
 
 DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
 

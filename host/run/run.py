@@ -12,10 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from host import events
 from host.errors import ALARM, DONE, REJECTED, UsageError
-from host.events import Event
-from host.link import (
+from host.link.link import (
     HOLD,
     POLL_S,
     RESUME,
@@ -26,8 +24,10 @@ from host.link import (
     RefusedError,
     held_by,
 )
-from host.machine import Machine
-from host.tape import Tape
+from host.machines.machine import Machine
+from host.run import events
+from host.run.events import Event
+from host.tape.tape import Tape
 
 ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status,
 ASKED = 3          # so often: a byte may get lost

@@ -10,10 +10,9 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
-from host.machine_file import MACHINES, STEPS, WORDS, bounds, entries
+from host.machines.machine_file import MACHINES, STEPS, WORDS, bounds, entries
 
-ROOT = Path(__file__).parents[1]
-BUILT_IN = ROOT / "testbench" / "plant"
+BUILT_IN = Path(__file__).parent
 
 Tables = dict[str, Any]     # of a machine's file, as TOML has them
 

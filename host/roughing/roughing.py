@@ -29,10 +29,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from host import figures
-from host.basic import BasicData, read_all
 from host.errors import UsageError, UserError
-from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+from host.roughing.basic import BasicData, read_all
+from host.roughing.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
+from host.run import figures
 from host.words import exact
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Synthetic basic data for the roughing planner: ``python -m host.synthetic`` writes the files.
+"""Synthetic basic data for the roughing planner.
+
+``python -m host.roughing.synthetic`` writes the files.
 
 No machine was measured. The least undersize of a current IP at a depth d (mm) on an area A (mm²) is
 
@@ -15,7 +17,7 @@ import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from host.basic import FOLDER, file_name
+from host.roughing.basic import FOLDER, file_name
 
 __all__ = ["AREAS_MM2", "CURRENTS", "DEPTHS_MM", "ELECTRODE", "WORKPIECE", "files", "undersize_um"]
 
@@ -39,7 +41,7 @@ def _numbers(values: Iterable[float]) -> str:
 def _text(area_mm2: float) -> str:
     lines = [
         "# SPDX-License-Identifier: Apache-2.0",
-        "# SYNTHETIC: nobody has measured these. Made by `python -m host.synthetic`.",
+        "# SYNTHETIC: nobody has measured these. Made by `python -m host.roughing.synthetic`.",
         f'electrode = "{ELECTRODE}"',
         f'workpiece = "{WORKPIECE}"',
         f"area_mm2 = {area_mm2}",

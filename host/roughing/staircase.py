@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The roughing planner: at every depth the greatest current that the electrode is small enough for.
 
-From basic data (``host.basic``) and a job it infers a staircase of currents: the greatest from the
-surface on, each to the depth at which the cavity would become wider than the last one makes it, the
-last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
+From basic data (``host.roughing.basic``) and a job it infers a staircase of currents: the
+greatest from the surface on, each to the depth at which the cavity would become wider than the last
+one makes it, the last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
 
 * S11: of an electrode with a gradient the undersize X counts as X cos(gradient).
 * S12, S13: neighbours are the two files next to the area, in each the two depths next to D, at each
@@ -49,9 +49,9 @@ from math import ceil
 
 import numpy as np
 
-from host.basic import BasicData
 from host.errors import UserError
-from host.network import Number, train
+from host.roughing.basic import BasicData
+from host.roughing.network import Number, train
 from host.words import exact
 
 __all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",

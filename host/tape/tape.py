@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from host.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
 from host.errors import TapeError, UsageError
+from host.tape.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
 
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
 

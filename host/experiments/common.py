@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the experiments share: runs on all cores, and the mean and spread of their figures."""
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, TypeVar
+
+import numpy as np
+from rich.table import Table
+
+from host.errors import UserError
+
+__all__ = ["Record", "add_figures", "in_parallel", "summed_up", "value_with_spread"]
+
+Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
+T = TypeVar("T")
+
+
+def in_parallel(function: Callable[[T], Record], trials: list[T],
+                progress: Callable[[Record], None]) -> list[Record]:
+    """``function`` of every trial, a core for each; ``progress`` is told of each that is over."""
+    done = []
+    with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(function, trial) for trial in trials]):
+            try:
+                done.append(future.result())
+            except BrokenProcessPool as error:
+                raise UserError("a run of the experiment was killed from outside.") from error
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+            progress(done[-1])
+    return done
+
+
+def summed_up(runs: list[Record], names: Iterable[str]) -> Record:
+    """``outcomes`` of runs of one kind, and mean and spread of each figure, over the seeds.
+
+    Runs without a figure do not count for it; None where there is none.
+    """
+    outcomes = [one["outcome"] for one in runs]
+    found: Record = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
+    for name in names:
+        values = [one[name] for one in runs if one.get(name) is not None]
+        found[name] = (float(np.mean(values)),
+                       float(np.std(values, ddof=1)) if len(values) > 1 else None
+                       ) if values else None
+    return found
+
+
+def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
+    """Mean and, if there is one, spread."""
+    mean, spread = figure
+    return f"{mean:.{digits}f}" + (f" ± {spread:.{digits}f}" if spread is not None else "")
+
+
+def add_figures(made: Table, rows: list[Record], titles: dict[str, tuple[str, int]]) -> None:
+    """Rows of a table of what ``summed_up`` found: how the runs ended, and every figure."""
+    made.add_row("ended", *(", ".join(f"{number} {name}"
+                                      for name, number in row["outcomes"].items())
+                            for row in rows))
+    for name, (title, digits) in titles.items():
+        made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
+                              for row in rows))
