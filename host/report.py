@@ -12,6 +12,7 @@ from host import figures
 from host.events import Event
 from host.retractions import Retraction, collect, most_telling
 from host.workpiece import Columns
+from softcore.tables.settings import of_number
 
 DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
 
@@ -51,6 +52,13 @@ def _flat(parameters: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, A
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value
+
+
+def _parameter(name: str) -> str:
+    """Name of a machine's number; of a setting of the controller its number and its name."""
+    table, _, key = name.partition(".")
+    setting = of_number(int(key)) if table == "settings" else None
+    return f"${setting.number} {setting.name}" if setting else name
 
 
 def _details(event: Event) -> str:
@@ -146,6 +154,6 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],
         details=_details,
-        parameters=sorted((name, str(value) if isinstance(value, list) else value)
+        parameters=sorted((_parameter(name), str(value) if isinstance(value, list) else value)
                           for name, value in _flat(parameters)),
     )

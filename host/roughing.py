@@ -34,6 +34,7 @@ from host.basic import BasicData, read_all
 from host.errors import UsageError, UserError
 from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 from host.words import exact
+from softcore.tables.settings import assign, named
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
            "table"]
@@ -46,7 +47,8 @@ FIRST_ENTERED, FIRST_PART = 900, 964
 MOST_ENTERED, MOST_SERIES = 16, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
 AMPERES = 1.5       # of one IP
-LEAST_ON_US = 5     # the gap is looked at 4 us after a pulse begins (settings 4 and 27)
+# A pulse must outlast the time in which the gap is not looked at.
+LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
 SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
@@ -175,8 +177,9 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
         f"LEAVES {found.bottom_um:.0f} UM ON THE BOTTOM AND {found.side_um:.0f} UM ON THE SIDE",
     ]
     if job.steps > 1:
-        comments.append(f"NEEDS SETTING 55 AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE POWER "
-                        "SUPPLY")
+        number = named("current_step_ma").number
+        comments.append(f"NEEDS SETTING {number} AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE "
+                        "POWER SUPPLY")
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
               f"G36 {SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
               *(_series(steps, numbers) if series else _way(steps, numbers)),
@@ -294,8 +297,8 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
         written.append(f"{target}: {text.count(chr(10))} lines")
         if job.steps > 1:
-            written.append(f"It needs the setting $55={_step_ma(job.steps)} (one step of the power "
-                           "supply, mA).")
+            step = assign("current_step_ma", _step_ma(job.steps))
+            written.append(f"It needs the setting {step} (one step of the power supply, mA).")
     if picture is not None:
         _write(picture, lambda: plot(found, data, picture))
         written.append(f"{picture}: plot")

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the files derived from the register map: ``python -m softcore.generate``."""
+"""Write the files derived from the tables: ``python -m softcore.generate``."""
 
+from collections.abc import Callable
 from pathlib import Path
 
-from softcore import linkmap
+from softcore import linkmap, render
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.tables.settings import SETTINGS
 
 HERE = Path(__file__).parent
+FIRMWARE = HERE / "firmware"
+REFERENCE = HERE.parent / "docs" / "reference"
 NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
           "`python -m softcore.generate`; do not edit.")
 
@@ -92,10 +96,25 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
-OUTPUTS = {HERE / "firmware" / "hal" / "regs.h": c_header,
-           HERE.parent / "docs" / "reference" / "registers.md": reference}
+def _noticed(table: str, text: str, page: bool = False) -> str:
+    """What was made of a table, with where it comes from in its first line."""
+    notice = (f"Generated from softcore/tables/{table}.py by `python -m softcore.generate`; do not "
+              "edit.")
+    return (f"<!-- {notice} -->\n" if page else f"/* {notice} */\n") + text
+
+
+OUTPUTS: dict[Path, Callable[[], str]] = {
+    FIRMWARE / "hal" / "regs.h": c_header,
+    REFERENCE / "registers.md": reference,
+    FIRMWARE / "base" / "settings_table.h":
+        lambda: _noticed("settings", render.settings_header(SETTINGS)),
+    FIRMWARE / "base" / "settings_table.c":
+        lambda: _noticed("settings", render.settings_source(SETTINGS)),
+    REFERENCE / "settings.md":
+        lambda: _noticed("settings", render.settings_page(SETTINGS), page=True),
+}
 
 if __name__ == "__main__":
-    for path, render in OUTPUTS.items():
+    for path, made in OUTPUTS.items():
         path.parent.mkdir(exist_ok=True)
-        path.write_text(render())
+        path.write_text(made())

@@ -9,6 +9,7 @@ from binascii import crc_hqx
 
 import pytest
 
+from softcore.tables.settings import SETTINGS
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -102,12 +103,13 @@ def test_settings_are_listed_and_changed(machine):
     rows = machine.line("$$", passes=2000)
     assert rows[-1] == "ok"
     assert all(re.fullmatch(r"\$\d+=\d+ \(.+\)", row) for row in rows[:-1])
-    assert len(rows) == 65
+    assert len(rows) == len(SETTINGS) + 1
     for row in rows[:-1]:
         number, value = re.match(r"\$(\d+)=(\d+)", row).groups()
         assert machine.line(f"${number}={value}") == ["ok"], row
     assert machine.line("$8=7") == ["ok"]
-    assert "$8=7 (shorts in a series that halt (0 no bound))" in machine.line("$$", passes=2000)
+    assert "$8=7 (shorts in a series that halt (0 no bound), shorts)" in machine.line(
+        "$$", passes=2000)
 
 
 def test_frames_are_acknowledged_in_turn(machine):
