@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from host import figures
+from host import alarms, figures
 from host.events import Event
 from host.retractions import Retraction, collect, most_telling
 from host.workpiece import Columns
@@ -141,9 +141,11 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     environment.filters |= {"number": _number, "fixed": _fixed}
+    code = summary["alarm"]["code"] if summary["alarm"] else 0
     outcome, colour = OUTCOMES[summary["outcome"]]
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
+        cause=alarms.cause(code), remedy=alarms.remedy(code),
         tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
         guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=bool(plan),
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",

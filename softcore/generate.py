@@ -7,6 +7,7 @@ from pathlib import Path
 from softcore import linkmap, render
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.tables.faults import FAULTS
 from softcore.tables.settings import SETTINGS
 
 HERE = Path(__file__).parent
@@ -110,6 +111,10 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
         lambda: _noticed("settings", render.settings_header(SETTINGS)),
     FIRMWARE / "base" / "settings_table.c":
         lambda: _noticed("settings", render.settings_source(SETTINGS)),
+    FIRMWARE / "base" / "fault_codes.h":
+        lambda: _noticed("faults", render.faults_header(FAULTS)),
+    REFERENCE / "alarms.md":
+        lambda: _noticed("faults", render.faults_page(FAULTS), page=True),
     REFERENCE / "settings.md":
         lambda: _noticed("settings", render.settings_page(SETTINGS), page=True),
 }

@@ -6,9 +6,11 @@ Each function takes its table and gives the text of one file, without the notice
 
 from collections.abc import Iterable, Sequence
 
-from softcore.tables.settings import GROUPS, Setting
+from softcore.tables.faults import FAULTS, PARTS, Fault
+from softcore.tables.references import filled
+from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
-__all__ = ["settings_header", "settings_page", "settings_source"]
+__all__ = ["faults_header", "faults_page", "settings_header", "settings_page", "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -61,7 +63,7 @@ def settings_source(table: Sequence[Setting]) -> str:
     return "\n".join([*lines, "};"]) + "\n"
 
 
-def settings_page(table: Sequence[Setting]) -> str:
+def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) -> str:
     """Reference of the settings, in Markdown."""
     lines = [
         "# Settings", "",
@@ -70,7 +72,8 @@ def settings_page(table: Sequence[Setting]) -> str:
         "`[settings]`. All values are whole numbers; both ends of a range are allowed. After "
         "power-on every setting has its default.", "",
         "No setting changes while a program runs. Those marked *rest* guard the machine: they "
-        "also stay as they are while it moves or machines (alarm 38)."]
+        "also stay as they are while it moves or machines (" + filled("error {alarm_busy}).", table,
+                                                                      faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
                   "| setting | name | unit | default | range | changes | meaning |",
@@ -78,6 +81,36 @@ def settings_page(table: Sequence[Setting]) -> str:
         lines += [
             f"| `${one.number}` | `{one.name}` | {one.unit} | {grouped(one.default)} "
             f"| {grouped(one.lowest)} to {grouped(one.highest)} "
-            f"| {'rest' if one.guards else 'no program'} | {one.meaning} |"
+            f"| {'rest' if one.guards else 'no program'} | {filled(one.meaning, table, faults)} |"
             for one in table if one.group == group]
+    return "\n".join(lines) + "\n"
+
+
+def faults_header(table: Sequence[Fault]) -> str:
+    """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
+    lines = ["#pragma once", "", "/* Numbers of `error:N` and `ALARM:N`. */"]
+    lines += _enum("fault_code", ["FAULT_NONE = 0", *(
+        f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
+    lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
+                    for one in table if one.spoken)]
+    return "\n".join(lines) + "\n"
+
+
+def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS) -> str:
+    """Reference of alarms and errors, in Markdown."""
+    lines = [
+        "# Alarms and errors", "",
+        "`error:N` refuses a line: nothing of it was done. `ALARM:N` ends a program and locks the "
+        "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
+        "is gone. Both have the same numbers. In front of each the controller says where it was "
+        "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "A program that is refused before anything has moved is *rejected* (exit status 4); after "
+        "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
+    for part, title in PARTS.items():
+        lines += ["", f"## {title}"]
+        for one in table:
+            if one.part == part:
+                lines += ["", f"### {one.number}: {one.sentence}", "",
+                          f"Cause: {filled(one.cause, settings, table)}", "",
+                          f"What to do: {filled(one.remedy, settings, table)}"]
     return "\n".join(lines) + "\n"

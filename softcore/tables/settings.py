@@ -34,7 +34,8 @@ Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "
 class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
-    ``title`` is what ``$$`` tells behind the value, with the ``unit``; ``meaning`` is for the page.
+    ``title`` is what ``$$`` tells behind the value, with the ``unit``; ``meaning`` is for the page,
+    with ``{name}`` for the number of another setting and ``{alarm_name}`` for that of an alarm.
     No setting changes while a program runs. One that ``guards`` the machine stays as it is while
     the machine moves or machines, too. ``switches_off`` names the guard that the value 0 switches
     off, as the status report tells it; ``""`` if there is none.
@@ -72,9 +73,9 @@ def _travel(number: int, end: str, axis: str) -> Setting:
 
 SETTINGS: tuple[Setting, ...] = (
     _set(0, "short_needed", "short: shorted pulses needed", "pulses", (4, 1, 32), "detector",
-         "The gap is shorted when so many of the last pulses (`$1`) were shorted."),
+         "The gap is shorted when so many of the last pulses (`${short_window}`) were shorted."),
     _set(1, "short_window", "short: of the last pulses", "pulses", (5, 1, 32), "detector",
-         "How many of the last pulses are looked at for `$0`."),
+         "How many of the last pulses are looked at for `${short_needed}`."),
     _set(2, "short_duration_us", "short: or shorted for so long (0 never)", "us", (0, 0, 300_000),
          "detector", "The gap is shorted, too, when no sample was clear for so long. 0: never."),
     _set(3, "clear_needed", "short: clear samples that end it", "samples", (3, 1, 255), "detector",
@@ -90,10 +91,12 @@ SETTINGS: tuple[Setting, ...] = (
          "motion", "Shorts belong to one series until the machine has come so much further than "
          "the first of them. A pulse is 0.1 µm."),
     _set(8, "repeats", "shorts in a series that halt (0 no bound)", "shorts", (20, 0, 255),
-         "motion", "Alarm 43 comes at so many shorts in a series. 0: it never comes.",
+         "motion", "Alarm {alarm_halt_series} comes at so many shorts in a series. 0: it never "
+         "comes.",
          switches_off="repeats"),
     _set(9, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
-         "How long the axes rest at the retractable limit, still short, before alarm 41 or 42."),
+         "How long the axes rest at the retractable limit, still short, before alarm "
+         "{alarm_halt_limit} or {alarm_halt_floor}."),
     _set(10, "start_speed_um_s", "start/stop speed", "um/s", (10_000, 1, 1_000_000), "motion",
          "Speed from which the machine starts and stops at once, without a ramp."),
     _set(11, "acceleration_mm_s2", "acceleration", "mm/s2", (1000, 1, 100_000), "motion",
@@ -123,13 +126,14 @@ SETTINGS: tuple[Setting, ...] = (
     _set(21, "window", "following error up to which an axis is in position", "pulses",
          (1, 1, 4095), "axes", "An axis that is as near to its command as this has arrived."),
     _set(22, "tv", "tape: TV check", "", (0, 0, 1), "program",
-         "1: a block with an odd number of characters is refused (alarm 5).", guards=False),
+         "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
+         guards=False),
     _set(23, "block_skip", "blocks with / are skipped", "", (1, 0, 1), "program",
          "1: blocks that begin with `/` are skipped. 0: they are carried out.", guards=False),
     _set(24, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
          "1: M01 stops as M00 does. 0: it does nothing.", guards=False),
     _set(25, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
-         "Alarm 45 comes if the machine side has not answered an M, S or T for so long."),
+         "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T for so long."),
     _set(26, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
          "1: fluid below its level stops the machine while it discharges. 0: it does not.",
          switches_off="fluid"),
@@ -139,7 +143,8 @@ SETTINGS: tuple[Setting, ...] = (
          "detector", "A pulse is cut off when it was an arc or a short for so long."),
     _set(29, "delay_least_ns", "gap: shortest ignition delay of a good pulse", "ns",
          (0, 0, 1_000_000), "detector",
-         "A pulse that ignites sooner counts as an arc, if `$30` says that the delay tells arcs."),
+         "A pulse that ignites sooner counts as an arc, if `${criteria}` says that the delay tells "
+         "arcs."),
     _set(30, "criteria", "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does", "",
          (0, 0, 7), "detector", "How pulses are judged, as a sum: 1: ignition is seen by the "
          "current, too. 2: a short ignition delay tells an arc. 4: missing noise tells an arc. "
@@ -147,19 +152,19 @@ SETTINGS: tuple[Setting, ...] = (
     _set(31, "servo_period_us", "servo: time between steps", "us", (20_000, 1, 300_000), "gap",
          "How often the servo takes a step, forward or back (G95 P1).", guards=False),
     _set(32, "servo_mode", "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative", "",
-         (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good "
-         "ones clear the counts. 1: only those in a row. 2: those of a window of `$33`. 3: each "
-         "good pulse takes `$34` off.", guards=False),
+         (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good ones "
+         "clear the counts. 1: only those in a row. 2: those of a window of `${servo_window}`. 3: "
+         "each good pulse takes `${servo_weight}` off.", guards=False),
     _set(33, "servo_window", "servo: pulses of a window (total)", "pulses", (50, 1, 255), "gap",
-         "Pulses of a window in the mode 2 of `$32`.", guards=False),
+         "Pulses of a window in the mode 2 of `${servo_mode}`.", guards=False),
     _set(34, "servo_weight", "servo: weight of a good pulse (relative)", "", (1, 0, 15), "gap",
-         "What a good pulse counts in the mode 3 of `$32`.", guards=False),
+         "How much a good pulse takes off in the mode 3 of `${servo_mode}`.", guards=False),
     _set(35, "no_discharge_um", "servo: way without a discharge (0 no bound)", "um",
-         (2000, 0, 1_000_000), "gap", "Alarm 50 comes when the servo has gone so far without a "
-         "discharge. 0: it never comes.", switches_off="no discharge"),
+         (2000, 0, 1_000_000), "gap", "Alarm {alarm_no_discharge} comes when the servo has gone so "
+         "far without a discharge. 0: it never comes.", switches_off="no discharge"),
     _set(36, "fluid_mode", "fluid: 0 class by hand, 1 as measured, 2 by hand and measured", "",
-         (0, 0, 2), "gap", "Which class of the fluid is in force. 0: that of `$37`. 1: the "
-         "measured one. 2: that of `$37`, and the measured one is told."),
+         (0, 0, 2), "gap", "Which class of the fluid is in force. 0: that of `${fluid_class}`. 1: "
+         "the measured one. 2: that of `${fluid_class}`, and the measured one is told."),
     _set(37, "fluid_class", "fluid: class by hand, 0 highest resistance", "", (0, 0, 3), "gap",
          "Class of the fluid, entered by hand."),
     *(_set(38 + k, f"fluid_threshold_{k}", f"fluid: code between the classes {k} and {k + 1}",
@@ -169,16 +174,16 @@ SETTINGS: tuple[Setting, ...] = (
     _set(41, "fluid_hysteresis", "fluid: hysteresis", "codes", (20, 0, 255), "gap",
          "How far the code must go beyond a threshold before the class changes."),
     _set(42, "fluid_lowest", "fluid: lowest code of a sound cell", "codes", (40, 0, 4095), "gap",
-         "Below it the wire to the cell counts as shorted (alarm 49)."),
+         "Below it the wire to the cell counts as shorted (alarm {alarm_fluid})."),
     _set(43, "fluid_highest", "fluid: highest code of a sound cell", "codes", (4030, 0, 4095),
-         "gap", "Above it the wire to the cell counts as broken (alarm 49)."),
+         "gap", "Above it the wire to the cell counts as broken (alarm {alarm_fluid})."),
     _set(44, "no_progress_s", "servo: time at the front without progress (0 no bound)", "s",
-         (600, 0, 86_400), "gap", "Alarm 51 comes when the machine has machined at the front of "
-         "the path for so long without coming further. 0: it never comes.",
+         (600, 0, 86_400), "gap", "Alarm {alarm_no_progress} comes when the machine has machined "
+         "at the front of the path for so long without coming further. 0: it never comes.",
          switches_off="no progress"),
     _set(45, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
-         (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the "
-         "gap voltage.", guards=False),
+         (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the gap "
+         "voltage.", guards=False),
     _set(46, "law_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
          "Gain of G95 P2: feed for each volt that the mean differs from the reference.",
          guards=False),
@@ -196,14 +201,14 @@ SETTINGS: tuple[Setting, ...] = (
     _set(52, "law_ratio_highest", "feed P4: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
          "G95 P4 keeps Es/Ex from rising above this.", guards=False),
     _set(53, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
-         (0, 0, 1), "gap", "Where G95 P4 has its no-load voltage from. 0: from the condition. "
-         "1: from the gap, whenever it is open for long enough.", guards=False),
+         (0, 0, 1), "gap", "Where G95 P4 has its no-load voltage from. 0: from the condition. 1: "
+         "from the gap, whenever it is open for long enough.", guards=False),
     _set(54, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
          (2000, 0, 100_000), "program", "An arc whose ends differ more in their distance from the "
-         "centre is refused (alarm 20).", guards=False),
+         "centre is refused (alarm {alarm_arc}).", guards=False),
     _set(55, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
-         "program", "Current of one step of the power supply. Conditions must be entered anew "
-         "with a C after it has changed."),
+         "program", "Current of one step of the power supply. Conditions must be entered anew with "
+         "a C after it has changed."),
     _set(56, "loop_gain", "velocity gain of the position loop", "1/s", (50, 1, LARGEST_GAIN),
          "loop", "Gain of the drives' position loop. It bounds speeds on arcs, and the coders are "
          "checked against it."),

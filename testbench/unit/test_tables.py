@@ -9,8 +9,12 @@ from dataclasses import replace
 
 import pytest
 
+from host import alarms
 from softcore import render
-from softcore.tables import settings
+from softcore.image import SOURCES
+from softcore.tables import faults, settings
+from softcore.tables.faults import FAULTS
+from softcore.tables.references import filled, plain
 from softcore.tables.settings import SETTINGS
 
 
@@ -37,8 +41,8 @@ def test_settings_are_well_formed():
         assert one.meaning.endswith("."), one.name
         assert one.group in settings.GROUPS, one.name
         assert one.guards or not one.switches_off, one.name
-        for number in re.findall(r"\$(\d+)", one.meaning):
-            assert settings.of_number(int(number)), f"{one.name} speaks of ${number}"
+        assert filled(one.meaning), "or a name that it cites is unknown"
+        assert not re.search(r"\$\d|[Aa]larm \d", one.meaning), f"{one.name} cites a bare number"
     for key in ("number", "name", "title"):
         assert len({getattr(one, key) for one in SETTINGS}) == len(SETTINGS), key
 
@@ -68,3 +72,64 @@ def test_a_setting_more_is_one_more_everywhere():
 def test_no_setting_of_an_unknown_name():
     with pytest.raises(KeyError, match="nothing"):
         settings.assign("nothing", 1)
+
+
+def test_a_meaning_follows_the_number_that_it_cites():
+    table = altered(SETTINGS, "short_window", number=401)
+    page = render.settings_page(table, altered(FAULTS, "halt_series", number=143))
+    assert "(`$401`)" in cells(page, "`$0`")[-1]
+    assert cells(page, "`$8`")[-1].startswith("Alarm 143 comes ")
+
+
+# ---- alarms and errors
+
+
+def test_faults_are_well_formed():
+    for one in FAULTS:
+        assert re.fullmatch("[a-z][a-z_]*", one.name), one.name
+        assert one.part in faults.PARTS, one.name
+        assert not re.search(r"%|\.$", one.sentence), one.name
+        for text in (one.cause, one.remedy):
+            assert re.match("[A-Z`].*[.]$", filled(text)), one.name
+            assert not re.search(r"\$\d|[Aa]larm \d", text), f"{one.name} cites a bare number"
+            assert not re.search(r"[`\]{}]", plain(filled(text))), one.name
+    for key in ("number", "name", "sentence"):
+        assert len({getattr(one, key) for one in FAULTS}) == len(FAULTS), key
+    assert 0 not in [one.number for one in FAULTS], "that is no fault"
+
+
+def test_a_fault_is_changed_in_one_place():
+    table = altered(FAULTS, "stuck", number=156, sentence="it stands", cause="A cause.",
+                    remedy="Push; see `${repeats}`.")
+    header = render.faults_header(table)
+    assert "    FAULT_STUCK = 156,\n" in header
+    assert '#define FAULT_TEXT_STUCK \\\n    "it stands"\n' in header
+    page = render.faults_page(table, altered(SETTINGS, "repeats", number=408))
+    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$408`.\n" in page
+    assert "### 56:" not in page
+    assert faults.coded(156, table).sentence == "it stands"
+    assert faults.coded(56, table) is None
+
+
+def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
+    stuck = faults.named("stuck")
+    assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
+    assert alarms.cause(stuck.number) == stuck.cause
+    assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
+    assert "$8 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
+    assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
+
+
+@pytest.mark.parametrize(("code", "machine"), [(1, False), (39, False), (40, True), (56, True),
+                                               (99, True)])
+def test_whose_fault_it_is(code, machine):
+    assert alarms.of_machine(code) == machine
+
+
+def test_what_the_firmware_knows_of_faults_is_used():
+    """Each code is raised somewhere, and each sentence that the firmware has is said."""
+    text = "".join(path.read_text() for path in SOURCES.rglob("*.c"))
+    words = set(re.findall(r"\bFAULT_\w+", text))
+    for one in FAULTS:
+        assert f"FAULT_{one.name.upper()}" in words, one.name
+        assert not one.spoken or f"FAULT_TEXT_{one.name.upper()}" in words, one.name
