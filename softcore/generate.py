@@ -7,6 +7,7 @@ from pathlib import Path
 from softcore import linkmap, render
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.settings import SETTINGS
 
@@ -97,27 +98,30 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _noticed(table: str, text: str, page: bool = False) -> str:
-    """What was made of a table, with where it comes from in its first line."""
+COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} */"}
+
+
+def _made(path: Path, table: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
+    """A file and what is made of a table for it, with where it comes from in its first line."""
     notice = (f"Generated from softcore/tables/{table}.py by `python -m softcore.generate`; do not "
               "edit.")
-    return (f"<!-- {notice} -->\n" if page else f"/* {notice} */\n") + text
+    return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()
 
 
+BASE_ROOM, HAL_ROOM = FIRMWARE / "base", FIRMWARE / "hal"
 OUTPUTS: dict[Path, Callable[[], str]] = {
-    FIRMWARE / "hal" / "regs.h": c_header,
+    HAL_ROOM / "regs.h": c_header,
     REFERENCE / "registers.md": reference,
-    FIRMWARE / "base" / "settings_table.h":
-        lambda: _noticed("settings", render.settings_header(SETTINGS)),
-    FIRMWARE / "base" / "settings_table.c":
-        lambda: _noticed("settings", render.settings_source(SETTINGS)),
-    FIRMWARE / "base" / "fault_codes.h":
-        lambda: _noticed("faults", render.faults_header(FAULTS)),
-    REFERENCE / "alarms.md":
-        lambda: _noticed("faults", render.faults_page(FAULTS), page=True),
-    REFERENCE / "settings.md":
-        lambda: _noticed("settings", render.settings_page(SETTINGS), page=True),
-}
+} | dict((
+    _made(BASE_ROOM / "settings_table.h", "settings", lambda: render.settings_header(SETTINGS)),
+    _made(BASE_ROOM / "settings_table.c", "settings", lambda: render.settings_source(SETTINGS)),
+    _made(REFERENCE / "settings.md", "settings", lambda: render.settings_page(SETTINGS)),
+    _made(BASE_ROOM / "fault_codes.h", "faults", lambda: render.faults_header(FAULTS)),
+    _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
+    _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
+    _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),
+    _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
+))
 
 if __name__ == "__main__":
     for path, made in OUTPUTS.items():

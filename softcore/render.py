@@ -6,11 +6,14 @@ Each function takes its table and gives the text of one file, without the notice
 
 from collections.abc import Iterable, Sequence
 
+from softcore.tables import events
+from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
-__all__ = ["faults_header", "faults_page", "settings_header", "settings_page", "settings_source"]
+__all__ = ["events_gateware", "events_header", "events_page", "faults_header", "faults_page",
+           "settings_header", "settings_page", "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -113,4 +116,108 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS) 
                 lines += ["", f"### {one.number}: {one.sentence}", "",
                           f"Cause: {filled(one.cause, settings, table)}", "",
                           f"What to do: {filled(one.remedy, settings, table)}"]
+    return "\n".join(lines) + "\n"
+
+
+def _format(fields: Iterable[Field]) -> str:
+    """What ``text_print`` makes of the fields of an event line."""
+    return "".join(f",{events.FORMATS[one.kind]}" for one in fields if one.kind in events.FORMATS)
+
+
+def events_header(table: Sequence[Event]) -> str:
+    """Kinds of events in C: numbers of the queue, names and formats of the lines."""
+    lines = ["#pragma once", "", "/* Kinds in the gateware's queue. */"]
+    lines += _enum("hal_event_kind", ["EVENT_NONE = 0", *(
+        f"EVENT_{one.name.upper()} = {one.number}" for one in events.numbered(table))])
+    lines += ["", "/* Details: letters on the line, by their number in the gateware; 0 is none. */"]
+    lines += [f"#define EVENT_{name} {_string('?' + ''.join(one.letter for one in choices))}"
+              for name, choices in (("CAUSES", events.CAUSES), ("REASONS", events.REASONS),
+                                    ("PHASES", events.PHASES))]
+    lines += [f"#define EVENT_{name}_{one.name.upper()} {one.number}"
+              for name, choices in (("CAUSE", events.CAUSES), ("REASON", events.REASONS),
+                                    ("PHASE", events.PHASES)) for one in choices]
+    lines += [f"#define EVENT_SOURCE_{one.name.upper()} '{one.letter}'" for one in events.SOURCES]
+    lines += ["", "/* Name of an event on the line, and the form of what follows its place. With",
+              "   `_FULL` it has what may be left out, too. */"]
+    for one in table:
+        if not one.word:
+            continue
+        stem = one.name.upper()
+        lines.append(f"#define EVENT_WORD_{stem} {_string(one.word)}")
+        optional = [field for field in one.fields if field.optional and field.kind != "text"]
+        if one.fields or optional:
+            always = [field for field in one.fields if field not in optional]
+            lines.append(f"#define EVENT_FORMAT_{stem} {_string(_format(always))}")
+        if optional:
+            lines.append(f"#define EVENT_FORMAT_{stem}_FULL {_string(_format(one.fields))}")
+    return "\n".join(lines) + "\n"
+
+
+def _class(name: str, doc: str, choices: Iterable[tuple[int, str, str]]) -> list[str]:
+    """An Amaranth enumeration of 8 bits, 0 for none."""
+    return ["", "", f"class {name}(enum.Enum, shape=8):", f'    """{doc}"""', "", "    NONE = 0",
+            *(line for number, member, comment in choices for line in (
+                *([f"    # {comment}"] if comment else []), f"    {member.upper()} = {number}"))]
+
+
+def events_gateware(table: Sequence[Event]) -> str:
+    """Kinds of events and what is told with them, for the gateware, in Python."""
+    def rows(choices: Iterable[Choice]) -> list[tuple[int, str, str]]:
+        return [(one.number, one.name, one.doc) for one in choices]
+
+    def contents(one: Event) -> str:
+        parts = (f"{key}: {said}" for key, said in (
+            ("Detail", one.detail), ("first", one.first), ("second", one.second)) if said)
+        text = "; ".join(parts)
+        return f"{text}." if text else ""
+
+    lines = ['"""Kinds of events, their details, and widths of what is queued with them."""', "",
+             "from amaranth import *", "from amaranth.lib import enum", "",
+             '__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]', "",
+             "# Beside the kind.", "FIELDS = {"]
+    lines += [f'    "{name}": {f"signed({bits})" if sign else bits},'
+              for name, (bits, sign) in events.QUEUE.items()]
+    lines += ["}"]
+    lines += _class("Event", "Kinds of events.", (
+        (one.number, one.name, contents(one)) for one in events.numbered(table)))
+    lines += _class("Cause", "Why a retraction starts.", rows(events.CAUSES))
+    lines += _class("Reason", "Why a retraction ends.", rows(events.REASONS))
+    lines += _class("Phase", "How a re-advance goes.", rows(events.PHASES))
+    lines += _class("Halt", "Why the machine halts.", rows(events.HALTS))
+    return "\n".join(lines) + "\n"
+
+
+def _field_row(one: Field) -> str:
+    doc = one.doc + "".join(f" `{choice.name}` (`{choice.letter}`): "
+                            f"{choice.doc[:1].lower()}{choice.doc[1:]}" for choice in one.choices)
+    doc += f" Only with `{one.only}`." if one.only else ""
+    doc += "" if one.filed else " On the line only."
+    return f"| `{one.name}` | {one.unit} | {doc} |"
+
+
+def events_page(table: Sequence[Event]) -> str:
+    """Reference of the events, in Markdown."""
+    lines = [
+        "# Events", "",
+        "What happens in a run, as `events.jsonl` has it: one JSON object a line, in order. Every "
+        "object has `cycle` (clocks since reset), `t` (s), `event`, `line` (of the source text) "
+        "and `pos` (mm by axis, by the coders, in the program's frame in force). Then come the "
+        "fields below.", "",
+        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name, all "
+        "numbers decimal: places in pulses, speeds in µm/min, fields in the same order. Blocks "
+        "that follow each other closely have a still shorter form "
+        "(`softcore/firmware/link/output.h`)."]
+    for one in table:
+        lines += ["", f"## `{one.name}`", "", one.doc]
+        if not one.filed and one.word:
+            lines[-1] += " `events.jsonl` does not have it."
+        if one.word:
+            lines[-1] += f" On the line: `{one.word}`."
+        if one.number:
+            lines[-1] += f" In the gateware's queue: {one.number}."
+            lines[-1] += "".join(f" `{key}`: {getattr(one, key)}." for key in (
+                "detail", "first", "second") if getattr(one, key))
+        if one.fields:
+            lines += ["", "| field | unit | meaning |", "| --- | --- | --- |",
+                      *map(_field_row, one.fields)]
     return "\n".join(lines) + "\n"

@@ -10,15 +10,18 @@ from dataclasses import replace
 import pytest
 
 from host import alarms
+from host.events import EventError, Scale, parse
+from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
 from softcore import render
 from softcore.image import SOURCES
-from softcore.tables import faults, settings
+from softcore.tables import events, faults, settings
+from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.references import filled, plain
 from softcore.tables.settings import SETTINGS
 
 
-def altered(table, name, **changes):
+def altered(table, name, /, **changes):
     """A copy of a table with one entry changed."""
     assert [one.name for one in table].count(name) == 1
     return tuple(replace(one, **changes) if one.name == name else one for one in table)
@@ -133,3 +136,65 @@ def test_what_the_firmware_knows_of_faults_is_used():
     for one in FAULTS:
         assert f"FAULT_{one.name.upper()}" in words, one.name
         assert not one.spoken or f"FAULT_TEXT_{one.name.upper()}" in words, one.name
+
+
+# ---- events
+
+
+def test_events_are_well_formed():
+    for one in EVENTS:
+        assert re.fullmatch("[a-z][a-z_]*", one.name), one.name
+        assert one.word or one.number, f"{one.name} is nowhere"
+        assert not one.fields or one.word, f"{one.name} has fields and no line"
+        for text in (one.doc, *(field.doc for field in one.fields)):
+            assert text.endswith("."), one.name
+        optional = [field.optional for field in one.fields]
+        assert optional == sorted(optional), f"{one.name}: only its end may be left out"
+        kinds = [field.kind for field in one.fields]
+        assert "text" not in kinds[:-1], f"{one.name}: a text may have commas"
+    for found in ([one.name for one in EVENTS], [one.word for one in EVENTS if one.word]):
+        assert len(set(found)) == len(found)
+    assert [one.number for one in events.numbered()] == [*range(1, 10)]
+
+
+def test_the_gateware_has_the_numbers_of_the_table():
+    assert {one.name.lower(): one.value for one in Event} == {
+        "none": 0, **{one.name: one.number for one in events.numbered()}}
+    for choices, made in ((events.CAUSES, Cause), (events.REASONS, Reason),
+                          (events.PHASES, Phase), (events.HALTS, Halt)):
+        assert {one.name.lower(): one.value for one in made} == {
+            "none": 0, **{choice.name: choice.number for choice in choices}}
+    assert list(FIELDS) == list(events.QUEUE)
+
+
+def test_an_event_is_changed_in_one_place():
+    end = events.named("retraction_end")
+    reason, distance, *_ = end.fields
+    way = replace(distance, name="way", doc="How far.")
+    table = altered(EVENTS, "retraction_end", name="way_back", word="wayback", number=12,
+                    detail="why", fields=(way, reason))
+    header = render.events_header(table)
+    assert "    EVENT_WAY_BACK = 12,\n" in header
+    assert '#define EVENT_WORD_WAY_BACK "wayback"\n' in header
+    assert '#define EVENT_FORMAT_WAY_BACK ",%d,%c"\n' in header
+    assert "    # Detail: why; first: " in render.events_gateware(table)
+    assert "    WAY_BACK = 12\n" in render.events_gateware(table)
+    page = render.events_page(table)
+    assert "## `way_back`" in page
+    assert cells(page, "`way`") == ["`way`", "mm", "How far."]
+    scale = Scale(clock_hz=1)
+    line = "[E:wayback,0,0,0,0,0,4123,c]"
+    assert list(parse(line, scale, table).items())[2:] == [
+        ("event", "way_back"), ("line", 0), ("pos", {"x": 0.0, "y": 0.0, "z": 0.0}),
+        ("way", 0.4123), ("reason", "cleared")]
+    with pytest.raises(EventError, match="cannot be read"):
+        parse(line, scale)
+
+
+@pytest.mark.parametrize("line", [
+    "[E:alarm,1,7,0,0,0,5]", "[E:aux,1,7,0,0,0,M]", "[E:aux,1,7,0,0,0,M,3,4]",
+    "[E:condition,1,7,0,0,0,5]", "[E:condition,1,7,0,0,0,5,1000,3,3]", "[E:,1,7,0,0,0]",
+])
+def test_a_line_with_too_few_or_too_many_fields_is_no_event(line):
+    with pytest.raises(EventError, match="cannot be read"):
+        parse(line, Scale(clock_hz=1))

@@ -105,7 +105,7 @@ __attribute__((noinline)) void machine_tell_alarm(void) {
     fault_sentence(&last->what, sentence, sizeof sentence);
     if (last->what.line)
         alarm_set_line(last->what.line);
-    output_event("alarm", last->cycle, alarm_line(), last->position, ",%u,%s",
+    output_event(EVENT_WORD_ALARM, last->cycle, alarm_line(), last->position, EVENT_FORMAT_ALARM,
                  (uint32_t)last->what.code, sentence);
     output_line("ALARM:%u", (uint32_t)last->what.code);
     alarm_told();
