@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper plan``: the staircase of a roughing job as a table, a plot and a machining program.
 
-The program has a condition for each current: a built-in one of the controller (``conditions.c``),
-or a row that it enters with G10, whose pulse lies between those of the built-in ones. They are for
-copper on steel, electrode positive; for other materials enter rows of your own instead. Where the
+The program has a condition for each current: one that is built into the controller
+(``softcore.tables.conditions``), or a row that it enters with G10, whose pulse lies between those
+of the built-in ones. They are for copper on steel, electrode positive; for other materials enter
+rows of your own instead. Where the
 supply divides an IP, so do the rows; a comment then names the setting that the controller needs.
 
 The gap is held by counted pulse classes (G95 P1). The retractable limit follows the depth: 0.5 mm
@@ -34,19 +35,19 @@ from host.basic import BasicData, read_all
 from host.errors import UsageError, UserError
 from host.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 from host.words import exact
+from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, ladder
 from softcore.tables.settings import assign, named
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
            "table"]
 
 # Of the controller's own conditions: current (IP), number, on- and off-time (us).
-BUILT_IN = ((1, 100, 15, 25), (2, 110, 30, 30), (4, 120, 60, 40), (6, 130, 100, 50),
-            (9, 140, 150, 75), (12, 150, 200, 100))
+BUILT_IN = ladder()
 # Whole IP have the number 900 + IP, as on the controller (conditions_planned); parts of one follow.
-FIRST_ENTERED, FIRST_PART = 900, 964
-MOST_ENTERED, MOST_SERIES = 16, 32
+FIRST_ENTERED, FIRST_PART = PLANNED, 964
+MOST_ENTERED, MOST_SERIES = ENTERED, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
-AMPERES = 1.5       # of one IP
+AMPERES = IP_MA / 1000  # of one IP
 # A pulse must outlast the time in which the gap is not looked at.
 LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))

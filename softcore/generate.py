@@ -7,6 +7,7 @@ from pathlib import Path
 from softcore import linkmap, render
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.settings import SETTINGS
@@ -120,6 +121,9 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
     _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
     _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),
+    _made(FIRMWARE / "gap" / "built_in.h", "conditions",
+          lambda: render.conditions_header(CONDITIONS)),
+    _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
     _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
 ))
 

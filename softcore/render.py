@@ -7,13 +7,15 @@ Each function takes its table and gives the text of one file, without the notice
 from collections.abc import Iterable, Sequence
 
 from softcore.tables import events
+from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
 from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
-__all__ = ["events_gateware", "events_header", "events_page", "faults_header", "faults_page",
-           "settings_header", "settings_page", "settings_source"]
+__all__ = ["conditions_header", "conditions_page", "events_gateware", "events_header",
+           "events_page", "faults_header", "faults_page", "settings_header", "settings_page",
+           "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -220,4 +222,39 @@ def events_page(table: Sequence[Event]) -> str:
         if one.fields:
             lines += ["", "| field | unit | meaning |", "| --- | --- | --- |",
                       *map(_field_row, one.fields)]
+    return "\n".join(lines) + "\n"
+
+
+def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
+    """Built-in conditions as initialisers of the firmware's rows, in C."""
+    common = ", ".join(f".{name} = {value}" for name, value in vars(usual).items())
+    lines = [
+        "#pragma once", "",
+        f"#define CONDITIONS_ENTERED {ENTERED}   /* rows that can be entered */",
+        f"#define CONDITIONS_IP_MA {IP_MA}   /* one IP */",
+        f"#define CONDITIONS_PLANNED {PLANNED}  /* number of a planned one, less its IP */", "",
+        "/* What a row has where it says nothing else. */",
+        f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
+    rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
+            f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "
+            f".negative = {str(row.negative).lower()}, \\\n     CONDITIONS_USUAL}}"
+            for row in table]
+    return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
+
+
+def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
+    """Reference of the built-in conditions, in Markdown."""
+    lines = [
+        "# Machining conditions", "",
+        f"`C` with a number chooses one of these, or one that was entered with G10: {ENTERED} fit "
+        f"beside them ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is added to "
+        "the off-time after an arc or a short. The first are copper on steel in hydrocarbon oil, "
+        "from finishing to roughing; those with a negative electrode are for wire.", "",
+        "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
+    lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
+              f"| {row.on_us} | {row.off_us} | {row.rest_us} "
+              f"| {'negative' if row.negative else 'positive'} |" for row in table]
+    lines += ["", f"All have an open voltage of {usual.open_v} V. The gap is open above "
+              f"{usual.open_percent} % of it, burns an arc below {usual.arc_v} V and is shorted "
+              f"below {usual.short_v} V. A step of the servo is {usual.step} pulses."]
     return "\n".join(lines) + "\n"

@@ -14,7 +14,8 @@ from host.events import EventError, Scale, parse
 from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
 from softcore import render
 from softcore.image import SOURCES
-from softcore.tables import events, faults, settings
+from softcore.tables import conditions, events, faults, settings
+from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.references import filled, plain
@@ -198,3 +199,32 @@ def test_an_event_is_changed_in_one_place():
 def test_a_line_with_too_few_or_too_many_fields_is_no_event(line):
     with pytest.raises(EventError, match="cannot be read"):
         parse(line, Scale(clock_hz=1))
+
+
+# ---- conditions
+
+
+def test_conditions_are_well_formed():
+    numbers = [row.number for row in CONDITIONS]
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] < conditions.PLANNED
+    currents = [row[0] for row in conditions.ladder()]
+    assert currents == sorted(set(currents))
+    positive = [not row.negative for row in CONDITIONS]
+    assert positive == sorted(positive, reverse=True), "the firmware plans with the first of them"
+    for row in CONDITIONS:
+        assert min(row.milli_ip, row.on_us, row.off_us, row.rest_us) > 0, row.number
+        assert row.negative or row.milli_ip % 1000 == 0, row.number
+
+
+def test_a_condition_is_changed_in_one_place():
+    first, *others = CONDITIONS
+    table = (replace(first, number=105, milli_ip=3000, on_us=44, off_us=33, rest_us=22), *others)
+    assert "{.number = 105, .milli_ip = 3000, .on_us = 44, .off_us = 33, .rest_us = 22, " \
+           ".negative = false, " in render.conditions_header(table)
+    assert cells(render.conditions_page(table), "105") == [
+        "105", "3", "4.5", "44", "33", "22", "positive"]
+    assert conditions.ladder(table)[0] == (3, 105, 44, 33)
+    assert ".open_v = 99, " in render.conditions_header(table, replace(conditions.USUAL, open_v=99))
+    assert "open voltage of 99 V" in render.conditions_page(
+        table, replace(conditions.USUAL, open_v=99))
