@@ -7,8 +7,9 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.events import FIELDS, Event
 from rtl.lib.event_queue import EventQueue
-from rtl.motion.retraction import Event, Happened
+from rtl.motion.retraction import Happened
 from rtl.safety.interlock import Cause
 
 __all__ = ["Report"]
@@ -57,8 +58,7 @@ class Report(wiring.Component):
         self.letters = letters
         axes = len(letters)
         self.layout = data.StructLayout({
-            "kind": Event, "detail": 8, "slot": 8, "cycle": 32, "path": signed(32), "first": 32,
-            "second": 32, **{letter: signed(32) for letter in letters}})
+            "kind": Event, **FIELDS, **{letter: signed(32) for letter in letters}})
         super().__init__({
             "registers": In(registers["event"]),
             "cycle": In(32), "slot": In(8), "path": In(signed(32)),
@@ -113,7 +113,7 @@ class Report(wiring.Component):
                          event.detail.eq(Cause.GATE)]
             m.d.sync += stuck.eq(0)
         with m.Elif(news):
-            m.d.comb += [push.eq(1), event.kind.eq(Event.FLUID),
+            m.d.comb += [push.eq(1), event.kind.eq(Event.FLUID_CLASS),
                          event.detail.eq(self.fluid_class), event.first.eq(self.fluid_state),
                          event.second.eq(self.fluid_level)]
             m.d.sync += news.eq(0)

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the files derived from the register map: ``python -m softcore.generate``."""
+"""Write the files derived from the tables: ``python -m softcore.generate``."""
 
+from collections.abc import Callable
 from pathlib import Path
 
-from softcore import linkmap
+from softcore import linkmap, render
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.tables.conditions import CONDITIONS
+from softcore.tables.events import EVENTS
+from softcore.tables.faults import FAULTS
+from softcore.tables.settings import SETTINGS
 
 HERE = Path(__file__).parent
+FIRMWARE = HERE / "firmware"
+REFERENCE = HERE.parent / "docs" / "reference"
 NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
           "`python -m softcore.generate`; do not edit.")
 
@@ -92,10 +99,35 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
-OUTPUTS = {HERE / "firmware" / "hal" / "regs.h": c_header,
-           HERE.parent / "docs" / "reference" / "registers.md": reference}
+COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} */"}
+
+
+def _made(path: Path, table: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
+    """A file and what is made of a table for it, with where it comes from in its first line."""
+    notice = (f"Generated from softcore/tables/{table}.py by `python -m softcore.generate`; do not "
+              "edit.")
+    return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()
+
+
+BASE_ROOM, HAL_ROOM = FIRMWARE / "base", FIRMWARE / "hal"
+OUTPUTS: dict[Path, Callable[[], str]] = {
+    HAL_ROOM / "regs.h": c_header,
+    REFERENCE / "registers.md": reference,
+} | dict((
+    _made(BASE_ROOM / "settings_table.h", "settings", lambda: render.settings_header(SETTINGS)),
+    _made(BASE_ROOM / "settings_table.c", "settings", lambda: render.settings_source(SETTINGS)),
+    _made(REFERENCE / "settings.md", "settings", lambda: render.settings_page(SETTINGS)),
+    _made(BASE_ROOM / "fault_codes.h", "faults", lambda: render.faults_header(FAULTS)),
+    _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
+    _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
+    _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),
+    _made(FIRMWARE / "gap" / "built_in.h", "conditions",
+          lambda: render.conditions_header(CONDITIONS)),
+    _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
+    _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
+))
 
 if __name__ == "__main__":
-    for path, render in OUTPUTS.items():
+    for path, made in OUTPUTS.items():
         path.parent.mkdir(exist_ok=True)
-        path.write_text(render())
+        path.write_text(made())

@@ -5,12 +5,15 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from softcore.tables.faults import named
+
 __all__ = ["MEMORY", "SILENT", "FaultNotice"]
 
 # Lines of an alarm, as the firmware's are; the digits of the place are put in for the zeros. Each
-# begins a line of its own: who knows what stood before. 55 is FAULT_GUARD of the firmware.
-MEMORY = b"\r\nALARM:55 memory parity at 0x00000000\r\n"
-SILENT = b"\r\nALARM:55 watchdog: the processor does not answer\r\n"
+# begins a line of its own: who knows what stood before.
+ALARM = f"\r\nALARM:{named('guard').number} "
+MEMORY = f"{ALARM}memory parity at 0x00000000\r\n".encode()
+SILENT = f"{ALARM}watchdog: the processor does not answer\r\n".encode()
 TEXT = MEMORY + SILENT
 DIGITS = range(MEMORY.index(b"0x") + 2, len(MEMORY) - 2)
 

@@ -13,6 +13,7 @@ from softcore.linkmap import MARKS, REALTIME
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
+from softcore.tables.events import QUEUE, numbered
 
 RATE = "2**-32 pulse/clock"
 LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
@@ -156,20 +157,26 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
      _value(8, "Shorts.", access="r")),
 ))
 
+def _contents(part: str) -> str:
+    """What a part of an event holds, by its kind."""
+    return "; ".join(f"{one.number}: {getattr(one, part)}" for one in numbered()
+                     if getattr(one, part)) + "."
+
+
 EVENT = Block(name="event", base=0x500, doc="Queue of what the gateware did, oldest first. Its "
               "head interrupts the CPU.", registers=_registers(
     ("head", "The oldest event.", (
         Field(name="kind", bits=8, access="r",
-              doc="1 retraction start, 2 retraction end, 3 re-advance, 4 resume, 5 halt, "
-                  "6 segment entered, 7 interlock trip, 8 fluid, 9 condition at a depth."),
-        Field(name="detail", bits=8, access="r", doc="By kind: cause, reason, phase."),
-        Field(name="slot", bits=8, access="r", doc="Slot of the segment of the machine then."),
+              doc="".join(f"{one.number} `{one.name}`, " for one in numbered()).rstrip(", ") + "."),
+        Field(name="detail", bits=QUEUE["detail"][0], access="r", doc=_contents("detail")),
+        Field(name="slot", bits=QUEUE["slot"][0], access="r",
+              doc="Slot of the segment of the machine then."),
         Field(name="valid", bits=1, access="r", doc="There is an event."))),
     ("cycle", "When.", _value(32, "Lower half of the clock count.", access="r", unit="clock")),
     ("path", "Path coordinate then.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("first", "By kind.", _value(32, "See ``rtl.motion.retraction``.", access="r")),
-    ("second", "By kind.", _value(32, "See ``rtl.motion.retraction``.", access="r")),
+    ("first", "By kind.", _value(QUEUE["first"][0], _contents("first"), access="r")),
+    ("second", "By kind.", _value(QUEUE["second"][0], _contents("second"), access="r")),
     *((axis, f"Encoder position of {axis.upper()} then.",
        _value(32, "Position.", signed=True, access="r", unit="pulse")) for axis in AXES),
     ("pop", "Drop the oldest event.", _value(1, "Any value.", access="w"), "write"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from host.link.brief import Expander
 from softcore.image import host_library
+from softcore.tables.events import numbered
 from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
@@ -14,8 +15,7 @@ ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "tabl
         "series", "planned")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
-KINDS = ("none", "retraction start", "retraction end", "readvance", "resume", "halt", "segment",
-         "trip", "fluid", "condition")
+KINDS = ("none", *(event.name for event in numbered()))
 BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
 
 

@@ -18,7 +18,7 @@ SLOW = frozenset({
     "test_firmware_planned", "test_fluid", "test_preset_counter", "test_preset_counter_race",
     "test_removal", "test_report", "test_retraction", "test_retraction_contact",
     "test_retraction_ramps", "test_retraction_servo", "test_roughing", "test_staircase",
-    "test_supervision"})
+    "test_supervision", "test_tables_firmware"})
 
 
 def is_quick(path: str) -> bool:

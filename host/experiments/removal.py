@@ -11,7 +11,7 @@ seeds. Runs for all but the comparison have seeds of their own.
   drift; that with the least variation of the removal is compared.
 * P2 has the slope of P4 at the calibrated place, F/Es, and hence stands at twice the drop Es; its
   feed ends at 2 F.
-* P4 measures its no-load voltage (setting 53); all else is as built.
+* P4 measures its no-load voltage (setting ``law_no_load``); all else is as built.
 """
 
 import copy
@@ -41,6 +41,7 @@ from host.run.run import Run, count_retractions
 from host.run.workpiece import Columns, wall_surface
 from host.tape.tape import Tape, encode
 from host.words import counted
+from softcore.tables.settings import assign, named
 
 __all__ = ["FIGURES", "GAINS", "LAWS", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
            "statistics", "table"]
@@ -60,7 +61,7 @@ LAWS = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
 GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
 OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
 LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
-LEAST_GAIN = 1                      # um/min per V
+LEAST_GAIN = named("law_gain_feed").lowest
 
 BEGIN, STEP = 0.1, 0.5              # of the way: from here on it counts; here is the step
 AHEAD_MM, BEHIND_MM = 0.08, 0.04    # the wire meets a step before its axis is there
@@ -128,7 +129,9 @@ def tape_for(trial: Trial) -> Tape:
 def settings_for(trial: Trial) -> list[str]:
     """Lines entered by hand: gains in um/min per V, and that V0 is measured."""
     slope = 1000 * FEED / trial.plan.drop
-    return [f"$46={round(slope)}", f"$47={max(LEAST_GAIN, round(trial.gain * slope))}", "$53=1"]
+    return [assign("law_gain_zero", round(slope)),
+            assign("law_gain_feed", max(LEAST_GAIN, round(trial.gain * slope))),
+            assign("law_no_load", 1)]
 
 
 def execute(trial: Trial,

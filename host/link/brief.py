@@ -13,7 +13,10 @@ at the latest is a full one; see ``softcore/firmware/link/output.h``.
 
 import re
 
+from softcore.tables.events import named
+
 _FULL = re.compile(r"\[E:\w+,(\d+),(\d+),(-?\d+),(-?\d+),(-?\d+)[],]")
+_BLOCK = named("block").word
 _SHORT = re.compile(r"\[B([0-o]{4})([0-o])([0-o]{2})([0-o]{2})([0-o]{2})(.*)\]", re.DOTALL)
 
 
@@ -38,5 +41,5 @@ class Expander:
         elif self._last and (short := _SHORT.fullmatch(line)):
             *numbers, text = short.groups()
             self._last = [_nearest(*pair) for pair in zip(self._last, numbers, strict=True)]
-            return f"[E:block,{','.join(map(str, self._last))},{text}]"
+            return f"[E:{_BLOCK},{','.join(map(str, self._last))},{text}]"
         return line

@@ -56,9 +56,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from host import alarms
 from host.errors import ALARM, UsageError, UserError
 from host.link.brief import Expander
 from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
+from softcore.tables.faults import named
 
 TAKEN, AGAIN = 0x06, 0x15
 PAYLOAD = 64
@@ -79,7 +81,7 @@ LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
-_DAMAGED_LINE = "error:8"   # FAULT_LINE of softcore/firmware/base/fault.h
+_DAMAGED_LINE = f"error:{named('line').number}"
 _HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # as the gateware says it; the firmware's has no text
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
@@ -291,9 +293,10 @@ class Link:
             if sent in self._open:
                 self._open.remove(sent)
         if sent.answer != "ok":
-            why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")),
-                       sent.answer)
-            raise RefusedError(line, why)
+            answer = _ANSWER.fullmatch(sent.answer)
+            known = alarms.sentence(int(answer[2])) if answer else ""
+            why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), known)
+            raise RefusedError(line, why or sent.answer)
 
     def _post(self, line: str, *, awaited: bool) -> _Sent:
         check_line(line)

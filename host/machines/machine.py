@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
 from host.machines.machine_file import MACHINES, STEPS, WORDS, bounds, entries
+from softcore.tables.settings import of_number
 
 BUILT_IN = Path(__file__).parent
 
@@ -31,6 +32,19 @@ def _check(name: str, tables: Tables) -> None:
         said = [_complaint(tables, kind, problem) for problem in error.errors(include_url=False)]
         _, first = min(said, key=lambda one: one[0])
         raise UsageError(f"machine {name}: {first}") from error
+    for number, value in tables.get("settings", {}).items():
+        if wrong := _wrong_setting(int(number), value):
+            raise UsageError(f"machine {name}: settings.{number} {wrong}.")
+
+
+def _wrong_setting(number: int, value: int) -> str:
+    """What is wrong with a value of a setting of the controller; nothing if it can be entered."""
+    setting = of_number(number)
+    if setting is None:
+        return "is no setting of the controller; docs/reference/settings.md lists them"
+    if setting.lowest <= value <= setting.highest:
+        return ""
+    return f"({setting.name}) must be {setting.lowest} to {setting.highest}, not {value}"
 
 
 def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, str]:

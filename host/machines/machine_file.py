@@ -318,7 +318,7 @@ class MachineFile(Table):
     comparator: Comparator
     side: Side
     settings: dict[Number, Value] = Field(
-        default={}, description="The controller's settings, as number = value.")
+        default={}, description="The controller's [settings](settings.md), as number = value.")
 
 
 class SinkerFile(MachineFile):

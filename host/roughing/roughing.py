@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper plan``: the staircase of a roughing job as a table, a plot and a machining program.
 
-The program has a condition for each current: a built-in one of the controller (``conditions.c``),
-or a row that it enters with G10, whose pulse lies between those of the built-in ones. They are for
-copper on steel, electrode positive; for other materials enter rows of your own instead. Where the
+The program has a condition for each current: one that is built into the controller
+(``softcore.tables.conditions``), or a row that it enters with G10, whose pulse lies between those
+of the built-in ones. They are for copper on steel, electrode positive; for other materials enter
+rows of your own instead. Where the
 supply divides an IP, so do the rows; a comment then names the setting that the controller needs.
 
 The gap is held by counted pulse classes (G95 P1). The retractable limit follows the depth: 0.5 mm
@@ -34,19 +35,21 @@ from host.roughing.basic import BasicData, read_all
 from host.roughing.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 from host.run import figures
 from host.words import exact
+from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, ladder
+from softcore.tables.settings import assign, named
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
            "table"]
 
 # Of the controller's own conditions: current (IP), number, on- and off-time (us).
-BUILT_IN = ((1, 100, 15, 25), (2, 110, 30, 30), (4, 120, 60, 40), (6, 130, 100, 50),
-            (9, 140, 150, 75), (12, 150, 200, 100))
+BUILT_IN = ladder()
 # Whole IP have the number 900 + IP, as on the controller (conditions_planned); parts of one follow.
-FIRST_ENTERED, FIRST_PART = 900, 964
-MOST_ENTERED, MOST_SERIES = 16, 32
+FIRST_ENTERED, FIRST_PART = PLANNED, 964
+MOST_ENTERED, MOST_SERIES = ENTERED, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
-AMPERES = 1.5       # of one IP
-LEAST_ON_US = 5     # the gap is looked at 4 us after a pulse begins (settings 4 and 27)
+AMPERES = IP_MA / 1000  # of one IP
+# A pulse must outlast the time in which the gap is not looked at.
+LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
 SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
@@ -175,8 +178,9 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
         f"LEAVES {found.bottom_um:.0f} UM ON THE BOTTOM AND {found.side_um:.0f} UM ON THE SIDE",
     ]
     if job.steps > 1:
-        comments.append(f"NEEDS SETTING 55 AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE POWER "
-                        "SUPPLY")
+        number = named("current_step_ma").number
+        comments.append(f"NEEDS SETTING {number} AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE "
+                        "POWER SUPPLY")
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
               f"G36 {SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
               *(_series(steps, numbers) if series else _way(steps, numbers)),
@@ -294,8 +298,8 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
         written.append(f"{target}: {text.count(chr(10))} lines")
         if job.steps > 1:
-            written.append(f"It needs the setting $55={_step_ma(job.steps)} (one step of the power "
-                           "supply, mA).")
+            step = assign("current_step_ma", _step_ma(job.steps))
+            written.append(f"It needs the setting {step} (one step of the power supply, mA).")
     if picture is not None:
         _write(picture, lambda: plot(found, data, picture))
         written.append(f"{picture}: plot")

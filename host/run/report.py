@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from host import alarms
 from host.run import figures
 from host.run.events import Event
 from host.run.retractions import Retraction, collect, most_telling
 from host.run.workpiece import Columns
+from softcore.tables.settings import of_number
 
 DASH, MINUS, THIN_SPACE = "\u2013", "\u2212", "\u202f"
 
@@ -51,6 +53,13 @@ def _flat(parameters: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, A
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value
+
+
+def _parameter(name: str) -> str:
+    """Name of a machine's number; of a setting of the controller its number and its name."""
+    table, _, key = name.partition(".")
+    setting = of_number(int(key)) if table == "settings" else None
+    return f"${setting.number} {setting.name}" if setting else name
 
 
 def _details(event: Event) -> str:
@@ -133,9 +142,11 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     environment.filters |= {"number": _number, "fixed": _fixed}
+    code = summary["alarm"]["code"] if summary["alarm"] else 0
     outcome, colour = OUTCOMES[summary["outcome"]]
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
+        cause=alarms.cause(code), remedy=alarms.remedy(code),
         tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
         guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=bool(plan),
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
@@ -146,6 +157,6 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],
         details=_details,
-        parameters=sorted((name, str(value) if isinstance(value, list) else value)
+        parameters=sorted((_parameter(name), str(value) if isinstance(value, list) else value)
                           for name, value in _flat(parameters)),
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from host import alarms
 from host.errors import ALARM, DONE, REJECTED, UsageError
 from host.link.link import (
     HOLD,
@@ -34,7 +35,6 @@ ASKED = 3          # so often: a byte may get lost
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
-MACHINE_ALARMS = 40  # the first number of them; see softcore/firmware/base/fault.h
 STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 
 
@@ -167,7 +167,8 @@ class Run:
         elif held := held_by(line):
             self._note(self._alarm(*held))
         elif line.startswith("ALARM:"):
-            self._note(self._alarm(int(line[6:]), self._message))
+            code = int(line[6:])
+            self._note(self._alarm(code, self._message or alarms.sentence(code)))
         elif line.startswith("Gapkeeper") and self._began:
             raise LinkError("the controller has started anew in the middle of the run.")
 
@@ -195,7 +196,7 @@ class Run:
             # What the tape did wrong before a block of it moved an axis rejects it; what the
             # machine did wrong is an alarm of the machine at any time. The path tells: encoders
             # tremble at rest, and a block's event may be that of a motion to where the machine is.
-            rejected = event["code"] < MACHINE_ALARMS and not self.simulation.front()
+            rejected = not alarms.of_machine(event["code"]) and not self.simulation.front()
             self.outcome = "rejected" if rejected else "alarm"
 
     def _come_to_rest(self) -> None:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
+from host import alarms
 from host.errors import TapeError, UsageError, UserError
 from host.link.link import check_line
 from host.machines import machine as machines
@@ -210,6 +211,8 @@ def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
     if summary["alarm"]:
         console.print(f"{name}: {summary['alarm']['text']}", style="red", markup=False,
                       soft_wrap=True)
+        if remedy := alarms.remedy(summary["alarm"]["code"]):
+            console.print(f"What to do: {remedy}", markup=False, soft_wrap=True)
     else:
         console.print(name, style="green")
     if masked := report.guards_off(summary):

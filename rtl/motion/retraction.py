@@ -5,10 +5,11 @@ from amaranth import *
 from amaranth.lib import data, enum, wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
 from rtl.gap.servo import Servo
 from rtl.motion.figures import Figures
 
-__all__ = ["Cause", "Event", "Halt", "Happened", "Reason", "Retraction", "State"]
+__all__ = ["Happened", "Retraction", "State"]
 
 
 class State(enum.Enum, shape=4):
@@ -23,59 +24,14 @@ class State(enum.Enum, shape=4):
     HALTED = 6      # stopped by an alarm
 
 
-class Event(enum.Enum, shape=8):
-    """Kinds of events."""
-
-    NONE = 0
-    START = 1    # detail Cause; first: latency in clocks; second: rate before
-    END = 2      # detail Reason; first: pulses and second: clocks of the plateau
-    ADVANCE = 3  # detail 1 high, 2 low; first and second: distances to the start point, from and to
-    RESUME = 4
-    HALT = 5     # detail Halt
-    SEGMENT = 6
-    TRIP = 7     # detail: number of the first cause
-    FLUID = 8    # detail: class; first: faults, class measured (bits 4, 5); second: level
-    CONDITION = 9    # at a depth; detail: count; first: position of the jump axis
-
-
-class Cause(enum.Enum, shape=8):
-    """Why a retraction starts."""
-
-    NONE = 0
-    SHORT = 1
-    JUMP = 2
-    OPERATOR = 3
-
-
-class Reason(enum.Enum, shape=8):
-    """Why a retraction ends."""
-
-    NONE = 0
-    CLEARED = 1
-    LIMIT = 2
-    FLOOR = 3
-
-
-class Halt(enum.Enum, shape=8):
-    """Why the machine halts."""
-
-    NONE = 0
-    LIMIT = 1    # still short at the retractable limit
-    FLOOR = 2    # still short at the floor
-    SERIES = 3   # too many shorts returned
-    NO_DATA = 4  # a short, and no retraction data in force
-    SERVO = 5    # the servo wants to go back further than a retraction may
-    CONTACT = 6  # with the discharge off
-
-
 class Happened(data.Struct):
-    """An event: its kind, what ``Event`` says of the rest, and the clock in which it happened."""
+    """An event: its kind, what ``rtl.events`` says of the rest, and the clock when it happened."""
 
     kind: Event
-    detail: 8
-    cycle: 32
-    first: 32
-    second: 32
+    detail: FIELDS["detail"]
+    cycle: FIELDS["cycle"]
+    first: FIELDS["first"]
+    second: FIELDS["second"]
 
 
 class Retraction(wiring.Component):
@@ -289,7 +245,7 @@ class Retraction(wiring.Component):
                         m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERIES), announce.eq(1)]
                     with m.Else():
                         m.d.sync += state.eq(State.RETRACTING)
-                        report(Event.START, cause, figures.latency, before, stamp)
+                        report(Event.RETRACTION_START, cause, figures.latency, before, stamp)
                     with m.If(cause == Cause.SHORT):
                         with m.If(returning):
                             m.d.sync += self.series.eq(self.series + 1)
@@ -301,7 +257,7 @@ class Retraction(wiring.Component):
                 with m.If(ending):
                     with m.If(at_rest):
                         m.d.comb += self.mark.eq(1)
-                        report(Event.END, reason, figures.pulses, figures.clocks)
+                        report(Event.RETRACTION_END, reason, figures.pulses, figures.clocks)
                         m.d.sync += [ending.eq(0), prepare.eq(self.PREPARE), announce.eq(1)]
                         with m.If(halt != Halt.NONE):
                             m.d.sync += state.eq(State.HALTED)
@@ -316,8 +272,8 @@ class Retraction(wiring.Component):
                 with m.Elif((cause == Cause.SHORT) & ~self.shorted):
                     m.d.sync += [ending.eq(1), reason.eq(Reason.CLEARED)]
                 with m.Elif(ready & bounds["at_target"] & self.rest):
-                    m.d.sync += [settle.eq(0), reason.eq(Mux(bounds["floor_wins"], Reason.FLOOR,
-                                                             Reason.LIMIT))]
+                    m.d.sync += [settle.eq(0), reason.eq(Mux(
+                        bounds["floor_wins"], Reason.PATH_START, Reason.LIMIT))]
                     with m.If(cause == Cause.SHORT):
                         m.d.sync += state.eq(State.AT_LIMIT)
                     with m.Else():
@@ -330,7 +286,7 @@ class Retraction(wiring.Component):
                 with m.Elif(settle == self.settle):
                     m.d.sync += [
                         state.eq(State.RETRACTING), ending.eq(1),
-                        halt.eq(Mux(reason == Reason.FLOOR, Halt.FLOOR, Halt.LIMIT)),
+                        halt.eq(Mux(reason == Reason.PATH_START, Halt.FLOOR, Halt.LIMIT)),
                     ]
                 with m.Elif(self.in_position):
                     m.d.sync += settle.eq(settle + 1)
@@ -338,7 +294,8 @@ class Retraction(wiring.Component):
             with m.Case(State.HIGH):
                 with m.If(announce):
                     m.d.sync += announce.eq(0)
-                    report(Event.ADVANCE, 1, self.start - self.position, force["changeover"])
+                    report(Event.READVANCE, Phase.HIGH, self.start - self.position,
+                           force["changeover"])
                 with m.Elif(self.run & self.shorted):
                     order(Cause.SHORT)
                 with m.Elif(ready & ~bounds["before_changeover"]):
@@ -347,7 +304,7 @@ class Retraction(wiring.Component):
             with m.Case(State.LOW):
                 with m.If(announce):
                     m.d.sync += announce.eq(0)
-                    report(Event.ADVANCE, 2, self.start - self.position, 0)
+                    report(Event.READVANCE, Phase.LOW, self.start - self.position, 0)
                 with m.Elif(self.run & self.shorted):
                     order(Cause.SHORT)
                 with m.Elif(ready & bounds["at_front"]):

@@ -5,7 +5,8 @@ from bisect import bisect_left
 from dataclasses import replace
 from itertools import accumulate
 
-from rtl.motion.retraction import Event, State
+from rtl.events import Event
+from rtl.motion.retraction import State
 from testbench.checkers.motion import Motion
 from testbench.models.distributor import steps
 from testbench.models.retraction import JUMP, OPERATOR, SHORT, Cue, Data, Gap

@@ -7,11 +7,22 @@ the events of a run and where they happen follow from the path alone.
 
 from dataclasses import dataclass, field, replace
 
-START, END, ADVANCE, RESUME, HALT = 1, 2, 3, 4, 5
-SHORT, JUMP, OPERATOR = 1, 2, 3
-CLEARED, AT_LIMIT, AT_FLOOR = 1, 2, 3
-STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA, SERVO, CONTACT = 1, 2, 3, 4, 5, 6
-HIGH, LOW = 1, 2
+from softcore.tables.events import CAUSES, HALTS, PHASES, REASONS, Choice, named
+
+START, END, ADVANCE, RESUME, HALT = (named(name).number for name in (
+    "retraction_start", "retraction_end", "readvance", "resume", "halt"))
+
+
+def _numbers(choices: tuple[Choice, ...], *names: str) -> list[int]:
+    found = {choice.name: choice.number for choice in choices}
+    return [found[name] for name in names]
+
+
+SHORT, JUMP, OPERATOR = _numbers(CAUSES, "short", "jump", "operator")
+CLEARED, AT_LIMIT, AT_FLOOR = _numbers(REASONS, "cleared", "limit", "path_start")
+STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA, SERVO, CONTACT = _numbers(
+    HALTS, "limit", "floor", "series", "no_data", "servo", "contact")
+HIGH, LOW = _numbers(PHASES, "high", "low")
 
 
 @dataclass(frozen=True)

@@ -140,8 +140,8 @@ def test_an_unknown_setting_is_usage(program, workdir):
     machine.write_text(SINKER + "99 = 1\n")
     result = gapkeeper("run", program, "--machine", machine, "--out", workdir)
     assert result.returncode == 2
-    assert result.stderr == ("gapkeeper: machine odd: settings.99 is refused by the controller: "
-                             "setting 99 does not exist or is out of range.\n")
+    assert result.stderr == ("gapkeeper: machine odd: settings.99 is no setting of the controller; "
+                             "docs/reference/settings.md lists them.\n")
 
 
 @pytest.mark.parametrize("code", ["iso", "eia"])

@@ -17,7 +17,7 @@ def machine():
 
 
 def test_ceiling_is_a_limit(machine):
-    machine.event("retraction end", 3, 10, 100)
+    machine.event("retraction_end", 3, 10, 100)
     assert events(machine.run(400), "back")[0][1] == "l"
 
 

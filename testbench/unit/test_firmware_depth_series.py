@@ -128,7 +128,7 @@ def test_what_is_staged_waits_for_a_pulse_that_goes_on(machine):
     machine.library.gk_go(1200)
     machine.run(100)
     # The fluid's class changes meanwhile: nothing is staged over what is still to be taken.
-    machine.event("fluid", 3, 3 << 4, 700)
+    machine.event("fluid_class", 3, 3 << 4, 700)
     machine.run(100)
     assert (machine.power["level"], machine.gap["presets"]) == (12, (3, 6, 14))
     machine.library.gk_pulse_lasts(0)
@@ -146,7 +146,7 @@ def test_a_class_that_changes_while_a_step_is_staged(machine):
     machine.line("$36=1")
     machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=800)
     for number, presets in ((1, (5, 5, 18)), (2, (8, 3, 22))):
-        machine.event("fluid", number, number << 4, 3000)
+        machine.event("fluid_class", number, number << 4, 3000)
         machine.run(100)
         assert (machine.power["level"], machine.gap["presets"]) == (12, presets)
     machine.library.gk_go(1000)

@@ -133,7 +133,7 @@ def test_settings_reach_the_law(machine):
 def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
     machine.line("$36=1")
     under(machine, 4)
-    machine.event("fluid", 3, 3 << 4, 200)
+    machine.event("fluid_class", 3, 3 << 4, 200)
     machine.run(200)
     assert machine.law["no_load"] == level(20 * 0.75)
 
@@ -196,7 +196,7 @@ def test_a_silent_converter_stops_the_machine_if_it_is_in_use(machine, law):
 
 def test_a_cell_that_is_not_there_does_not_matter(machine):
     under(machine, 4)
-    machine.event("fluid", 0, 2, 4095)
+    machine.event("fluid_class", 0, 2, 4095)
     assert not events(machine.run(200)), "nor is it told"
 
 

@@ -77,7 +77,7 @@ def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
     run(machine, "C130", "M02")
     before = machine.power
     for number in (1, 2, 3, 0):
-        machine.event("fluid", number, number << 4, 1000 + number)
+        machine.event("fluid_class", number, number << 4, 1000 + number)
         lines = machine.run(200)
         row = [str(number), str(number), str(1000 + number), *map(str, PATENT[number])]
         assert events(lines, "fluid") == [["fluid", *row]]
@@ -97,7 +97,7 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.gap["presets"] == (4, 5, 6), "the condition's own"
     assert machine.gap["step"] == 20
     machine.line("$36=1")
-    machine.event("fluid", 2, 2 << 4, 2300)
+    machine.event("fluid_class", 2, 2 << 4, 2300)
     machine.run(200)
     assert machine.gap["presets"] == (4, 5, 6)
     assert machine.gap["reference"][0] == reference(48)
@@ -183,7 +183,7 @@ def test_classes_travel_with_the_tape_too(machine):
     run(machine, "C130", "M02")
     assert machine.gap["presets"] == PATENT[0]
     machine.line("$36=1")
-    machine.event("fluid", 1, 1 << 4, 3000)
+    machine.event("fluid_class", 1, 1 << 4, 3000)
     machine.run(200)
     assert machine.gap["presets"] == (9, 5, 18), "entered by hand"
 
@@ -316,10 +316,10 @@ def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
     (DISORDERED, "out of order"), (SILENT, "converter does not answer"),
 ])
 def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, words):
-    machine.event("fluid", 0, flag, 0)
+    machine.event("fluid_class", 0, flag, 0)
     assert not events(machine.run(200), "alarm"), "the class is set by hand"
     machine.line("$36=1")
-    machine.event("fluid", 0, flag, 0)
+    machine.event("fluid_class", 0, flag, 0)
     alarm, = events(machine.run(200), "alarm")
     assert alarm[1] == "49"
     assert words in alarm[2]
@@ -368,7 +368,7 @@ def test_measuring_with_a_detector_that_was_known_to_be_broken_is_an_alarm(machi
     for text in (DATA, "C130", "M03"):
         assert machine.line(text)[-1] == "ok"
     machine.library.gk_fluid(SILENT)
-    machine.event("fluid", 0, SILENT, 0)
+    machine.event("fluid_class", 0, SILENT, 0)
     assert not events(machine.run(200), "alarm")
     assert "discharge" in machine.flags
     assert machine.line("$36=1")[-1] == "error:38", "it guards the machine"

@@ -9,6 +9,7 @@ from binascii import crc_hqx
 
 import pytest
 
+from softcore.tables.settings import SETTINGS
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -102,12 +103,13 @@ def test_settings_are_listed_and_changed(machine):
     rows = machine.line("$$", passes=2000)
     assert rows[-1] == "ok"
     assert all(re.fullmatch(r"\$\d+=\d+ \(.+\)", row) for row in rows[:-1])
-    assert len(rows) == 65
+    assert len(rows) == len(SETTINGS) + 1
     for row in rows[:-1]:
         number, value = re.match(r"\$(\d+)=(\d+)", row).groups()
         assert machine.line(f"${number}={value}") == ["ok"], row
     assert machine.line("$8=7") == ["ok"]
-    assert "$8=7 (shorts in a series that halt (0 no bound))" in machine.line("$$", passes=2000)
+    assert "$8=7 (shorts in a series that halt (0 no bound), shorts)" in machine.line(
+        "$$", passes=2000)
 
 
 def test_frames_are_acknowledged_in_turn(machine):
@@ -278,8 +280,8 @@ def test_pulses_that_follow_each_other_are_told_in_turn(machine, rng):
     machine.run(40)
     count = len(machine.lines)
     for _ in range(5):
-        machine.event("retraction start", 1, 3, 357914)
-        machine.event("retraction end", 1, 100, 40_000)
+        machine.event("retraction_start", 1, 3, 357914)
+        machine.event("retraction_end", 1, 100, 40_000)
         machine.event("readvance", 1, 2000, 1000)
         machine.event("readvance", 2, 1000, 0)
         machine.event("resume", 0)
@@ -292,8 +294,8 @@ def test_pulses_that_follow_each_other_are_told_in_turn(machine, rng):
 
 
 def test_overshoot_is_waited_for(machine):
-    machine.event("retraction start", 2)
-    machine.event("retraction end", 2, 0, 0)
+    machine.event("retraction_start", 2)
+    machine.event("retraction_end", 2, 0, 0)
     assert [event[0] for event in events(machine.run(30))] == ["retract"]
     assert events(machine.run(60)) == [["back", "l", "0", "-", "7"]]
 
@@ -302,7 +304,7 @@ def test_jump_comes_back_at_its_own_speed(machine):
     machine.library.gk_speed(0)
     machine.tape(punched(["G36 R300 L5 H600 E60 Q.1", "G38 P800 L1 R900 H1200", "G01 Z-1 F6",
                           "M02"]), passes=400)
-    machine.event("retraction start", 2)
+    machine.event("retraction_start", 2)
     machine.event("readvance", 1, 10_000, 1000)
     assert events(machine.run(100), "advance") == [["advance", "h", "10000", "1000", "1200000"]]
 

@@ -237,4 +237,4 @@ def test_what_is_masked_is_told_in_every_report(machine):
     assert machine.line("?")[-1].endswith("|Off:fluid,no progress,coder X,coder Z>")
     enter(machine, "$8=0", "$35=0", "$16=7")
     assert machine.line("?")[-1].endswith(
-        "|Off:fluid,repeats,no discharge,no progress,coder X,coder Y,coder Z>")
+        "|Off:repeats,fluid,no discharge,no progress,coder X,coder Y,coder Z>")

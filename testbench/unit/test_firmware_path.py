@@ -148,7 +148,7 @@ def test_path_of_a_wire_begins_at_its_first_point():
     go(machine, 500)
     machine.state("retracting")
     assert go(machine, -999_999) == -500
-    machine.event("retraction end", 3, 10, 100)
+    machine.event("retraction_end", 3, 10, 100)
     assert events(machine.run(400), "back")[0][1] == "p"
 
 

@@ -111,6 +111,14 @@ def test_greeting_is_awaited():
         link.await_greeting()
 
 
+@pytest.mark.parametrize(("answer", "said"), [("error:37", r"The machine is locked\."),
+                                              ("error:999", "error:999")])
+def test_a_refusal_without_its_sentence_is_told_by_its_number(answer, said):
+    link, _ = talk(Controller(script=lambda controller, line: answer))
+    with pytest.raises(RefusedError, match=f'^the controller refuses "G00 X1": {said}$'):
+        link.command("G00 X1")
+
+
 def test_lines_are_answered_and_the_rest_is_heard():
     def script(controller, line):
         controller.say("[MSG:Speed is too high]" if "R0" in line else "[MSG:Fine]")

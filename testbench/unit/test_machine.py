@@ -70,6 +70,18 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
             load(str(path))
 
 
+@pytest.mark.parametrize(("line", "said"), [
+    ("99 = 1", r"settings\.99 is no setting of the controller; docs/reference/settings\.md lists "
+               r"them\."),
+    ("0 = 33", r"settings\.0 \(short_needed\) must be 1 to 32, not 33\."),
+])
+def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
+    path = workdir / "odd.toml"
+    path.write_text(f"{SINKER}\n{line}\n")
+    with pytest.raises(UsageError, match=f"^machine odd: {said}$"):
+        load(str(path))
+
+
 @pytest.mark.parametrize("table", ["axis", "gap", "settings"])
 def test_what_is_no_table_is_refused(workdir, table):
     tables = tomllib.loads(SINKER)

@@ -167,6 +167,8 @@ def test_same_run_gives_the_same_page():
 @pytest.mark.parametrize(("changes", "words"), [
     ({"outcome": "alarm", "alarm": {"code": 15, "text": "Block 9: <B> is unknown."}},
      "<b>Alarm 15.</b> Block 9: &lt;B&gt; is unknown."),
+    ({"outcome": "alarm", "alarm": {"code": 53, "text": "No."}},
+     "<b>What to do:</b> See that nobody is in danger, press ARM, and start again.</div>"),
     ({"outcome": "stopped"}, "stopped"),
     ({"outcome": "rejected", "alarm": {"code": 1, "text": "no start"}}, "tape rejected"),
 ])

@@ -35,7 +35,7 @@ DATA = read_all("copper", "steel")
 LIMIT = ITEMS.index("L")
 PULSES_PER_UM = 10
 MEASURED = re.compile(r"\.number = (\d+), \.milli_ip = (\d+)000, \.on_us = (\d+), "
-                      r"\.off_us = (\d+), \.rest_us = (\d+), USUAL")
+                      r"\.off_us = (\d+), \.rest_us = (\d+), \.negative = false")
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def way(records):
 
 
 def test_the_conditions_are_those_of_the_controller():
-    text = (ROOT / "softcore" / "firmware" / "gap" / "conditions.c").read_text()
+    text = (ROOT / "softcore" / "firmware" / "gap" / "built_in.h").read_text()
     rows = [tuple(map(int, row)) for row in MEASURED.findall(text)]
     assert [(ip, number, on, off) for number, ip, on, off, _ in rows] == list(BUILT_IN)
 

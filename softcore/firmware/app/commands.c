@@ -140,14 +140,14 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
 }
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
-    uint32_t which, value;
-    if (!settings_read(line, length, &which, &value, f))
+    uint32_t number, value;
+    if (!settings_read(line, length, &number, &value, f))
         return;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if ((machine_machining() || hal_motion_read().moving) && settings_guard(which))
-        fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", which);
-    else if (settings_enter(which, value, f) && settings_of_gap(which))
+    else if ((machine_machining() || hal_motion_read().moving) && settings_guard(number))
+        fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
+    else if (settings_enter(number, value, f) && settings_of_gap(number))
         gap_settings();
 }
 
@@ -254,8 +254,9 @@ __attribute__((noinline)) static bool take_line(void) {
 }
 
 __attribute__((noinline)) static void tell_setting(void) {
-    output_line("$%u=%u (%s)", listing, settings_get((setting)listing),
-                SETTINGS_ROWS[listing].name);
+    const settings_table_row *row = &SETTINGS_TABLE_ROWS[listing];
+    output_line("$%u=%u (%s%s%s)", (uint32_t)row->number, settings_get((setting)listing), row->title,
+                *row->unit ? ", " : "", row->unit);
     if (++listing == SETTINGS)
         answer(0);
 }

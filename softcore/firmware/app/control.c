@@ -16,7 +16,7 @@ __attribute__((noinline)) void control_take_alarm(void) {
 void control_reset(void) {
     bool moving = !path_at_front() || program_running();
     if (moving && !machine_locked()) {
-        fault f = {.code = FAULT_RESET, .text = "reset by the operator during motion"};
+        fault f = {.code = FAULT_RESET, .text = FAULT_TEXT_RESET};
         alarm_raise(&f);
         control_take_alarm();
     }

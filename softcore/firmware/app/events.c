@@ -22,6 +22,8 @@
 /* A speed is told if it was held for so long: pulses are at least 4 clocks apart and counted in whole
    clocks, so it is within 2 %. */
 #define PLATEAU_PULSES 16
+/* Letter of a detail; that of none for one that there is not. */
+#define LETTER(letters, detail) (letters)[(detail) < sizeof(letters) - 1 ? (detail) : 0]
 
 typedef struct {
     hal_event event;
@@ -133,12 +135,10 @@ void events_now(const char *name, const char *format, ...) {
 }
 
 __attribute__((noinline)) static void tell_back(void) {
-    static const char reasons[] = {'?', 'c', 'l', 'p'};
     uint8_t detail = back.event.detail;
-    char reason = detail < sizeof reasons ? reasons[detail] : '?';
     /* The ceiling and the soft limit are limits; only a path without either just begins. */
-    if (reason == 'p' && path_floor_is_limit())
-        reason = 'l';
+    if (detail == EVENT_REASON_PATH_START && path_floor_is_limit())
+        detail = EVENT_REASON_LIMIT;
     int32_t from = jumping ? start_point : back.first;
     uint32_t overshoot = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
@@ -149,33 +149,33 @@ __attribute__((noinline)) static void tell_back(void) {
     if (back.event.first >= PLATEAU_PULSES)
         text_print(speed, sizeof speed, "%u",
                    units_speed_of_count(back.event.first, back.event.second));
-    output_event("back", back.cycle, alarm_line(), back.event.encoder, ",%c,%d,%s,%u", reason,
-                 (int32_t)((uint32_t)from - (uint32_t)back.event.path), speed, overshoot);
+    output_event(EVENT_WORD_RETRACTION_END, back.cycle, alarm_line(), back.event.encoder,
+                 EVENT_FORMAT_RETRACTION_END, LETTER(EVENT_REASONS, detail), (int32_t)((uint32_t)from - (uint32_t)back.event.path), speed, overshoot);
     back_waits = false;
 }
 
 __attribute__((noinline)) static void tell_start(const record *r) {
-    static const char causes[] = {'?', 's', 'j', 'o'};
     uint8_t detail = r->event.detail;
-    jumping = detail != 1;
+    jumping = detail != EVENT_CAUSE_SHORT;
     start_point = r->event.path;
-    output_event("retract", r->cycle, alarm_line(), r->event.encoder, ",%c,%u,%u",
-                 detail < sizeof causes ? causes[detail] : '?',
+    output_event(EVENT_WORD_RETRACTION_START, r->cycle, alarm_line(), r->event.encoder,
+                 EVENT_FORMAT_RETRACTION_START, LETTER(EVENT_CAUSES, detail),
                  units_speed_of_rate(r->event.second), r->event.first);
 }
 
 __attribute__((noinline)) static void tell_readvance(const record *r) {
-    bool high = r->event.detail == 1;
+    bool high = r->event.detail == EVENT_PHASE_HIGH;
     uint32_t speed = !high ? speed_low : jumping && speed_jump_high ? speed_jump_high : speed_high;
-    output_event("advance", r->cycle, alarm_line(), r->event.encoder, ",%c,%u,%u,%u", high ? 'h' : 'l',
-                 r->event.first, r->event.second, speed);
+    output_event(EVENT_WORD_READVANCE, r->cycle, alarm_line(), r->event.encoder,
+                 EVENT_FORMAT_READVANCE, LETTER(EVENT_PHASES, r->event.detail), r->event.first, r->event.second, speed);
 }
 
 __attribute__((noinline)) static void tell_fluid(const record *r) {
     if (!gap_fluid(&r->event))
         return;
     gap_class c = in_force_class(in_force_fluid());
-    output_event("fluid", r->cycle, alarm_line(), r->event.encoder, ",%u,%u,%u,%u,%u,%u",
+    output_event(EVENT_WORD_FLUID_CLASS, r->cycle, alarm_line(), r->event.encoder,
+                 EVENT_FORMAT_FLUID_CLASS,
                  (uint32_t)in_force_fluid(), HAL_FLUID_MEASURED(r->event.first), r->event.second,
                  (uint32_t)c.dame, (uint32_t)c.open, (uint32_t)c.ok);
 }
@@ -189,7 +189,8 @@ __attribute__((noinline)) static void tell_condition(const record *r) {
     int32_t position[HAL_AXES];
     for (unsigned i = 0; i < HAL_AXES; i++)
         position[i] = i == axis ? (int32_t)r->event.first : r->event.encoder[i];
-    output_event("condition", r->cycle, alarm_line(), position, ",%u,%u,%d", step->row.number,
+    output_event(EVENT_WORD_CONDITION, r->cycle, alarm_line(), position,
+                 EVENT_FORMAT_CONDITION_FULL, step->row.number,
                  (uint32_t)step->row.milli_ip, step->depth - output_origin(axis));
 }
 
@@ -213,14 +214,16 @@ static void tell(const record *r) {
         back_waits = true;
         break;
     case EVENT_READVANCE: tell_readvance(r); break;
-    case EVENT_RESUME: output_event("resume", r->cycle, alarm_line(), r->event.encoder, ""); break;
+    case EVENT_RESUME:
+        output_event(EVENT_WORD_RESUME, r->cycle, alarm_line(), r->event.encoder, "");
+        break;
     case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
     case EVENT_SEGMENT:
         entry = *r;
         entered = path_entered_slot(r->event.slot);
         tell_block();
         break;
-    case EVENT_FLUID: tell_fluid(r); break;
+    case EVENT_FLUID_CLASS: tell_fluid(r); break;
     case EVENT_CONDITION: tell_condition(r); break;
     case EVENT_TRIP:
         machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);

@@ -163,10 +163,10 @@ static void tell_set(void) {
     char ceiling[TEXT_NUMBER] = "-";
     if (set.given & (1u << ITEM_Z))
         text_print(ceiling, sizeof ceiling, "%d", set.value[ITEM_Z] - state.offset[2]);
-    events_now("set", ",%u,%d,%u,%u,%d,%s,%c", (uint32_t)set.value[ITEM_R],
+    events_now(EVENT_WORD_RETRACTION_SET, EVENT_FORMAT_RETRACTION_SET, (uint32_t)set.value[ITEM_R],
                set.value[ITEM_L], (uint32_t)set.value[ITEM_H],
                (uint32_t)set.value[ITEM_E], set.value[ITEM_Q], ceiling,
-               by_hand ? 'm' : 't');
+               by_hand ? EVENT_SOURCE_MDI : EVENT_SOURCE_TAPE);
 }
 
 /* The block's non-modal function; the state is already the one after the block. */
@@ -250,7 +250,7 @@ static part stop(void) {
     /* The operator may reach into the tank now. */
     was_machining = machine_machining();
     machine_discharge(false);
-    events_now("pause", "");
+    events_now(EVENT_WORD_PAUSE, "");
     return PART_PAUSED;
 }
 
@@ -262,7 +262,7 @@ static void end(void) {
     plan_edit(&state);
     hal_jump_period(0);
     if (!by_hand)
-        events_now("end", "");
+        events_now(EVENT_WORD_PROGRAM_END, "");
 }
 
 /* The part after `at`; the same if it has to go on waiting. */
@@ -284,7 +284,8 @@ static part advance(fault *f) {
         }
         return PART_S;
     case PART_CONDITION_TOLD:
-        events_now("condition", ",%u,%u", (uint32_t)work->after.condition->number,
+        events_now(EVENT_WORD_CONDITION, EVENT_FORMAT_CONDITION,
+                   (uint32_t)work->after.condition->number,
                    (uint32_t)work->after.condition->milli_ip);
         return PART_S;
     case PART_S: return function(AUXILIARY_S, work->s, f) ? PART_T : at;
@@ -300,7 +301,7 @@ static part advance(fault *f) {
             if (!machine_allows(false, true, f) || !gap_ready(f))
                 return at;
             machine_discharge(true);
-            events_now("aux", ",M,3");
+            events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 3u);
         }
         return PART_ACT;
     case PART_ACT:
@@ -325,7 +326,7 @@ static part advance(fault *f) {
     case PART_MACHINING_OFF:
         if (work->machining_off) {
             machine_discharge(false);
-            events_now("aux", ",M,5");
+            events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 5u);
         }
         return PART_FLUID_OFF;
     case PART_FLUID_OFF: return !work->fluid_off || function(AUXILIARY_M, 9, f) ? PART_STOP : at;

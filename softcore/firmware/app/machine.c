@@ -38,13 +38,11 @@ void machine_know_position(void) { place = KNOWN; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {
     if ((moves || burns) && machine_position_lost())
-        return fault_at(f, FAULT_POSITION_LOST, 0,
-                        "the position is lost; $POSITION=HERE takes what is counted for true");
+        return fault_at(f, FAULT_POSITION_LOST, 0, FAULT_TEXT_POSITION_LOST);
     if (burns && hal_limits_read().leaving)
         return fault_at(f, FAULT_LOCKED, 0, "M03 has to wait until the limit switch is left");
     if (burns && !hal_armed())
-        return fault_at(f, FAULT_NOT_ARMED, 0,
-                        "the discharge is not armed: press the button ARM at the machine");
+        return fault_at(f, FAULT_NOT_ARMED, 0, FAULT_TEXT_NOT_ARMED);
     return true;
 }
 
@@ -107,7 +105,7 @@ __attribute__((noinline)) void machine_tell_alarm(void) {
     fault_sentence(&last->what, sentence, sizeof sentence);
     if (last->what.line)
         alarm_set_line(last->what.line);
-    output_event("alarm", last->cycle, alarm_line(), last->position, ",%u,%s",
+    output_event(EVENT_WORD_ALARM, last->cycle, alarm_line(), last->position, EVENT_FORMAT_ALARM,
                  (uint32_t)last->what.code, sentence);
     output_line("ALARM:%u", (uint32_t)last->what.code);
     alarm_told();
@@ -160,12 +158,12 @@ __attribute__((noinline)) void machine_halted(unsigned detail, uint64_t cycle, c
                                        FAULT_HALT_SERVO, FAULT_CONTACT};
     static const char *const texts[] = {
         "retraction stopped",
-        "still short at the retractable limit",
-        "still short where the way back ends (ceiling, soft limit or start of the path)",
-        "too many shorts in series without new depth",
-        "short without retraction data (G36)",
-        "the servo would go back beyond the retractable limit or the ceiling or the soft limit",
-        "contact with the discharge off; only a move away from the work goes on from here",
+        FAULT_TEXT_HALT_LIMIT,
+        FAULT_TEXT_HALT_FLOOR,
+        FAULT_TEXT_HALT_SERIES,
+        FAULT_TEXT_HALT_NO_DATA,
+        FAULT_TEXT_HALT_SERVO,
+        FAULT_TEXT_CONTACT,
     };
     unsigned row = detail < sizeof codes / sizeof *codes ? detail : 0;
     if (codes[row] == FAULT_CONTACT)
@@ -190,6 +188,6 @@ __attribute__((noinline)) void machine_tripped(unsigned cause, unsigned axes, ui
 
 __attribute__((noinline)) void machine_events_lost(void) {
     fault f = {0};
-    fault_at(&f, FAULT_EVENTS, 0, "events of the gateware were lost");
+    fault_at(&f, FAULT_EVENTS, 0, FAULT_TEXT_EVENTS);
     alarm_raise(&f);
 }

@@ -65,7 +65,7 @@ static void look_at_pace(void) {
         return;
     waits = false;
     fault f = {.line = alarm_line()};
-    fault_at(&f, FAULT_STUCK, 0, "nothing moves, although the path goes on");
+    fault_at(&f, FAULT_STUCK, 0, FAULT_TEXT_STUCK);
     alarm_raise(&f);
 }
 

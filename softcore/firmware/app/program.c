@@ -250,9 +250,9 @@ static void step_announce(void) {
         announced = true;
         alarm_set_line(tape_reader.line);
         if (work.name >= 0)
-            events_now("start", ",%u", (uint32_t)work.name);
+            events_now(EVENT_WORD_PROGRAM_START, EVENT_FORMAT_PROGRAM_START_FULL, (uint32_t)work.name);
         else
-            events_now("start", ",");
+            events_now(EVENT_WORD_PROGRAM_START, EVENT_FORMAT_PROGRAM_START);
         return;
     }
     next_block();

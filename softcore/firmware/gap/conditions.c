@@ -4,24 +4,7 @@
 #include "base/settings.h"
 #include "hal/hal.h"
 
-#define USUAL                                                                                      \
-    .open_v = 80, .open_percent = 75, .arc_v = 20, .short_v = 12, .step = 50
-
-/* Copper on steel, electrode positive, in hydrocarbon oil: from finishing to roughing. One IP is
-   1.5 A (the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A, off-times keep
-   the duty factor between one third and two thirds; a pulse that was an arc or a short is followed
-   by twice the rest. Fixed before any tape was tuned on them. The last are for wire: short pulses
-   with long pauses, electrode negative. */
-static const condition_row BUILT_IN[] = {
-    {.number = 100, .milli_ip = 1000, .on_us = 15, .off_us = 25, .rest_us = 25, USUAL},
-    {.number = 110, .milli_ip = 2000, .on_us = 30, .off_us = 30, .rest_us = 30, USUAL},
-    {.number = 120, .milli_ip = 4000, .on_us = 60, .off_us = 40, .rest_us = 40, USUAL},
-    {.number = 130, .milli_ip = 6000, .on_us = 100, .off_us = 50, .rest_us = 50, USUAL},
-    {.number = 140, .milli_ip = 9000, .on_us = 150, .off_us = 75, .rest_us = 75, USUAL},
-    {.number = 150, .milli_ip = 12000, .on_us = 200, .off_us = 100, .rest_us = 100, USUAL},
-    {.number = 500, .milli_ip = 8000, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, USUAL},
-    {.number = 510, .milli_ip = 2000, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, USUAL},
-};
+static const condition_row BUILT_IN[] = {CONDITIONS_BUILT_IN};
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
 /* A tape's row hides one of the same number that was entered by hand, for as long as it is kept. */
@@ -63,7 +46,7 @@ void conditions_reset(void) {
 
 condition_row conditions_draft(uint32_t number) {
     const condition_row *row = conditions_find(number);
-    return row ? *row : (condition_row){.number = number, USUAL};
+    return row ? *row : (condition_row){.number = number, CONDITIONS_USUAL};
 }
 
 /* A time of a current `more` above the lower of two that are `apart`. */
@@ -83,7 +66,7 @@ condition_row conditions_planned(uint32_t ip) {
     bool known = lower->milli_ip == milli_ip;
     uint32_t number = known ? lower->number : CONDITIONS_PLANNED + ip;
     unsigned at = place(number, BY_HAND);
-    condition_row row = known ? *lower : (condition_row){.number = number, USUAL};
+    condition_row row = known ? *lower : (condition_row){.number = number, CONDITIONS_USUAL};
     if (at < CONDITIONS_ENTERED)
         row = entered[at];
     if (known)

@@ -4,8 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define CONDITIONS_ENTERED 16   /* rows that can be entered */
-#define CONDITIONS_IP_MA 1500   /* one IP */
+#include "gap/built_in.h"
 
 typedef struct {
     uint32_t number;
@@ -39,9 +38,9 @@ condition_row conditions_draft(uint32_t number);
 bool conditions_enter(const condition_row *row, bool by_hand);
 
 /* The condition of a planned current, in IP from 1 on: host/roughing's. A built-in one that has it;
-   else number 900 + IP with times between those of its neighbours, or in proportion beyond the last.
+   else number CONDITIONS_PLANNED + IP with times between those of its neighbours, or in proportion beyond
+   the last.
    What has been entered by hand under its number counts as it does for C and G10. */
-#define CONDITIONS_PLANNED 900
 condition_row conditions_planned(uint32_t ip);
 
 /* Current of a row in steps of the power supply (a setting); false if it has no such step, by more than

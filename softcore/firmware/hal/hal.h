@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal/event_kinds.h"
+
 #define HAL_AXES 3
 #define HAL_SLOTS 64        /* segments in the gateware's window */
 #define HAL_NO_AXIS 15      /* jump axis of a machine without one (wire) */
@@ -96,13 +98,8 @@ int32_t hal_first(void);        /* first start point of the series, path coordin
 uint32_t hal_shorts(void);      /* shorts in the series */
 
 /* Event queue. */
-typedef enum {
-    EVENT_NONE, EVENT_RETRACTION_START, EVENT_RETRACTION_END, EVENT_READVANCE, EVENT_RESUME,
-    EVENT_HALT, EVENT_SEGMENT, EVENT_TRIP, EVENT_FLUID, EVENT_CONDITION
-} hal_event_kind;
-
 typedef struct {
-    uint8_t kind, detail, slot;
+    uint8_t kind, detail, slot; /* hal_event_kind */
     uint32_t cycle_low;
     int32_t path;
     uint32_t first, second;
@@ -173,7 +170,7 @@ bool hal_condition_pending(void);
 uint8_t hal_condition_count(void);          /* switches by depth since reset, wraps */
 
 /* Fluid. Codes of the cell. */
-#define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID, in `first`; `second` is the level */
+#define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID_CLASS, in `first`; `second` is the level */
 #define HAL_FLUID_HIGH 2u
 #define HAL_FLUID_DISORDERED 4u
 #define HAL_FLUID_SILENT 8u

@@ -150,7 +150,7 @@ static bool judge_auxiliary(context *c) {
     return p->changes_condition || in_force_current_kept() ||
            fault_at(c->f, FAULT_CONDITION, machining_column,
                     "M03 needs a C anew: the step of the power supply ($%u) has changed since",
-                    (uint32_t)SET_CURRENT_STEP_MA);
+                    settings_number(SET_CURRENT_STEP_MA));
 }
 
 static bool judge_table(context *c, bool mdi) {

@@ -62,7 +62,7 @@ bool words_seen(context *c, const condition_row *row, uint32_t column) {
                     "a pulse of C%u takes %u us, and the gap is looked at after %u ns only "
                     "($%u, $%u)", row->number, (uint32_t)row->on_us,
                     settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS),
-                    (uint32_t)SET_BLANKING_NS, (uint32_t)SET_SETTLE_NS);
+                    settings_number(SET_BLANKING_NS), settings_number(SET_SETTLE_NS));
 }
 
 bool words_condition(context *c, const word *w, const condition_row **row) {

@@ -142,7 +142,7 @@ static bool is_short(uint64_t cycle, uint32_t line_number, const int32_t *positi
 
 void output_block(uint64_t cycle, uint32_t line_number, const int32_t *position, const char *text) {
     if (!is_short(cycle, line_number, position)) {
-        output_event("block", cycle, line_number, position, ",%s", text);
+        output_event(EVENT_WORD_BLOCK, cycle, line_number, position, EVENT_FORMAT_BLOCK, text);
         return;
     }
     char line[OUTPUT_LINE], *at = line, *end = line + sizeof line - 3;

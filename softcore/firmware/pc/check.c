@@ -25,7 +25,7 @@
 /* What lines by hand have left. */
 static modal entered;
 static struct {
-    uint32_t which, value;
+    uint32_t number, value;
 } assigned[CHECK_SETTINGS];
 static unsigned assignments;
 
@@ -41,7 +41,7 @@ static void prepare(void) {
     units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
     settings_init(nothing);
     for (unsigned i = 0; i < assignments; i++)
-        settings_set(assigned[i].which, assigned[i].value);
+        settings_set(assigned[i].number, assigned[i].value);
     result_presume();
 }
 
@@ -80,15 +80,15 @@ static void follow_series(const plan *p) {
 
 /* A line that begins with `$`: only settings mean anything without a machine. */
 static bool assign(const char *line, uint32_t length, fault *f) {
-    uint32_t which, value;
+    uint32_t number, value;
     if (length < 2 || line[1] < '0' || line[1] > '9')
         return fault_at(f, FAULT_REFUSED, 0, "of the lines with $ a check takes settings only");
-    if (!settings_read(line, length, &which, &value, f) || !settings_enter(which, value, f))
+    if (!settings_read(line, length, &number, &value, f) || !settings_enter(number, value, f))
         return false;
     if (assignments == CHECK_SETTINGS)
         return fault_at(f, FAULT_SETTING, 0, "a check takes no more than %u settings",
                         (uint32_t)CHECK_SETTINGS);
-    assigned[assignments].which = which;
+    assigned[assignments].number = number;
     assigned[assignments++].value = value;
     return true;
 }

@@ -401,7 +401,7 @@ void hal_control(bool new_run, bool new_hold) {
     run = new_run;
     hold = new_hold;
 }
-void hal_retract(void) { announce(EVENT_RETRACTION_START, 3, 0, 0); }
+void hal_retract(void) { announce(EVENT_RETRACTION_START, EVENT_CAUSE_OPERATOR, 0, 0); }
 int32_t hal_first(void) { return start_first; }
 uint32_t hal_shorts(void) { return 0; }
 

@@ -1,0 +1,91 @@
+# Generated from softcore/tables/events.py by `python -m softcore.generate`; do not edit.
+"""Kinds of events, their details, and widths of what is queued with them."""
+
+from amaranth import *
+from amaranth.lib import enum
+
+__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]
+
+# Beside the kind.
+FIELDS = {
+    "detail": 8,
+    "slot": 8,
+    "cycle": 32,
+    "path": signed(32),
+    "first": 32,
+    "second": 32,
+}
+
+
+class Event(enum.Enum, shape=8):
+    """Kinds of events."""
+
+    NONE = 0
+    # Detail: cause; first: latency in clocks; second: rate before.
+    RETRACTION_START = 1
+    # Detail: reason; first: pulses of the plateau; second: its clocks.
+    RETRACTION_END = 2
+    # Detail: phase; first: distance to the start point; second: the same where the phase ends.
+    READVANCE = 3
+    RESUME = 4
+    # Detail: halt.
+    HALT = 5
+    SEGMENT = 6
+    # Detail: number of the first cause; first: axes that raised it.
+    TRIP = 7
+    # Detail: class; first: faults, class measured (bits 4, 5); second: level.
+    FLUID_CLASS = 8
+    # Detail: how many were switched by depth; first: position of the jump axis.
+    CONDITION = 9
+
+
+class Cause(enum.Enum, shape=8):
+    """Why a retraction starts."""
+
+    NONE = 0
+    # A short.
+    SHORT = 1
+    # A periodic jump (G38).
+    JUMP = 2
+    # The operator's order.
+    OPERATOR = 3
+
+
+class Reason(enum.Enum, shape=8):
+    """Why a retraction ends."""
+
+    NONE = 0
+    # The short is over.
+    CLEARED = 1
+    # As far back as allowed.
+    LIMIT = 2
+    # Where the path begins, or at its floor.
+    PATH_START = 3
+
+
+class Phase(enum.Enum, shape=8):
+    """How a re-advance goes."""
+
+    NONE = 0
+    # At H, to the changeover.
+    HIGH = 1
+    # At E, to BS.
+    LOW = 2
+
+
+class Halt(enum.Enum, shape=8):
+    """Why the machine halts."""
+
+    NONE = 0
+    # Still short at the retractable limit.
+    LIMIT = 1
+    # Still short where the way back ends.
+    FLOOR = 2
+    # Too many shorts returned.
+    SERIES = 3
+    # A short, and no retraction data in force.
+    NO_DATA = 4
+    # The servo wants to go back further than a retraction may.
+    SERVO = 5
+    # Contact with the discharge off.
+    CONTACT = 6

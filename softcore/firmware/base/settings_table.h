@@ -1,0 +1,96 @@
+/* Generated from softcore/tables/settings.py by `python -m softcore.generate`; do not edit. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {
+    SET_SHORT_NEEDED,
+    SET_SHORT_WINDOW,
+    SET_SHORT_DURATION_US,
+    SET_CLEAR_NEEDED,
+    SET_BLANKING_NS,
+    SET_SENSE_ON_NS,
+    SET_SENSE_OFF_NS,
+    SET_GAIN_PULSES,
+    SET_REPEATS,
+    SET_SETTLE_US,
+    SET_START_SPEED_UM_S,
+    SET_ACCELERATION_MM_S2,
+    SET_HIGHEST_SPEED_MM_MIN,
+    SET_FOLLOW_STOPPED,
+    SET_FOLLOW_MOVING,
+    SET_SOFT_LIMIT_UM,
+    SET_STEP_AXES,
+    SET_REVERSED_ENCODERS,
+    SET_STEP_WIDTH_NS,
+    SET_STEP_SPACE_NS,
+    SET_STEP_SETUP_NS,
+    SET_WINDOW,
+    SET_TV,
+    SET_BLOCK_SKIP,
+    SET_OPTIONAL_STOP,
+    SET_FIN_MS,
+    SET_FLUID_REQUIRED,
+    SET_SETTLE_NS,
+    SET_CONFIRM_NS,
+    SET_DELAY_LEAST_NS,
+    SET_CRITERIA,
+    SET_SERVO_PERIOD_US,
+    SET_SERVO_MODE,
+    SET_SERVO_WINDOW,
+    SET_SERVO_WEIGHT,
+    SET_NO_DISCHARGE_UM,
+    SET_FLUID_MODE,
+    SET_FLUID_CLASS,
+    SET_FLUID_THRESHOLD_0,
+    SET_FLUID_THRESHOLD_1,
+    SET_FLUID_THRESHOLD_2,
+    SET_FLUID_HYSTERESIS,
+    SET_FLUID_LOWEST,
+    SET_FLUID_HIGHEST,
+    SET_NO_PROGRESS_S,
+    SET_LAW_WINDOW_US,
+    SET_LAW_GAIN_ZERO,
+    SET_LAW_GAIN_FEED,
+    SET_LAW_UNIT_UM,
+    SET_LAW_LONGEST_MS,
+    SET_LAW_LEAST_MV,
+    SET_LAW_RATIO_LOWEST,
+    SET_LAW_RATIO_HIGHEST,
+    SET_LAW_NO_LOAD,
+    SET_ARC_DIFFERENCE_NM,
+    SET_CURRENT_STEP_MA,
+    SET_LOOP_GAIN,
+    SET_ARC_DEVIATION_NM,
+    SET_LOW_X_UM,
+    SET_LOW_Y_UM,
+    SET_LOW_Z_UM,
+    SET_HIGH_X_UM,
+    SET_HIGH_Y_UM,
+    SET_HIGH_Z_UM,
+    SETTINGS,
+} setting;
+
+/* What has to be done again after a change. */
+typedef enum {
+    GROUP_DETECTOR,
+    GROUP_MOTION,
+    GROUP_AXES,
+    GROUP_TRAVEL,
+    GROUP_LOOP,
+    GROUP_SIDE,
+    GROUP_GAP,
+    GROUP_PROGRAM,
+} setting_group;
+
+typedef struct {
+    uint32_t initial, lowest, highest;
+    uint16_t number;        /* that of the lines `$number=value` */
+    uint8_t group;
+    bool guards;            /* locked while the machine moves or machines */
+    const char *title;
+    const char *unit;       /* empty for a pure number */
+    const char *guard;      /* what the value 0 switches off; 0 if nothing */
+} settings_table_row;
+
+extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];

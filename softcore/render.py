@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is made of the tables in ``softcore.tables``: C for the firmware, and pages.
+
+Each function takes its table and gives the text of one file, without the notice at its head.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from softcore.tables import events
+from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
+from softcore.tables.events import Choice, Event, Field
+from softcore.tables.faults import FAULTS, PARTS, Fault
+from softcore.tables.references import filled
+from softcore.tables.settings import GROUPS, SETTINGS, Setting
+
+__all__ = ["conditions_header", "conditions_page", "events_gateware", "events_header",
+           "events_page", "faults_header", "faults_page", "settings_header", "settings_page",
+           "settings_source"]
+
+
+def _string(text: str) -> str:
+    """A C string."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _enum(name: str, members: Iterable[str]) -> list[str]:
+    return ["typedef enum {", *(f"    {member}," for member in members), f"}} {name};"]
+
+
+def grouped(number: int) -> str:
+    """A number for reading: thousands apart by a narrow space."""
+    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def settings_header(table: Sequence[Setting]) -> str:
+    """Names of the settings, and what their table holds, in C."""
+    lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
+    lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
+    lines += ["", "/* What has to be done again after a change. */"]
+    lines += _enum("setting_group", (f"GROUP_{group.upper()}" for group in GROUPS))
+    lines += [
+        "",
+        "typedef struct {",
+        "    uint32_t initial, lowest, highest;",
+        "    uint16_t number;        /* that of the lines `$number=value` */",
+        "    uint8_t group;",
+        "    bool guards;            /* locked while the machine moves or machines */",
+        "    const char *title;",
+        "    const char *unit;       /* empty for a pure number */",
+        "    const char *guard;      /* what the value 0 switches off; 0 if nothing */",
+        "} settings_table_row;",
+        "",
+        "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def settings_source(table: Sequence[Setting]) -> str:
+    """Rows of the settings, in C."""
+    lines = ['#include "base/settings_table.h"', "",
+             "const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {"]
+    for one in table:
+        guard = _string(one.switches_off) if one.switches_off else "0"
+        lines += [
+            f"    [SET_{one.name.upper()}] = {{{one.default}, {one.lowest}, {one.highest}, "
+            f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()},",
+            f"        {_string(one.title)}, {_string(one.unit)}, {guard}}},"]
+    return "\n".join([*lines, "};"]) + "\n"
+
+
+def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) -> str:
+    """Reference of the settings, in Markdown."""
+    lines = [
+        "# Settings", "",
+        "Numbers by which a machine and its gap are set up. `$$` lists them, `$number=value` "
+        "changes one, and a [machine's file](machine-file.md) gives them in its table "
+        "`[settings]`. All values are whole numbers; both ends of a range are allowed. After "
+        "power-on every setting has its default.", "",
+        "No setting changes while a program runs. Those marked *rest* guard the machine: they "
+        "also stay as they are while it moves or machines (" + filled("error {alarm_busy}).", table,
+                                                                      faults)]
+    for group, title in GROUPS.items():
+        lines += ["", f"## {title}", "",
+                  "| setting | name | unit | default | range | changes | meaning |",
+                  f"|{' --- |' * 7}"]
+        lines += [
+            f"| `${one.number}` | `{one.name}` | {one.unit} | {grouped(one.default)} "
+            f"| {grouped(one.lowest)} to {grouped(one.highest)} "
+            f"| {'rest' if one.guards else 'no program'} | {filled(one.meaning, table, faults)} |"
+            for one in table if one.group == group]
+    return "\n".join(lines) + "\n"
+
+
+def faults_header(table: Sequence[Fault]) -> str:
+    """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
+    lines = ["#pragma once", "", "/* Numbers of `error:N` and `ALARM:N`. */"]
+    lines += _enum("fault_code", ["FAULT_NONE = 0", *(
+        f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
+    lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
+                    for one in table if one.spoken)]
+    return "\n".join(lines) + "\n"
+
+
+def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS) -> str:
+    """Reference of alarms and errors, in Markdown."""
+    lines = [
+        "# Alarms and errors", "",
+        "`error:N` refuses a line: nothing of it was done. `ALARM:N` ends a program and locks the "
+        "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
+        "is gone. Both have the same numbers. In front of each the controller says where it was "
+        "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "A program that is refused before anything has moved is *rejected* (exit status 4); after "
+        "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
+    for part, title in PARTS.items():
+        lines += ["", f"## {title}"]
+        for one in table:
+            if one.part == part:
+                lines += ["", f"### {one.number}: {one.sentence}", "",
+                          f"Cause: {filled(one.cause, settings, table)}", "",
+                          f"What to do: {filled(one.remedy, settings, table)}"]
+    return "\n".join(lines) + "\n"
+
+
+def _format(fields: Iterable[Field]) -> str:
+    """What ``text_print`` makes of the fields of an event line."""
+    return "".join(f",{events.FORMATS[one.kind]}" for one in fields if one.kind in events.FORMATS)
+
+
+def events_header(table: Sequence[Event]) -> str:
+    """Kinds of events in C: numbers of the queue, names and formats of the lines."""
+    lines = ["#pragma once", "", "/* Kinds in the gateware's queue. */"]
+    lines += _enum("hal_event_kind", ["EVENT_NONE = 0", *(
+        f"EVENT_{one.name.upper()} = {one.number}" for one in events.numbered(table))])
+    lines += ["", "/* Details: letters on the line, by their number in the gateware; 0 is none. */"]
+    lines += [f"#define EVENT_{name} {_string('?' + ''.join(one.letter for one in choices))}"
+              for name, choices in (("CAUSES", events.CAUSES), ("REASONS", events.REASONS),
+                                    ("PHASES", events.PHASES))]
+    lines += [f"#define EVENT_{name}_{one.name.upper()} {one.number}"
+              for name, choices in (("CAUSE", events.CAUSES), ("REASON", events.REASONS),
+                                    ("PHASE", events.PHASES)) for one in choices]
+    lines += [f"#define EVENT_SOURCE_{one.name.upper()} '{one.letter}'" for one in events.SOURCES]
+    lines += ["", "/* Name of an event on the line, and the form of what follows its place. With",
+              "   `_FULL` it has what may be left out, too. */"]
+    for one in table:
+        if not one.word:
+            continue
+        stem = one.name.upper()
+        lines.append(f"#define EVENT_WORD_{stem} {_string(one.word)}")
+        optional = [field for field in one.fields if field.optional and field.kind != "text"]
+        if one.fields or optional:
+            always = [field for field in one.fields if field not in optional]
+            lines.append(f"#define EVENT_FORMAT_{stem} {_string(_format(always))}")
+        if optional:
+            lines.append(f"#define EVENT_FORMAT_{stem}_FULL {_string(_format(one.fields))}")
+    return "\n".join(lines) + "\n"
+
+
+def _class(name: str, doc: str, choices: Iterable[tuple[int, str, str]]) -> list[str]:
+    """An Amaranth enumeration of 8 bits, 0 for none."""
+    return ["", "", f"class {name}(enum.Enum, shape=8):", f'    """{doc}"""', "", "    NONE = 0",
+            *(line for number, member, comment in choices for line in (
+                *([f"    # {comment}"] if comment else []), f"    {member.upper()} = {number}"))]
+
+
+def events_gateware(table: Sequence[Event]) -> str:
+    """Kinds of events and what is told with them, for the gateware, in Python."""
+    def rows(choices: Iterable[Choice]) -> list[tuple[int, str, str]]:
+        return [(one.number, one.name, one.doc) for one in choices]
+
+    def contents(one: Event) -> str:
+        parts = (f"{key}: {said}" for key, said in (
+            ("Detail", one.detail), ("first", one.first), ("second", one.second)) if said)
+        text = "; ".join(parts)
+        return f"{text}." if text else ""
+
+    lines = ['"""Kinds of events, their details, and widths of what is queued with them."""', "",
+             "from amaranth import *", "from amaranth.lib import enum", "",
+             '__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]', "",
+             "# Beside the kind.", "FIELDS = {"]
+    lines += [f'    "{name}": {f"signed({bits})" if sign else bits},'
+              for name, (bits, sign) in events.QUEUE.items()]
+    lines += ["}"]
+    lines += _class("Event", "Kinds of events.", (
+        (one.number, one.name, contents(one)) for one in events.numbered(table)))
+    lines += _class("Cause", "Why a retraction starts.", rows(events.CAUSES))
+    lines += _class("Reason", "Why a retraction ends.", rows(events.REASONS))
+    lines += _class("Phase", "How a re-advance goes.", rows(events.PHASES))
+    lines += _class("Halt", "Why the machine halts.", rows(events.HALTS))
+    return "\n".join(lines) + "\n"
+
+
+def _field_row(one: Field) -> str:
+    doc = one.doc + "".join(f" `{choice.name}` (`{choice.letter}`): "
+                            f"{choice.doc[:1].lower()}{choice.doc[1:]}" for choice in one.choices)
+    doc += f" Only with `{one.only}`." if one.only else ""
+    doc += "" if one.filed else " On the line only."
+    return f"| `{one.name}` | {one.unit} | {doc} |"
+
+
+def events_page(table: Sequence[Event]) -> str:
+    """Reference of the events, in Markdown."""
+    lines = [
+        "# Events", "",
+        "What happens in a run, as `events.jsonl` has it: one JSON object a line, in order. Every "
+        "object has `cycle` (clocks since reset), `t` (s), `event`, `line` (of the source text) "
+        "and `pos` (mm by axis, by the coders, in the program's frame in force). Then come the "
+        "fields below.", "",
+        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name, all "
+        "numbers decimal: places in pulses, speeds in µm/min, fields in the same order. Blocks "
+        "that follow each other closely have a still shorter form "
+        "(`softcore/firmware/link/output.h`)."]
+    for one in table:
+        lines += ["", f"## `{one.name}`", "", one.doc]
+        if not one.filed and one.word:
+            lines[-1] += " `events.jsonl` does not have it."
+        if one.word:
+            lines[-1] += f" On the line: `{one.word}`."
+        if one.number:
+            lines[-1] += f" In the gateware's queue: {one.number}."
+            lines[-1] += "".join(f" `{key}`: {getattr(one, key)}." for key in (
+                "detail", "first", "second") if getattr(one, key))
+        if one.fields:
+            lines += ["", "| field | unit | meaning |", "| --- | --- | --- |",
+                      *map(_field_row, one.fields)]
+    return "\n".join(lines) + "\n"
+
+
+def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
+    """Built-in conditions as initialisers of the firmware's rows, in C."""
+    common = ", ".join(f".{name} = {value}" for name, value in vars(usual).items())
+    lines = [
+        "#pragma once", "",
+        f"#define CONDITIONS_ENTERED {ENTERED}   /* rows that can be entered */",
+        f"#define CONDITIONS_IP_MA {IP_MA}   /* one IP */",
+        f"#define CONDITIONS_PLANNED {PLANNED}  /* number of a planned one, less its IP */", "",
+        "/* What a row has where it says nothing else. */",
+        f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
+    rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
+            f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "
+            f".negative = {str(row.negative).lower()}, \\\n     CONDITIONS_USUAL}}"
+            for row in table]
+    return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
+
+
+def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
+    """Reference of the built-in conditions, in Markdown."""
+    lines = [
+        "# Machining conditions", "",
+        f"`C` with a number chooses one of these, or one that was entered with G10: {ENTERED} fit "
+        f"beside them ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is added to "
+        "the off-time after an arc or a short. The first are copper on steel in hydrocarbon oil, "
+        "from finishing to roughing; those with a negative electrode are for wire.", "",
+        "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
+    lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
+              f"| {row.on_us} | {row.off_us} | {row.rest_us} "
+              f"| {'negative' if row.negative else 'positive'} |" for row in table]
+    lines += ["", f"All have an open voltage of {usual.open_v} V. The gap is open above "
+              f"{usual.open_percent} % of it, burns an arc below {usual.arc_v} V and is shorted "
+              f"below {usual.short_v} V. A step of the servo is {usual.step} pulses."]
+    return "\n".join(lines) + "\n"

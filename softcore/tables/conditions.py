@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The machining conditions that are built in: the only place where their numbers are written down.
+
+``python -m softcore.generate`` makes the firmware's rows (``gap/built_in.h``) and the page
+``docs/reference/conditions.md`` of it; the host plans with it. Plain data: imports nothing from
+Amaranth.
+
+Copper on steel, electrode positive, in hydrocarbon oil: from finishing to roughing. One IP is 1.5 A
+(the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A, off-times keep the duty
+factor between one third and two thirds; a pulse that was an arc or a short is followed by twice the
+rest. Fixed before any tape was tuned on them. The last are for wire: short pulses with long pauses,
+electrode negative.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+__all__ = ["CONDITIONS", "ENTERED", "IP_MA", "PLANNED", "USUAL", "Condition", "Voltages", "ladder"]
+
+IP_MA = 1500        # one IP, mA
+ENTERED = 16        # conditions that can be entered beside these
+PLANNED = 900       # number of a planned condition, less its IP
+
+
+@dataclass(frozen=True, kw_only=True)
+class Voltages:
+    """What a condition has where it says nothing else.
+
+    Open voltage and the levels of an arc and a short in V, the level of an open gap in percent of
+    the open voltage, the servo's step in pulses.
+    """
+
+    open_v: int
+    open_percent: int
+    arc_v: int
+    short_v: int
+    step: int
+
+
+USUAL = Voltages(open_v=80, open_percent=75, arc_v=20, short_v=12, step=50)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """A row: its number (C), current in 1/1000 IP, times in us, polarity of the electrode.
+
+    ``rest_us`` is added to the off-time after an arc or a short.
+    """
+
+    number: int
+    milli_ip: int
+    on_us: int
+    off_us: int
+    rest_us: int
+    negative: bool = False
+
+
+CONDITIONS: tuple[Condition, ...] = (
+    Condition(number=100, milli_ip=1000, on_us=15, off_us=25, rest_us=25),
+    Condition(number=110, milli_ip=2000, on_us=30, off_us=30, rest_us=30),
+    Condition(number=120, milli_ip=4000, on_us=60, off_us=40, rest_us=40),
+    Condition(number=130, milli_ip=6000, on_us=100, off_us=50, rest_us=50),
+    Condition(number=140, milli_ip=9000, on_us=150, off_us=75, rest_us=75),
+    Condition(number=150, milli_ip=12000, on_us=200, off_us=100, rest_us=100),
+    Condition(number=500, milli_ip=8000, on_us=5, off_us=40, rest_us=40, negative=True),
+    Condition(number=510, milli_ip=2000, on_us=3, off_us=30, rest_us=30, negative=True),
+)
+
+
+def ladder(table: Iterable[Condition] = CONDITIONS) -> tuple[tuple[int, int, int, int], ...]:
+    """Current (IP), number, on- and off-time (us) of the conditions that roughing is planned with.
+
+    They have the electrode positive and whole IP, and their currents rise.
+    """
+    return tuple((row.milli_ip // 1000, row.number, row.on_us, row.off_us)
+                 for row in table if not row.negative)

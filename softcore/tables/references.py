@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sentences of the tables that cite numbers of settings and alarms by their names."""
+
+import re
+from collections.abc import Sequence
+
+from softcore.tables.faults import FAULTS, Fault
+from softcore.tables.settings import SETTINGS, Setting
+
+__all__ = ["filled", "plain"]
+
+
+def filled(text: str, settings: Sequence[Setting] = SETTINGS,
+           faults: Sequence[Fault] = FAULTS) -> str:
+    """A sentence with the numbers for ``{setting}`` and ``{alarm_fault}``.
+
+    Raises
+    ------
+    KeyError
+        If there is none of that name.
+    """
+    numbers = {setting.name: setting.number for setting in settings}
+    numbers |= {f"alarm_{fault.name}": fault.number for fault in faults}
+    return text.format_map(numbers)
+
+
+def plain(text: str) -> str:
+    """A sentence of Markdown for a terminal: without the marks of code and links."""
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text).replace("`", "")

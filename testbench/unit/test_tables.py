@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each table stands once: it is well formed, and what is made of it follows a change of one entry.
+
+That what is made is not stale is held by ``test_registers``, with all that is generated.
+"""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from host import alarms
+from host.run.events import EventError, Scale, parse
+from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
+from softcore import render
+from softcore.image import SOURCES
+from softcore.tables import conditions, events, faults, settings
+from softcore.tables.conditions import CONDITIONS
+from softcore.tables.events import EVENTS
+from softcore.tables.faults import FAULTS
+from softcore.tables.references import filled, plain
+from softcore.tables.settings import SETTINGS
+
+
+def altered(table, name, /, **changes):
+    """A copy of a table with one entry changed."""
+    assert [one.name for one in table].count(name) == 1
+    return tuple(replace(one, **changes) if one.name == name else one for one in table)
+
+
+def cells(page, first):
+    """Cells of the one row of a Markdown page's tables that begins with a cell."""
+    found = [line for line in page.splitlines() if line.startswith(f"| {first} |")]
+    assert len(found) == 1, first
+    return [cell.strip() for cell in found[0].strip("|").split("|")]
+
+
+# ---- settings
+
+
+def test_settings_are_well_formed():
+    for one in SETTINGS:
+        assert 0 <= one.lowest <= one.default <= one.highest < 1 << 32, one.name
+        assert re.fullmatch("[a-z][a-z0-9_]*", one.name), one.name
+        assert one.meaning.endswith("."), one.name
+        assert one.group in settings.GROUPS, one.name
+        assert one.guards or not one.switches_off, one.name
+        assert filled(one.meaning), "or a name that it cites is unknown"
+        assert not re.search(r"\$\d|[Aa]larm \d", one.meaning), f"{one.name} cites a bare number"
+    for key in ("number", "name", "title"):
+        assert len({getattr(one, key) for one in SETTINGS}) == len(SETTINGS), key
+
+
+def test_a_setting_is_changed_in_one_place():
+    table = altered(SETTINGS, "no_progress_s", number=464, highest=7, default=5, unit="min",
+                    guards=False, title="new title", meaning="New meaning.")
+    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 464, GROUP_GAP, false,\n" \
+           '        "new title", "min", "no progress"},' in render.settings_source(table)
+    assert cells(render.settings_page(table), "`$464`") == [
+        "`$464`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
+    assert "| `$44` |" not in render.settings_page(table)
+    assert settings.assign("no_progress_s", 7, table) == "$464=7"
+    with pytest.raises(ValueError, match=r"^setting 464 \(no_progress_s\) must be 0 to 7, not 8$"):
+        settings.assign("no_progress_s", 8, table)
+
+
+def test_a_setting_more_is_one_more_everywhere():
+    table = (*SETTINGS, replace(SETTINGS[0], number=99, name="fresh"))
+    assert "    SET_FRESH,\n    SETTINGS,\n" in render.settings_header(table)
+    assert "[SET_FRESH] = {" in render.settings_source(table)
+    assert cells(render.settings_page(table), "`$99`")[1] == "`fresh`"
+    assert settings.of_number(99, table).name == "fresh"
+    assert settings.of_number(99) is None
+
+
+def test_no_setting_of_an_unknown_name():
+    with pytest.raises(KeyError, match="nothing"):
+        settings.assign("nothing", 1)
+
+
+def test_a_meaning_follows_the_number_that_it_cites():
+    table = altered(SETTINGS, "short_window", number=401)
+    page = render.settings_page(table, altered(FAULTS, "halt_series", number=143))
+    assert "(`$401`)" in cells(page, "`$0`")[-1]
+    assert cells(page, "`$8`")[-1].startswith("Alarm 143 comes ")
+
+
+# ---- alarms and errors
+
+
+def test_faults_are_well_formed():
+    for one in FAULTS:
+        assert re.fullmatch("[a-z][a-z_]*", one.name), one.name
+        assert one.part in faults.PARTS, one.name
+        assert not re.search(r"%|\.$", one.sentence), one.name
+        for text in (one.cause, one.remedy):
+            assert re.match("[A-Z`].*[.]$", filled(text)), one.name
+            assert not re.search(r"\$\d|[Aa]larm \d", text), f"{one.name} cites a bare number"
+            assert not re.search(r"[`\]{}]", plain(filled(text))), one.name
+    for key in ("number", "name", "sentence"):
+        assert len({getattr(one, key) for one in FAULTS}) == len(FAULTS), key
+    assert 0 not in [one.number for one in FAULTS], "that is no fault"
+
+
+def test_a_fault_is_changed_in_one_place():
+    table = altered(FAULTS, "stuck", number=156, sentence="it stands", cause="A cause.",
+                    remedy="Push; see `${repeats}`.")
+    header = render.faults_header(table)
+    assert "    FAULT_STUCK = 156,\n" in header
+    assert '#define FAULT_TEXT_STUCK \\\n    "it stands"\n' in header
+    page = render.faults_page(table, altered(SETTINGS, "repeats", number=408))
+    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$408`.\n" in page
+    assert "### 56:" not in page
+    assert faults.coded(156, table).sentence == "it stands"
+    assert faults.coded(56, table) is None
+
+
+def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
+    stuck = faults.named("stuck")
+    assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
+    assert alarms.cause(stuck.number) == stuck.cause
+    assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
+    assert "$8 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
+    assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
+
+
+@pytest.mark.parametrize(("code", "machine"), [(1, False), (39, False), (40, True), (56, True),
+                                               (99, True)])
+def test_whose_fault_it_is(code, machine):
+    assert alarms.of_machine(code) == machine
+
+
+def test_what_the_firmware_knows_of_faults_is_used():
+    """Each code is raised somewhere, and each sentence that the firmware has is said."""
+    text = "".join(path.read_text() for path in SOURCES.rglob("*.c"))
+    words = set(re.findall(r"\bFAULT_\w+", text))
+    for one in FAULTS:
+        assert f"FAULT_{one.name.upper()}" in words, one.name
+        assert not one.spoken or f"FAULT_TEXT_{one.name.upper()}" in words, one.name
+
+
+# ---- events
+
+
+def test_events_are_well_formed():
+    for one in EVENTS:
+        assert re.fullmatch("[a-z][a-z_]*", one.name), one.name
+        assert one.word or one.number, f"{one.name} is nowhere"
+        assert not one.fields or one.word, f"{one.name} has fields and no line"
+        for text in (one.doc, *(field.doc for field in one.fields)):
+            assert text.endswith("."), one.name
+        optional = [field.optional for field in one.fields]
+        assert optional == sorted(optional), f"{one.name}: only its end may be left out"
+        kinds = [field.kind for field in one.fields]
+        assert "text" not in kinds[:-1], f"{one.name}: a text may have commas"
+    for found in ([one.name for one in EVENTS], [one.word for one in EVENTS if one.word]):
+        assert len(set(found)) == len(found)
+    assert [one.number for one in events.numbered()] == [*range(1, 10)]
+
+
+def test_the_gateware_has_the_numbers_of_the_table():
+    assert {one.name.lower(): one.value for one in Event} == {
+        "none": 0, **{one.name: one.number for one in events.numbered()}}
+    for choices, made in ((events.CAUSES, Cause), (events.REASONS, Reason),
+                          (events.PHASES, Phase), (events.HALTS, Halt)):
+        assert {one.name.lower(): one.value for one in made} == {
+            "none": 0, **{choice.name: choice.number for choice in choices}}
+    assert list(FIELDS) == list(events.QUEUE)
+
+
+def test_an_event_is_changed_in_one_place():
+    end = events.named("retraction_end")
+    reason, distance, *_ = end.fields
+    way = replace(distance, name="way", doc="How far.")
+    table = altered(EVENTS, "retraction_end", name="way_back", word="wayback", number=12,
+                    detail="why", fields=(way, reason))
+    header = render.events_header(table)
+    assert "    EVENT_WAY_BACK = 12,\n" in header
+    assert '#define EVENT_WORD_WAY_BACK "wayback"\n' in header
+    assert '#define EVENT_FORMAT_WAY_BACK ",%d,%c"\n' in header
+    assert "    # Detail: why; first: " in render.events_gateware(table)
+    assert "    WAY_BACK = 12\n" in render.events_gateware(table)
+    page = render.events_page(table)
+    assert "## `way_back`" in page
+    assert cells(page, "`way`") == ["`way`", "mm", "How far."]
+    scale = Scale(clock_hz=1)
+    line = "[E:wayback,0,0,0,0,0,4123,c]"
+    assert list(parse(line, scale, table).items())[2:] == [
+        ("event", "way_back"), ("line", 0), ("pos", {"x": 0.0, "y": 0.0, "z": 0.0}),
+        ("way", 0.4123), ("reason", "cleared")]
+    with pytest.raises(EventError, match="cannot be read"):
+        parse(line, scale)
+
+
+@pytest.mark.parametrize("line", [
+    "[E:alarm,1,7,0,0,0,5]", "[E:aux,1,7,0,0,0,M]", "[E:aux,1,7,0,0,0,M,3,4]",
+    "[E:condition,1,7,0,0,0,5]", "[E:condition,1,7,0,0,0,5,1000,3,3]", "[E:,1,7,0,0,0]",
+])
+def test_a_line_with_too_few_or_too_many_fields_is_no_event(line):
+    with pytest.raises(EventError, match="cannot be read"):
+        parse(line, Scale(clock_hz=1))
+
+
+# ---- conditions
+
+
+def test_conditions_are_well_formed():
+    numbers = [row.number for row in CONDITIONS]
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] < conditions.PLANNED
+    currents = [row[0] for row in conditions.ladder()]
+    assert currents == sorted(set(currents))
+    positive = [not row.negative for row in CONDITIONS]
+    assert positive == sorted(positive, reverse=True), "the firmware plans with the first of them"
+    for row in CONDITIONS:
+        assert min(row.milli_ip, row.on_us, row.off_us, row.rest_us) > 0, row.number
+        assert row.negative or row.milli_ip % 1000 == 0, row.number
+
+
+def test_a_condition_is_changed_in_one_place():
+    first, *others = CONDITIONS
+    table = (replace(first, number=105, milli_ip=3000, on_us=44, off_us=33, rest_us=22), *others)
+    assert "{.number = 105, .milli_ip = 3000, .on_us = 44, .off_us = 33, .rest_us = 22, " \
+           ".negative = false, " in render.conditions_header(table)
+    assert cells(render.conditions_page(table), "105") == [
+        "105", "3", "4.5", "44", "33", "22", "positive"]
+    assert conditions.ladder(table)[0] == (3, 105, 44, 33)
+    assert ".open_v = 99, " in render.conditions_header(table, replace(conditions.USUAL, open_v=99))
+    assert "open voltage of 99 V" in render.conditions_page(
+        table, replace(conditions.USUAL, open_v=99))
