@@ -66,7 +66,7 @@ const setting_row SETTINGS_ROWS[SETTINGS] = {
     [SET_LAW_RATIO_LOWEST] = {250, 1, 15999, "feed P4: lowest Es/Ex, 1/1000"},
     [SET_LAW_RATIO_HIGHEST] = {4000, 1, 15999, "feed P4: highest Es/Ex, 1/1000"},
     [SET_LAW_NO_LOAD] = {0, 0, 1, "feed P4: no-load voltage 0 computed, 1 measured in the gap"},
-    [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000,
+    [SET_ARC_DIFFERENCE_NM] = {3000, 0, 100000,
                                "arc: largest difference of start and end radius, nm"},
     [SET_CURRENT_STEP_MA] = {1500, 50, 15000, "power supply: one step of its current, mA"},
     [SET_LOOP_GAIN] = {50, 1, LARGEST_GAIN, "velocity gain of the position loop, 1/s"},
