@@ -17,8 +17,8 @@ comparators are high above their level, so that a lost gap is a short and the el
 that of the current is high while none flows, so that a lost one is a gate that does not let go.
 An encoder that falls silent is found by the following error, a lost FIN by its time-out.
 
-**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 288 KB of the 85F,
-1022 lines or 511 arcs with the 184 KB of the 45F. The smaller devices have too little memory.
+**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 304 KB of the 85F,
+510 lines or 255 arcs with the 184 KB of the 45F. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """
@@ -110,7 +110,7 @@ class _Ulx3s45F(_WithPads, ulx3s.ULX3S_45F_Platform):
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=294_912,
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
           pin_list=PIN_LIST),
     Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188416,
           pin_list=PIN_LIST),

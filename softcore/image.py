@@ -43,7 +43,7 @@ SANITIZE = {
 
 # Memory that the firmware takes beside the history of the path, its stack with it and some room to
 # grow; and what a unit of that history takes: a line is one, an arc two.
-BESIDE_PATH = 163_840
+BESIDE_PATH = 180_224
 PATH_UNIT = 16
 
 
@@ -144,7 +144,7 @@ def path_units(memory_size: int) -> int:
     return 1 << room.bit_length() - 1
 
 
-def target_image(memory_size: int = 294_912,
+def target_image(memory_size: int = 311_296,
                  progress: Callable[[str], None] = lambda _: None) -> Path:
     """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
 

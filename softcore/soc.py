@@ -17,7 +17,7 @@ from softcore.uart import Uart
 
 __all__ = ["MEMORY_SIZE", "Soc"]
 
-MEMORY_SIZE = 294_912  # bytes, where a board or a simulation has no other
+MEMORY_SIZE = 311_296  # bytes, where a board or a simulation has no other
 
 
 class Soc(wiring.Component):

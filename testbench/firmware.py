@@ -33,6 +33,7 @@ class Record(ctypes.Structure):
         ("jump_speed", ctypes.c_uint32), ("jump_high", ctypes.c_uint32),
         ("servo", ctypes.c_int32), ("arc", ctypes.c_int32), ("plane", ctypes.c_int32),
         ("centre", ctypes.c_int32 * 2), ("offset", ctypes.c_int32 * 3), ("skipped", ctypes.c_int32),
+        ("via", ctypes.c_int32 * 3),
     ]
 
 

@@ -12,7 +12,7 @@ LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 def number(rng: random.Random, *, signed=True, largest=99.0) -> str:
     """A number in one of the ways in which people write them."""
     sign = rng.choice(("", "", "-", "+")) if signed else ""
-    decimals = rng.choice((0, 1, 2, 3, 4, 7))
+    decimals = rng.choice((0, 1, 2, 3, 4, 7, 11))
     text = f"{rng.uniform(0, largest):.{decimals}f}"
     if rng.random() < 0.2:
         text = "0" * rng.randint(1, 3) + text
@@ -63,6 +63,12 @@ def block(rng: random.Random) -> str:
             [rng.choice(("", "", "", "P1"))], [f"Z-{number(rng, signed=False)}", "C110"],
             [f"Z-{rng.randint(1, 9)}{number(rng, signed=False)}", f"C{rng.choice((120, 900))}"]))],
         lambda: ["G92", *move],
+        lambda: [rng.choice(("G92.1", "G28.1", "G30.1", "G28", "G30"))],
+        lambda: [rng.choice(("G28", "G30", "G91 G28", "G28G90")), *move],
+        lambda: ["G53", *rng.choice((["G0"], ["G01"], [])), *move],
+        lambda: rng.sample(("G49", "G61", "G64", "G80", "G98", "G99", "G90"), 3),
+        lambda: ["G64", "P.01", *rng.choice(([], ["G1"], ["Q.1"])), *move],
+        lambda: ["G10", rng.choice(("L2", "L20")), f"P{rng.randint(0, 6)}", *move],
         lambda: [rng.choice(("G94", "G94", "G95 P1", "G95P01", f"G95 P{rng.randint(1, 4)}"))],
         lambda: ["G10", f"C{rng.choice((130, 900))}", "P50", "Q50", f"V{rng.randint(0, 4)}.5",
                  f"U.{rng.randint(0, 9999)}"],
@@ -72,7 +78,7 @@ def block(rng: random.Random) -> str:
                       f"E{rng.choice((20, 40, 60, 80, 120, 300, 310, 85))}",
                       f"H{rng.randint(15, 105)}", "K-1", "K1", "L.002",
                       f"X{rng.randint(0, 299)}", "Y5", "Z18"), rng.randint(0, 4))],
-        lambda: ["G10", f"L{rng.randint(0, 4)}", "X3", "Y6", "Z14", f"H{rng.randint(50, 100)}"],
+        lambda: ["G10", f"W{rng.randint(0, 4)}", "X3", "Y6", "Z14", f"H{rng.randint(50, 100)}"],
         lambda: ["G04", rng.choice((f"P{rng.randint(0, 50)}", "X0.05"))],
         lambda: [f"C{rng.choice((100, 110, 120, 130, 140, 150, 500, 900))}",
                  rng.choice(("M03", "M3", "M8"))],
@@ -90,8 +96,8 @@ def block(rng: random.Random) -> str:
 
 def program(rng: random.Random, blocks: int) -> list[str]:
     """Blocks of a program, with its end."""
-    body = ["G36R100L5H600E60Q.5", "C130G1F5", *(block(rng) for _ in range(blocks))]
-    return [*body, rng.choice(("M02", "M30"))]
+    head = ["G36R100L5H600E60Q.5", "C130G1F5", "G28.1", "G30.1"]
+    return [*head, *(block(rng) for _ in range(blocks)), rng.choice(("M02", "M30"))]
 
 
 def damage(rng: random.Random, text: str) -> str:

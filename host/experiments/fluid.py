@@ -47,8 +47,8 @@ OHM_CM = (1e6, 1.25e5, 4e4, 1e3)
 # Presets entered by hand before the tape for the classes 1 to 3: those of class 0, or their own, as
 # the controller has them anyway. As many digits in both, so that the tape begins in the same clock.
 ARMS = {
-    "fixed": ("G10 L1 X3 Y6 Z14", "G10 L2 X3 Y6 Z14", "G10 L3 X03 Y6 Z14"),
-    "switched": ("G10 L1 X5 Y5 Z18", "G10 L2 X8 Y3 Z22", "G10 L3 X13 Y2 Z28"),
+    "fixed": ("G10 W1 X3 Y6 Z14", "G10 W2 X3 Y6 Z14", "G10 W3 X03 Y6 Z14"),
+    "switched": ("G10 W1 X5 Y5 Z18", "G10 W2 X8 Y3 Z22", "G10 W3 X13 Y2 Z28"),
 }
 # Pulses, and what is entered by hand for them: condition 100 of the tape.
 PULSES = {"15 us": (), "250 us": ("G10 C100 P250 Q50 R50",)}

@@ -204,8 +204,9 @@ SETTINGS: tuple[Setting, ...] = (
          (0, 0, 1), "gap", "Where G95 P4 has its no-load voltage from. 0: from the condition. 1: "
          "from the gap, whenever it is open for long enough.", guards=False),
     _set(54, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
-         (2000, 0, 100_000), "program", "An arc whose ends differ more in their distance from the "
-         "centre is refused (alarm {alarm_arc}).", guards=False),
+         (3000, 0, 100_000), "program", "An arc whose ends differ more in their distance from the "
+         "centre is refused (alarm {alarm_arc}). In inches 2.54 times as much is allowed.",
+         guards=False),
     _set(55, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
          "program", "Current of one step of the power supply. Conditions must be entered anew with "
          "a C after it has changed."),

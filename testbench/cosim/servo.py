@@ -106,7 +106,7 @@ def stuck_open(session: Session) -> dict:
 
 def never_down(session: Session) -> dict:
     """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
-    job = _start(session, "G10 L0 Y0", "$44=1", data=Data())
+    job = _start(session, "G10 W0 Y0", "$44=1", data=Data())
     alarm = job.alarm()
     assert alarm["code"] == 51
     assert "no progress in 1 s of machining at the front" in alarm["text"]

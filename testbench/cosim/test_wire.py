@@ -134,9 +134,9 @@ def followed(name):
 def test_shorts_amid_arcs_go_back_along_them():
     starts, plan, backward = followed("wire_arcs.nc")
     for x_mm, y_mm in ((0.4, 0.4), (1.2, 0.4)):
-        # The arcs about this place: below it and beyond, above it.
+        # Those of the arc about this place: the first ends at this height, the others lie above.
         there = [event["pos"] for event in starts
-                 if (event["pos"]["y"] > 0.41) == (x_mm > 1) and event["pos"]["x"] > 0.41]
+                 if (event["pos"]["y"] > 0.4) == (x_mm > 1) and event["pos"]["x"] > 0.41]
         assert len(there) > 2
         # Within the lag of the motors, which leads inside.
         assert all(abs(math.hypot(at["x"] - x_mm, at["y"] - y_mm) - 0.4) < 0.002 for at in there)

@@ -198,8 +198,8 @@ CLASSES = (
         "C4", "no end of block, block too long", "a block of 300 characters, no end word", "a tape",
         "refused at the exact character", (_tapes("over_long_block.ptp", "missing_end.ptp"),)),
     FaultClass(
-        "C5", "number too large or malformed", "14 digits, 11 decimals", "a tape",
-        "refused, with the character", (_tapes("number_overflow.ptp", "number_too_fine.ptp"),)),
+        "C5", "number too large or malformed", "14 digits, two decimal points", "a tape",
+        "refused, with the character", (_tapes("number_overflow.ptp", "number_malformed.ptp"),)),
     FaultClass(
         "C6", "unknown, double or conflicting words", "such words", "a tape",
         "refused, with the word",

@@ -33,7 +33,7 @@ def told(record):
         "act": ACTS[record.act], "stop": STOPS[record.stop], "machining": record.machining,
         "condition": record.condition, "fluid_off": bool(record.fluid_off), "dwell": record.dwell,
         "servo": record.servo, "arc": record.arc, "centre": tuple(record.centre),
-        "plane": 17 + record.plane, "offset": tuple(record.offset),
+        "plane": 17 + record.plane, "offset": tuple(record.offset), "via": tuple(record.via),
         "codes": {"S": record.s, "T": record.t, "M": [code for code in record.m if code >= 0]},
     }
 
@@ -146,7 +146,6 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G01 X1,5 F5",                    10, 7),
     ("G01 X1 5 F5",                    10, 8),
     ("G01 X1234567890123 F5",          12, 18),
-    ("G01 X.12345678 F5",              12, 14),
     ("G01 X26844 F5",                  12, 5),
     ("N1.5",                           11, 1),
     ("N123456789",                     12, 1),
@@ -192,7 +191,7 @@ def test_each_error_is_named_with_its_place(checker, block, code, column):
     "G36 R5 L1 H5 E5 Q0", "G36 R5 L1 H5 E5 Q1 Z-3", "G4 X36000", "", "   ", "()", "/ Z9 A5 (",
     "G 01 X 1 F\t5", "G02", "G03 M08", "G02 X2 I1 F5", "G2 X10 I5.0009 F5", "G2 X10 R4.9991 F5",
     "G2 X1 Y1 R+1000 F5", "G3 I1000 F5", "G19 G3 Y1 Z1 X5 R-1. F5", "G41 D0",
-    "G10 D15 R100", "G10 P6 X-5 Z26843", "G59 G00 X1",
+    "G10 D15 R100", "G10 P6 X-5 Z26843", "G59 G00 X1", "G01 X.12345678901234 F5.000000000",
 ])
 def test_what_is_right_is_taken(checker, block):
     result = checker.check(programs.punched([block.replace("\t", " "), "M30"]))
@@ -279,8 +278,10 @@ def test_travel_holds_on_the_whole_arc(checker, block, reach):
 
 
 def test_start_and_end_radius_may_differ_by_the_setting(checker):
-    for difference, right in ((0.0009, True), (0.0011, False)):
-        result = checker.check(punched(f"G02 X10 I{5 + difference:.4f} F5"))
+    """3 um as delivered, of numbers with three decimals; in inches, of four, 2.54 times as much."""
+    for unit, difference, right in (("G21", 0.0014, True), ("G21", 0.0016, False),
+                                    ("G20", 0.00014, True), ("G20", 0.00016, False)):
+        result = checker.check(punched(f"{unit} G02 X10 I{5 + difference:.5f} F5"))
         assert isinstance(result, Fault) != right
 
 

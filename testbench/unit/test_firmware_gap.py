@@ -89,7 +89,7 @@ def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
 
 def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.line("G10 C900 I3 P40 Q30 R70 E120 H80 K-1 L.002 X4 Y5 Z6") == ["ok"]
-    assert machine.line("G10 L2 X9 Y8 Z7 H50") == ["ok"]
+    assert machine.line("G10 W2 X9 Y8 Z7 H50") == ["ok"]
     run(machine, "C900", "M02")
     assert machine.power == {"on": 80, "off": 60, "rest": 140, "level": 3, "voltage": 6,
                              "negative": 1}
@@ -110,8 +110,8 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     ("G10", 18, 0), ("G10 C901 P5", 18, 0), ("G10 C130 I64", 39, 10), ("G10 C130 I1.5", 39, 10),
     ("G10 C130 P0", 39, 10), ("G10 C130 K2", 39, 10), ("G10 C130 L0", 39, 10),
     ("G10 C130 E40 H50", 39, 5), ("G10 C130 E99", 39, 10), ("G10 C130 X-1", 39, 10),
-    ("G10 C130 X256", 39, 10), ("G10 L1 H49", 39, 8),
-    ("G10 L4", 39, 5), ("G10 L1 H101", 39, 8), ("G10 C130 F5", 17, 10), ("G10 C130 M03", 17, 10),
+    ("G10 C130 X256", 39, 10), ("G10 W1 H49", 39, 8),
+    ("G10 W4", 39, 5), ("G10 W1 H101", 39, 8), ("G10 C130 F5", 17, 10), ("G10 C130 M03", 17, 10),
 ])
 def test_rows_that_make_no_sense_are_refused(machine, block, code, column):
     kept = machine.gap
@@ -177,8 +177,8 @@ def test_each_tape_has_the_room_that_lines_by_hand_leave(machine):
 
 
 def test_classes_travel_with_the_tape_too(machine):
-    assert machine.line("G10 L1 X9") == ["ok"]
-    run(machine, "G10 L0 X7", "G10 L1 X8", "C130", "M02")
+    assert machine.line("G10 W1 X9") == ["ok"]
+    run(machine, "G10 W0 X7", "G10 W1 X8", "C130", "M02")
     assert machine.gap["presets"] == (7, 6, 14)
     run(machine, "C130", "M02")
     assert machine.gap["presets"] == PATENT[0]

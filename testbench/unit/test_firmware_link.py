@@ -47,7 +47,7 @@ def test_greeting_and_lock():
 
 
 def test_what_came_over_the_link_is_told(machine):
-    machine.send(b"G99\n\xff(\xff)\n")
+    machine.send(b"G77\n\xff(\xff)\n")
     machine.library.gk_send_broken()
     machine.send(b"\n" + frame(3, 0, b"abc")[:-1] + b"\x00" + frame(3, 0, b"abc")[:4])
     machine.run(400)
@@ -83,7 +83,7 @@ def test_a_hold_that_came_with_the_order_to_go_on_stays(machine):
 
 
 def test_lines_are_answered_in_turn(machine):
-    machine.send(b"G00 X1\r\nG99\r\nG04 P1\r\n\r\n$I\r\n")
+    machine.send(b"G00 X1\r\nG77\r\nG04 P1\r\n\r\n$I\r\n")
     lines = machine.run(3000)
     assert [line for line in lines if line[0] != "["] == ["ok", "error:15", "ok", "ok"]
 
@@ -204,7 +204,7 @@ def test_frame_begins_anew_wherever_the_one_before_ends(machine, cut):
 
 
 def test_lines_are_heard_again_when_a_tape_is_aborted_half_way(machine):
-    rows = punched(["G00 X1", "G99", "M02"])
+    rows = punched(["G00 X1", "G77", "M02"])
     machine.frame(0, 0)
     machine.frame(64, 1, rows[:64])
     assert answers(machine, b"$I\n$I\n", passes=400) == [(NAK, 1)], "no plain line belongs here"

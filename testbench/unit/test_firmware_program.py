@@ -93,7 +93,7 @@ def test_functions_between_two_moves_beside_the_path_act_at_the_corner(machine):
 
 def test_damaged_block_leaves_the_held_move_undone(machine):
     machine.line("G10 D1 R.1")
-    lines = run(machine, "G41 D1 G00 X1", "G01 X2 F600", "Y1", "X1.95 Y.95", "G99", "M02")
+    lines = run(machine, "G41 D1 G00 X1", "G01 X2 F600", "Y1", "X1.95 Y.95", "G77", "M02")
     assert events(lines, "alarm")[0][2].startswith("Block 6")
     assert machine.axes[0] == 19_000, "the move of block 5 was held"
     assert machine.line("$X") == ["ok"]
@@ -174,9 +174,9 @@ def test_hold_keeps_and_resume_goes_on(machine):
 
 
 @pytest.mark.parametrize(("blocks", "line", "moved"), [
-    (["G99", "G00 X1", "M02"], 2, 0),
-    (["G00 X1", "G99", "G00 X2", "M02"], 3, None),
-    (["G00 X1", "M05", "G99", "G00 X2", "M02"], 4, 10_000),
+    (["G77", "G00 X1", "M02"], 2, 0),
+    (["G00 X1", "G77", "G00 X2", "M02"], 3, None),
+    (["G00 X1", "M05", "G77", "G00 X2", "M02"], 4, 10_000),
     (["G00 X1", "M05", "G01 X2", "M02"], 4, 10_000),
     (["G00 X1", "M05"], 4, 10_000),
 ])
@@ -209,7 +209,7 @@ def test_damaged_tapes_stop_where_the_model_stands(rng):
 
 
 def test_alarm_ends_the_tape_and_unlock_allows_another(machine):
-    run(machine, "G99", "M02")
+    run(machine, "G77", "M02")
     assert machine.line("G92 X0")[-1] == "error:37"
     assert events(run(machine, "M02"), "alarm") == []
     assert "[MSG:the machine is locked; unlock it with $X first.]" in machine.lines

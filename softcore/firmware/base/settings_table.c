@@ -110,7 +110,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "feed P4: highest Es/Ex", "1/1000", 0},
     [SET_LAW_NO_LOAD] = {0, 0, 1, 53, GROUP_GAP, false,
         "feed P4: no-load voltage 0 computed, 1 measured in the gap", "", 0},
-    [SET_ARC_DIFFERENCE_NM] = {2000, 0, 100000, 54, GROUP_PROGRAM, false,
+    [SET_ARC_DIFFERENCE_NM] = {3000, 0, 100000, 54, GROUP_PROGRAM, false,
         "arc: largest difference of start and end radius", "nm", 0},
     [SET_CURRENT_STEP_MA] = {1500, 50, 15000, 55, GROUP_PROGRAM, true,
         "power supply: one step of its current", "mA", 0},

@@ -16,9 +16,11 @@ static bool too_large(fault *f, uint32_t column) {
                     units_radius_limit());
 }
 
-/* What start and end radius may differ by, 1/64 pulse. */
-static int32_t tolerance(void) {
-    return (int32_t)units_fine_of_nm(settings_get(SET_ARC_DIFFERENCE_NM));
+/* What start and end radius may differ by, 1/64 pulse. Numbers in inches have four decimals as those
+   in millimetres have three, so that their last place is 2.54 times as large. */
+static int32_t tolerance(const plan *p) {
+    uint32_t nm = settings_get(SET_ARC_DIFFERENCE_NM);
+    return (int32_t)units_fine_of_nm(p->after.inch ? nm * 254 / 100 : nm);
 }
 
 bool arc_words_take(context *c) {
@@ -82,7 +84,7 @@ static bool find_centre(plan *p, fault *f) {
     bool far = out_of_reach(chord);
     vector centre = vector_times(chord, far ? 1 : MOVE_FINE / 2);
     uint32_t half = far ? UINT32_MAX / 2 : vector_length(centre);
-    if (half > (uint32_t)(radius + tolerance() / 2))
+    if (half > (uint32_t)(radius + tolerance(p) / 2))
         return fault_at(f, FAULT_ARC, p->arc_column,
                         "the chord of %p mm is longer than the arc's diameter of %p mm",
                         (int32_t)vector_length(chord), radius / (MOVE_FINE / 2));
@@ -121,7 +123,7 @@ static bool check_centre(plan *p, fault *f) {
             difference = UINT32_MAX;
         end = (end + MOVE_FINE / 2) / MOVE_FINE;
     }
-    if (difference > (uint32_t)tolerance())
+    if (difference > (uint32_t)tolerance(p))
         return fault_at(f, FAULT_ARC, p->arc_column,
                         "the radii of the arc differ: %p mm at its start, %p mm at its end",
                         (int32_t)((start + MOVE_FINE / 2) / MOVE_FINE), (int32_t)end);

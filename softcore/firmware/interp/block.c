@@ -13,7 +13,8 @@
                BLOCK_BIT('S') | BLOCK_BIT('T'))
 #define KNOWN (SIGNED | NAMES | BLOCK_BIT('G') | BLOCK_BIT('M') | BLOCK_BIT('F') | \
                BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
-               BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V'))
+               BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V') | \
+               BLOCK_BIT('W'))
 
 void block_begin(block *b, const char *text, uint32_t length) {
     b->present = 0;
@@ -33,7 +34,20 @@ static char peek(block *b) {
 
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* Digits with at most one point: the significant ones as an integer, and how many are decimals. */
+static bool expression(char c) { return c == '#' || c == '[' || c == ']' || c == '='; }
+
+static bool refuse_expression(const block *b, fault *f) {
+    return fault_at(f, FAULT_REFUSED, b->at + 1,
+                    "variables and expressions (# [ ] =) are not in this version; write the number");
+}
+
+/* Whether a word without a number belongs to one of the O-words of LinuxCNC, such as `o100 sub`. */
+static bool structured(const block *b, char letter) {
+    return letter == 'O' || block_has(b, 'O');
+}
+
+/* Digits with at most one point: the significant ones as an integer, and how many are decimals. More
+   decimals than count are passed over. */
 static bool read_number(block *b, char letter, word *w, fault *f) {
     uint64_t digits = 0;
     unsigned significant = 0, decimals = 0;
@@ -57,6 +71,8 @@ static bool read_number(block *b, char letter, word *w, fault *f) {
             continue;
         }
         any = true;
+        if (point && decimals == UNITS_DECIMALS)
+            continue;
         if (digits || c != '0')
             significant++;
         if (significant > UNITS_DIGITS)
@@ -64,11 +80,14 @@ static bool read_number(block *b, char letter, word *w, fault *f) {
                             "the number of the word %c has more than %u digits", letter,
                             (uint32_t)UNITS_DIGITS);
         digits = digits * 10 + (unsigned)(c - '0');
-        if (point && ++decimals > UNITS_DECIMALS)
-            return fault_at(f, FAULT_OVERFLOW, b->at,
-                            "the number of the word %c has more than %u decimals", letter,
-                            (uint32_t)UNITS_DECIMALS);
+        decimals += point;
     }
+    if (!any && expression(c))
+        return refuse_expression(b, f);
+    if (!any && structured(b, letter))
+        return fault_at(f, FAULT_REFUSED, w->column,
+                        "O-words (sub, call, if, while and so on) are not in this version; write the "
+                        "moves out");
     if (!any)
         return fault_at(f, FAULT_NUMBER, b->at + 1, "the number of the word %c is missing", letter);
     if (c == '.')
@@ -160,6 +179,9 @@ block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
         } else if ((c >= 'A' && c <= 'Z') || c == ':') {
             if (!read_word(b, c, f))
                 return BLOCK_FAULT;
+        } else if (expression(c)) {
+            refuse_expression(b, f);
+            return BLOCK_FAULT;
         } else {
             /* A line by hand may hold any byte; what the host is told is ASCII. */
             if (c > ' ' && c < 0x7f)

@@ -106,10 +106,10 @@ bool gap_words_condition(context *c, bool mdi) {
 }
 
 bool gap_words_class(context *c) {
-    if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('L') | BLOCK_BIT('H')))
+    if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('W') | BLOCK_BIT('H')))
         return false;
     uint32_t number = 0;
-    if (!words_whole(c, 'L', 0, GAP_CLASSES - 1, "the fluid's class", &number))
+    if (!words_whole(c, 'W', 0, GAP_CLASSES - 1, "the fluid's class", &number))
         return false;
     gap_class row = in_force_class(number);
     uint32_t share = row.share_percent, counts[3] = {row.dame, row.open, row.ok};

@@ -9,5 +9,5 @@ bool gap_words_law(const word *w, uint32_t column, uint8_t *law, fault *f);
 /* G10 C: a condition. What is left out stays as the row of that number has it. */
 bool gap_words_condition(context *c, bool mdi);
 
-/* G10 L: a class of the fluid. */
+/* G10 W: a class of the fluid. */
 bool gap_words_class(context *c);

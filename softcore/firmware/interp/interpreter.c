@@ -8,6 +8,7 @@
 #include "interp/arc_words.h"
 #include "interp/gap_words.h"
 #include "interp/path_words.h"
+#include "interp/place_words.h"
 #include "interp/retraction_words.h"
 #include "interp/series_words.h"
 #include "interp/words.h"
@@ -23,11 +24,13 @@ typedef struct {
 
 static const g_row G_ROWS[] = {
     {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
-    {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {360, G_ONCE},
-    {370, G_ONCE}, {380, G_ONCE}, {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE},
+    {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {280, G_ONCE},
+    {281, G_ONCE}, {300, G_ONCE}, {301, G_ONCE}, {360, G_ONCE}, {370, G_ONCE}, {380, G_ONCE},
+    {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {530, G_FRAME},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
-    {590, G_SYSTEM}, {900, G_DISTANCE}, {910, G_DISTANCE}, {920, G_ONCE}, {940, G_FEED},
-    {950, G_FEED},
+    {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
+    {910, G_DISTANCE}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
+    {980, G_SILENT}, {990, G_SILENT},
 };
 
 typedef struct {
@@ -39,9 +42,20 @@ typedef struct {
 #define PATH_LETTERS (AXIS_LETTERS | BLOCK_BIT('F') | BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | \
                       BLOCK_BIT('N') | BLOCK_BIT('R'))
 
-/* Codes of the dialect that this version does not carry out: named, so that nobody looks for a
-   typing error. */
+/* Codes of this and other dialects that would change the motion and are not carried out: named, so
+   that nobody looks for a typing error. */
 static const refused_row REFUSED[] = {
+    {150, 169, "polar coordinates (G15, G16) are not in this version; write X, Y and Z"},
+    {411, 419, "G41.1 is not in this version; enter the offset by G10 D R, then G41 D"},
+    {421, 429, "G42.1 is not in this version; enter the offset by G10 D R, then G42 D"},
+    {430, 439, "tool length offsets (G43) are not in this version; set Z by G10 L20 P1 Z or G92 Z"},
+    {650, 669, "macro calls (G65, G66) are not in this version; write the moves out"},
+    {680, 689, "turned coordinates (G68) are not in this version; turn the part in the CAM program"},
+    {730, 769, "canned cycles (G73 to G76) are not in this version; write the moves out"},
+    {810, 899, "canned cycles (G81 to G89) are not in this version; write the moves out"},
+    {922, 923, "G92.2 and G92.3 are not in this version; G92.1 takes back what G92 has set"},
+    {930, 930, "inverse time feed (G93) is not in this version; give the feed per minute (G94)"},
+    {960, 969, "constant surface speed (G96) is for lathes, and means nothing here"},
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
 };
 
@@ -60,6 +74,11 @@ static bool find_groups(context *c) {
         if (row == end)
             return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
                             (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+        if (row->group == G_SILENT) {
+            c->blending = c->blending || code.tenths == 640;
+            c->p->after.mode = code.tenths == 800 ? MODE_NONE : c->p->after.mode;
+            continue;
+        }
         if (c->g[row->group] >= 0)
             return fault_at(c->f, FAULT_CONFLICT, code.column, "G%u and G%u exclude each other",
                             (uint32_t)c->g[row->group] / 10, (uint32_t)code.tenths / 10);
@@ -116,6 +135,11 @@ static bool judge_auxiliary(context *c) {
         bool clash = false;
         if (code.tenths % 10)
             return fault_at(c->f, FAULT_NUMBER, code.column, "the word M takes no decimal point");
+        if ((m >= 70 && m <= 73) || m == 98 || m == 99)
+            return fault_at(c->f, FAULT_REFUSED, code.column,
+                            m < 98 ? "M%u keeps or brings back modal state, which is not in this version"
+                                   : "M%u belongs to a subprogram; the controller takes the moves "
+                                     "written out", m);
         if (m <= 2 || m == 30) {
             clash = p->stop != STOP_NONE;
             p->stop = m == 0 ? STOP_PROGRAM : m == 1 ? STOP_OPTIONAL : STOP_END;
@@ -156,14 +180,14 @@ static bool judge_auxiliary(context *c) {
 static bool judge_table(context *c, bool mdi) {
     if (block_has(c->b, 'C'))
         return gap_words_condition(c, mdi);
-    if (block_has(c->b, 'L'))
+    if (block_has(c->b, 'W'))
         return gap_words_class(c);
     if (block_has(c->b, 'D'))
         return path_words_enter_wire(c);
-    if (block_has(c->b, 'P'))
+    if (block_has(c->b, 'L') || block_has(c->b, 'P'))
         return path_words_enter_system(c);
     return fault_at(c->f, FAULT_MISSING, 0,
-                    "G10 needs a condition C, a class of the fluid L, a wire offset D or a work offset P");
+                    "G10 needs a condition C, a class of the fluid W, a wire offset D or a work offset P");
 }
 
 /* G94, or G95 with its law. */
@@ -188,17 +212,23 @@ static bool judge_law(context *c) {
            (c->p->changes_condition || depth_series_law(c->p->after.servo, column, c->f));
 }
 
-static bool judge_once(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
+static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const travel_range *t,
+                       unsigned jump_axis) {
     if (c->g[G_ONCE] >= 100 && c->g[G_ONCE] <= 380)
         plan_edit(&c->p->after);
     switch (c->g[G_ONCE]) {
     case 40: c->p->act = ACT_DWELL; return judge_dwell(c);
     case 100: c->p->act = ACT_TABLE; return judge_table(c, mdi);
+    case 280: return place_words_go(c, 0, highest_speed, t);
+    case 300: return place_words_go(c, 1, highest_speed, t);
+    case 281: place_words_store(c, 0); return true;
+    case 301: place_words_store(c, 1); return true;
     case 360: c->p->act = ACT_RETRACTION; return retraction_words_enter(c, mdi, highest_speed, jump_axis);
     case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
     case 390: c->p->act = ACT_SERIES; return series_words_take(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
+    case 921: c->p->act = ACT_SET_POSITION; path_words_forget_position(c); return true;
     default: return true;
     }
 }
@@ -238,9 +268,16 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
     if (c.g[G_ONCE] >= 0 && c.g[G_MOTION] >= 0)
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G%u and G%u exclude each other",
                         (uint32_t)c.g[G_MOTION] / 10, (uint32_t)c.g[G_ONCE] / 10);
+    if (c.g[G_ONCE] >= 0 && c.g[G_FRAME] >= 0)
+        return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G53 and G%u exclude each other",
+                        (uint32_t)c.g[G_ONCE] / 10);
+    if (c.blending && c.g[G_ONCE] < 0 && c.g[G_FEED] != 950) {
+        words_take(&c, 'P'); /* how far the path may be left at a corner: here it never is */
+        words_take(&c, 'Q');
+    }
     bool coded = b->g_count || b->m_count || b->present & ~PATH_LETTERS;
     if ((coded && (!path_words_plane(&c) || !path_words_wire(&c, mdi) ||
-                   !judge_once(&c, mdi, highest_speed, jump_axis) || !judge_feed_mode(&c))) ||
+                   !judge_once(&c, mdi, highest_speed, t, jump_axis) || !judge_feed_mode(&c))) ||
         !judge_feed(&c, highest_speed) ||
         (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_law(&c))) ||
                    !judge_auxiliary(&c))) ||

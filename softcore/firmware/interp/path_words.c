@@ -23,6 +23,12 @@ bool path_words_set_position(context *c) {
     return true;
 }
 
+void path_words_forget_position(context *c) {
+    modal *after = &c->p->after;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        after->offset[axis] = after->systems[after->system][axis];
+}
+
 /* G10 D R: a wire offset. */
 bool path_words_enter_wire(context *c) {
     if (!words_alone(c, BLOCK_BIT('D') | BLOCK_BIT('R')))
@@ -48,17 +54,30 @@ bool path_words_enter_wire(context *c) {
     return true;
 }
 
-/* G10 P X Y Z: a work offset, in the machine frame. */
+/* G10 L2 P X Y Z: a work offset, in the machine frame. G10 L20: one under which the present place has
+   these coordinates. */
 bool path_words_enter_system(context *c) {
-    if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('P')))
-        return false;
     modal *after = &c->p->after;
-    uint32_t number = 1;
-    if (!words_whole(c, 'P', 1, PLAN_SYSTEMS, "the work offset", &number))
+    const word *how = words_take(c, 'L');
+    bool here = how && how->number.digits == 20;
+    if (how && (how->number.decimals || (how->number.digits != 2 && !here)))
+        return fault_at(c->f, FAULT_TABLE, how->column,
+                        "G10 L must be L2 or L20; a class of the fluid is entered by G10 W");
+    if (!block_has(c->b, 'P'))
+        return fault_at(c->f, FAULT_MISSING, how->column,
+                        "G10 L%u needs its work offset P; a class of the fluid is entered by G10 W",
+                        (uint32_t)how->number.digits);
+    uint32_t number = 0;
+    if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('L') | BLOCK_BIT('P')) ||
+        !words_whole(c, 'P', 0, PLAN_SYSTEMS, "the work offset", &number))
         return false;
     if (!(c->b->present & AXIS_LETTERS))
         return fault_at(c->f, FAULT_MISSING, 0, "G10 P needs X, Y or Z");
-    int32_t *origin = after->systems[number - 1];
+    unsigned system = number ? number - 1 : after->system;
+    int32_t *origin = after->systems[system];
+    int32_t set[HAL_AXES]; /* by G92, on top of any work offset */
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        set[axis] = after->offset[axis] - after->systems[after->system][axis];
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         const word *w = words_take(c, AXIS[axis]);
         int32_t pulses;
@@ -66,7 +85,9 @@ bool path_words_enter_system(context *c) {
             continue;
         if (!words_distance(c, w, AXIS[axis], &pulses))
             return false;
-        if (number - 1 == after->system)
+        if (here)
+            pulses = after->position[axis] - set[axis] - pulses;
+        if (system == after->system)
             after->offset[axis] += pulses - origin[axis];
         origin[axis] = pulses;
     }
@@ -116,25 +137,49 @@ static bool refuse_way(context *c, const travel_range *t, unsigned axis, bool up
     return fault_at(c->f, FAULT_TRAVEL, column, "%c is beyond the travel", AXIS[axis]);
 }
 
+bool path_words_target(context *c, const travel_range *t, unsigned axis, int32_t frame,
+                       int32_t *target) {
+    int32_t at = c->p->after.position[axis], pulses;
+    const word *w = words_take(c, AXIS[axis]);
+    *target = at;
+    if (!w)
+        return true;
+    if (!words_distance(c, w, AXIS[axis], &pulses))
+        return false;
+    /* Four times 2**28 at most: no overflow. */
+    *target = pulses + (c->p->after.incremental ? at : frame);
+    if (travel_refuses(t, axis, at, *target))
+        return refuse_way(c, t, axis, *target > at);
+    return true;
+}
+
+/* G53: this block's coordinates are those of the machine. */
+static bool judge_frame(context *c) {
+    if (c->g[G_FRAME] < 0)
+        return true;
+    const modal *after = &c->p->after;
+    const char *needs = after->incremental ? "G90" : after->side ? "G40" : 0;
+    if (after->mode != MODE_RAPID && after->mode != MODE_FEED)
+        needs = "G00 or G01";
+    return !needs || fault_at(c->f, FAULT_MODE, c->column[G_FRAME], "G53 needs %s", needs);
+}
+
 bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t) {
     modal *after = &c->p->after;
+    if (!judge_frame(c))
+        return false;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        const word *w = words_take(c, AXIS[axis]);
-        int32_t pulses;
-        if (!w)
+        int32_t target;
+        if (!block_has(c->b, AXIS[axis]))
             continue;
+        uint16_t column = BLOCK_WORD(c->b, AXIS[axis])->column;
         if (after->mode == MODE_NONE)
-            return fault_at(c->f, FAULT_MODE, w->column, "%c without G00, G01, G02 or G03",
-                            AXIS[axis]);
-        if (!words_distance(c, w, AXIS[axis], &pulses))
+            return fault_at(c->f, FAULT_MODE, column, "%c without G00, G01, G02 or G03", AXIS[axis]);
+        if (!path_words_target(c, t, axis, c->g[G_FRAME] < 0 ? after->offset[axis] : 0, &target))
             return false;
-        /* Four times 2**28 at most: no overflow. */
-        int32_t target = pulses + (after->incremental ? after->position[axis] : after->offset[axis]);
-        if (travel_refuses(t, axis, after->position[axis], target))
-            return refuse_way(c, t, axis, target > after->position[axis]);
         c->p->move.delta[axis] = target - after->position[axis];
         c->p->moves = c->p->moves || c->p->move.delta[axis] != 0;
-        c->p->columns[axis] = w->column;
+        c->p->columns[axis] = column;
         after->position[axis] = target;
     }
     if (after->mode >= MODE_CW && !arc_words_take(c))

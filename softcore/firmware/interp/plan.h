@@ -17,6 +17,7 @@ typedef enum { MODE_NONE, MODE_RAPID, MODE_FEED, MODE_CW, MODE_CCW } motion_mode
 #define PLAN_SYSTEMS 6      /* work offsets, G54 to G59 */
 #define PLAN_WIRES 16       /* wire offsets, D0 to D15; D0 is always nothing */
 #define PLAN_NO_WIRE 255
+#define PLAN_PLACES 2       /* G28 and G30 */
 
 /* Modal state of a program. Positions in pulses, of the path as it is programmed, without the wire
    offset; machine = program + offset. */
@@ -34,13 +35,16 @@ typedef struct {
     bool machining;                 /* M03 is in force */
     uint8_t servo;                  /* law of G95, 0 for G94 */
     uint8_t served;                 /* ... that the last motion was under */
-    /* What only G10, G36, G37 and G38 change. States of the same edition have the same. */
+    /* What only G10, G28.1, G30.1, G36, G37 and G38 change. States of the same edition have the
+       same. */
     uint32_t edition;
     int32_t systems[PLAN_SYSTEMS][HAL_AXES];    /* work offsets */
     uint16_t wires_given;           /* bit by number */
     int32_t wires[PLAN_WIRES];
     retraction_memory memory;
     retraction_jump jump;
+    int32_t places[PLAN_PLACES][HAL_AXES];  /* of G28 and G30, in the machine frame */
+    bool stored[PLAN_PLACES];
 } modal;
 
 /* Copy a state. What follows the edition is skipped if both have the same: copying it would take half
@@ -62,7 +66,7 @@ typedef struct {
     bool moves;
     path_move move;
     uint32_t speed;                 /* um/min */
-    bool corners;                   /* goes round a corner before the move: */
+    bool corners;                   /* before the move goes round a corner, or over a point (G28): */
     path_move corner;
     uint32_t corner_speed;
     plan_act act;
@@ -88,7 +92,7 @@ typedef struct {
 } plan;
 
 /* State in which a program starts: absolute, millimetres, G17, G54, nothing else said; keeps position,
-   work offsets, what G92 has set, wire offsets and the MDI layer of the retraction memory. */
+   work offsets, places of G28 and G30, what G92 has set, wire offsets and the MDI layer of the retraction memory. */
 void plan_start(modal *state);
 
 /* Put a work offset in force; what G92 has set stays on top. */

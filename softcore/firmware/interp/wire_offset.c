@@ -101,6 +101,9 @@ static bool follow(const plan *p, fault *f) {
                         "the plane changes before the wire offset has ended in a motion with G40");
     if (!plane_moves(&p->move))
         return between(p, f);
+    if (p->corners)
+        return fault_at(f, FAULT_CORNER, 0,
+                        "the wire offset must end with one line in its plane, before G28 or G30");
     leads_out = !p->after.side;
     if (!leads_out && (p->after.side != side || p->after.wires[p->after.wire] * MOVE_FINE != offset))
         return fault_at(f, FAULT_CORNER, 0,

@@ -9,7 +9,8 @@
 
 /* Groups of G codes: one of a group per block. The non-modal ones exclude each other as well. */
 typedef enum {
-    G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_PLANE, G_WIRE, G_SYSTEM, G_GROUPS
+    G_MOTION, G_ONCE, G_UNITS, G_DISTANCE, G_FEED, G_PLANE, G_WIRE, G_SYSTEM, G_FRAME, G_GROUPS,
+    G_SILENT    /* changes nothing on this machine, and stands beside any other */
 } g_group;
 
 typedef struct {
@@ -20,6 +21,7 @@ typedef struct {
     int16_t g[G_GROUPS];        /* tenths by group, -1 for none */
     uint32_t column[G_GROUPS];
     uint32_t free;              /* letters that nothing has used yet */
+    bool blending;              /* G64, which may bring P and Q */
 } context;
 
 /* Use a letter of the block, if it is there. */

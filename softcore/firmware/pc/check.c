@@ -147,6 +147,8 @@ static void record(gk_record *r, uint32_t line, const plan *p, bool skipped) {
     r->centre[1] = p->move.centre[1];
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         r->offset[axis] = p->after.offset[axis];
+    for (unsigned axis = 0; axis < HAL_AXES && p->corners; axis++)
+        r->via[axis] = p->corner.delta[axis];
 }
 
 static struct {

@@ -29,6 +29,7 @@ typedef struct {
     int32_t plane, centre[2];   /* move_plane; from the start, 1/64 pulse */
     int32_t offset[3];          /* of the program frame, after the block */
     int32_t skipped;
+    int32_t via[3];             /* first, in a line of its own */
 } gk_record;
 
 /* Enter a line by hand before a check, such as the defaults of the retraction data, or a setting. 0, or -1 with one
