@@ -221,7 +221,8 @@ class Watch:
                   for axis, place in machine_on.positions().items()}
         where = "  ".join(f"{axis.upper()} {places[axis]:8.3f}"
                           for axis in ("xy" if self.machine.kind == "wire" else "z"))
-        text = (f"{machine_on.time_s():7.2f} s on the machine  {where} mm  "
+        text = (f"{machine_on.time_s():7.2f} s "
+                f"{'connected' if machine_on.cycle is None else 'on the machine'}  {where} mm  "
                 f"{counted(count_retractions(run.events)['count'], 'retraction'):>15}")
         if machine_on.cycle is not None:
             text += f"  {machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s"
@@ -260,8 +261,9 @@ def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
     cut = (f"deepest {summary['max_depth_mm']:.3f} mm, " if kind != "wire" else
            f"removed {summary['removed_mm3']:.3f} mm3, " if "removed_mm3" in summary else "")
     page = folder / "report.html"
-    lines = [f"{cut}{summary['time_s']:.2f} s of the machine's "
-             f"time, {counted(sum(pulses.values()), 'discharge pulse')}",
+    time = "since the connection" if "port" in summary else "of the machine's time"
+    lines = [f"{cut}{summary['time_s']:.2f} s {time}, "
+             f"{counted(sum(pulses.values()), 'discharge pulse')}",
              f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
              f"{counts['jump']} jump, {counts['operator']} operator"]
     if "port" in summary:
