@@ -10,10 +10,11 @@ import sys
 import warnings
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from typer.core import TyperCommand
 
 from host.errors import DONE, FAULT, UsageError, UserError
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
@@ -37,6 +38,21 @@ experiment_app = typer.Typer(
     no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(experiment_app, name="experiment")
 
+
+class WithTcp(TyperCommand):
+    """A command whose ``--tcp`` may stand without an address."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Give a bare ``--tcp`` the address that it stands for."""
+        given: list[str] = []
+        for index, word in enumerate(args):
+            given.append(word)
+            if word == "--tcp" and (index + 1 == len(args) or args[index + 1].startswith("-")):
+                given.append("")
+        return super().parse_args(ctx, given)
+
+
+AT_PORT = "With --port"   # heading of the options for it
 INTERRUPTED = 130  # what Typer makes of Ctrl-C
 SEEDS = 2**64
 
@@ -102,19 +118,84 @@ def run(
         min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
         show_default="the machine file's",
         help="Clock of the controller, 2 MHz or more: a slow clock simulates faster, but at a "
-             "slower one the firmware cannot keep up with its watchdog.",
+             "slower one the firmware cannot keep up with its watchdog. With --port: the clock of "
+             "the controller there, by which its events count time.",
     )] = None,
+    port: Annotated[str | None, typer.Option(
+        metavar="URL", show_default=False, rich_help_panel=AT_PORT,
+        help="Run the tape on the controller at a port instead: /dev/ttyUSB0, socket://HOST:PORT, "
+             "rfc2217://HOST:PORT. --machine must describe its machine: the settings of that file "
+             "are entered, and lengths are counted in its pulses.",
+    )] = None,
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", rich_help_panel=AT_PORT,
+        help="Bits a second of a serial line.")] = 1_000_000,
+    at_start: Annotated[bool, typer.Option(
+        "--at-start", rich_help_panel=AT_PORT,
+        help="Declare that the machine stands where the machine's file has it at the start "
+             "(`$POSITION=HERE`, `G92`). Without it position and program zero must be declared "
+             "already.")] = False,
+    no_arm: Annotated[bool, typer.Option(
+        "--no-arm", rich_help_panel=AT_PORT,
+        help="Do not wait until somebody presses the button `arm`: the tape discharges nothing.",
+    )] = False,
+    reset: Annotated[bool, typer.Option(
+        "--reset", rich_help_panel=AT_PORT,
+        help="Take the controller even if it is at work: what it runs is ended.")] = False,
 ) -> None:
-    """Run a tape on the simulated machine, and write a report.
+    """Run a tape, and write a report: on the simulated machine, or with --port on a real one.
 
-    The tape is punched (if it is a text) and fed to the controller over its link. Every clock of
-    gateware and firmware is simulated, and the machine with its spark gap around them. A programmed
-    stop (M00) is resumed at once.
+    The tape is punched (if it is a text) and fed to the controller over its link. In simulation,
+    every clock of gateware and firmware is simulated, and the machine with its spark gap around
+    them; a programmed stop (M00) is resumed at once. At a port Enter resumes it, and what only a
+    simulated machine knows is left out of the report. Ctrl-C ends a run as --until does: feed hold,
+    summary, report.
     """
+    if port is not None:
+        from host.run.session import run_tape_at
+        if waves or seed != 1:
+            raise UsageError("--seed and --waves are for the simulated machine: a port has none.")
+        raise typer.Exit(run_tape_at(port, tape, baud=baud, machine=machine,
+                                     folder=None if folder is None else Path(folder),
+                                     mdi=mdi or [], until_s=until, clock_hz=clock,
+                                     at_start=at_start, arm=not no_arm, reset=reset, console=out))
+    if at_start or no_arm or reset:
+        raise UsageError("--at-start, --no-arm and --reset are for a controller at a --port.")
     from host.run.session import run_tape
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),
                               mdi=mdi or [], until_s=until, clock_hz=clock, console=out))
+
+
+@app.command(cls=WithTcp)
+def simulate(
+    tcp: Annotated[str | None, typer.Option(
+        metavar="[ADDRESS]", show_default="localhost:3333",
+        help="Listen for a TCP connection: HOST:PORT, HOST or PORT. Without an address, and "
+             "without this option, on this computer only.")] = None,
+    pty: Annotated[bool, typer.Option(
+        "--pty", help="Be a serial port of this computer instead: a pseudo-terminal.")] = False,
+    machine: Annotated[str, typer.Option(
+        metavar="NAME|FILE", help="As of `run`.")] = "sinker",
+    arm: Annotated[bool, typer.Option(
+        "--arm", help="Press the button `arm` by itself whenever the machine is not armed. Without "
+                      "it, Enter presses the button.")] = False,
+    seed: Annotated[int, typer.Option(
+        callback=_seed, metavar="N", help="Seed of everything random.")] = 1,
+    clock: Annotated[int | None, typer.Option(
+        min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
+        show_default="the machine file's", help="Clock of the controller, as of `run`.")] = None,
+) -> None:
+    """Be a controller and its machine, simulated, that any program may connect to.
+
+    What connects talks to the controller's own UART. It may leave and come back; there is one at a
+    time, and what is said while there is none is lost. The machine keeps to real time, or says how
+    far it falls behind. Ctrl-C switches it off.
+    """
+    from host.run.live import simulate as live
+    if pty and tcp is not None:
+        raise UsageError("--tcp and --pty: the controller has one line only.")
+    live(machine=machine, tcp=tcp, pty=pty, arm=arm, seed=seed, clock_hz=clock, console=out)
 
 
 @tape_app.command("encode")

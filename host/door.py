@@ -17,7 +17,7 @@ from host.places import ROOT
 __all__ = ["measure", "start"]
 
 
-def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | None,
+def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | None, trace: bool,
           progress: Callable[[str], None]) -> Any:
     """Switch a simulated machine on: ``testbench.native.start``.
 
@@ -31,7 +31,7 @@ def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | No
     except ImportError as error:
         raise UserError("the simulated machine is not part of this installation: run gapkeeper "
                         f"from a clone of the project ({error}).") from error
-    return start_native(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves,
+    return start_native(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves, trace=trace,
                         progress=progress)
 
 

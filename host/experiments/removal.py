@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import matplotlib
 import numpy as np
@@ -37,7 +37,7 @@ from host.experiments.common import Record, add_figures, in_parallel, summed_up
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.run import figures, simulation
-from host.run.run import Run, count_retractions
+from host.run.run import Run, Simulated, count_retractions
 from host.run.workpiece import Columns, wall_surface
 from host.tape.tape import Tape, encode
 from host.words import counted
@@ -248,7 +248,8 @@ def calibrate(way_mm: float) -> Plan:
     cut: list[float] = []
 
     def watch(job: Run) -> None:
-        places, volts = job.simulation.positions(), job.simulation.mean_voltage()
+        machine_on = cast(Simulated, job.simulation)
+        places, volts = machine_on.positions(), machine_on.mean_voltage()
         x, y = (places[axis] / job.machine.pulses_per_mm for axis in "xy")
         if volts and 0.001 < y < 0.03:
             free.append(volts)

@@ -118,6 +118,12 @@ def is_cut(line: str) -> bool:
     return line.startswith("[") and not line.endswith("]")
 
 
+def fields_of(report: str) -> dict[str, str]:
+    """Fields of a status report by name, the state as ``state``."""
+    state, *fields = report.strip("<>").split("|")
+    return {"state": state} | dict(field.partition(":")[::2] for field in fields)
+
+
 class BytePipe(Protocol):
     """What the link needs: a serial port, a pseudo-terminal or a simulated machine."""
 
@@ -405,8 +411,7 @@ class Link:
                 raise LinkError("the controller has fallen silent.")
             self.realtime(STATUS)  # a byte may get lost
             self._came(lambda: bool(self._report), LINE_TIMEOUT_S)
-        state, *fields = self._report.split("|")
-        return {"state": state} | dict(field.partition(":")[::2] for field in fields)
+        return fields_of(self._report)
 
     def _came(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Poll until a condition holds; return whether it does in time."""

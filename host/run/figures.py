@@ -92,28 +92,47 @@ def overview(trace: Columns, events: list[Event], retractions: list[Retraction],
 
 def _overview(figure: Figure, trace: Columns, events: list[Event],
               retractions: list[Retraction], letters: str) -> None:
-    axes = figure.subplots(6, 1, sharex=True, height_ratios=[3.2, 1.2, 1.0, 1.0, 1.0, 1.5])
-    if letters == "z":
-        _position(axes[0], trace, events, retractions)
-    else:
-        _positions(axes[0], trace, retractions, letters)
-    _feed(axes[1], trace)
-    for letter, colour in zip(letters, (ERROR, GAP), strict=False):
-        axes[2].plot(*envelope(trace["t"], trace[f"error_{letter}"]), color=colour,
-                     label=letter.upper())
-    axes[2].set_ylabel(f"Er of {' and '.join(letters.upper())}\n(pulses)")
-    if len(letters) > 1:
-        axes[2].legend(loc="upper right", ncols=2)
-    axes[3].plot(*averages(trace["t"], trace["gap_v"]), color=GAP)
-    axes[3].set_ylabel("mean gap\nvoltage (V)")
-    axes[3].set_ylim(bottom=0)
-    axes[4].plot(*averages(trace["t"], trace["gap_um"]), color=WIDTH)
-    axes[4].set_ylabel("true gap\n(µm)")
-    axes[4].set_ylim(0, _typical(trace["gap_um"]))
-    _classes(axes[5], trace)
-    axes[5].set_xlabel("time (s)")
-    axes[5].set_xlim(trace["t"][0], max(trace["t"][-1], events[-1]["t"] if events else 0))
+    def position(ax: Axes) -> None:
+        if letters == "z":
+            _position(ax, trace, events, retractions)
+        else:
+            _positions(ax, trace, retractions, letters)
+
+    # Height of a panel, the column without which it cannot be drawn, and who draws it.
+    panels: list[tuple[float, str, Callable[[Axes], None]]] = [
+        (3.2, "t", position), (1.2, "feed", lambda ax: _feed(ax, trace)),
+        (1.0, "t", lambda ax: _errors(ax, trace, letters)),
+        (1.0, "gap_v", lambda ax: _voltage(ax, trace)),
+        (1.0, "gap_um", lambda ax: _width(ax, trace)), (1.5, "t", lambda ax: _classes(ax, trace))]
+    panels = [panel for panel in panels if panel[1] in trace]
+    axes = figure.subplots(len(panels), 1, sharex=True,
+                           height_ratios=[height for height, _, _ in panels])
+    for ax, (_, _, draw) in zip(axes, panels, strict=True):
+        draw(ax)
+    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlim(trace["t"][0], max(trace["t"][-1], events[-1]["t"] if events else 0))
     figure.align_ylabels(axes)
+
+
+def _errors(ax: Axes, trace: Columns, letters: str) -> None:
+    for letter, colour in zip(letters, (ERROR, GAP), strict=False):
+        ax.plot(*envelope(trace["t"], trace[f"error_{letter}"]), color=colour,
+                label=letter.upper())
+    ax.set_ylabel(f"Er of {' and '.join(letters.upper())}\n(pulses)")
+    if len(letters) > 1:
+        ax.legend(loc="upper right", ncols=2)
+
+
+def _voltage(ax: Axes, trace: Columns) -> None:
+    ax.plot(*averages(trace["t"], trace["gap_v"]), color=GAP)
+    ax.set_ylabel("mean gap\nvoltage (V)")
+    ax.set_ylim(bottom=0)
+
+
+def _width(ax: Axes, trace: Columns) -> None:
+    ax.plot(*averages(trace["t"], trace["gap_um"]), color=WIDTH)
+    ax.set_ylabel("true gap\n(µm)")
+    ax.set_ylim(0, _typical(trace["gap_um"]))
 
 
 def _typical(values: NDArray[Any]) -> float:

@@ -79,7 +79,7 @@ def guards_off(summary: dict[str, Any]) -> str:
 
 def collision(summary: dict[str, Any]) -> str:
     """What to say of an electrode that was pushed into solid work; nothing if it was not."""
-    pressed = summary["pressed_mm"]
+    pressed = summary.get("pressed_mm", 0.0)
     return "" if pressed <= PRESSED_MM else (
         f"The electrode was pressed {pressed:.3f} mm into the workpiece: on a real machine, a "
         "collision.")
@@ -103,11 +103,18 @@ def _tiles(summary: dict[str, Any], retractions: list[Retraction],
     pulses = summary["discharges"]
     total = sum(pulses.values())
     counts = summary["retractions"]
+    cut = ([("deepest", f"{_number(summary['max_depth_mm'])} mm",
+             "below Z 0 at the program's start")] if not wire else
+           [("removed", f"{_number(summary['removed_mm3'])} mm³", "speeded up as it was")]
+           if "removed_mm3" in summary else [])
+    speed = [("simulated in", f"{_number(summary['wall_s'], 1)} s",
+              f"{_number(summary['cycles_per_s'] / 1e6, 2)} million clocks a second")
+             ] if "wall_s" in summary else []
     return [
-        ("removed", f"{_number(summary['removed_mm3'])} mm³", "speeded up as it was") if wire else
-        ("deepest", f"{_number(summary['max_depth_mm'])} mm", "below Z 0 at the program's start"),
+        *cut,
         ("time on the machine", f"{_number(summary['time_s'], 2)} s",
-         f"{_number(summary['cycles'])} clocks at {_number(summary['clock_hz'] / 1e6)} MHz"),
+         f"{_number(summary['cycles'])} clocks at {_number(summary['clock_hz'] / 1e6)} MHz"
+         if "cycles" in summary else "since the connection, by the computer's clock"),
         ("retractions", _number(counts["count"]),
          ", ".join(f"{_number(counts[cause])} {cause}" for cause in ("short", "jump", "operator")
                    if counts[cause]) or "none was needed"),
@@ -115,8 +122,7 @@ def _tiles(summary: dict[str, Any], retractions: list[Retraction],
          "from the sample that completed a short to the last forward pulse"),
         ("discharges", _number(total),
          f"{_number(100 * pulses['ok'] / total, 1)} % good" if total else "none"),
-        ("simulated in", f"{_number(summary['wall_s'], 1)} s",
-         f"{_number(summary['cycles_per_s'] / 1e6, 2)} million clocks a second"),
+        *speed,
     ]
 
 
@@ -127,15 +133,17 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
 
     ``listing`` is the tape's text with its line numbers, ``parameters`` the machine's nested
     tables, ``plan`` what a wire machine has left of its workpiece, the rest what the run has
-    written into its folder. There is a view from above if X or Y has moved.
+    written into its folder. There is a view from above if X or Y has moved. Of a run on a
+    controller at a port there is less; what the trace lacks is not drawn.
     """
     lateral = any(np.ptp(trace[axis]) > MOVED_MM for axis in "xy" if len(trace[axis]))
-    axes = "xy" if plan else "z"
+    wire = bool(plan) or parameters.get("kind") == "wire"
+    axes = "xy" if wire else "z"
     retractions = collect(events)
     telling = most_telling([one for one in retractions if one.end])
     drawn = len(trace["t"]) > 1
     close_up = story = ""
-    if drawn and telling:
+    if drawn and telling and "path" in trace:
         close_up = figures.close_up(trace, telling, parameters["pulses_per_mm"])
         story = _story(telling, telling is retractions[-1])
     environment = Environment(
@@ -147,12 +155,12 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
     return environment.get_template("report.html.j2").render(
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
         cause=alarms.cause(code), remedy=alarms.remedy(code),
-        tiles=_tiles(summary, retractions, bool(plan)), listing=listing,
-        guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=bool(plan),
+        tiles=_tiles(summary, retractions, wire), listing=listing,
+        guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=wire,
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
         staircase=figures.staircase(trace, events) if drawn else "",
         above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",
-        telling=telling, close_up=close_up,
+        plan=bool(plan), telling=telling, close_up=close_up,
         story=story,
         retractions=retractions, reasons=REASONS,
         events=[event for event in events if event["event"] not in QUIET],

@@ -2,8 +2,9 @@
 """One tape on one machine: set it up as an operator would, feed the tape, watch what happens.
 
 The order is an operator's: unlock, set the controller's parameters, declare where Z 0 is, enter the
-defaults by hand (MDI), start the tape. All time is the machine's, so that the same seed gives the
-same run whatever the computer is doing.
+defaults by hand (MDI), start the tape. All time of a simulated machine is its own, so that the same
+seed gives the same run whatever the computer is doing; that of a controller at a port is the
+computer's.
 """
 
 import json
@@ -12,11 +13,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from host import alarms
 from host.errors import ALARM, DONE, REJECTED, UsageError
 from host.link.link import (
+    GREETING,
     HOLD,
     POLL_S,
+    RESET,
     RESUME,
     STATUS,
     BytePipe,
@@ -27,6 +33,7 @@ from host.link.link import (
 )
 from host.machines.machine import Machine
 from host.run import events
+from host.run.controller import SAMPLE_S, Controller
 from host.run.events import Event
 from host.tape.tape import Tape
 
@@ -70,8 +77,12 @@ class Simulated(BytePipe, Protocol):
 class Run:
     """A tape running on a machine.
 
-    ``mdi`` are lines entered by hand before the tape. ``until_s`` of the machine's time ends it
-    early: the feed is held at the first poll from then on.
+    ``simulation`` is a simulated machine, or a controller at a port. ``mdi`` are lines entered by
+    hand before the tape. ``until_s`` of the machine's time ends it early: the feed is held at the
+    first poll from then on. So does ``interrupt``.
+    ``at_start`` declares that the machine stands where its file has it at the start; without it
+    both position and program zero must be declared already. ``arm`` has the discharge armed.
+    ``goes_on`` is asked at a programmed stop whether it is to be resumed.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (what settings have switched off of what guards the machine),
@@ -83,9 +94,12 @@ class Run:
 
     machine: Machine
     tape: Tape
-    simulation: Simulated
+    simulation: Simulated | Controller
     mdi: list[str] = field(default_factory=list)
     until_s: float | None = None
+    at_start: bool = True
+    arm: bool = True
+    goes_on: Callable[[], bool] = lambda: True
     watch: Callable[["Run"], None] = lambda run: None
     events: list[Event] = field(default_factory=list)
     outcome: str | None = None
@@ -99,7 +113,10 @@ class Run:
         self._message = ""
         self._heard_s = 0.0
         self._asked = 0
-        self._began = False
+        self._sampled_s = 0.0
+        self._interrupted = self._paused = False
+        self._heard_at: list[tuple[float, float]] = []  # of each event: when heard, its own time
+        self.began = False      # the tape has been begun
         # Program zero is the workpiece's.
         self.offset = {axis: 0.0 - place for axis, place in self.machine.start_mm.items()}
 
@@ -114,7 +131,7 @@ class Run:
             If it falls silent.
         """
         self._set_up()
-        self._began = True
+        self.began = True
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
                 self.link.poll(POLL_S)
@@ -122,22 +139,50 @@ class Run:
             self.outcome = "stopped"
             self.link.press(HOLD)
         self._come_to_rest()
+        if self.outcome == "stopped" and isinstance(self.simulation, Controller):
+            self.link.press(RESET)  # the discharge goes off, and nothing is left to be resumed
         return self.outcome
+
+    def interrupt(self) -> None:
+        """End the run soon, as ``until_s`` does; may be called at any time."""
+        self._interrupted = True
+
+    def controllers_s(self, heard_s: NDArray[Any]) -> NDArray[Any]:
+        """Times at which something was heard, s, in the time that the events count.
+
+        Between two events time is taken to pass evenly, and before the first and behind the last
+        as it passes here.
+        """
+        if not self._heard_at:
+            return heard_s
+        heard, told = np.array(self._heard_at).T
+        found: NDArray[Any] = (np.interp(heard_s, heard, told) + np.minimum(heard_s - heard[0], 0)
+                               + np.maximum(heard_s - heard[-1], 0))
+        return found
 
     def _set_up(self) -> None:
         self.link.await_greeting()
         self.link.command("$X")
-        self.simulation.press_arm()
-        self.link.command("$POSITION=HERE")
+        if isinstance(self.simulation, Controller):
+            if self.arm:
+                self.simulation.press_arm(self.link.status)
+        else:
+            self.simulation.press_arm()
+        if self.at_start:
+            self.link.command("$POSITION=HERE")
+        elif "Lost" in self.link.status():
+            raise UsageError("the controller does not know where its axes are: give --at-start, or "
+                             "--mdi '$POSITION=HERE' if what it counts is true.")
         for number, value in self.machine.settings.items():
             self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
-        x, y, z = (f"{place:.4f}" if place else "0" for place in self.machine.start_mm.values())
-        self.link.command(f"G92 X{x} Y{y} Z{z}")
+        if self.at_start:
+            x, y, z = (f"{place:.4f}" if place else "0" for place in self.machine.start_mm.values())
+            self.link.command(f"G92 X{x} Y{y} Z{z}")
         for line in self.mdi:
             self._enter(line.upper(), f'the line "{line}" entered by hand')
         status = self.link.status()
         self.guards_off = [name for name in status.get("Off", "").split(",") if name]
-        if self.mdi:  # one of them may have declared another zero
+        if self.mdi or not self.at_start:  # a line by hand may have declared another zero
             places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
 
@@ -155,13 +200,25 @@ class Run:
                 raise LinkError("the controller has fallen silent.")
             self._asked, self._heard_s = self._asked + 1, now
             self.link.realtime(STATUS)
+        if isinstance(self.simulation, Controller) and now - self._sampled_s >= SAMPLE_S:
+            self._sampled_s = now
+            self.link.realtime(STATUS)
+        if self._paused and self.goes_on():
+            self._paused = False
+            self.link.press(RESUME)
         self.watch(self)
-        return self.outcome is not None or (self.until_s is not None and now >= self.until_s)
+        return (self.outcome is not None or self._interrupted
+                or (self.until_s is not None and now >= self.until_s))
 
     def _hear(self, line: str) -> None:
         self._heard_s, self._asked = self.simulation.time_s(), 0
         if events.is_event(line):
-            self._note(events.parse(line, self.scale))
+            event = events.parse(line, self.scale)
+            self._heard_at.append((self._heard_s, event["t"]))
+            self._note(event)
+        elif line.startswith("<"):
+            if isinstance(self.simulation, Controller) and line.endswith(">"):
+                self.simulation.report(line)
         elif line.startswith("[MSG:"):
             self._message = line[5:-1]
         elif held := held_by(line):
@@ -169,22 +226,28 @@ class Run:
         elif line.startswith("ALARM:"):
             code = int(line[6:])
             self._note(self._alarm(code, self._message or alarms.sentence(code)))
-        elif line.startswith("Gapkeeper") and self._began:
+        elif line.startswith(GREETING) and self.began:
             raise LinkError("the controller has started anew in the middle of the run.")
 
     def _alarm(self, code: int, text: str) -> Event:
         """An alarm of which there is no event: when and where it was heard."""
         places = self.simulation.positions().items()
+        last = self.events[-1] if self.events else {"cycle": 0, "line": 0}
+        cycle = self.simulation.cycle
+        heard_s = float(self.controllers_s(np.array([self._heard_s]))[0])
         return {
-            "cycle": self.simulation.cycle, "t": round(self._heard_s, 9), "event": "alarm",
-            "line": self.events[-1]["line"] if self.events else 0,
+            "cycle": last["cycle"] if cycle is None else cycle,
+            "t": round(self._heard_s if cycle is not None else heard_s, 9), "event": "alarm",
+            "line": last["line"],
             "pos": {axis: round(place / self.machine.pulses_per_mm - self.offset[axis], 6)
                     for axis, place in places},
             "code": code, "text": text}
 
     def _note(self, event: Event) -> None:
-        if event["event"] == "pause":  # M00: there is nobody else to press the button
-            self.link.press(RESUME)
+        if event["event"] == "pause":  # M00
+            self._paused = not self.goes_on()
+            if not self._paused:
+                self.link.press(RESUME)
             return
         if self.outcome is not None:
             return  # what follows the end is not the program's
@@ -203,6 +266,8 @@ class Run:
         end = self.simulation.time_s() + SETTLE_S
         while (any(abs(error) > AT_REST_PULSES for error in self.simulation.errors().values())
                and self.simulation.time_s() < end):
+            if isinstance(self.simulation, Controller):
+                self.link.status()
             self.link.poll(POLL_S)
 
 

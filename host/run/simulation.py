@@ -11,6 +11,8 @@ from host.machines.machine import Machine
 from host.places import ROOT
 from host.run.workpiece import Columns
 
+Progress = Callable[[str], None]     # told of every step that takes long
+
 CONVERTER_V = 100.0  # at the gap, its full scale
 LOG = ROOT / "build" / "failure.log"
 
@@ -19,12 +21,14 @@ class Native(Protocol):
     """What lies behind the door: the test bench's native simulation, which says it all."""
 
     clock_hz: int
+    byte_clocks: int
 
     @property
     def cycle(self) -> int: ...
     def send(self, data: bytes) -> None: ...
     def receive(self, clocks: int) -> bytes: ...
     def press_arm(self) -> None: ...
+    def button_arm(self, down: bool) -> None: ...
     def positions(self) -> dict[str, int]: ...
     def errors(self) -> dict[str, int]: ...
     def discharges(self) -> dict[str, int]: ...
@@ -40,6 +44,7 @@ class Simulation:
     def __init__(self, native: Native) -> None:
         self._native = native
         self.clock_hz = native.clock_hz
+        self.byte_s = native.byte_clocks / native.clock_hz  # that a byte takes on the line
 
     @property
     def cycle(self) -> int:
@@ -61,6 +66,14 @@ class Simulation:
     def press_arm(self) -> None:
         """Press the button ``arm`` as a person would, and let the contactor close."""
         self._native.press_arm()
+
+    def button_arm(self, down: bool) -> None:
+        """Hold the button ``arm`` down, or let it go."""
+        self._native.button_arm(down)
+
+    def armed(self) -> bool:
+        """Whether the main contactor is closed."""
+        return bool(self._native.probe("contactor"))
 
     def positions(self) -> dict[str, int]:
         """Encoder positions by axis, in pulses."""
@@ -103,14 +116,16 @@ class Simulation:
 
 
 def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
-          progress: Callable[[str], None]) -> Simulation:
+          progress: Progress, trace: bool = True) -> Simulation:
     """Switch a simulated machine on; builds it first where it has changed.
 
-    ``progress`` is told of every step that takes long, in one sentence.
+    ``trace`` is whether samples of the run are kept: 100 MB for some ten minutes. ``progress`` is
+    told of every step that takes long, in one sentence.
     """
     try:
         return Simulation(door.start(machine=machine.tables, clock_hz=clock_hz, seed=seed,
-                                     waves=waves, progress=progress))
+                                     waves=waves, trace=trace,
+                                     progress=progress))
     except ValueError as error:
         raise UsageError(f"machine {machine.name}: {error}.") from error
     except RuntimeError as error:  # a compiler or Verilator, with pages of its own words

@@ -10,6 +10,7 @@ import numpy as np
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from softcore.soc import MEMORY_SIZE
+from softcore.top import SIMULATED_DIVISOR
 from testbench.native import waves as waveforms
 from testbench.native.build import library
 from testbench.native.probes import PROBES
@@ -94,6 +95,8 @@ class Simulation(Session):
             self._waves = waveforms.Writer(waves, clock_hz)
             self._tap(self._waves.signals)
             self._code.gk_fst(self._handle, *self._waves.addresses())
+
+    byte_clocks = 10 * SIMULATED_DIVISOR    # that a byte takes on the line
 
     def __enter__(self):
         return self
@@ -247,10 +250,10 @@ class Simulation(Session):
 
 
 def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
-          progress: Callable[[str], None] = lambda _: None) -> Simulation:
+          trace: bool = True, progress: Callable[[str], None] = lambda _: None) -> Simulation:
     """Switch a simulated machine on; builds it first where it has changed.
 
     The parameters are those of ``Simulation``.
     """
-    return Simulation(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves,
+    return Simulation(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves, trace=trace,
                       progress=progress)

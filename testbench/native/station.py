@@ -179,6 +179,10 @@ class Session:
         """Clocks since the start."""
         return self._station_library.station_clock(self._station)
 
+    def button_arm(self, down: bool) -> None:
+        """Hold the button ``arm`` down, or let it go."""
+        self.set("force.arm", int(down))
+
     def press_arm(self) -> None:
         """Press the button ``arm`` as a person would, and let the contactor close.
 
@@ -186,7 +190,7 @@ class Session:
         """
         early = PRESS_S - self.cycle / self.clock_hz
         for level, seconds in ((0, max(0.0, early)), (1, PRESS_S), (0, CLOSE_S)):
-            self.set("force.arm", level)
+            self.button_arm(bool(level))
             self.run(round(seconds * self.clock_hz))
 
     def positions(self) -> dict[str, int]:

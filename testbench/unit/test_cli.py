@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 
@@ -34,13 +35,15 @@ def program(workdir):
 
 
 @pytest.mark.parametrize(("command", "words"), [
-    ([], ["run", "tape", "plan", "experiment", "build", "bench"]),
+    ([], ["run", "simulate", "tape", "plan", "experiment", "build", "bench"]),
     (["plan"], ["--electrode", "--workpiece", "--area", "--undersize", "--depth", "--taper",
                 "--finish", "--step", "--seed", "--series", "-o", "--plot", "--data"]),
     (["experiment"], ["fluid", "removal"]),
     (["experiment", "fluid"], ["--seeds", "--out"]),
     (["experiment", "removal"], ["--seeds", "--way", "--out"]),
-    (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock"]),
+    (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock", "--port",
+               "--baud", "--at-start", "--no-arm", "--reset"]),
+    (["simulate"], ["--tcp", "--pty", "--machine", "--arm", "--seed", "--clock"]),
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),
     (["tape", "decode"], ["-o"]),
@@ -133,6 +136,57 @@ def test_a_line_by_hand_that_the_controller_refuses_is_usage(program, workdir):
     assert result.returncode == 2
     assert result.stderr == ('gapkeeper: the line "g77" entered by hand is refused by the '
                              "controller: MDI, character 1: the code G77 is unknown.\n")
+
+
+def test_a_refused_line_by_hand_leaves_the_last_report_alone(program, workdir):
+    folder = workdir / "out"
+    assert gapkeeper("run", program, "--out", folder).returncode == 0
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert {"events.jsonl", "summary.json", "trace.npz", "report.html"} <= before.keys()
+    assert gapkeeper("run", program, "--mdi", "g77", "--out", folder).returncode == 2
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_ctrl_c_ends_a_run_as_its_time_would(workdir):
+    program, folder = workdir / "long.nc", workdir / "out"
+    program.write_text("%\nG21 G90 G94\nG01 Z0.05 F0.1\nM02\n")
+    for name in ("summary.json", "report.html"):
+        (folder / name).unlink(missing_ok=True)
+    script = ("import sys\n"
+              "from host import cli\n"
+              "from host.run import session\n"
+              "class Told(session.Watch):\n"
+              "    def __call__(self, run):\n"
+              "        if run.began and run.events:\n"
+              "            print('begun', flush=True)\n"
+              "session.Watch = Told\n"
+              f"sys.argv = ['gapkeeper', 'run', {str(program)!r}, '--out', {str(folder)!r}]\n"
+              "cli.main()\n")
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as started:
+        while "begun" not in started.stdout.readline():
+            assert started.poll() is None
+        started.send_signal(signal.SIGINT)
+        said, wrong = started.communicate(timeout=600)
+    assert (started.returncode, wrong) == (0, "")
+    assert "stopped" in said
+    assert json.loads((folder / "summary.json").read_text())["outcome"] == "stopped"
+    assert (folder / "report.html").exists()
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["simulate", "--tcp", "--pty"], "--tcp and --pty: the controller has one line only."),
+    (["simulate", "--tcp", "a:b"], '"a:b" is no address: give HOST:PORT, such as 127.0.0.1:3333.'),
+    (["run", __file__, "--at-start"], "--at-start, --no-arm and --reset are for a controller at a "
+                                      "--port."),
+    (["run", __file__, "--port", "x", "--waves"], "--seed and --waves are for the simulated "
+                                                  "machine: a port has none."),
+    (["run", TAPES / "sink_jump.nc", "--port", "ftp://x:1"],
+     '"ftp://x:1" names no port: give a device such as /dev/ttyUSB0, or socket://HOST:PORT.'),
+])
+def test_a_port_that_makes_no_sense_is_usage(arguments, message):
+    result = gapkeeper(*arguments)
+    assert (result.returncode, result.stdout, result.stderr) == (2, "", f"gapkeeper: {message}\n")
 
 
 def test_an_unknown_setting_is_usage(program, workdir):

