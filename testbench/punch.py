@@ -105,7 +105,7 @@ def broken() -> dict[str, Broken]:
             _text("N40 M08", f"N40 M08 ({'LONG ' * 60})"), 5, 257, "256"),
         "number_overflow.ptp": Broken(_text("Z0.09", "Z-1234567890123"), 7, 23, "digits"),
         "number_malformed.ptp": Broken(_text("Z0.09", "Z0.0.9"), 7, 13, "second decimal point"),
-        "subprogram.ptp": Broken(_text("M08", "M98 P2000"), 5, 5, "M98"),
+        "lone_return.ptp": Broken(_text("M08", "M99"), 5, 5, "M99"),
         "unknown_word.ptp": Broken(_text("M08", "B90"), 5, 5, "B"),
         "unknown_code.ptp": Broken(_text("G90", "G77"), 2, 9, "G77"),
         "word_twice.ptp": Broken(_text("Z0.09", "Z0.09 Z0.03"), 7, 15, "Z"),

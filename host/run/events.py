@@ -34,12 +34,12 @@ class EventError(UserError):
 class Scale:
     """What turns the controller's numbers into a user's.
 
-    ``shift`` is what is added to a tape block's number to get its line in the source text.
+    ``source`` gives the line in the source text of a tape block's number.
     """
 
     clock_hz: int
     pulses_per_mm: int = 10_000
-    shift: int = 0
+    source: Callable[[int], int] = int
 
     def mm(self, pulses: str) -> float:
         """Millimetres of a distance or position."""
@@ -47,7 +47,7 @@ class Scale:
 
     def line(self, block: int) -> int:
         """Line of the source of a tape block; 0 for what is no block of the tape."""
-        return block + self.shift if block > 0 else 0
+        return self.source(block) if block > 0 else 0
 
     def text(self, sentence: str) -> str:
         """A sentence of the controller, with block numbers of the tape made lines of the source."""

@@ -108,7 +108,7 @@ class Run:
 
     def __post_init__(self) -> None:
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
-                                  self.tape.shift)
+                                  self.tape.line)
         self.link = Link(self.simulation, self._hear)
         self._message = ""
         self._heard_s = 0.0

@@ -33,6 +33,6 @@ def check(tape: Tape, mdi: Sequence[str] = ()) -> int:
                              f"{sentence.value.decode()}")
     blocks = int(library.gk_check(tape.rows, len(tape.rows), sentence, len(sentence)))
     if blocks < 0:
-        text = _PLACE.sub(lambda m: f"Block {int(m[1]) + tape.shift}", sentence.value.decode())
+        text = _PLACE.sub(lambda m: f"Block {tape.line(int(m[1]))}", sentence.value.decode())
         raise TapeError(text)
     return blocks

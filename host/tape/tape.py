@@ -5,83 +5,85 @@ A punched tape is: leader, start (``%`` or ER) and end of block, blocks, end (``
 Texts are in upper case, as both codes have one case only; what is written small is punched large.
 """
 
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from host.errors import TapeError, UsageError
 from host.tape.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
+from host.tape.subprograms import COMMENT, ends_program, written_out
 
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
-
-_COMMENT = re.compile(r"\([^)]*\)?|;.*")
-_SKIPPED = re.compile(r"(?:[ \t]|\(\))*/")
-_END_WORD = re.compile(r"M[ \t]*0*(?:2|30)(?:\.0*)?(?![\d.])")
 
 
 @dataclass(frozen=True)
 class Tape:
     """Punched bytes and how they came about.
 
-    ``shift`` is what must be added to a block number of the tape (the start is block 1) to get the
-    line of the source; it is not 0 if the text lacked its ``%`` or began with empty lines.
+    ``lines`` are the lines of the source from which the blocks were punched, in the order of the
+    tape; empty for a tape that was read, whose blocks are their own lines.
     """
 
     rows: bytes
     code: Code
-    shift: int = 0
+    lines: tuple[int, ...] = field(default=(), compare=False)
+
+    def line(self, block: int) -> int:
+        """Line of the source of a block; the start of the tape is block 1."""
+        return self.lines[block - 1] if 0 < block <= len(self.lines) else block
 
 
-def ends_program(block: str) -> bool:
-    """Whether a block holds the end word M02 or M30, outside comments and not skippable.
+def _punchable(line: str, code: Code) -> str:
+    """A line in capitals; what its code cannot punch in comments is a space there.
 
-    As the controller reads it, softcore/firmware/interp/block.c, of every block that it does not
-    refuse.
+    What begins a comment stays: without it the comment would be words of the program.
     """
-    block = _COMMENT.sub("()", block.upper())  # a comment still parts a letter from its number
-    return not _SKIPPED.match(block) and bool(_END_WORD.search(block))
+    line = "".join(char.upper() if char.isascii() else char for char in line)
+    return COMMENT.sub(lambda found: found[0][0] + "".join(
+        char if char in code.punch and char != "%" else " " for char in found[0][1:]), line)
 
 
 def encode(text: str, code: Code = ISO) -> Tape:
     """Punch a text.
 
     Leader, trailer, and the ``%`` at the start and at the end are added if the text lacks them. The
-    end word is not: that a program ends there is for its author to say.
+    end word is not: that a program ends there is for its author to say. What stands behind the
+    second ``%`` is no part of the program. In comments a space stands for what the code has not.
+    Calls of subprograms are written out: see ``host.tape.subprograms``.
 
     Raises
     ------
     TapeError
         If the code has no row for a character, or a ``%`` stands inside the program.
     """
-    lines = text.upper().splitlines()
+    lines = text.splitlines()
     first = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
     lines = lines[first:]
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise TapeError("the text is empty: there is nothing to punch.")
-    shift = first
-    if lines[0].strip() != "%":
-        lines.insert(0, "%")
-        shift -= 1
-    if len(lines) > 1 and lines[-1].strip() == "%":
-        lines.pop()
-    lines[0] = "%"
+    if lines[0].strip() == "%":
+        lines = lines[1:]
+        first += 1
+    end = next((n for n, line in enumerate(lines) if line.strip() == "%"), len(lines))
+    lines = [_punchable(line, code) for line in lines[:end]]
 
-    rows = bytearray([BLANK] * FEED_ROWS)
-    for number, line in enumerate(lines, start=1):
+    rows = bytearray([BLANK] * FEED_ROWS + [code.start, code.end_of_block])
+    numbers = [first]
+    for index, line in written_out(lines, first + 1):
+        number = first + 1 + index
         for column, char in enumerate(line, start=1):
-            if char == "%" and number > 1:
+            if char == "%":
                 raise TapeError("% starts and ends a tape and cannot stand inside the program.",
-                                number + shift, column)
+                                number, column)
             if char not in code.punch:
                 shown = f'"{char}"' if char.isprintable() else f"character U+{ord(char):04X}"
-                raise TapeError(f"{code.title} tape has no code for {shown}.",
-                                number + shift, column)
+                raise TapeError(f"{code.title} tape has no code for {shown}.", number, column)
             rows.append(code.punch[char])
         rows.append(code.end_of_block)
+        numbers.append(number)
     rows += bytes([code.start, code.end_of_block]) + bytes([BLANK] * FEED_ROWS)
-    return Tape(bytes(rows), code, shift)
+    return Tape(bytes(rows), code, (*numbers, numbers[-1] + 1))
 
 
 def recognise(rows: bytes) -> tuple[Code, int]:

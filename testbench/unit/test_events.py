@@ -75,7 +75,7 @@ def test_nonsense_is_refused(line):
 
 
 def test_blocks_are_counted_as_lines_of_the_source():
-    scale = Scale(clock_hz=1, shift=-1)
+    scale = Scale(clock_hz=1, source=lambda block: block - 1)
     event = parse("[E:alarm,1,7,0,0,0,15,Block 7 (N40), character 5: no. 12 is unknown.]", scale)
     assert (event["line"], event["text"]) == (6, "Block 6 (N40), character 5: no. 12 is unknown.")
     assert parse("[E:end,1,0,0,0,0]", scale)["line"] == 0, "0 is no block of the tape"

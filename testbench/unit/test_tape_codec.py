@@ -55,7 +55,7 @@ def test_no_row_is_legal_in_both_codes():
 def test_text_survives_the_tape(code):
     tape = encode(PROGRAM, code)
     assert decode(tape.rows) == (PROGRAM, code)
-    assert tape.shift == 0
+    assert tape.lines == tuple(range(1, len(PROGRAM.splitlines()) + 1))
 
 
 @codes
@@ -84,9 +84,9 @@ def test_any_text_survives_the_tape(code, rng):
 def test_what_a_text_lacks_is_added_and_its_lines_are_known(text, shift):
     tape = encode(text)
     assert decode(tape.rows)[0] == "%\nG01 Z-1\nM02\n%\n"
-    assert tape.shift == shift
     line = next(n for n, line in enumerate(text.split("\n"), 1) if "Z-1" in line.upper())
-    assert line == 2 + tape.shift
+    assert line == tape.line(2) == 2 + shift
+    assert tape.line(3) == 3 + shift
 
 
 @codes

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Subprograms written out: the controller takes the moves one after another, as a tape has them.
+
+``M98 P2000 L3`` carries out the subprogram O2000 three times; M99 is its end. Subprograms stand
+behind the end word (M02 or M30) of the program, in the same file, and may call others. So the way
+back of a retraction leads through calls as through any other blocks.
+
+Ref: calls and returns as on most controls since Fanuc's series 6.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from host.errors import TapeError
+
+__all__ = ["COMMENT", "ends_program", "written_out"]
+
+COMMENT = re.compile(r"\([^)]*\)?|;.*")
+_SKIPPED = re.compile(r"(?:[ \t]|\(\))*/")
+_END_WORD = re.compile(r"M[ \t]*0*(?:2|30)(?:\.0*)?(?![\d.])")
+_CALL = re.compile(r"M[ \t]*98(?![\d.])")
+_RETURN = re.compile(r"M[ \t]*99(?![\d.])")
+_NAME = re.compile(r"[O:][ \t]*(\d+)(?![\d.])")
+_WHICH, _TIMES = (re.compile(rf"{letter}[ \t]*(\d+)(?![\d.])") for letter in "PL")
+
+DEEPEST = 8             # calls inside each other
+MOST = 1_000_000        # blocks of a program that is written out
+
+
+def ends_program(block: str) -> bool:
+    """Whether a block holds the end word M02 or M30, outside comments and not skippable.
+
+    As the controller reads it, softcore/firmware/interp/block.c, of every block that it does not
+    refuse.
+    """
+    block = COMMENT.sub("()", block.upper())  # a comment still parts a letter from its number
+    return not _SKIPPED.match(block) and bool(_END_WORD.search(block))
+
+
+def _words(line: str) -> str:
+    """A block with its comments as spaces, so that every word keeps its column."""
+    return COMMENT.sub(lambda found: " " * len(found[0]), line.upper())
+
+
+def _without(line: str, *found: re.Match[str] | None) -> str:
+    """A block with some words as spaces."""
+    for word in found:
+        if word:
+            line = line[:word.start()] + " " * len(word[0]) + line[word.end():]
+    return line.rstrip()
+
+
+@dataclass
+class _Program:
+    """Lines of a text with their numbers, and where its subprograms begin."""
+
+    lines: Sequence[str]
+    first: int                              # number of the first line in its source
+    subprograms: dict[int, int] = field(default_factory=dict)
+    blocks: list[tuple[int, str]] = field(default_factory=list)
+
+    def fault(self, index: int, reason: str, column: int = 0) -> TapeError:
+        return TapeError(reason, index + self.first, column)
+
+    def find(self, end: int) -> None:
+        """Note the subprograms behind the main program's end."""
+        for index in range(end + 1, len(self.lines)):
+            if name := _NAME.search(_words(self.lines[index])):
+                number = int(name[1])
+                if number in self.subprograms:
+                    raise self.fault(index, f"the subprogram O{number} stands twice, first in line "
+                                     f"{self.subprograms[number] + self.first}.", name.start() + 1)
+                self.subprograms[number] = index
+
+    def put(self, index: int, text: str) -> None:
+        if len(self.blocks) == MOST:
+            raise self.fault(index, f"written out, the program has more than {MOST:,} blocks.")
+        self.blocks.append((index, text))
+
+    def call(self, index: int, words: str, running: tuple[int, ...]) -> None:
+        """The subprogram that a block calls, as often as it says."""
+        call = _CALL.search(words)
+        assert call
+        which, times = _WHICH.search(words), _TIMES.search(words)
+        column = call.start() + 1
+        if words.lstrip().startswith("/"):
+            raise self.fault(index, "a call (M98) cannot be skipped by /: whether it is carried "
+                             "out is known only at the machine.", column)
+        if not which:
+            raise self.fault(index, "M98 needs the number of its subprogram, P.", column)
+        number = int(which[1])
+        if number not in self.subprograms:
+            raise self.fault(index, f"there is no subprogram O{number} behind the program's end "
+                             "(M02 or M30).", which.start() + 1)
+        if number in running:
+            raise self.fault(index, f"the subprogram O{number} calls itself.", column)
+        if len(running) == DEEPEST:
+            raise self.fault(index, f"more than {DEEPEST} calls stand inside each other.", column)
+        rest = _without(words, call, which, times)
+        if rest.strip():
+            self.put(index, rest)
+        for _ in range(int(times[1]) if times else 1):
+            self.run(self.subprograms[number], number, (*running, number))
+
+    def run(self, begin: int, number: int, running: tuple[int, ...]) -> None:
+        """One pass of a subprogram."""
+        for index in range(begin, len(self.lines)):
+            line = self.lines[index]
+            words = _words(line)
+            name = _NAME.search(words)
+            if name and index > begin:
+                break
+            if _CALL.search(words):
+                self.call(index, words, running)
+                continue
+            back = _RETURN.search(words)
+            if back and words.lstrip().startswith("/"):
+                raise self.fault(index, "M99 cannot be skipped by /.", back.start() + 1)
+            if back and _WHICH.search(words):
+                raise self.fault(index, "M99 P is not in this version; M99 returns behind its "
+                                 "call.", back.start() + 1)
+            if ends_program(line):
+                raise self.fault(index, f"the end word stands in the subprogram O{number}; M99 "
+                                 "ends it.")
+            rest = _without(line, name, back)
+            if rest.strip() or not (name or back):
+                self.put(index, rest)
+            if back:
+                return
+        raise self.fault(begin, f"the subprogram O{number} has no end (M99).")
+
+
+def written_out(lines: Sequence[str], first: int) -> list[tuple[int, str]]:
+    """Blocks of a program as they are carried out, each with its index in ``lines``.
+
+    A program without calls stays as it is, with what may stand behind its end.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Blocks of the text.
+    first : int
+        Line of the first of them, for errors.
+
+    Raises
+    ------
+    TapeError
+        If a call leads nowhere, or a subprogram does not end.
+    """
+    if not any(_CALL.search(_words(line)) for line in lines):
+        return list(enumerate(lines))
+    program = _Program(lines, first)
+    end = next((index for index, line in enumerate(lines) if ends_program(line)), len(lines))
+    program.find(end)
+    for index in range(min(end + 1, len(lines))):
+        words = _words(lines[index])
+        if _CALL.search(words):
+            program.call(index, words, ())
+        else:
+            program.put(index, lines[index])
+    return program.blocks
