@@ -132,7 +132,8 @@ bool machine_clear(fault *f) {
         place = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_adopt(axis);
-    path_forget(); /* or a cause that lies in it would stay */
+    path_forget(); /* or a cause that lies in it would stay, */
+    settings_renew(); /* or in a guarded register */
     hal_limits limits = hal_limits_read();
     if (limits.low | limits.high)
         hal_leave();

@@ -36,6 +36,8 @@ extern const setting_row SETTINGS_ROWS[SETTINGS];
 
 /* Initial values, into the gateware; `between` is called between the parts, which take their time. */
 void settings_init(void (*between)(void));
+/* Once more into the registers that the gateware guards: a bit of one may have turned over. */
+void settings_renew(void);
 uint32_t settings_get(setting which);
 /* Must this one stay while the machine moves or machines? All but those that only tune it. */
 bool settings_guard(uint32_t which);
