@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/machine.h"
 
+#include "app/image_watch.h"
 #include "base/alarm.h"
 #include "base/cause.h"
 #include "base/settings.h"
@@ -122,6 +123,8 @@ static void tell_leaving(hal_limits limits) {
 }
 
 bool machine_clear(fault *f) {
+    if (!image_watch_sound(f))
+        return false;
     if (hal_motion_read().moving && !hal_safe())
         return fault_at(f, FAULT_LOCKED, 0, "the machine is still coming to rest");
     if (!hal_safe())

@@ -58,7 +58,7 @@ typedef enum {
     FAULT_CONTACT = 52,     /* the electrode touches with the discharge off */
     FAULT_NOT_ARMED = 53,   /* nobody at the machine has allowed the discharge */
     FAULT_POSITION_LOST = 54, /* what the counters say of the axes may not be true */
-    FAULT_GUARD = 55,       /* the axes are not where the path has led them */
+    FAULT_GUARD = 55,       /* the axes are not where the path has led them, or firmware is damaged */
     FAULT_STUCK = 56,       /* motion is wanted, and nothing moves */
 } fault_code;
 

@@ -12,6 +12,14 @@
 
 /* What the gateware knows about itself. */
 bool hal_is_gapkeeper(void);
+
+/* The firmware as it was loaded: its words in memory, and the digest that they had then. */
+typedef struct {
+    const volatile uint32_t *words;
+    uint32_t count, digest;
+} hal_image;
+
+hal_image hal_image_read(void);
 uint32_t hal_clock_hz(void);
 uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
