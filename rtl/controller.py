@@ -203,10 +203,14 @@ class Controller(wiring.Component):
         """Whether guarded registers are damaged, and which: latched for firmware."""
         motion, registers = self.motion, self.registers.safety
         found = Cat(self.drives.damaged, motion.damaged_word, motion.damaged_segment,
-                    motion.damaged_place, motion.damaged_pulses)
+                    motion.damaged_place, motion.damaged_pulses, self.drives.damaged_bounds,
+                    registers.fluid_damaged)
         told = Cat(registers.damage_axes, registers.damage_word, registers.damage_segment,
-                   registers.damage_place, registers.damage_pulses)
-        m.d.sync += told.eq(Mux(registers.clear_strobe, found, told | found))
+                   registers.damage_place, registers.damage_pulses, registers.damage_bounds,
+                   registers.damage_fluid, registers.damage_latch)
+        # What the interlock finds of itself is a cause already.
+        every = Cat(found, self.interlock.torn)
+        m.d.sync += told.eq(Mux(registers.clear_strobe, every, told | every))
         m.d.comb += self.interlock.guard.eq(found.any())
 
     def _safety(self, m):

@@ -23,9 +23,10 @@ def interfaces(blocks: tuple[Block, ...]) -> dict[str, wiring.Signature]:
     """Members behind the registers of each block, by the block's name, as their owner has them.
 
     Per field, named by ``member``: an output for ``rw`` and ``w`` fields, an input for ``r``
-    fields; for ``rw1c`` an input that sets the bit (setting wins over clearing). A register with a
-    ``pulse`` has ``<register>_strobe``: for writes it is high in the clock after the access is
-    taken, together with the new values; for reads in the clock in which the value is taken.
+    fields; for ``rw1c`` an input that sets the bit (setting wins over clearing). A guarded field
+    has ``<member>_damaged``, an output: an odd number of its bits are not as written. A register
+    with a ``pulse`` has ``<register>_strobe``: for writes it is high in the clock after the access
+    is taken, together with the new values; for reads in the clock in which the value is taken.
     """
     found = {}
     for block in blocks:
@@ -35,6 +36,8 @@ def interfaces(blocks: tuple[Block, ...]) -> dict[str, wiring.Signature]:
                 shape = _shape(field)
                 members[member(register, field)] = (
                     Out(shape, init=field.init) if field.access in ("rw", "w") else In(shape))
+                if field.guarded:
+                    members[f"{member(register, field)}_damaged"] = Out(1)
             if register.pulse:
                 members[f"{register.name}_strobe"] = Out(1)
         found[block.name] = wiring.Signature(members)
@@ -98,12 +101,14 @@ class RegisterFile(wiring.Component):
                     name = member(register, field)
                     latches[block.name, name] = Signal(name=f"{block.name}_{name}_latched")
 
+        parities = self._parities(m, registers)
+
         # The access is the outer condition, for the simulator's sake: it then skips every register
         # in every clock without one.
         with m.If(taken), m.Switch(self.adr):
             for block, register in registers:
                 with m.Case((block.base + register.offset) // 4):
-                    self._access(m, block, register, latches)
+                    self._access(m, block, register, latches, parities)
                     strobe = strobes.get((block.name, register.name))
                     if register.pulse == "read":
                         m.d.comb += strobe.eq(~self.we)
@@ -119,7 +124,23 @@ class RegisterFile(wiring.Component):
         """Interface of a block."""
         return getattr(self.fields, block.name)
 
-    def _access(self, m, block, register, latches):
+    def _parities(self, m, registers):
+        """Parity of what was written into each guarded field, by its block and member."""
+        found = {}
+        for block, register in registers:
+            for field in register.fields:
+                if not field.guarded:
+                    continue
+                name = member(register, field)
+                own = self._of(block)
+                parity = Signal(init=field.init.bit_count() & 1,
+                                name=f"{block.name}_{name}_parity")
+                found[block.name, name] = parity
+                m.d.comb += getattr(own, f"{name}_damaged").eq(
+                    getattr(own, name).as_unsigned().xor() ^ parity)
+        return found
+
+    def _access(self, m, block, register, latches, parities):
         """Write the fields of one register, and read them."""
         read = []
         at = 0
@@ -134,6 +155,8 @@ class RegisterFile(wiring.Component):
             elif field.access in ("rw", "w"):
                 with m.If(self.we):
                     m.d.sync += value.eq(word)
+                    if field.guarded:
+                        m.d.sync += parities[block.name, name].eq(word.xor())
             read.append(C(0, field.bits) if field.access == "w" else value)
             at += field.bits
         m.d.sync += self.dat_r.eq(Cat(*read))

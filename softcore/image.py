@@ -7,6 +7,7 @@ are kept under ``build/firmware/`` by the digest of everything that goes into th
 
 import hashlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -14,7 +15,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 __all__ = ["FirmwareError", "address_runtime", "among", "host_library",
-           "object_command", "path_units", "target_image"]
+           "image_digest", "object_command", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
@@ -45,6 +46,23 @@ SANITIZE = {
 # grow; and what a unit of that history takes: a line is one, an arc two.
 BESIDE_PATH = 180_224
 PATH_UNIT = 16
+
+
+def image_digest(words: Sequence[int]) -> int:
+    """Digest of the words of an image, of 32 bits, as the firmware works it out (image_watch.c)."""
+    total = 0
+    for word in words:
+        total = (total ^ word) * 0x9E3779B1 & 0xFFFFFFFF
+        total ^= total >> 15
+    return total
+
+
+def _with_digest(image: bytes) -> bytes:
+    """Image whose last word, which the linker script leaves 0, has the digest of those before."""
+    words = struct.unpack(f"<{len(image) // 4}I", image)
+    if words[-1]:
+        raise FirmwareError("the last word of the image is not the one for its digest")
+    return image[:-4] + struct.pack("<I", image_digest(words[:-1]))
 
 
 class FirmwareError(RuntimeError):
@@ -148,6 +166,8 @@ def target_image(memory_size: int = 311_296,
                  progress: Callable[[str], None] = lambda _: None) -> Path:
     """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
 
+    Its last word is its digest, by which the firmware checks itself.
+
     Parameters
     ----------
     memory_size : int
@@ -171,8 +191,10 @@ def target_image(memory_size: int = 311_296,
         (folder / "link.ld").write_text(script)
         _run([*command, f"-Wl,-T,{folder / 'link.ld'}", "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])
-        if not (folder / "firmware.bin").stat().st_size:
+        image = folder / "firmware.bin"
+        if not image.stat().st_size:
             raise FirmwareError("objcopy has written an empty image")
+        image.write_bytes(_with_digest(image.read_bytes()))
 
     return _cached("firmware.bin", [*command, script], build)
 

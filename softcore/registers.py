@@ -13,7 +13,11 @@ Access = Literal["r", "rw", "w", "rw1c"]
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A range of bits. ``unit`` is the physical size of one count; ``""`` for a flag or a code."""
+    """A range of bits. ``unit`` is the physical size of one count; ``""`` for a flag or a code.
+
+    ``guarded``, for ``rw``: the gateware keeps the parity of what was written, and is told when
+    the value has another one.
+    """
 
     name: str
     bits: int
@@ -22,6 +26,7 @@ class Field:
     signed: bool = False
     init: int = 0
     unit: str = ""
+    guarded: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,10 +59,10 @@ Row = (tuple[str, str, tuple[Field, ...]]
 
 
 def value(bits: int, doc: str, *, access: Access = "rw", signed: bool = False, init: int = 0,
-          unit: str = "") -> tuple[Field, ...]:
+          unit: str = "", guarded: bool = False) -> tuple[Field, ...]:
     """Fields of a register that holds one value."""
     return (Field(name="value", bits=bits, doc=doc, access=access, signed=signed, init=init,
-                  unit=unit),)
+                  unit=unit, guarded=guarded),)
 
 
 def registers(*rows: Row) -> tuple[Register, ...]:

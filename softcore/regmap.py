@@ -385,7 +385,8 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
     ("stop", "Trip the interlock (cause ``firmware``).",
      _value(1, "Any value.", access="w"), "write"),
     ("fluid", "Fluid supervision.", (
-        Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging."),)),
+        Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging.",
+              guarded=True),)),
     ("period", "Longest time between two watchdog calls.",
      _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
     ("arming", "Permission to discharge; see ``rtl.safety.arming``.", (
@@ -410,6 +411,13 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="place", bits=1, access="r",
               doc="Path coordinate, front or place in the segment differ from their doubles."),
         Field(name="pulses", bits=1, access="r", doc="A path pulse was lost, or came of nothing."),
+        Field(name="bounds", bits=len(AXES), access="r",
+              doc="A soft limit, a bound of the following error or the gain of an axis is not as "
+                  "firmware wrote it, bit 0 X."),
+        Field(name="fluid", bits=1, access="r",
+              doc="So is whether low fluid trips."),
+        Field(name="latch", bits=1, access="r",
+              doc="The interlock's latch differs from its double."),
      )),
     ("watch", "What the watchdog waits for; see ``rtl.safety.watchdog``.", (
         Field(name="asked", bits=1, access="r", doc="``0xC3``. Interrupt 1."),
@@ -441,9 +449,9 @@ def _axis(index: int, letter: str) -> Block:
         ("overshoot", "Furthest travel beyond the last mark (end of a retraction).",
          _value(32, "Distance.", access="r", unit="pulse")),
         ("follow_stopped", "Following error allowed at rest.",
-         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1)),
+         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1, guarded=True)),
         ("follow_moving", "Following error allowed in motion.",
-         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1)),
+         _value(18, "Error.", unit="pulse", init=(1 << 17) - 1, guarded=True)),
         ("window", "Following error up to which the axis is in position.",
          _value(12, "Error.", unit="pulse", init=1)),
         ("mode", "Output of the axis.", (
@@ -468,10 +476,12 @@ def _axis(index: int, letter: str) -> Block:
             Field(name="beyond_high", bits=1, access="r",
                   doc="... or beyond the upper one."))),
         ("low", "Lower soft limit: no command goes below it.",
-         _value(32, "Position.", signed=True, unit="pulse")),
-        ("high", "Upper soft limit.", _value(32, "Position.", signed=True, unit="pulse")),
+         _value(32, "Position.", signed=True, unit="pulse", guarded=True)),
+        ("high", "Upper soft limit.",
+         _value(32, "Position.", signed=True, unit="pulse", guarded=True)),
         ("gain", "Velocity gain of the position loop, for the supervision of the coder; see "
-         "``rtl.motion.supervision``.", _value(14, "Gain.", unit="2**-20 pulse/tick per pulse")),
+         "``rtl.motion.supervision``.",
+         _value(14, "Gain.", unit="2**-20 pulse/tick per pulse", guarded=True)),
     ))
 
 

@@ -55,6 +55,8 @@ class Axes(wiring.Component):
         Causes of the interlock, by axis.
     damaged : Out(axes)
         Registers of the axis are damaged.
+    damaged_bounds : Out(axes)
+        One of its ``BOUNDS`` is, in the clock before: it is not as firmware wrote it.
 
     Attributes
     ----------
@@ -66,6 +68,7 @@ class Axes(wiring.Component):
               "travel")
     SETTINGS = ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
                 "step_time_width", "step_time_space", "step_time_setup", "gain")
+    BOUNDS = ("low", "high", "follow_stopped", "follow_moving", "gain")
     REPORTS = ("command", "position", "error", "overshoot", "status_saturated", "status_illegal",
                "status_check")
 
@@ -87,7 +90,7 @@ class Axes(wiring.Component):
                                             "left_high", "enc_a", "enc_b")},
             "mark": In(1),
             **{name: Out(count) for name in ("dac", "dac_negative", "step", "dir", "drive_enable",
-                                             *self.FAULTS, "damaged")},
+                                             *self.FAULTS, "damaged", "damaged_bounds")},
             "in_position": Out(1), "onto": Out(1),
         })
 
@@ -165,3 +168,5 @@ class Axes(wiring.Component):
             self.travel[index].eq(limits.beyond_low | limits.beyond_high),
             self.damaged[index].eq(axis.damaged),
         ]
+        m.d.sync += self.damaged_bounds[index].eq(
+            Cat(getattr(own, f"{name}_damaged") for name in self.BOUNDS).any())

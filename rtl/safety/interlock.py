@@ -55,6 +55,11 @@ class Interlock(wiring.Component):
     ``simultaneous`` tell the causes live in the clock of the trip. They stay until the next trip;
     but when a clear leaves causes and the first is not among them, they tell those that are left.
 
+    ``latched`` has a double. Where the two differ, a bit has turned over by itself: that is the
+    cause ``guard`` in that very clock, ``torn`` tells it, and from the next clock on both have the
+    causes of either. Only causes that are in both count as latched for what a trip is: so this is
+    one if nothing else was latched.
+
     Debouncing: a limit switch is a cause in the clock after 2 clocks in a row with it (a single
     clock is a disturbance), until it was released for ``limit_release_us``.
     The fluid level counts, and no longer counts, after ``fluid_ms``. All else counts at once.
@@ -133,6 +138,13 @@ class Interlock(wiring.Component):
         ... that are excused.
     leaving : Out(1)
         Any is.
+    torn : Out(1)
+        The latch and its double differ.
+
+    Attributes
+    ----------
+    double : Signal
+        The double of ``latched``, inverted, for tests and proofs to look at.
 
     Raises
     ------
@@ -161,8 +173,10 @@ class Interlock(wiring.Component):
             "safe": Out(1), "first": Out(5, init=Cause.POWER_ON.value), "blamed": Out(axes),
             "simultaneous": Out(causes, init=1 << Cause.POWER_ON.value), "tripped": Out(1),
             "at_low": Out(axes), "at_high": Out(axes), "left_low": Out(axes),
-            "left_high": Out(axes), "leaving": Out(1),
+            "left_high": Out(axes), "leaving": Out(1), "torn": Out(1),
         })
+        # Inverted, or synthesis would merge the two.
+        self.double = Signal(causes, init=(1 << causes) - 1 - (1 << Cause.POWER_ON.value))
 
     def elaborate(self, platform):
         m = Module()
@@ -200,9 +214,13 @@ class Interlock(wiring.Component):
             Cause.CONTACT: self.contact,
             Cause.GATE: self.gate,
             Cause.MEMORY: self.memory,
-            Cause.GUARD: self.guard,
+            Cause.GUARD: self.guard | self.torn,
         }
+        either, both = (Signal(len(Cause)) for _ in range(2))
         m.d.comb += [
+            either.eq(self.latched | ~self.double),
+            both.eq(self.latched & ~self.double),
+            self.torn.eq((self.latched ^ ~self.double).any()),
             self.live.eq(Cat(causes[cause].any() for cause in Cause)),
             self.safe.eq((self.live | self.latched).any()),
         ]
@@ -219,10 +237,12 @@ class Interlock(wiring.Component):
         moot = Signal()  # what is told is no longer among the causes that are left
         m.d.comb += [
             clear.eq(self.clear & (self.key == CLEAR_KEY)),
-            trip.eq(~self.latched.any()),
+            trip.eq(~both.any()),
             moot.eq(clear & ~self.live.bit_select(self.first, 1)),
         ]
-        m.d.sync += self.latched.eq(Mux(clear, self.live, self.latched | self.live))
+        latched = Signal.like(self.latched)
+        m.d.comb += latched.eq(Mux(clear, self.live, either | self.live))
+        m.d.sync += [self.latched.eq(latched), self.double.eq(~latched)]
         m.d.sync += self.tripped.eq(trip & self.live.any())
         with m.If(self.live.any() & (trip | moot)):
             m.d.sync += [self.first.eq(lowest), self.blamed.eq(whose),

@@ -14,6 +14,17 @@ HOLDS = "unit/test_firmware_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
     *breaks_of(
+        "softcore/firmware/app/machine.c", "unit/test_firmware_image_watch.py",
+        ("    if (!image_watch_sound(f))\n        return false;\n", "",
+         "a machine whose firmware is damaged stays locked"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/image_watch.c", "unit/test_firmware_image_watch.py",
+        ("if (digest == image.digest || damaged)", "if (at == 0)", "an image that differs is told"),
+        ("    hal_interlock_trip();\n", "", "outputs are safe then"),
+        ("* 0x9e3779b1u", "", "the place of a word counts"),
+    ),
+    *breaks_of(
         "softcore/firmware/app/machine.c", BOTH,
         ("    locked = true;\n    held", "    locked = false;\n    held", "locked out of reset",
          LINK),

@@ -6,16 +6,18 @@ from testbench.native.station import Session
 
 __all__ = ["soft_limit"]
 
+LIMIT = 12_344  # pulses; of the parity that the limit in force has, or its guard would trip
+
 
 def soft_limit(session: Session) -> dict:
     """The gateware's limit is elsewhere than firmware's: what firmware gets wrong stops there."""
     job = Job(session, watched=("safe", "path_position"))
-    session.poke("axis_x_high", 12_345)
+    session.poke("axis_x_high", LIMIT)
     job.press("G90 G00 X5")
     alarm = job.alarm()
     assert ("a command beyond the upper soft limit of axis X; the position is kept"
             in alarm["text"])
-    assert job.probe("axis_x_command") == 12_345
+    assert job.probe("axis_x_command") == LIMIT
     assert session.positions()["x"] == job.probe("axis_x_position")
     job.link.command("$X")
     assert not job.probe("safety_status_safe")

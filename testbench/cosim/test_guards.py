@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bit that turns over in a guarded register of the motion, in the middle of a cut.
+"""A bit that turns over in a guarded register, in the middle of a cut.
 
 That every bit is found, the unit tests of the blocks show; here, what comes of it. Verilator takes
 a change only of registers that lead to no port: they stand for the others of their guard.
@@ -19,8 +19,11 @@ AWAY_UM = 110       # at 300 mm/min: the lag is not made up, and what it coasts
 
 @pytest.mark.parametrize(("register", "bit", "said"), [
     ("guard_command", 5, "axis Z"), ("window_offset", 29, "the place on the path"),
-    ("window_parity", 0, "the segment at work"), ("guard_apart", 0, "path pulses on their way")])
-def test_a_bit_of_the_motion_trips_with_its_reason(register, bit, said):
+    ("window_parity", 0, "the segment at work"), ("guard_apart", 0, "path pulses on their way"),
+    ("axis_y_low", 20, "a limit or a bound of axis Y"),
+    ("fluid_parity", 0, "whether low fluid trips"),
+    ("latch_double", 3, "the latch of the interlock")])
+def test_a_bit_trips_with_its_reason(register, bit, said):
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
         job = Job(session, watched=("safe",))
@@ -35,7 +38,7 @@ def test_a_bit_of_the_motion_trips_with_its_reason(register, bit, said):
                                       f"({said}); the position is lost.")
         assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
         assert abs(session.get("read.z_pulses") - place) / 10 <= AWAY_UM
-        # The path is begun anew, so that what was damaged on it does not stay.
+        # The path is begun anew and the registers are written, so that nothing damaged stays.
         job.run(session.clock_hz // 10)
         job.link.command("$X")
         assert not job.probe("safety_status_safe")

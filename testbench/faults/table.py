@@ -117,7 +117,8 @@ GUARDED = tuple(
     Trial(f"a bit of {what}", _flip(register, bits), 6, count=3) for what, register, bits in (
         ("an axis' command", "guard_command", 32), ("the place on the path", "window_offset", 30),
         ("the parity of the segment", "window_parity", 1),
-        ("the count of path pulses", "guard_apart", 32)))
+        ("the count of path pulses", "guard_apart", 32),
+        ("a soft limit", "axis_y_low", 31), ("the latch of the interlock", "latch_double", 18)))
 
 CLASSES = (
     FaultClass(

@@ -162,6 +162,8 @@ class InterlockContract(wiring.Component):
         m.d.sync += [ready.eq(1), latched.eq(interlock.latched), live.eq(interlock.live),
                      clear.eq(acknowledged), safe.eq(interlock.safe)]
         m.d.comb += Assert(interlock.safe == (interlock.live | interlock.latched).any())
+        # Nothing but a bit that turns over tears latch and double apart.
+        m.d.comb += [Assert(interlock.double == ~interlock.latched), Assert(~interlock.torn)]
         with m.If(ready):
             # A bit falls only if acknowledged and gone, and rises only with its cause.
             m.d.comb += Assert((latched & ~interlock.latched & (~clear.replicate(len(live)) | live))

@@ -97,8 +97,12 @@ PROBES = (
     # Whether the processor takes interrupts.
     Probe("interrupts", 1, natively=True, signal="CsrPlugin_mstatus_MIE", module="VexRiscv",
           scope=f"{SOC}.cpu.core"),
-    # A soft limit, and what the guards of the motion go by: a test may turn a bit over.
+    # Soft limits, and what the guards go by: a test may turn a bit over.
     Probe("axis_x_high", 32, signed=True, natively=True),
+    Probe("axis_y_low", 32, signed=True, natively=True),
+    Probe("fluid_parity", 1, natively=True, scope=f"{SOC}.registers",
+          signal="safety_fluid_parity"),
+    Probe("latch_double", 18, natively=True, scope=f"{CONTROLLER}.interlock", signal="double"),
     Probe("guard_command", 32, natively=True, signal="command_then",
           scope=f"{AXES}.axis_z.error_counter"),
     Probe("guard_apart", 32, natively=True, signal="apart", scope=f"{MOTION}.conservation"),

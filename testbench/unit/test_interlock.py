@@ -261,5 +261,42 @@ def test_low_fluid_counts_while_discharging_only(simulate, off):
     simulate(bench.dut, run)
 
 
+@pytest.mark.parametrize("register", ["latched", "double"])
+@pytest.mark.parametrize("cause", [None, Cause.ESTOP], ids=["quiet", "tripped"])
+def test_a_bit_of_the_latch_that_turns_over_makes_safe(simulate, register, cause):
+    """In its clock, told as ``guard`` when nothing else is; the causes of either stay."""
+    dut = Interlock(clock_hz=1000, limit_release_us=3000, fluid_ms=5)
+    guard = 1 << Cause.GUARD.value
+    held = 0 if cause is None else 1 << cause.value
+
+    async def bench(ctx):
+        signal = getattr(dut, register)
+        ctx.set(dut.key, 0x5A)
+        for bit in range(len(Cause)):
+            ctx.set(dut.clear, 1)
+            await ctx.tick().repeat(2)
+            ctx.set(dut.clear, 0)
+            ctx.set(dut.estop, cause is not None)
+            await ctx.tick()
+            ctx.set(dut.estop, 0)
+            await ctx.tick().repeat(2)
+            assert (ctx.get(dut.latched), ctx.get(dut.safe)) == (held, held != 0)
+            ctx.set(signal, ctx.get(signal) ^ 1 << bit)
+            alone = (held & ~(1 << bit)) == 0
+            assert ctx.get(dut.safe)
+            assert ctx.get(dut.torn)
+            await ctx.tick()
+            assert ctx.get(dut.tripped) == alone
+            assert ctx.get(dut.first) == (Cause.GUARD if alone else cause).value
+            for _ in range(3):
+                assert ctx.get(dut.safe)
+                assert not ctx.get(dut.torn)
+                turned = 0 if held >> bit & 1 else 1 << bit
+                assert ctx.get(dut.latched) == held | turned | guard
+                await ctx.tick()
+
+    simulate(dut, bench)
+
+
 def test_refuses_no_axis():
     refuses(Interlock, r"there must be at least 1 axis, not 0", clock_hz=1000, axes=0)

@@ -142,6 +142,34 @@ def test_bus_follows_the_model(simulate, rng):
     simulate(dut, bench, deadline=1)
 
 
+def test_every_bit_of_a_guarded_register_that_turns_over_is_found(simulate, rng):
+    dut = RegisterFile(BLOCKS)
+    guarded = [each for each in FIELDS if each[2].guarded]
+    assert {field.access for _, _, field in guarded} == {"rw"}
+    damaged = [getattr(getattr(dut.fields, block.name), f"{member(register, field)}_damaged")
+               for block, register, field in guarded]
+
+    async def bench(ctx):
+        for number, (block, register, field) in enumerate(guarded):
+            signal = behind(dut, block, register, field)
+            for bit in range(field.bits):
+                for _ in range(2):
+                    assert not any(ctx.get(each) for each in damaged)
+                    ctx.set(signal, ctx.get(signal) ^ (
+                        -1 << bit if field.signed and bit == field.bits - 1 else 1 << bit))
+                    assert [ctx.get(each) for each in damaged] == [
+                        at == number for at in range(len(damaged))]
+                    # Written anew, with another word, it is whole.
+                    ctx.set(dut.adr, (block.base + register.offset) // 4)
+                    ctx.set(dut.dat_w, rng.getrandbits(32))
+                    ctx.set(dut.we, 1)
+                    ctx.set(dut.stb, 1)
+                    await ctx.tick().repeat(2)
+                    ctx.set(dut.stb, 0)
+
+    simulate(dut, bench, deadline=1)
+
+
 def test_a_read_that_takes_is_told_once(simulate):
     dut = RegisterFile(BLOCKS)
     strobe = dut.fields.link.receive_strobe

@@ -4,6 +4,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/image_watch.h"
 #include "app/machine.h"
 #include "app/profile.h"
 #include "app/program.h"
@@ -151,13 +152,16 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         gap_settings();
 }
 
-/* `$P`: blocks read and clocks per block, longest pass of the main loop by task, and longest time
-   from an event of the gateware to the end of its interrupt; all since reset, in clocks. */
+/* `$P`: blocks read and clocks per block, longest pass of the main loop by task, longest time from an
+   event of the gateware to the end of its interrupt, and what the check of the image has taken; all since
+   reset, in clocks. */
 __attribute__((noinline)) static void tell_cost(void) {
     program_cost cost = program_profile();
-    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u]",
+    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u,"
+                "image %u]",
                 cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
-                profile_worst(0), profile_worst(1), profile_worst(2), profile_worst(3), events_worst());
+                profile_worst(0), profile_worst(1), profile_worst(2), profile_worst(3), events_worst(),
+                image_watch_clocks());
 }
 
 /* Is the line this text, given in capitals? */

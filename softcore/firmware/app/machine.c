@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/machine.h"
 
+#include "app/image_watch.h"
 #include "base/alarm.h"
 #include "base/cause.h"
 #include "base/settings.h"
@@ -120,6 +121,8 @@ static void tell_leaving(hal_limits limits) {
 }
 
 bool machine_clear(fault *f) {
+    if (!image_watch_sound(f))
+        return false;
     if (hal_motion_read().moving && !hal_safe())
         return fault_at(f, FAULT_LOCKED, 0, "the machine is still coming to rest");
     if (!hal_safe())
@@ -130,7 +133,8 @@ bool machine_clear(fault *f) {
         place = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_adopt(axis);
-    path_forget(); /* or a cause that lies in it would stay */
+    path_forget(); /* or a cause that lies in it would stay, */
+    settings_renew(); /* or in a guarded register */
     hal_limits limits = hal_limits_read();
     if (limits.low | limits.high)
         hal_leave();

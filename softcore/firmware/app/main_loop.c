@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/control.h"
 #include "app/events.h"
+#include "app/image_watch.h"
 #include "app/machine.h"
 #include "app/motion_watch.h"
 #include "app/profile.h"
@@ -67,6 +68,7 @@ void main_loop_boot(void) {
     path_init();
     machine_init();
     motion_watch_init();
+    image_watch_init();
     program_init();
     roughing_init();
     output_frame(program_offset());
@@ -109,6 +111,7 @@ static bool serve_link(unsigned task) {
 
 static bool look(unsigned task) {
     motion_watch_step();
+    image_watch_step();
     gap_view view = {.machining = machine_machining(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};
     return gap_watch(&view) || step(task);

@@ -71,14 +71,26 @@ static const char *damage_text(uint32_t damage) {
            : damage & HAL_DAMAGE_SEGMENT ? "the segment at work"
            : damage & HAL_DAMAGE_PLACE   ? "the place on the path"
            : damage & HAL_DAMAGE_PULSES  ? "path pulses on their way"
+           : damage & HAL_DAMAGE_FLUID   ? "whether low fluid trips"
+           : damage & HAL_DAMAGE_LATCH   ? "the latch of the interlock"
                                          : "the position";
+}
+
+/* "a guarded register of the gateware is damaged (...)": axes, a bound of axes, or something else. */
+static size_t print_damage(char *buffer, size_t size, uint32_t damage) {
+    char whose[AXES_TEXT];
+    unsigned positions = damage & HAL_DAMAGE_AXES, bounds = HAL_DAMAGE_BOUNDS(damage);
+    if (!positions && !bounds)
+        return text_print(buffer, size, "%s (%s)", TEXT[CAUSE_GUARD], damage_text(damage));
+    cause_axes(whose, sizeof whose, positions ? positions : bounds);
+    return text_print(buffer, size, "%s (%s%s)", TEXT[CAUSE_GUARD],
+                      positions ? "" : "a limit or a bound of ", whose);
 }
 
 static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned axes) {
     char whose[AXES_TEXT];
     axes &= (1u << HAL_AXES) - 1;
     unsigned axis = lowest(axes);
-    uint32_t damage;
     switch (cause) {
     case CAUSE_CODER:
         return text_print(buffer, size, "coder of axis %c: %s", "XYZ"[axis],
@@ -86,12 +98,7 @@ static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned ax
     case CAUSE_TRAVEL:
         return text_print(buffer, size, "a command beyond the %s soft limit of axis %c",
                           hal_axis_beyond(axis, true) ? "upper" : "lower", "XYZ"[axis]);
-    case CAUSE_GUARD:
-        damage = hal_damage();
-        if (damage & HAL_DAMAGE_AXES)
-            cause_axes(whose, sizeof whose, damage & HAL_DAMAGE_AXES);
-        return text_print(buffer, size, "%s (%s)", TEXT[cause],
-                          damage & HAL_DAMAGE_AXES ? whose : damage_text(damage));
+    case CAUSE_GUARD: return print_damage(buffer, size, hal_damage());
     case CAUSE_DRIVE_FAULT:
         /* A wire machine's third drive is that of the wire. */
         if (hal_jump_axis() >= HAL_AXES && axes >> (HAL_AXES - 1) & 1)

@@ -70,10 +70,14 @@ static void apply_travel(void) {
     }
 }
 
+static void write_errors(unsigned axis) {
+    hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
+                    values[SET_WINDOW]);
+}
+
 static void apply_axes(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
-                        values[SET_WINDOW]);
+        write_errors(axis);
         hal_axis_mode(axis, values[SET_STEP_AXES] >> axis & 1,
                       values[SET_REVERSED_ENCODERS] >> axis & 1);
         hal_axis_step_time(axis, at_most(units_clocks_of_ns(values[SET_STEP_WIDTH_NS]), 255),
@@ -82,9 +86,22 @@ static void apply_axes(void) {
     }
 }
 
+static void write_fluid(void) {
+    hal_fluid_required(values[SET_FLUID_REQUIRED]);
+}
+
 static void apply_side(void) {
     hal_auxiliary_timeout(units_clocks_of_us(values[SET_FIN_MS] * 1000));
-    hal_fluid_required(values[SET_FLUID_REQUIRED]);
+    write_fluid();
+}
+
+void settings_renew(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        hal_axis_limits(axis, limits.low[axis], limits.high[axis]);
+        write_errors(axis);
+        hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
+    }
+    write_fluid();
 }
 
 void settings_init(void (*between)(void)) {

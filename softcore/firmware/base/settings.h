@@ -11,6 +11,8 @@
 
 /* Initial values, into the gateware; `between` is called between the parts, which take their time. */
 void settings_init(void (*between)(void));
+/* Once more into the registers that the gateware guards: a bit of one may have turned over. */
+void settings_renew(void);
 uint32_t settings_get(setting which);
 
 /* Setting of a number; SETTINGS if there is none. And the number of a setting. */

@@ -14,6 +14,14 @@
 
 /* What the gateware knows about itself. */
 bool hal_is_gapkeeper(void);
+
+/* The firmware as it was loaded: its words in memory, and the digest that they had then. */
+typedef struct {
+    const volatile uint32_t *words;
+    uint32_t count, digest;
+} hal_image;
+
+hal_image hal_image_read(void);
 uint32_t hal_clock_hz(void);
 uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
@@ -198,6 +206,9 @@ typedef struct {
 #define HAL_DAMAGE_SEGMENT 16u  /* the segment at work */
 #define HAL_DAMAGE_PLACE 32u    /* the place on the path */
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
+#define HAL_DAMAGE_BOUNDS(damage) ((damage) >> 7 & 7u) /* axes: a soft limit, a bound of the error, the gain */
+#define HAL_DAMAGE_FLUID 1024u  /* whether low fluid trips */
+#define HAL_DAMAGE_LATCH 2048u  /* the latch of the interlock */
 
 void hal_pet(uint8_t key);
 bool hal_watch_open(void);      /* a call of the watchdog is not too soon */

@@ -18,6 +18,14 @@ _Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the a
 #define IRQ_WATCH 2u
 
 bool hal_is_gapkeeper(void) { return SYSTEM->ident == IDENT; }
+
+/* From the reset address to the word in which softcore/image.py puts the digest (link.ld). */
+extern const uint32_t _start[], __image_digest[];
+
+hal_image hal_image_read(void) {
+    uint32_t bytes = (uint32_t)__image_digest - (uint32_t)_start;
+    return (hal_image){_start, bytes / sizeof *_start, *__image_digest};
+}
 uint32_t hal_clock_hz(void) { return SYSTEM->clock_hz; }
 uint32_t hal_pulses_per_mm(void) { return SYSTEM->pulses_per_mm; }
 unsigned hal_jump_axis(void) { return GET(SYSTEM->shape, SYSTEM_SHAPE_JUMP_AXIS); }

@@ -248,11 +248,11 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     period = 0;
     fin_passes = 1;
     busy_passes = 0;
-    under_way = damaged = false;
+    under_way = damaged = watch_closed = watch_asks = false;
     queue_head = queue_tail = 0;
     pets = sleeps = unwatched = answers = 0;
-    watch_closed = watch_asks = false;
     host_gap_boot();
+    host_image_boot();
     expected_pet = 0xa5;
     main_loop_boot();
 }

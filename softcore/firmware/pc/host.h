@@ -72,7 +72,8 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
-void host_gap_boot(void);    /* its part of that */
+void host_gap_boot(void);    /* their parts of that */
+void host_image_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition is switched by depth */
 void host_gap_arm(int32_t depth);    /* the condition is to be switched there */
 void host_clock_boot(void);
@@ -141,6 +142,8 @@ uint32_t gk_pets(void);         /* watchdog calls in the right order since boot 
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
 /* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */
 void gk_guards(uint32_t words[7]);
+/* What stands for the firmware in memory, at most 256 words, and the digest that it must have. */
+void gk_image(const uint32_t *words, uint32_t count, uint32_t digest);
 uint32_t gk_unwatched(void);    /* tasks that began before the watchdog's first key */
 
 /* Edges of the control flow taken since the last call and never before, or never as often. */

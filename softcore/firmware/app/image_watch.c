@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/image_watch.h"
+
+#include "base/alarm.h"
+#include "hal/hal.h"
+
+#define SLICE 64            /* words in a step: some 1000 clocks */
+#define SHARE 64            /* times as long as a step took there is none */
+
+static hal_image image;
+static uint32_t at, digest; /* words of this round that have been read, and what they come to */
+static uint32_t since, rest; /* clock of the last step, and how long there is none from then on */
+static uint32_t clocks;
+static bool damaged;
+
+void image_watch_init(void) {
+    at = digest = rest = clocks = 0;
+    since = hal_cycle_low();
+    damaged = false;
+}
+
+bool image_watch_sound(fault *f) {
+    return !damaged ||
+           fault_at(f, FAULT_GUARD, 0, "the firmware in memory is not what was loaded: configure the "
+                                       "controller anew");
+}
+
+/* As softcore/image.py has it. No step loses anything: any one word that differs is found. */
+static uint32_t mix(uint32_t sum, uint32_t word) {
+    sum = (sum ^ word) * 0x9e3779b1u;
+    return sum ^ sum >> 15;
+}
+
+__attribute__((noinline)) static void judge(void) {
+    at = 0;
+    if (digest == image.digest || damaged)
+        return;
+    damaged = true;
+    fault f = {.line = alarm_line()};
+    (void)image_watch_sound(&f);
+    alarm_raise(&f);
+    hal_interlock_trip();
+}
+
+__attribute__((noinline)) static void read_slice(void) {
+    if (at == 0) {
+        image = hal_image_read();
+        digest = 0;
+    }
+    uint32_t end = image.count - at < SLICE ? image.count : at + SLICE, sum = digest;
+    for (; at < end; at++)
+        sum = mix(sum, image.words[at]);
+    digest = sum;
+    if (at == image.count)
+        judge();
+}
+
+void image_watch_step(void) {
+    uint32_t now = hal_cycle_low();
+    if (now - since < rest)
+        return;
+    read_slice();
+    uint32_t took = hal_cycle_low() - now;
+    clocks += took;
+    since = now;
+    rest = SHARE * took;
+}
+
+uint32_t image_watch_clocks(void) { return clocks; }
