@@ -6,7 +6,8 @@ from pathlib import Path
 
 from softcore import linkmap, render
 from softcore.registers import Block
-from softcore.regmap import AXES, BASE, BLOCKS, CAUSES
+from softcore.regmap import AXES, BASE, BLOCKS
+from softcore.tables.causes import CAUSES
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
@@ -67,7 +68,7 @@ def c_header() -> str:
                          f"+ 0x{pitch:x}u * (i)))")
         lines.append("")
     lines += ["/* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */"]
-    lines += [f"#define CAUSE_{name.upper()} {index}" for index, (name, _) in enumerate(CAUSES)]
+    lines += [f"#define CAUSE_{cause.name.upper()} {index}" for index, cause in enumerate(CAUSES)]
     lines += [f"#define CAUSES {len(CAUSES)}", f"#define AXES {len(AXES)}"]
     lines += ["", "/* Bytes of the link; marks by LINK->receive. */"]
     lines += [f"#define REALTIME_{realtime.name.upper()} 0x{realtime.byte:02x}u"
@@ -118,6 +119,7 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(BASE_ROOM / "settings_table.c", "settings", lambda: render.settings_source(SETTINGS)),
     _made(REFERENCE / "settings.md", "settings", lambda: render.settings_page(SETTINGS)),
     _made(BASE_ROOM / "fault_codes.h", "faults", lambda: render.faults_header(FAULTS)),
+    _made(BASE_ROOM / "cause_texts.h", "causes", lambda: render.causes_header(CAUSES)),
     _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
     _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
     _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),

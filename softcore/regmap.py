@@ -13,6 +13,7 @@ from softcore.linkmap import MARKS, REALTIME
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
+from softcore.tables.causes import CAUSES
 from softcore.tables.events import QUEUE, numbered
 
 RATE = "2**-32 pulse/clock"
@@ -340,29 +341,8 @@ CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in 
         Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."))),
 ))
 
-CAUSES = (
-    ("power_on", "Nobody has cleared the interlock since reset."),
-    ("estop", "Emergency stop."),
-    ("drive_fault", "A drive reports a fault."),
-    ("limit_low", "An axis is on its lower limit switch."),
-    ("limit_high", "An axis is on its upper limit switch."),
-    ("fluid_low", "The fluid is below its level."),
-    ("watchdog", "Firmware stopped calling the watchdog."),
-    ("error_saturated", "An error counter reached its limit."),
-    ("encoder", "An encoder made an illegal transition."),
-    ("following_stopped", "Following error at rest above its limit."),
-    ("following_moving", "Following error in motion above its limit."),
-    ("firmware", "Firmware asked for it."),
-    ("coder", "A coder does not tell what its axis does."),
-    ("travel", "A command would have left the soft limits."),
-    ("contact", "The electrode touched the work with the discharge off, too fast to stop."),
-    ("gate", "The gap had current or voltage with both sources off."),
-    ("memory", "The processor's memory read wrong."),
-    ("guard", "A guarded register of the gateware is damaged."),
-)
-
 _CAUSE_BITS = "By bit: " + "; ".join(
-    f"{bit} `{name}`, {doc[0].lower()}{doc[1:-1]}" for bit, (name, doc) in enumerate(CAUSES)) + "."
+    f"{bit} `{cause.name}`, {cause.sentence}" for bit, cause in enumerate(CAUSES)) + "."
 
 SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl.safety``.",
                registers=_registers(

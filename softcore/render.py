@@ -7,15 +7,16 @@ Each function takes its table and gives the text of one file, without the notice
 from collections.abc import Iterable, Sequence
 
 from softcore.tables import events
+from softcore.tables.causes import CAUSES, Cause
 from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
 from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
-__all__ = ["conditions_header", "conditions_page", "events_gateware", "events_header",
-           "events_page", "faults_header", "faults_page", "settings_header", "settings_page",
-           "settings_source"]
+__all__ = ["causes_header", "conditions_header", "conditions_page", "events_gateware",
+           "events_header", "events_page", "faults_header", "faults_page", "settings_header",
+           "settings_page", "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -101,7 +102,15 @@ def faults_header(table: Sequence[Fault]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS) -> str:
+def causes_header(table: Sequence[Cause]) -> str:
+    """What is said of the interlock's causes, in C."""
+    lines = ["#pragma once", "", '#include "hal/regs.h"', "", "#define CAUSE_TEXTS \\"]
+    rows = [f"    [CAUSE_{one.name.upper()}] = {_string(one.sentence)}" for one in table]
+    return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
+
+
+def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
+                causes: Sequence[Cause] = CAUSES) -> str:
     """Reference of alarms and errors, in Markdown."""
     lines = [
         "# Alarms and errors", "",
@@ -118,6 +127,9 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS) 
                 lines += ["", f"### {one.number}: {one.sentence}", "",
                           f"Cause: {filled(one.cause, settings, table)}", "",
                           f"What to do: {filled(one.remedy, settings, table)}"]
+            if one.part == part and one.name == "trip":
+                lines += ["", "| what tripped | what to do first |", "| --- | --- |",
+                          *(f"| {cause.sentence} | {cause.remedy} |" for cause in causes)]
     return "\n".join(lines) + "\n"
 
 

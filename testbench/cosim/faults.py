@@ -5,7 +5,7 @@ import pytest
 
 from host.link.link import RefusedError
 from softcore.image import target_image
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from softcore.top import Top
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
@@ -21,7 +21,7 @@ PADS = 5  # clocks from a pin in to a pin out: synchronisers, a debounced clock,
 BROWN_OUT = 4  # clocks from the supply's failure to the reset's effect at the pins
 LOOP = 0x6F.to_bytes(4, "little")  # jump to itself
 
-NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
+NUMBER = numbers()
 
 # Cause: force and its value, settings, clocks at 2 MHz until safe, what is said, position kept.
 FAULTS = {

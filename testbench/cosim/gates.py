@@ -2,7 +2,7 @@
 """Scenarios: a gate that does not let go, a transistor that is shorted, a comparator's wire."""
 
 from host.link.link import RefusedError
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.station import Session
@@ -10,7 +10,7 @@ from testbench.native.station import Session
 __all__ = ["KINDS", "WIRES", "later", "phases", "stuck"]
 
 WATCHED = ("gap_on", "gap_sense", "safe", "drive_enable", "power_control_machining")
-GATE_BIT = {name: bit for bit, (name, _) in enumerate(CAUSES)}["gate"]
+GATE_BIT = numbers()["gate"]
 SAID = "current or voltage with both sources off"
 LIMIT_S = 1e-3      # from the end of the pause to safe
 KINDS = {"main": 1, "sensing": 2, "shorted": 3}     # force.gate_stuck

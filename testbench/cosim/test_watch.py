@@ -9,7 +9,7 @@ from host.link.link import HeldError
 from host.machines import machine as machines
 from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
 from softcore.image import target_image
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation
@@ -19,7 +19,7 @@ PERIOD = 10_000     # clocks, at 2 MHz
 EARLIEST = PERIOD // 8
 PINS = 1            # clock to the pads' registers
 LOOP = 0x6F.to_bytes(4, "little")   # jump to itself
-WATCHDOG = 1 << [name for name, _ in CAUSES].index("watchdog")
+WATCHDOG = 1 << numbers()["watchdog"]
 SENTENCE = "ALARM:55 watchdog: the processor does not answer"
 
 

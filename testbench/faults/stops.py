@@ -14,7 +14,7 @@ from functools import partial
 
 from host.machines import machine as machines
 from softcore.image import target_image
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from testbench.cosim.coder import SITUATIONS, jump_between_edges
 from testbench.cosim.faults import LOOP
 from testbench.cosim.gates import KINDS
@@ -32,7 +32,7 @@ AFTER = 2_000       # clocks that outputs must stay safe, to count
 STEP = 500          # clocks between two looks whether it has stopped
 WATCHED = (*PINS, "safety_latched", "safety_pet_strobe", "safety_pet", "pp", "path_status_reverse",
            "processor_held")
-NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
+NUMBER = numbers()
 
 def _cut(job):
     """In the middle of a cut along Z, pulses burning."""
@@ -112,7 +112,7 @@ class Stop:
     ``begin`` reaches the situation, ``act`` is the cause, and returns its clock if it did not come
     at once. Clocks count from ``since`` (told in
     ``counted``) to ``stopped``; ``bound`` is the most that they may be at 2 MHz. ``latched`` is the
-    cause that the interlock must name, of ``softcore.regmap.CAUSES``; empty for none.
+    cause that the interlock must name, of ``softcore.tables.causes``; empty for none.
     """
 
     name: str

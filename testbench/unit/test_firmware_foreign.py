@@ -139,7 +139,6 @@ def test_g92_1_takes_back_what_g92_has_set(checker):
     ("O100 SUB", 6, "O-words"),
     ("O<HOLE> CALL", 1, "O-words"),
     ("O101 IF [#1 GT 2]", 6, "O-words"),
-    ("M98 P2000 L3", 1, "belongs to a subprogram"),
     ("M99", 1, "belongs to a subprogram"),
     *((f"M{code}", 1, "modal state") for code in range(70, 74)),
 ])
@@ -147,6 +146,11 @@ def test_what_would_change_the_motion_is_refused_by_name(checker, block, column,
     fault = refused(checker, block)
     assert said in fault.sentence
     assert fault.column == column, fault.sentence
+
+
+def test_a_call_by_hand_is_refused_by_name(checker):
+    """Of a text the PC writes calls out, so that none comes to the controller."""
+    assert "belongs to a subprogram" in checker.enter("M98 P2000 L3")
 
 
 @pytest.mark.parametrize(("unit", "places"), [("G20", 4), ("G21", 3)])

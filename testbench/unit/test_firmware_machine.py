@@ -5,11 +5,11 @@ import ctypes
 
 import pytest
 
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
-CAUSE = {name: number for number, (name, _) in enumerate(CAUSES)}
+CAUSE = numbers()
 LOST = "the position is lost; $POSITION=HERE takes what is counted for true"
 BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
 

@@ -5,11 +5,11 @@ import ctypes
 
 import pytest
 
-from softcore.regmap import CAUSES
+from softcore.tables.causes import numbers
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
-NUMBER = {name: bit for bit, (name, _) in enumerate(CAUSES)}
+NUMBER = numbers()
 X, Y, Z = 1, 2, 4
 
 

@@ -4,7 +4,7 @@
 import pytest
 
 from rtl.safety.interlock import Cause, Interlock
-from softcore import regmap
+from softcore.tables import causes
 from testbench.models import interlock as model
 from testbench.refusal import refuses
 
@@ -47,7 +47,7 @@ class Bench:
 
 
 def test_causes_have_the_numbers_of_the_register_table():
-    names = [name for name, _ in regmap.CAUSES]
+    names = list(causes.numbers())
     assert [cause.name.lower() for cause in Cause] == names
     assert [cause.value for cause in Cause] == list(range(len(names)))
     assert list(model.CAUSES) == names

@@ -8,10 +8,10 @@ from amaranth.hdl import Fragment, Shape
 
 from rtl.controller import Controller
 from rtl.power import condition
-from rtl.safety.interlock import Cause
 from softcore.csr import RegisterFile, interfaces, member
 from softcore.generate import OUTPUTS
-from softcore.regmap import BLOCKS, CAUSES, LINK, OWNED, SHORT_LEVEL
+from softcore.regmap import BLOCKS, LINK, OWNED, SHORT_LEVEL
+from softcore.tables.causes import CAUSES
 from softcore.uart import Uart
 from testbench.models.csr import RegisterFile as Model
 
@@ -54,10 +54,6 @@ def test_the_link_has_what_is_behind_its_registers():
     for name, port in members.items():
         there = getattr(uart, name.removeprefix("status_"))
         assert there.shape() == Shape.cast(port.shape), name
-
-
-def test_causes_have_one_order():
-    assert [cause.name.lower() for cause in Cause] == [name for name, _ in CAUSES]
 
 
 def test_causes_fit_their_registers():

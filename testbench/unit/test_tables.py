@@ -14,7 +14,7 @@ from host.run.events import EventError, Scale, parse
 from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
 from softcore import render
 from softcore.image import SOURCES
-from softcore.tables import conditions, events, faults, settings
+from softcore.tables import causes, conditions, events, faults, settings
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
@@ -113,6 +113,17 @@ def test_a_fault_is_changed_in_one_place():
     assert "### 56:" not in page
     assert faults.coded(156, table).sentence == "it stands"
     assert faults.coded(56, table) is None
+
+
+def test_a_cause_of_a_trip_is_changed_in_one_place():
+    table = altered(causes.CAUSES, "estop", name="panic", sentence="a red button",
+                    remedy="Let it go.")
+    assert '    [CAUSE_PANIC] = "a red button", \\\n' in render.causes_header(table)
+    assert cells(render.faults_page(FAULTS, causes=table), "a red button")[1] == "Let it go."
+    for one in causes.CAUSES:
+        assert re.match(r"[a-z].*[^.]$", one.sentence), one.name
+        assert re.match(r"[A-Z].*\.$", one.remedy), one.name
+    assert causes.numbers()["estop"] == 1
 
 
 def test_an_alarm_is_told_to_a_person_as_the_table_has_it():

@@ -1,30 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/cause.h"
 
+#include "base/cause_texts.h"
 #include "base/text.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 
 #define AXES_TEXT 48     /* with the room that text_print wants before a character */
 
-static const char *const TEXT[CAUSES] = {
-    [CAUSE_POWER_ON] = "nobody has cleared the interlock since power-on",
-    [CAUSE_ESTOP] = "emergency stop",
-    [CAUSE_DRIVE_FAULT] = "a drive reports a fault",
-    [CAUSE_LIMIT_LOW] = "an axis is on its lower limit switch",
-    [CAUSE_LIMIT_HIGH] = "an axis is on its upper limit switch",
-    [CAUSE_FLUID_LOW] = "the fluid is below its level",
-    [CAUSE_WATCHDOG] = "the firmware stopped calling the watchdog",
-    [CAUSE_ERROR_SATURATED] = "an error counter reached its limit",
-    [CAUSE_ENCODER] = "an encoder made an illegal transition",
-    [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit",
-    [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit",
-    [CAUSE_FIRMWARE] = "the firmware asked for it",
-    [CAUSE_CONTACT] = "the electrode touched the work with the discharge off",
-    [CAUSE_GATE] = "the gap had current or voltage with both sources off",
-    [CAUSE_MEMORY] = "the processor's memory read wrong",
-    [CAUSE_GUARD] = "a guarded register of the gateware is damaged",
-};
+static const char *const TEXT[CAUSES] = {CAUSE_TEXTS};
 
 static const char *const CHECK_TEXT[CHECKS] = {
     [CHECK_NONE] = "it is sound",
