@@ -73,6 +73,9 @@ def c_header() -> str:
     lines += ["", "/* Bytes of the link; marks by LINK->receive. */"]
     lines += [f"#define REALTIME_{realtime.name.upper()} 0x{realtime.byte:02x}u"
               for realtime in linkmap.REALTIME]
+    lines += [f"#define REALTIME_DOOR 0x{linkmap.DOOR:02x}u",
+              "#define REALTIME_PASSED_OVER(byte) (" + " || ".join(
+                  f"(byte) == 0x{byte:02x}u" for byte in sorted(linkmap.PASSED_OVER)) + ")"]
     lines += [f"#define MARK_{name.upper()} {number}"
               for number, (name, _) in enumerate(linkmap.MARKS)]
     lines += [f"#define {name} 0x{getattr(linkmap, name):02x}u"

@@ -5,7 +5,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from softcore.linkmap import MARKS, REALTIME
+from softcore.linkmap import DOOR, MARKS, PASSED_OVER, REALTIME
 
 __all__ = ["ENTRY", "NOTES", "LinkDecoder", "mark"]
 
@@ -31,7 +31,8 @@ class LinkDecoder(wiring.Component):
     ``done`` and ``framing`` come at most in every other clock, as a serial line's do. From ``done``
     to ``push``: the same clock. From ``done`` to ``hold``, ``reset`` or a note: the next.
 
-    * Each byte but that of the reset leaves a note, until firmware reads the notes.
+    * Each byte but that of the reset leaves a note, until firmware reads the notes. ``DOOR`` counts
+      as a `!`. ``PASSED_OVER`` leave nothing.
     * ``hold`` is up from a `!` on, until firmware releases it.
     * ``reset`` is up from a Ctrl-X on, until firmware releases it. The queue is emptied
       (``flush``), and gets the mark ``reset`` in the next clock: what came before is gone, and what
@@ -76,9 +77,11 @@ class LinkDecoder(wiring.Component):
         came = {}  # by name: such a byte has just come
         for realtime in REALTIME:
             came[realtime.name] = Signal(name=f"came_{realtime.name}")
-            m.d.comb += came[realtime.name].eq(self.done & (self.data == realtime.byte))
+            also = [DOOR] if realtime.name == "hold" else []
+            m.d.comb += came[realtime.name].eq(self.done & self.data.matches(realtime.byte, *also))
         plain = Signal()
-        m.d.comb += plain.eq(self.done & ~Cat(came.values()).any())
+        m.d.comb += plain.eq(self.done & ~Cat(came.values()).any()
+                             & ~self.data.matches(*sorted(PASSED_OVER)))
 
         flushed = Signal()
         m.d.sync += flushed.eq(self.flush)

@@ -22,8 +22,15 @@ REALTIME = (
     Realtime("hold", 0x21, "Feed hold (`!`)."),
     Realtime("resume", 0x7E, "Go on (`~`)."),
     Realtime("reset", 0x18, "The operator's reset (Ctrl-X)."),
-    Realtime("retract", 0x92, "Retract now."),
+    Realtime("retract", 0xB0, "Retract now."),
 )
+
+# grbl's safety door. Here it is a feed hold, as if `!` had come.
+DOOR = 0x84
+# Real-time bytes of grbl 1.1 that senders use and that do nothing here: end of a jog, overrides of
+# feed, rapids and spindle. They are taken out of the stream like the others, so that a line in
+# whose midst one comes stays whole.
+PASSED_OVER = frozenset({0x85, *range(0x90, 0xA2)})
 
 # What stands in the receive queue at the place where no byte could, by its number.
 MARKS = (

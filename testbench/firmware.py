@@ -194,8 +194,8 @@ class Machine:
         self.library.gk_send(bytes(data), len(data))
 
     def line(self, text: str, passes: int = 400) -> list[str]:
-        """Send a line; what came until some passes later."""
-        self.send(text.encode() + b"\n")
+        """Send a line, or the byte ``?``; what came until some passes later."""
+        self.send(text.encode() + b"\n" * (text != "?"))
         return self.run(passes)
 
     def unlock(self) -> None:

@@ -94,7 +94,7 @@ def _disturb(rng, machine):
         if rng.random() < 0.3:
             machine.library.gk_send_broken()
     elif kind == 0:
-        machine.send(rng.choice((b"?", b"!", b"~", b"~", b"\x92", b"\x18")))
+        machine.send(rng.choice((b"?", b"!", b"~", b"~", b"\xb0", b"\x92", b"\x84", b"\x18")))
     elif kind == 1:
         machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")
     elif kind == 2:

@@ -17,7 +17,7 @@ by ``error:8``, with the number if it could be read, and such a line may be sent
 here, and if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
-refused, and the single bytes `~` and 0x92 do nothing, so that no bent byte starts a motion. Their
+refused, and the single bytes `~` and 0xB0 do nothing, so that no bent byte starts a motion. Their
 work is done by the lines ``$RESUME`` and ``$RETRACT``, at any time: while a tape runs or is being
 sent, and before lines that wait.
 
@@ -70,7 +70,7 @@ _BYTES = {realtime.name: bytes([realtime.byte]) for realtime in REALTIME}
 STATUS, HOLD, RESET = (_BYTES[name] for name in ("status", "hold", "reset"))
 RESUME, RETRACT = "$RESUME", "$RETRACT"
 
-GREETING = "Gapkeeper"
+GREETING = "Grbl "         # as grbl, for its senders; who it is says $I
 FRAME_TIMEOUT_S = 0.1     # a frame takes 1.4 ms at 1 Mbaud: no room, or noise hit it
 LINE_TIMEOUT_S = 0.3      # without an answer a line is sent again; it may be being carried out
 ANSWER_TIMEOUT_S = 2.0

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from host.errors import UsageError
-from host.link.link import GREETING, RESET, STATUS, LinkError, fields_of
+from host.link.link import RESET, STATUS, LinkError, fields_of
 from host.link.port import Port, PortError
 from host.machines.machine import Machine
 from host.run.workpiece import Columns
@@ -90,7 +90,7 @@ class Controller:
                             "is off, or the baud rate is another.")
         if not {"MPos", "Er", "Gap"} <= fields.keys():
             raise PortError(f"the other end of {self.port.url} is not Gapkeeper: its status "
-                            f"report has no {GREETING} fields.")
+                            "report has not the fields of Gapkeeper.")
         if fields["state"] in ("Run", "Hold") and not reset:
             raise LinkError(f"the controller at {self.port.url} is at work ({fields['state']}): "
                             "wait until it ends, or end it with --reset.")

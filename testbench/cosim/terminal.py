@@ -37,7 +37,7 @@ class Terminal:
         session.watch([*PETS, *watched])
         session.set("force.short", 0)
         session.set("force.gap_um", 30.0)
-        self.until("Gapkeeper")
+        self.until("Grbl ")
         self.enter("$X")
         session.press_arm()
         self.enter("$POSITION=HERE")

@@ -28,7 +28,7 @@ class Cut:
         session.watch(WATCHED)
         session.set("force.short", 0)
         session.set("force.gap_um", 30.0)
-        self.until(b"Gapkeeper")
+        self.until(b"Grbl ")
 
     def until(self, text: bytes) -> None:
         """Wait for something to be said."""
@@ -115,7 +115,7 @@ def test_stops_within_8_clocks_after_every_prefix(byte, step):
                 session.run(4000)
                 cut.enter("$RESUME")
             else:
-                cut.until(b"Gapkeeper")
+                cut.until(b"Grbl ")
                 session.send(b"?")
                 cut.until(b"<Alarm|")
                 assert not session.probe("power_control_machining")

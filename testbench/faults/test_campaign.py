@@ -48,7 +48,7 @@ def test_there_are_ten_findings_and_22_classes():
     ({}, Outcome.SAFE_TOLD, "it is broken, and safe"),
     ({"said": "[MSG:stopped]"}, Outcome.SAFE_TOLD, "stopped"),
     ({"said": "ok\r\n"}, Outcome.SAFE_UNTOLD, "not a word"),
-    ({"said": "Gapkeeper 0.1", "told": Told("Alarm", [0, 0, 0], True)}, Outcome.SAFE_TOLD,
+    ({"said": "Grbl 1.1h", "told": Told("Alarm", [0, 0, 0], True)}, Outcome.SAFE_TOLD,
      "it has started anew"),
     ({"clocks": 7}, Outcome.WRONG, "safe after 7 clocks, 6 allowed"),
     ({"lied": True}, Outcome.WRONG, "an output was on while it told that all were safe"),

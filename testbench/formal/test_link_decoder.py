@@ -14,6 +14,11 @@ DEPTH = 4    # entries of the queue; the argument does not depend on it
 BYTE = {realtime.name: realtime.byte for realtime in REALTIME}
 
 
+def _is(data, name):
+    """Whether a byte is the one of a name; the door's (0x84) is a hold's as well."""
+    return (data == BYTE[name]) | ((data == 0x84) if name == "hold" else 0)
+
+
 class DecoderContract(wiring.Component):
     """The decoder and a queue, written out in registers, that does what it says.
 
@@ -44,7 +49,9 @@ class DecoderContract(wiring.Component):
         m.d.sync += came_before.eq(came)
         m.d.comb += [Assume(~(self.done & self.framing)), Assume(~(came & came_before))]
         realtime = Signal()
-        m.d.comb += realtime.eq(Cat(self.data == byte for byte in BYTE.values()).any())
+        passed = (self.data >= 0x90) & (self.data <= 0xA1)     # overrides of grbl, not carried out
+        m.d.comb += realtime.eq(Cat(self.data == byte for byte in (
+            *BYTE.values(), 0x84, 0x85)).any() | passed)
         queue, level, taken = self._queue(m, dut)
 
         self._entries(m, dut, queue, level, taken, realtime)
@@ -125,7 +132,7 @@ class DecoderContract(wiring.Component):
         ended = Signal(2)
         for index, (name, sees) in enumerate((("hold", self.notes_strobe), ("reset", taken))):
             release = self.release_strobe & getattr(self, f"release_{name}") & seen[name]
-            with m.If(self.done & (self.data == BYTE[name])):
+            with m.If(self.done & _is(self.data, name)):
                 m.d.sync += [begun[name].eq(1), seen[name].eq(0)]
             with m.Else():
                 with m.If(sees):
@@ -140,7 +147,7 @@ class DecoderContract(wiring.Component):
         notes = {}
         for name in NOTES:
             notes[name] = note = Signal(name=f"note_{name}")
-            with m.If(self.done & (self.data == BYTE[name])):
+            with m.If(self.done & _is(self.data, name)):
                 m.d.sync += note.eq(1)
             with m.Elif(self.notes_strobe):
                 m.d.sync += note.eq(0)

@@ -7,7 +7,7 @@ waited for, so the host's time-outs can be tested in no time.
 
 from collections import deque
 
-GREETING = "Gapkeeper 0.1 ['$' for help]"
+GREETING = "Grbl 1.1h ['$' for help]"
 
 
 def crc16(data: bytes) -> int:
@@ -72,7 +72,7 @@ class Controller:
         if self.held:
             return
         for byte in data:
-            if byte in b"?!~\x18\x92":
+            if byte in b"?!~\x18\xb0":
                 self._realtime(byte)
             else:
                 self._in.append(byte)

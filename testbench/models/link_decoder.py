@@ -4,7 +4,9 @@
 from collections import deque
 from dataclasses import dataclass, field
 
-STATUS, HOLD, RESUME, RESET, RETRACT = 0x3F, 0x21, 0x7E, 0x18, 0x92
+STATUS, HOLD, RESUME, RESET, RETRACT = 0x3F, 0x21, 0x7E, 0x18, 0xB0
+DOOR = 0x84             # as a hold
+NOTHING = {0x85, *range(0x90, 0xA2)}   # of grbl: overrides, end of a jog
 NOTES = {"status": STATUS, "hold": HOLD, "resume": RESUME, "retract": RETRACT}
 FRAMING, OVERRUN, RESET_MARK = 256, 257, 258  # entries that are no bytes
 
@@ -26,11 +28,12 @@ class LinkDecoder:
         ``release`` holds ``"hold"``, ``"reset"`` or both.
         """
         entry = None
+        byte = HOLD if byte == DOOR else byte
         if self.mark_due:
             entry = RESET_MARK
         elif framing:
             entry = FRAMING
-        elif byte is not None and byte not in {RESET, *NOTES.values()}:
+        elif byte is not None and byte not in {RESET, *NOTES.values()} | NOTHING:
             entry = byte if room else OVERRUN
         flush = byte == RESET
         came = {name for name, value in NOTES.items() if byte == value}

@@ -246,7 +246,7 @@ def test_a_refused_line_by_hand_says_why():
 
 
 @pytest.mark.parametrize(("break_it", "message"), [
-    (lambda controller: controller.say("Gapkeeper 0.1 ['$' for help]"), "started anew"),
+    (lambda controller: controller.say("Grbl 1.1h ['$' for help]"), "started anew"),
     (lambda controller: setattr(controller, "feed", lambda data: None), "fallen silent"),
 ])
 def test_a_dead_controller_is_noticed(break_it, message):

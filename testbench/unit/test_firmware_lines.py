@@ -9,7 +9,7 @@ from host.link.link import LONGEST_LINE
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
-REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0x92}
+REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 STALE = "what came before it was damaged, and a part of it may be missing"
 
 
@@ -136,7 +136,7 @@ def test_numbers_begin_anew_after_a_reset(machine, sender):
     sender("G91")
     machine.send(b"\x18" + sender.bytes("G00 X1"))
     lines = machine.run(200)
-    assert lines[0].startswith("Gapkeeper")
+    assert lines[0].startswith("Grbl ")
     assert named(lines[1:]) == "its number is not the next"
     sender.number = 0
     assert sender("G00 X2")[-1] == "ok"
@@ -219,7 +219,7 @@ def test_a_plain_line_with_a_broken_character_is_refused(machine, at):
     line = b"G00 Z-0.5\n"
     machine.send(line[:at])
     machine.library.gk_send_broken()
-    machine.send(line[at + 1:] + b"\n")
+    machine.send(line[at + 1:] or b"\n")
     assert named(machine.run(300)) == "a character came without its stop bit"
     assert machine.axes == (0, 0, 0)
     assert machine.line("G00 Z-0.5") == ["ok"]
@@ -234,11 +234,30 @@ def test_what_the_queue_has_lost_refuses_its_line(machine):
     assert machine.line("G00 X1") == ["ok"]
 
 
-@pytest.mark.parametrize("byte", [0x80, 0xA0, 0xC3, 0xFF])
+@pytest.mark.parametrize("byte", [0x85, 0x90, 0x92, 0x99, 0x9E, 0xA0, 0xA1])
+def test_overrides_of_grbl_do_nothing_wherever_they_come(machine, byte):
+    """Not even a retraction, which one of them once was."""
+    override = bytes([byte])
+    machine.send(override + b"G0" + override + b"0 X1\n" + override)
+    assert machine.run(400) == ["ok"]
+    assert machine.axes == (10_000, 0, 0)
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+def test_the_safety_door_of_grbl_is_a_hold(machine):
+    machine.send(b"\x84")
+    machine.run(20)
+    assert machine.line("?")[-1].startswith("<Hold|")
+    machine.send(b"~")
+    machine.run(20)
+    assert machine.line("?")[-1].startswith("<Idle|")
+
+
+@pytest.mark.parametrize("byte", [0x80, 0xA5, 0xC3, 0xFF])
 def test_a_strange_byte_refuses_its_line_and_is_dropped_between_lines(machine, byte):
     strange = bytes([byte])
     machine.send(strange * 3 + b"G91\n" + strange + b"\n")
-    assert machine.run(300) == ["ok"]
+    assert machine.run(300) == ["ok", "ok"], "G91, and a line with nothing in it"
     machine.send(b"G00" + strange + b" X1\n" + strange)
     assert named(machine.run(300)) == "it has a character that no line has"
     assert machine.line("G00 X2") == ["ok"]
@@ -301,7 +320,7 @@ def test_the_rest_of_a_line_in_which_a_reset_came_is_refused(machine):
     """The reset may have been a character of it."""
     machine.send(b"@0 G00 X\x18F12\nG01 X1\n")
     lines = machine.run(100)
-    assert lines[0].startswith("Gapkeeper"), "when the line is quiet"
+    assert lines[0].startswith("Grbl "), "when the line is quiet"
     assert [named(lines[1:3]), named(lines[3:])] == [STALE] * 2
     assert machine.line("G91") == ["ok"]
 
@@ -327,7 +346,7 @@ def test_the_guarded_link_obeys_no_single_byte_that_moves(machine, sender):
     guard(sender)
     machine.tape(punched(["G36 R300 L1 H600 E60 Q.1", "M00", "G00 X1", "M02"]), passes=400)
     assert events(machine.lines, "pause")
-    machine.send(b"~~\x92~")
+    machine.send(b"~~\xb0~")
     assert machine.run(200) == []
     assert machine.axes == (0, 0, 0)
     assert sender("$L")[-2].endswith("ignored 2]"), "bytes of a kind that come at once count once"
@@ -350,7 +369,7 @@ def test_hold_and_reset_are_obeyed_by_a_guarded_link(machine, sender):
     machine.run(2000)
     assert machine.axes == (10_000, 0, 0)
     machine.send(b"\x18")
-    assert machine.run(100)[-1].startswith("Gapkeeper")
+    assert machine.run(100)[-1].startswith("Grbl ")
     assert "held" not in machine.flags
 
 

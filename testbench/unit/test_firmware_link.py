@@ -25,7 +25,7 @@ def machine():
 
 
 frame = Machine.framed
-REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0x92}
+REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 
 
 def answers(machine, data, passes=60):
@@ -37,7 +37,7 @@ def answers(machine, data, passes=60):
 
 def test_greeting_and_lock():
     machine = Machine()
-    assert machine.lines == ["Gapkeeper 0.1 ['$' for help]"]
+    assert machine.lines == ["Grbl 1.1h ['$' for help]"]
     assert machine.line("?")[-1].startswith("<Alarm|")
     assert machine.line("G00 X1")[-1] == "error:37"
     assert machine.line("$X") == [f"[MSG:{LOST}.]", "ok"]
@@ -85,13 +85,35 @@ def test_a_hold_that_came_with_the_order_to_go_on_stays(machine):
 def test_lines_are_answered_in_turn(machine):
     machine.send(b"G00 X1\r\nG77\r\nG04 P1\r\n\r\n$I\r\n")
     lines = machine.run(3000)
-    assert [line for line in lines if line[0] != "["] == ["ok", "error:15", "ok", "ok"]
+    assert [line for line in lines if line[0] != "["] == ["ok", "error:15", "ok", "ok", "ok"], \
+        "a blank line counts, the second half of CR LF does not"
+
+
+def test_what_senders_for_grbl_ask_first(machine):
+    assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,15,255]", "ok"]
+    assert machine.line("$G") == ["[GC:G80 G54 G17 G21 G90 G94 M5 M9 T0 F0.000 S0]", "ok"]
+    assert machine.line("G55 G18 G20 G91 G01 F1 M8 S70 T12 C100 M3", passes=3000)[-1] == "ok"
+    assert machine.line("$g") == ["[GC:G1 G55 G18 G20 G91 G94 M3 M8 T12 F25.400 S70]", "ok"]
+    assert machine.line("$N") == ["$N0=", "ok"]
+    assert machine.line("%") == ["ok"]
+    assert machine.line("") == ["ok"]
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    ("$H", "homing ($H)"), ("$HX", "homing ($H)"), ("$J=G91 X1 F5", "jogging ($J)"),
+    ("$C", "gapkeeper tape check"), ("$RST=$", "$RST"), ("$slp", "$SLP"), ("$N0=G54", "($N)"),
+    ("$Q", "this $ command"),
+])
+def test_what_is_not_in_this_version_is_refused_by_name(machine, line, said):
+    told, answer = machine.line(line)
+    assert said in told
+    assert answer == "error:19"
 
 
 @pytest.mark.parametrize(("line", "code"), [
     ("$99=1", 36), ("$0=0", 36), ("$0=33", 36), ("$0=4.5", 36), ("$0=", 36), ("$=4", 19),
     ("$H", 19), ("$J=X1", 19), ("$0=99999999999", 36), ("(open", 16), ("X1", 31),
-    ("G01 X1", 30), ("%", 10), ("G00 X" + "9" * 20, 12),
+    ("G01 X1", 30), ("%5", 10), ("G00 X" + "9" * 20, 12),
 ])
 def test_bad_lines_are_refused_with_a_sentence(machine, line, code):
     lines = machine.line(line)
@@ -180,7 +202,7 @@ def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
         assert not [line for line in lines if not line.startswith(("[MSG", "error:8"))]
         assert machine.line("?")[-1].startswith("<Idle|")
     assert answers(machine, good) == [(ACK, 1)]
-    assert not any(line.startswith("Gapkeeper") for line in machine.lines[1:])
+    assert not any(line.startswith("Grbl ") for line in machine.lines[1:])
 
 
 def test_frame_that_ends_too_soon_is_no_frame(machine, rng):

@@ -16,7 +16,7 @@ from testbench.cable import Cable
 from testbench.programs import punched
 
 EVERY = 1000
-RESET, RESUMES, RETRACTS, STATUS, HOLDS = 0x18, 0x7E, 0x92, 0x3F, 0x21
+RESET, RESUMES, RETRACTS, STATUS, HOLDS = 0x18, 0x7E, 0xB0, 0x3F, 0x21
 MOVING = (RESUMES, RETRACTS)
 
 
@@ -48,7 +48,7 @@ class Operator:
         self.place = list(self.cable.axes)
 
     def _hear(self, line):
-        if line.startswith("Gapkeeper"):
+        if line.startswith("Grbl "):
             self.greeted = True
         elif line.startswith("[MSG:") and "refused" in line:
             self.named["line" if "is refused" in line else "crowd"] += 1
@@ -164,7 +164,7 @@ class Operator:
                 self._enter(self.rng.choice(("$I", "$L", "$8=9", "$#")))
                 assert self.cable.axes == held, "it moves"
             if self.rng.random() < 0.5:
-                for byte in (b"~", b"\x92") * 3:  # in vain: the link is guarded
+                for byte in (b"~", b"\xb0") * 3:  # in vain: the link is guarded
                     self.link.realtime(byte)
                     self.done["vain"] += 1
                     self.link.poll(0.01)

@@ -60,12 +60,17 @@ def test_work_offsets_frame_the_events_in_their_turn(machine):
 def test_offsets_stay_until_power_off_and_are_told(machine):
     machine.line("G10 P6 Y-2.5")
     machine.line("G10 D3 R.125")
+    machine.line("G00 X-1.5")
+    machine.line("G28.1")
+    machine.line("G00 X0")
     machine.line("G92 X-1")
     run(machine, "G59", "M02")
     told = ["[G54:0.0000,0.0000,0.0000]", "[G55:0.0000,0.0000,0.0000]",
             "[G56:0.0000,0.0000,0.0000]", "[G57:0.0000,0.0000,0.0000]",
             "[G58:0.0000,0.0000,0.0000]", "[G59:0.0000,-2.5000,0.0000]",
-            "[G92:1.0000,0.0000,0.0000]", "[D3:0.1250]", "ok"]
+            "[G28:-1.5000,0.0000,0.0000]", "[G30:0.0000,0.0000,0.0000]",
+            "[G92:1.0000,0.0000,0.0000]", "[TLO:0.0000]", "[PRB:0.0000,0.0000,0.0000:0]",
+            "[D3:0.1250]", "ok"]
     assert machine.line("$#") == told
     machine.send(b"\x18")
     machine.run(100)
@@ -290,12 +295,12 @@ def test_reset_during_motion_is_an_alarm(machine):
     machine.send(b"\x18")
     lines = machine.run(100)
     assert events(lines, "alarm")[0][1] == "47"
-    assert lines[-1].startswith("Gapkeeper")
+    assert lines[-1].startswith("Grbl ")
 
 
 def test_reset_at_rest_is_none(machine):
     machine.send(b"\x18")
-    assert machine.run(100) == ["Gapkeeper 0.1 ['$' for help]"]
+    assert machine.run(100) == ["Grbl 1.1h ['$' for help]"]
     assert machine.line("?")[-1].startswith("<Idle|")
 
 

@@ -395,7 +395,7 @@ def test_every_line_of_a_random_client_gets_one_answer(seed):
                 if rng.random() < 0.05:
                     client.send("?")
             client.send("$I\n")     # whose answer is the last one
-            came = client.lines_until(lambda came: "[VER:" in "".join(came[-2:-1]))
+            came = client.lines_until(lambda came: "[OPT:" in "".join(came[-2:-1]))
             assert len([line for line in came if ANSWER.fullmatch(line)]) == len(lines) + 1, text
             answered += len(lines)
             if rng.random() < 0.1:

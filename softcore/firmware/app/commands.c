@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 
+#include "app/auxiliary.h"
 #include "app/control.h"
 #include "app/events.h"
 #include "app/execute.h"
@@ -27,8 +28,12 @@
 #endif
 
 #define VERSION "0.1"
-/* Rows of `$#`: work offsets, G92, wire offsets. */
-#define OFFSET_ROWS (PLAN_SYSTEMS + PLAN_WIRES)
+#define BYTES_AHEAD 255 /* of lines without an answer: the gateware's queue alone takes them */
+/* Rows of `$#`: work offsets, G28 and G30, G92 with what grbl has behind it, wire offsets. */
+#define OFFSET_PLACES PLAN_SYSTEMS
+#define OFFSET_SET (OFFSET_PLACES + PLAN_PLACES)
+#define OFFSET_WIRES OFFSET_SET /* D0 is none */
+#define OFFSET_ROWS (OFFSET_WIRES + PLAN_WIRES)
 
 static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
 static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
@@ -101,6 +106,30 @@ __attribute__((noinline)) static void tell_status(void) {
                *masked ? "|Off:" : "", masked);
     output_line("%s", report);
     status = STATUS_NONE;
+}
+
+/* Of grbl's commands those that are not in this version, by name. */
+static void refuse_command(const char *line, uint32_t length, fault *f) {
+    static const struct {
+        const char *begin, *says;
+    } ROWS[] = {
+        {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE"},
+        {"J=", "jogging ($J) is not in this version; enter G91 G01 with a feed"},
+        {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program"},
+        {"RST", "$RST is not in this version; settings are as built after power-on"},
+        {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe"},
+        {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on"},
+    };
+    for (unsigned i = 0; i < sizeof ROWS / sizeof *ROWS; i++) {
+        uint32_t at = 0;
+        while (ROWS[i].begin[at] && at + 1 < length && (line[at + 1] & ~0x20) == (ROWS[i].begin[at] & ~0x20))
+            at++;
+        if (!ROWS[i].begin[at]) {
+            fault_at(f, FAULT_REFUSED, 0, "%s", ROWS[i].says);
+            return;
+        }
+    }
+    fault_at(f, FAULT_REFUSED, 0, "this $ command is not in this version");
 }
 
 static bool is_free(fault *f) {
@@ -197,6 +226,25 @@ __attribute__((noinline)) static void tell_unlocked(void) {
         answer(0);
 }
 
+/* As grbl tells it, with our name behind its version; then its options: none, with the bytes that a
+   sender may count ahead. */
+static void tell_version(void) {
+    output_line("[VER:1.1h:Gapkeeper " VERSION "]");
+    output_line("[OPT:,15,%u]", (uint32_t)BYTES_AHEAD);
+}
+
+/* `$G`: modes in the order of grbl. G80 stands for none of G00 to G03; feed in mm/min. */
+static void tell_modes(void) {
+    static const uint32_t MOTION[] = {80, 0, 1, 2, 3};
+    const modal *state = execute_state();
+    uint32_t um = state->feed;
+    output_line("[GC:G%u G%u G%u G%u G%u G%u M%u M%u T%u F%u.%u%u%u S%u]", MOTION[state->mode],
+                54 + (uint32_t)state->system, 17 + (uint32_t)state->plane, state->inch ? 20u : 21u,
+                state->incremental ? 91u : 90u, state->servo ? 95u : 94u, state->machining ? 3u : 5u,
+                auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
+                um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
+}
+
 /* A line that begins with `$`. */
 __attribute__((noinline)) static void command(const char *line, uint32_t length) {
     fault f = {0};
@@ -218,17 +266,21 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'X' || c == 'x'))
         return unlock();
     else if (length == 2 && (c == 'I' || c == 'i'))
-        output_line("[VER:" VERSION ":Gapkeeper]");
+        tell_version();
+    else if (length == 2 && (c == 'G' || c == 'g'))
+        tell_modes();
+    else if (length == 2 && (c == 'N' || c == 'n'))
+        output_line("$N0="); /* no line is carried out at the start: nothing here moves by itself */
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $G $N $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
-        fault_at(&f, FAULT_REFUSED, 0, "this $ command is not in this version");
+        refuse_command(line, length, &f);
     answer(&f);
 }
 
@@ -239,8 +291,8 @@ __attribute__((noinline)) static bool take_line(void) {
     lines_kind kind = lines_take(line, &length);
     if (kind != LINES_TEXT)
         return kind == LINES_REFUSED;
-    if (length == 0) {
-        answer(0);
+    if (length == 0 || (length == 1 && line[0] == '%')) {
+        answer(0); /* nothing: grbl's senders count an answer to it */
         return true;
     }
     if (line[0] == '$') {
@@ -272,12 +324,17 @@ __attribute__((noinline)) static void tell_offset(void) {
     if (row < PLAN_SYSTEMS) {
         const int32_t *origin = state->systems[row];
         output_line("[G%u:%p,%p,%p]", 54 + row, origin[0], origin[1], origin[2]);
-    } else if (row == PLAN_SYSTEMS) {
+    } else if (row < OFFSET_SET) {
+        const int32_t *place = state->places[row - OFFSET_PLACES];
+        output_line("[G%u:%p,%p,%p]", row == OFFSET_PLACES ? 28u : 30u, place[0], place[1], place[2]);
+    } else if (row == OFFSET_SET) {
         const int32_t *origin = state->systems[state->system];
         output_line("[G92:%p,%p,%p]", state->offset[0] - origin[0], state->offset[1] - origin[1],
                     state->offset[2] - origin[2]);
-    } else if (state->wires_given >> (row - PLAN_SYSTEMS) & 1) {
-        output_line("[D%u:%p]", row - PLAN_SYSTEMS, state->wires[row - PLAN_SYSTEMS]);
+        output_line("[TLO:%p]", 0);
+        output_line("[PRB:%p,%p,%p:0]", 0, 0, 0);
+    } else if (state->wires_given >> (row - OFFSET_WIRES) & 1) {
+        output_line("[D%u:%p]", row - OFFSET_WIRES, state->wires[row - OFFSET_WIRES]);
     }
     if (offset_row == OFFSET_ROWS)
         answer(0);
@@ -303,7 +360,7 @@ bool commands_serve(void) {
         if (!lines_whole())
             return false;
         greets = false;
-        output_line("Gapkeeper " VERSION " ['$' for help]");
+        output_line("Grbl 1.1h ['$' for help]"); /* our own name is in `$I` */
     } else if (status != STATUS_NONE) {
         tell_status();
     } else if (unlocked_rows) {

@@ -45,6 +45,7 @@ const modal *execute_state(void) { return &state; }
 
 void execute_init(void) {
     state = (modal){0};
+    auxiliary_init();
     at = PART_DONE;
     sent = false;
     plan_start(&state);

@@ -755,7 +755,9 @@ _Static_assert(offsetof(law_regs, feed) == 0x2c, "");
 #define REALTIME_HOLD 0x21u
 #define REALTIME_RESUME 0x7eu
 #define REALTIME_RESET 0x18u
-#define REALTIME_RETRACT 0x92u
+#define REALTIME_RETRACT 0xb0u
+#define REALTIME_DOOR 0x84u
+#define REALTIME_PASSED_OVER(byte) ((byte) == 0x85u || (byte) == 0x90u || (byte) == 0x91u || (byte) == 0x92u || (byte) == 0x93u || (byte) == 0x94u || (byte) == 0x95u || (byte) == 0x96u || (byte) == 0x97u || (byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9eu || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
 #define MARK_FRAMING 0
 #define MARK_OVERRUN 1
 #define MARK_RESET 2

@@ -56,6 +56,7 @@ static struct {
     bool hex;               /* if they are such */
     uint16_t crc, crc_before;   /* of all, and of what stands before that '*' */
 } now;
+static bool returned;       /* the last byte was a carriage return */
 static reason before;       /* trouble between the last line and this one */
 
 /* What must come before a plain line can be known to be whole: the end of one, a pause on the line. */
@@ -86,7 +87,7 @@ void lines_restart(void) {
     crowd_told = told = guarded = false;
     newest.there = taken.there = false;
     before = GOOD;
-    until_end = false;
+    until_end = returned = false;
     until_quiet = true;
     begin();
 }
@@ -303,9 +304,11 @@ static void read_form(char c) {
 
 lines_part lines_byte(uint8_t byte) {
     char c = (char)byte;
+    bool follows = c == '\n' && returned; /* the second half of CR LF */
+    returned = c == '\r';
     if (c == '\n' || c == '\r') {
-        if (!now.length && before == GOOD)
-            return LINES_MORE; /* the second half of CR LF; grbl's senders count no answer for it */
+        if (!now.length && before == GOOD && (follows || judge_plain() != GOOD))
+            return LINES_MORE; /* no line that is blank is worth a refusal */
         return now.numbered ? end_numbered() : end_plain();
     }
     if (byte >= 0x80) {

@@ -33,6 +33,7 @@ static void come(uint8_t byte) {
     switch (byte) {
     case REALTIME_STATUS: notes |= NOTE_STATUS; break;
     case REALTIME_HOLD:
+    case REALTIME_DOOR:
         notes |= NOTE_HOLD;
         hold = true;
         break;
@@ -44,7 +45,11 @@ static void come(uint8_t byte) {
         tail = head;
         push(HAL_MARK | MARK_RESET);
         break;
-    default: push(head - tail < depth - 1 ? byte : HAL_MARK | MARK_OVERRUN); break;
+    default:
+        if (REALTIME_PASSED_OVER(byte))
+            break;
+        push(head - tail < depth - 1 ? byte : HAL_MARK | MARK_OVERRUN);
+        break;
     }
 }
 
