@@ -5,8 +5,8 @@ from amaranth import *
 from amaranth.lib import data, enum, wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.gap.servo import Servo
 from rtl.motion.figures import Figures
+from rtl.motion.servo import Servo
 
 __all__ = ["Cause", "Event", "Halt", "Happened", "Reason", "Retraction", "State"]
 

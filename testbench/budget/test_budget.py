@@ -14,7 +14,7 @@ from amaranth.hdl import Value
 
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.preset_counter import PresetCounters
-from rtl.gap.servo import Servo
+from rtl.motion.servo import Servo
 from softcore.build import Cells
 from testbench.budget import resources
 
