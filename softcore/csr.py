@@ -125,7 +125,11 @@ class RegisterFile(wiring.Component):
         return getattr(self.fields, block.name)
 
     def _parities(self, m, registers):
-        """Parity of what was written into each guarded field, by its block and member."""
+        """Parity of what was written into each guarded field, by its block and member.
+
+        With it the number of ones is odd: synthesis would take an even one of a single bit for
+        the bit itself.
+        """
         found = {}
         for block, register in registers:
             for field in register.fields:
@@ -133,11 +137,11 @@ class RegisterFile(wiring.Component):
                     continue
                 name = member(register, field)
                 own = self._of(block)
-                parity = Signal(init=field.init.bit_count() & 1,
+                parity = Signal(init=~field.init.bit_count() & 1,
                                 name=f"{block.name}_{name}_parity")
                 found[block.name, name] = parity
                 m.d.comb += getattr(own, f"{name}_damaged").eq(
-                    getattr(own, name).as_unsigned().xor() ^ parity)
+                    ~(getattr(own, name).as_unsigned().xor() ^ parity))
         return found
 
     def _access(self, m, block, register, latches, parities):
@@ -156,7 +160,7 @@ class RegisterFile(wiring.Component):
                 with m.If(self.we):
                     m.d.sync += value.eq(word)
                     if field.guarded:
-                        m.d.sync += parities[block.name, name].eq(word.xor())
+                        m.d.sync += parities[block.name, name].eq(~word.xor())
             read.append(C(0, field.bits) if field.access == "w" else value)
             at += field.bits
         m.d.sync += self.dat_r.eq(Cat(*read))

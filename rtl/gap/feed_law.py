@@ -26,9 +26,9 @@ class FeedLaw(wiring.Component):
 
     * ``CONSTANT``: ``feed`` is ``rate``, in the same clock.
     * ``ZERO``: steps, forward while the voltage is above ``reference`` and backward below it, at
-      ``gain * |mean - reference| / 2**12`` of them a clock in 2**-32. For ``rtl.gap.servo``: each
-      is ``up`` or ``down`` for one clock, and makes a path pulse; the path goes no faster than
-      ``feed``, which is ``rate``, and steps above it are lost.
+      ``gain * |mean - reference| / 2**12`` of them a clock in 2**-32. For
+      ``rtl.motion.servo``: each is ``up`` or ``down`` for one clock, and makes a path pulse; the
+      path goes no faster than ``feed``, which is ``rate``, and steps above it are lost.
     * ``OFFSET``: ``feed`` is ``rate`` and so much more or less, at least 0: forward alone.
     * ``REMOVAL``: ``feed`` is ``rate * ratio / 2**12``.
 

@@ -6,8 +6,8 @@ from amaranth.lib import data, enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
-from rtl.gap.servo import Servo
 from rtl.motion.figures import Figures
+from rtl.motion.servo import Servo
 
 __all__ = ["Happened", "Retraction", "State"]
 

@@ -14,7 +14,7 @@ from amaranth.hdl import Value
 
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.preset_counter import PresetCounters
-from rtl.gap.servo import Servo
+from rtl.motion.servo import Servo
 from softcore.build import Cells
 from testbench.budget import resources
 
@@ -30,7 +30,7 @@ BUDGETS = {
     "distributor":   Cells(lut4=892,  ccu2c=715, ff=391,  ram=0,  bram=0,  dsp=0),
     "feed":          Cells(lut4=91,   ccu2c=90,  ff=69,   ram=0,  bram=0,  dsp=0),
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
-    "interlock":     Cells(lut4=253,  ccu2c=65,  ff=176,  ram=0,  bram=0,  dsp=0),
+    "interlock":     Cells(lut4=297,  ccu2c=65,  ff=194,  ram=0,  bram=0,  dsp=0),
     "law":           Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "memory":        Cells(lut4=333,  ccu2c=0,   ff=46,   ram=0,  bram=99, dsp=0),
@@ -39,7 +39,7 @@ BUDGETS = {
     "power":         Cells(lut4=213,  ccu2c=64,  ff=80,   ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=3311, ccu2c=0,   ff=1898, ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=3647, ccu2c=0,   ff=1914, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),
     "report":        Cells(lut4=330,  ccu2c=12,  ff=398,  ram=62, bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),

@@ -1,5 +1,4 @@
-# SPDX-License-Identifier: Apache-2.0
-"""The graph of imports, drawn from the sources: no circle, and one door into the test bench."""
+"""The graph of imports, drawn from the sources: no circle, one way down, one door into the bench."""
 
 import ast
 
@@ -12,6 +11,20 @@ MODULES = {name_of(path).removesuffix(".py").removesuffix("/__init__").replace("
 HOST_ROOMS = {"host.experiments", "host.link", "host.machines", "host.roughing", "host.run",
               "host.tape"}
 ((DOORKEEPER, _),) = DOOR
+# From a room of the gateware to those below it. A module that stands alone is a room.
+BELOW = {
+    "controller": {"report", "gap", "motion", "power", "safety", "auxiliary", "members"},
+    "report": {"motion", "safety", "lib", "events"},
+    "gap": {"motion", "power", "lib"},
+    "motion": {"lib", "events"},
+    "power": {"lib"},
+    "safety": {"lib"},
+    "auxiliary": {"lib"},
+    "members": {"pads"},
+    "pads": {"lib"},
+    "events": set(),
+    "lib": set(),
+}
 
 
 def targets(node):
@@ -123,3 +136,29 @@ def test_the_host_names_the_test_bench_at_its_door_only():
 ])
 def test_a_planted_second_door_is_found(line):
     assert list(names_the_bench(ast.parse(line)))
+
+
+def upward(arrows):
+    """Imports between rooms of the gateware that do not go down."""
+    inside = [(name, other) for name, others in arrows.items() for other in others
+              if name.startswith("rtl.") and other.startswith("rtl.")]
+    assert inside
+    rooms_of = [(name, other, name.split(".")[1], other.split(".")[1]) for name, other in inside]
+    return sorted((name, other) for name, other, room, below in rooms_of
+                  if room != below and below not in BELOW[room])
+
+
+def test_rooms_of_the_gateware_stand_above_each_other():
+    assert not circle(BELOW)
+    found = {path.relative_to(ROOT / "rtl").parts[0].removesuffix(".py") for path in SOURCES
+             if path.is_relative_to(ROOT / "rtl")}
+    assert found - {"__init__"} == set(BELOW)
+
+
+def test_imports_within_the_gateware_point_down(arrows):
+    assert not upward(arrows)
+
+
+def test_a_planted_import_up_is_found():
+    up = ("rtl.motion.retraction", "rtl.gap.gap")
+    assert upward({up[0]: {up[1]}, "rtl.gap.gap": {"rtl.motion.motion"}}) == [up]
