@@ -308,6 +308,10 @@ def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
     assert there.outcome == again.outcome == here.outcome == "end"
     assert plain(there.events) == plain(here.events)
     assert plain(again.events) == plain(here.events)
+    # The trace counts time as the events do: from the controller's start, not the connection's.
+    trace = columns_of(again, again.simulation)
+    assert trace["t"][0] > there.events[-1]["t"]
+    assert trace["t"][-1] == pytest.approx(again.events[-1]["t"], abs=0.3)
 
 
 def test_without_a_declared_start_the_controllers_zero_holds():
