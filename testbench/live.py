@@ -14,7 +14,7 @@ __all__ = ["Client", "serving"]
 def serving(machine, **options):
     """Let ``machine`` live while the block runs; yields its URL, and what was said of clients.
 
-    A failure of the thread is raised at the end of the block.
+    A failure of the thread is raised at the end of the block, whatever else went wrong in it.
     """
     said, failures, over = [], [], threading.Event()
     line = Tcp("127.0.0.1", 0, said.append)
@@ -35,8 +35,8 @@ def serving(machine, **options):
         over.set()
         thread.join()
         line.close()
-    if failures:
-        raise failures[0]
+        if failures:
+            raise failures[0]
 
 
 class Client:
@@ -55,10 +55,10 @@ class Client:
         while self.port.time_s() < end:
             self.text += self.port.read(0.05).decode("ascii")
             whole, _, rest = self.text.rpartition("\n")
-            lines = whole.split("\n") if whole else []
+            lines = [line.strip() for line in whole.split("\n")] if whole else []
             if enough(lines):
                 self.text = rest
-                return [line.strip() for line in lines]
+                return lines
         raise TimeoutError(f"within {seconds} s it says no more than {self.text!r}")
 
     def ask(self, text):

@@ -15,8 +15,9 @@ FOLDERS = {"cosim": "cosim", "formal": "formal"}
 SLOW = frozenset({
     "test_axis", "test_boards", "test_cli", "test_condition_switch", "test_constant_removal",
     "test_experiment_removal", "test_firmware_arc", "test_firmware_fuzz", "test_firmware_image",
-    "test_firmware_planned", "test_fluid", "test_preset_counter", "test_preset_counter_race",
-    "test_removal", "test_report", "test_retraction", "test_retraction_contact",
+    "test_firmware_planned", "test_fluid", "test_live", "test_preset_counter",
+    "test_preset_counter_race", "test_removal", "test_report", "test_retraction",
+    "test_retraction_contact",
     "test_retraction_ramps", "test_retraction_servo", "test_roughing", "test_staircase",
     "test_supervision", "test_tables_firmware"})
 

@@ -8,6 +8,7 @@ without a computer; so is what a client leaves unread beyond ``UNREAD``.
 import os
 import select
 import socket
+import time
 import tty
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,6 +22,7 @@ __all__ = ["PORT", "Line", "Pty", "Tcp", "split_address"]
 HOST, PORT = "127.0.0.1", 3333
 LOCAL = ("localhost", "127.", "::1")
 UNREAD = 1 << 20    # bytes
+GRACE_S = 0.5       # a client that comes may be the one that goes: its going is seen later
 
 Say = Callable[[str], None]
 
@@ -89,6 +91,8 @@ class Tcp:
         self.url = f"socket://{shown}:{self._listener.getsockname()[1]}"
         self.local = host.startswith(LOCAL)
         self._client: socket.socket | None = None
+        self._next: socket.socket | None = None     # has come while there is a client
+        self._patience_s = 0.0                      # until when it waits for that one to go
         self._unread = bytearray()
 
     def take(self, most: int) -> bytes:
@@ -121,27 +125,31 @@ class Tcp:
             self._drop(f"the client reads nothing: {UNREAD} bytes wait for it, and it is let go.")
 
     def wait(self, timeout_s: float) -> None:
-        ends = [self._listener] if self._client is None else [self._listener, self._client]
+        ends = [] if self._client is None else [self._client]
+        ends += [] if self._next is not None else [self._listener]
         select.select(ends, [], [], timeout_s)
 
     def close(self) -> None:
-        if self._client is not None:
-            self._client.close()
-        self._listener.close()
+        for one in (self._client, self._next, self._listener):
+            if one is not None:
+                one.close()
 
     def _let_in(self) -> None:
-        try:
-            client, address = self._listener.accept()
-        except BlockingIOError:
-            return
-        if self._client is not None:
-            client.close()
-            self.say(f"a client from {address[0]} is turned away: there is one already.")
-            return
-        client.setblocking(False)
-        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._client = client
-        self.say(f"a client from {address[0]} is connected.")
+        if self._next is None:
+            try:
+                self._next, _ = self._listener.accept()
+            except BlockingIOError:
+                return
+            self._next.setblocking(False)
+            self._next.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._patience_s = time.monotonic() + GRACE_S
+        if self._client is None:
+            self._client, self._next = self._next, None
+            self.say("a client is connected.")
+        elif time.monotonic() > self._patience_s:
+            self._next.close()
+            self._next = None
+            self.say("a client is turned away: there is one already.")
 
     def _drop(self, why: str) -> None:
         if self._client is not None:

@@ -77,11 +77,15 @@ class Controller:
         Raises
         ------
         PortError
-            If nobody answers, or something else does.
+            If nobody answers, or something else does, or it has another client.
         LinkError
             If it is at work.
         """
-        fields, said = self._first_report()
+        try:
+            fields, said = self._first_report()
+        except PortError as error:
+            raise PortError(f"{self.port.url} closes the connection at once: it may have another "
+                            "client.") from error
         if fields is None:
             if said:
                 raise PortError(f"the other end of {self.port.url} is not Gapkeeper: asked for "

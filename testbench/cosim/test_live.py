@@ -1,6 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated machine behind a line: what a client gets is what a run in one program gets."""
 
+import json
+import re
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from host.link.port import Port
@@ -122,3 +128,39 @@ def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
     assert {"retraction_set", "condition", "aux", "block"} <= {e["event"] for e in here.events}
     assert_same(there.events, here.events)
     assert controller.front() > 100
+
+
+def test_the_two_commands_find_each_other(workdir):
+    """``simulate``, two runs on it one after the other, one without its zero, and Ctrl-C."""
+    command = [sys.executable, "-m", "host.cli"]
+    (workdir / "part.nc").write_text(PROGRAM.replace("N90 B2\n", ""))
+    folder = workdir / "out"
+    for path in folder.glob("*"):
+        path.unlink()
+    with subprocess.Popen([*command, "simulate", "--tcp", "127.0.0.1:0", "--arm"],
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as started:
+        said = ""
+        while "Ctrl-C" not in said:
+            assert started.poll() is None, started.stderr.read()
+            said += started.stdout.readline()
+        url = re.search(r"socket://127\.0\.0\.1:\d+", said)[0]
+        runs = [subprocess.run([*command, "run", workdir / "part.nc", "--port", url, "--out",
+                                folder, *options],
+                               capture_output=True, text=True, check=False, timeout=300)
+                for options in ([], ["--at-start"])]
+        started.send_signal(signal.SIGINT)
+        rest, wrong = started.communicate(timeout=60)
+    assert "Only programs on this computer can connect." in said
+    assert (started.returncode, wrong) == (0, "")
+    assert re.search(r"^switched off after \d+\.\d s of the machine's time\.$", rest, re.M)
+    assert runs[0].returncode == 2
+    assert runs[0].stderr.startswith("gapkeeper: the controller does not know where its axes are: ")
+    assert (runs[1].returncode, runs[1].stderr) == (0, "")
+    assert "not known, as no controller tells it: pressed_mm, removed_mm3" in runs[1].stdout
+    summary = json.loads((folder / "summary.json").read_text())
+    assert (summary["outcome"], summary["port"]) == ("end", url)
+    assert summary["pos"]["z"] == pytest.approx(0.12, abs=0.001)
+    assert "removed_mm3" not in summary
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert f"controller at <b>{url}</b>" in page
+    assert "seed" not in page

@@ -1,4 +1,5 @@
-"""The graph of imports, drawn from the sources: no circle, one way down, one door into the bench."""
+# SPDX-License-Identifier: Apache-2.0
+"""The graph of imports, drawn from the sources: no circle, and one door into the test bench."""
 
 import ast
 

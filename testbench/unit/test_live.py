@@ -103,9 +103,9 @@ def controller_at(url, **options):
 
 def run_at(url, text=PROGRAM, **options):
     controller = controller_at(url)
-    controller.identify(reset=False)
-    job = Run(MACHINE, encode(text), controller, arm=False, **options)
     try:
+        controller.identify(reset=False)
+        job = Run(MACHINE, encode(text), controller, arm=False, **options)
         job.execute()
     finally:
         controller.port.close()
@@ -308,6 +308,10 @@ def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
     assert there.outcome == again.outcome == here.outcome == "end"
     assert plain(there.events) == plain(here.events)
     assert plain(again.events) == plain(here.events)
+    # The trace counts time as the events do: from the controller's start, not the connection's.
+    trace = columns_of(again, again.simulation)
+    assert trace["t"][0] > there.events[-1]["t"]
+    assert trace["t"][-1] == pytest.approx(again.events[-1]["t"], abs=0.3)
 
 
 def test_without_a_declared_start_the_controllers_zero_holds():
@@ -367,6 +371,18 @@ def test_a_connection_lost_in_the_middle_of_a_run_is_one_sentence():
     assert "the client has gone." in said
 
 
+def test_a_second_client_is_told_why_it_has_no_controller():
+    with serving(firmware()) as (url, said):
+        first = Client(Port(url))
+        assert first.ask("$I")[-1] == "ok"
+        with pytest.raises(PortError, match=rf"^{url} closes the connection at once: it may have "
+                                            r"another client\.$"):
+            run_at(url)
+        assert first.ask("$I")[-1] == "ok"
+        first.port.close()
+    assert "a client is turned away: there is one already." in said
+
+
 # ---- any client
 
 def test_half_a_line_waits_for_its_other_half():
@@ -378,30 +394,48 @@ def test_half_a_line_waits_for_its_other_half():
         client.port.close()
 
 
+MOVE = "G91 G01 X0.01 F600"
+WORDS = [MOVE, MOVE, MOVE, MOVE, "$X", "$#", "$L", "$$", "G21", "(a comment)", "G77", "$Q", "M99",
+         "G04 P1", "$POSITION=HERE", "@7 broken*0000", "G01 Y", "X0.5.5", "M05"]
+
+
 @pytest.mark.parametrize("seed", range(3))
-def test_every_line_of_a_random_client_gets_one_answer(seed):
-    """Whole and half lines, comments, nonsense, `?` anywhere, leaving and coming back."""
+def test_a_random_client_gets_one_answer_a_line_and_the_motion_that_it_asked_for(seed):
+    """Whole and half lines, nonsense, `?` `!` `~` anywhere, leaving and coming back."""
     rng = random.Random(seed)
-    words = ["$X", "$#", "$L", "G21", "G90", "(a comment)", "G77", "$Q", "M99", "G91",
-             "G04 P1", "X0.1", "$POSITION=HERE", "G92 X0", "@7 broken*0000"]
+    moves = 0
+
+    def all_answered(came):
+        done = "[OPT:" in "".join(came[-2:-1])
+        if not done:
+            client.send("~")    # one that came with a `!` has done nothing: the hold wins
+        return done
+
     with serving(firmware()) as (url, _):
         client = Client(Port(url))
-        answered = 0
+        for line in ("$X", "$POSITION=HERE"):
+            assert client.ask(line)[-1] == "ok"
         for _ in range(60):
-            lines = rng.choices(words, k=rng.randint(1, 3))
+            lines = rng.choices(WORDS, k=rng.randint(1, 3))
             text = "".join(f"{line}\n" for line in lines)
+            if rng.random() < 0.2:      # half a line, by a client that is gone then
+                half = len(lines[0]) // 2
+                client.send(text[:half])
+                text = text[half:]
+                client.port.close()
+                client = Client(Port(url))
             for char in text:
                 client.send(char)
                 if rng.random() < 0.05:
-                    client.send("?")
-            client.send("$I\n")     # whose answer is the last one
-            came = client.lines_until(lambda came: "[OPT:" in "".join(came[-2:-1]))
-            assert len([line for line in came if ANSWER.fullmatch(line)]) == len(lines) + 1, text
-            answered += len(lines)
-            if rng.random() < 0.1:
-                client.port.close()
-                client = Client(Port(url))
+                    client.send(rng.choice("??!~"))
+            client.send("~$I\n")    # whose answer is the last one
+            came = client.lines_until(all_answered)
+            answers = [line for line in came if ANSWER.fullmatch(line)]
+            assert len(answers) == len(lines) + 1, (lines, came)
+            moves += sum(answer == "ok" and line == MOVE
+                         for answer, line in zip(answers, [*lines, "$I"], strict=True))
         client.send("?")
-        client.lines_until(lambda came: any(line.startswith("<") for line in came))
-        assert answered > 100
+        report = client.lines_until(lambda came: any(line.startswith("<Idle") for line in came))
         client.port.close()
+    assert moves > 10
+    assert f"MPos:{moves * 0.01:.4f}," in report[-1]
