@@ -20,54 +20,63 @@ AXES = 3
 
 @dataclass(frozen=True)
 class Pad:
-    """A signal that leaves the device: ``direction`` is ``"i"`` or ``"o"``, ``width`` its pins."""
+    """A signal that leaves the device: ``direction`` is ``"i"`` or ``"o"``, ``width`` its pins.
+
+    ``doc`` says what it is, in a sentence; ``docs/reference/pins.md`` has it.
+    """
 
     name: str
     direction: str
     width: int = 1
+    doc: str = ""
 
 
 PADS = (
-    # Serial link to the host; idle high.
-    Pad("rx", "i"), Pad("tx", "o"),
-    # Quadrature encoders, by axis, X first, as every vector of axes.
-    Pad("enc_a", "i", AXES), Pad("enc_b", "i", AXES),
-    # Comparators of the gap: above the open level; below the arc level; below the short level;
-    # current flows.
-    Pad("gap_high", "i"), Pad("gap_arc", "i"), Pad("gap_short", "i"), Pad("gap_current", "i"),
-    # The discharge has high frequencies (optional detector).
-    Pad("gap_noise", "i"),
-    # References of the first three, open, arc, short: density of ones.
-    Pad("gap_reference", "o", 3),
-    # Serial converter of gap voltage and fluid cell.
-    Pad("adc_select", "o"), Pad("adc_clock", "o"), Pad("adc_command", "o"), Pad("adc_data", "i"),
-    # Emergency stop, drive faults, limit switches, fluid too low: true stops the machine. The third
-    # drive of a wire machine is that of the wire, and a broken wire is its fault.
-    Pad("estop", "i"), Pad("drive_fault", "i", AXES),
-    Pad("limit_low", "i", AXES), Pad("limit_high", "i", AXES), Pad("fluid_low", "i"),
-    # The machine side has done the auxiliary function.
-    Pad("fin", "i"),
-    # A person at the machine allows the discharge: a push-button.
-    Pad("arm", "i"),
-    # Velocity command: density of ones, and sign. Or steps. The drives' enable.
-    Pad("dac", "o", AXES), Pad("dac_negative", "o", AXES),
-    Pad("step", "o", AXES), Pad("dir", "o", AXES), Pad("drive_enable", "o", AXES),
-    # The main contactor of the discharge's power supply; it falls off whenever outputs are safe.
-    Pad("contactor", "o"),
-    # Gates of the discharge and of the sensing source, and the current's level. The sensing source
-    # must have a voltage that may be touched (below 60 V DC) and be limited by its own resistance.
-    Pad("gap_on", "o"), Pad("gap_level", "o", 6), Pad("gap_sense", "o"),
-    # Open voltage (4 bits) and polarity (electrode negative) of the power supply.
-    Pad("gap_supply", "o", 5),
-    # Code of an M, S or T function, and the strobe of its letter.
-    Pad("auxiliary_code", "o", 16), Pad("auxiliary_strobe", "o", 3),
-    # The interlock holds the outputs: a lamp.
-    Pad("safe", "o"),
+    Pad("rx", "i", doc="Serial link from the host; idle high."),
+    Pad("tx", "o", doc="Serial link to the host; idle high."),
+    Pad("enc_a", "i", AXES, "Quadrature encoders, phase A, by axis, X first."),
+    Pad("enc_b", "i", AXES, "Quadrature encoders, phase B."),
+    Pad("gap_high", "i", doc="Comparator: gap voltage above the open level."),
+    Pad("gap_arc", "i", doc="Comparator: gap voltage below the arc level."),
+    Pad("gap_short", "i", doc="Comparator: gap voltage below the short level."),
+    Pad("gap_current", "i", doc="Comparator: current flows in the gap."),
+    Pad("gap_noise", "i", doc="The discharge has high frequencies (optional detector)."),
+    Pad("gap_reference", "o", 3, "References of the comparators, open, arc, short: density of "
+        "ones."),
+    Pad("adc_select", "o", doc="Serial converter of gap voltage and fluid cell: select."),
+    Pad("adc_clock", "o", doc="Its clock."),
+    Pad("adc_command", "o", doc="Its input."),
+    Pad("adc_data", "i", doc="Its output."),
+    Pad("estop", "i", doc="Emergency stop: true stops the machine."),
+    Pad("drive_fault", "i", AXES, "A drive's fault: true stops the machine. The third drive of a "
+        "wire machine is that of the wire, and a broken wire is its fault."),
+    Pad("limit_low", "i", AXES, "Lower limit switches: true stops the machine."),
+    Pad("limit_high", "i", AXES, "Upper limit switches: true stops the machine."),
+    Pad("fluid_low", "i", doc="The fluid is too low: true stops the machine while it discharges."),
+    Pad("fin", "i", doc="The machine side has done the auxiliary function."),
+    Pad("arm", "i", doc="A person at the machine allows the discharge: a push-button."),
+    Pad("dac", "o", AXES, "Velocity command: density of ones."),
+    Pad("dac_negative", "o", AXES, "Its sign."),
+    Pad("step", "o", AXES, "Steps, for drives that take them."),
+    Pad("dir", "o", AXES, "Direction of the steps."),
+    Pad("drive_enable", "o", AXES, "The drives' enable."),
+    Pad("contactor", "o", doc="The main contactor of the discharge's power supply; it falls off "
+        "whenever outputs are safe."),
+    Pad("gap_on", "o", doc="Gate of the discharge."),
+    Pad("gap_level", "o", 6, "Level of the discharge's current."),
+    Pad("gap_sense", "o", doc="Gate of the sensing source. It must have a voltage that may be "
+        "touched (below 60 V DC) and be limited by its own resistance."),
+    Pad("gap_supply", "o", 5, "Open voltage (4 bits) and polarity (electrode negative) of the "
+        "power supply."),
+    Pad("auxiliary_code", "o", 16, "Code of an M, S or T function."),
+    Pad("auxiliary_strobe", "o", 3, "The strobe of its letter."),
+    Pad("safe", "o", doc="The interlock holds the outputs: a lamp."),
 )
 
-# Shift registers (data, shift clock, latch clock) for slow outputs, where pins are short.
-CHAIN = Pad("chain", "o", 3)
+# For slow outputs, where pins are short.
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
+CHAIN = Pad("chain", "o", 3, "Shift registers (data, shift clock, latch clock) for "
+            + ", ".join(f"`{name}`" for name in CHAINED) + ".")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from constraints import ulx3s
 from softcore import linkmap, render
+from softcore.pins import pins_page
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS
 from softcore.tables.causes import CAUSES
@@ -106,10 +108,10 @@ def reference() -> str:
 COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} */"}
 
 
-def _made(path: Path, table: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
-    """A file and what is made of a table for it, with where it comes from in its first line."""
-    notice = (f"Generated from softcore/tables/{table}.py by `python -m softcore.generate`; do not "
-              "edit.")
+def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
+    """A file and what is made for it, with the table that it comes from in its first line."""
+    source = source if "/" in source else f"softcore/tables/{source}.py"
+    notice = f"Generated from {source} by `python -m softcore.generate`; do not edit."
     return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()
 
 
@@ -129,6 +131,7 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(FIRMWARE / "gap" / "built_in.h", "conditions",
           lambda: render.conditions_header(CONDITIONS)),
     _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
+    _made(REFERENCE / "pins.md", "constraints/board.py", lambda: pins_page(ulx3s.BOARDS)),
     _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
 ))
 

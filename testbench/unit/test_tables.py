@@ -9,11 +9,14 @@ from dataclasses import replace
 
 import pytest
 
+from constraints import ulx3s
+from constraints.board import CHAIN, PADS
 from host import alarms
 from host.run.events import EventError, Scale, parse
 from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
 from softcore import render
 from softcore.image import SOURCES
+from softcore.pins import pins_page
 from softcore.tables import causes, conditions, events, faults, settings
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
@@ -239,3 +242,22 @@ def test_a_condition_is_changed_in_one_place():
     assert ".open_v = 99, " in render.conditions_header(table, replace(conditions.USUAL, open_v=99))
     assert "open voltage of 99 V" in render.conditions_page(
         table, replace(conditions.USUAL, open_v=99))
+
+
+# ---- pins
+
+
+def test_a_pin_is_changed_in_one_place():
+    pads = altered((*PADS, CHAIN), "estop", doc="The red button.")
+    assert cells(pins_page(ulx3s.BOARDS, pads), "`estop`") == [
+        "`estop`", "in", "12+ (G3)", "yes", "The red button."]
+
+
+def test_the_page_of_pins_has_every_pad_of_the_board():
+    assert all(pad.doc.endswith(".") for pad in (*PADS, CHAIN))
+    page = pins_page(ulx3s.BOARDS)
+    resources = ulx3s.BOARDS[0].platform().resources
+    for pad in (*PADS, CHAIN):
+        if (pad.name, 0) in resources:
+            assert len(cells(page, f"`{pad.name}`")[2].split(", ")) == pad.width, pad.name
+    assert cells(page, "`rx`")[1:4] == ["in", "M1", ""]
