@@ -121,6 +121,10 @@ class Expressions:
             text = f"{cast}{first} {ARITHMETIC.get(kind) or LOGIC[kind]} {cast}{second}"
             narrow = kind in LOGIC and not signed and max(width(a), width(ports["B"])) <= bits
             return f"({text})" if narrow else mask(text, bits)
+        if kind in {"$eq", "$ne"} and all(run.node < 0 for run in ports["B"]) \
+                and (not both or width(a) == width(ports["B"])):
+            text = self._equals(a, ports["B"])
+            return text if kind == "$eq" else f"({text} ^ 1)"
         if kind in COMPARE:
             wide = max(width(a), width(ports["B"]))
             first = self._extended(a, both, 64 if both else wide)
@@ -137,9 +141,7 @@ class Expressions:
         if kind in {"$reduce_or", "$reduce_bool"}:
             return self.true(a)
         if kind == "$reduce_and":
-            return "(" + " && ".join(f"({self.word(piece)} == "
-                                     f"{literal((1 << width(piece)) - 1)})"
-                                     for piece in self._pieces(a)) + ")"
+            return self._equals(a, [Run(run.width, constant=(1 << run.width) - 1) for run in a])
         if kind == "$reduce_xor":
             return "(" + " ^ ".join(f"__builtin_parityll({self.word(piece)})"
                                     for piece in self._pieces(a)) + ")"
@@ -165,7 +167,53 @@ class Expressions:
         return self.word(word) if width(word) == 1 else f"({self._any(word)} != 0)"
 
     def _any(self, word):
-        return "(" + " | ".join(self.word(piece) for piece in self._pieces(word)) + ")"
+        """C++ that is not zero if any bit of a word is set."""
+        bits: dict[int, int] = {}
+        for run in word:
+            if run.constant:
+                return "1ull"
+            if run.node >= 0:
+                bits[run.node] = bits.get(run.node, 0) | ((1 << run.width) - 1) << run.low
+        return "(" + (" | ".join(self._field(*one) for one in bits.items()) or "0ull") + ")"
+
+    def _equals(self, word, constant):
+        """C++ of whether a word is a constant: 0 or 1. Nothing is shifted for it."""
+        value, at = 0, 0
+        for run in constant:
+            value |= run.constant << at
+            at += run.width
+        bits: dict[int, tuple[int, int]] = {}
+        for run in word:
+            wanted = value & ((1 << run.width) - 1)
+            value >>= run.width
+            if run.node < 0:
+                if wanted != run.constant:
+                    return "0ull"
+                continue
+            field = ((1 << run.width) - 1) << run.low
+            known, old = bits.get(run.node, (0, 0))
+            if (old ^ wanted << run.low) & known & field:
+                return "0ull"
+            bits[run.node] = known | field, old | wanted << run.low
+        if value:
+            return "0ull"
+        tests = []
+        for index, (field, wanted) in bits.items():
+            if self.nodes[index].width == 1:
+                tests.append(f"(u64){self.name(index)}" if wanted
+                             else f"({self.name(index)} ^ 1)")
+            else:
+                tests.append(f"({self._field(index, field)} == {literal(wanted)})")
+        return "(" + (" & ".join(tests) or "1ull") + ")"
+
+    def _field(self, index, field):
+        """C++ of some bits of a node, where they are."""
+        bits = self.nodes[index].width
+        if bits > 64:
+            raise NetlistError(f"{self.nodes[index].name} is compared in {bits} bits")
+        if field == (1 << bits) - 1:
+            return f"(u64){self.name(index)}"
+        return f"((u64){self.name(index)} & {literal(field)})"
 
     def _pieces(self, word):
         """A word cut into such of at most 64 bits."""
