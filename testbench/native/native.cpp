@@ -1,23 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Verilated controller with its station, as a library with a C interface for Python.
+// The controller with its station, as a library with a C interface for Python.
 #include <cstddef>
 #include <cstring>
 #include <memory>
 #include <vector>
 
-#include "Vtop.h"
-#include "Vtop___024root.h"
+#include "controller.hpp"  // made by testbench/native/controller.py
+#include "pins.hpp"
 #include "station.hpp"
-#include "verilated.h"
 
-#include "probes.inc"  // struct Probe; PROBES, MEMORY, PARITY: made from testbench/native/probes.py
-
-#include "state.inc"   // struct Member; STATE: made from testbench/native/state.py
-
-// The model's own body. Vtop::eval() takes two locks around it that one thread does not need.
-void Vtop___024root___eval(Vtop___024root* root);
-// All logic between the registers, after one of them has been changed from outside.
-void Vtop___024root___eval_settle(Vtop___024root* root);
+#include "probes.inc"  // struct Probe; PROBES: made from testbench/native/probes.py
 
 namespace {
 
@@ -27,13 +19,6 @@ struct Change {
     uint64_t clock;
     int64_t value;
     uint32_t probe;
-};
-
-// What the controller's inputs are from a clock on.
-struct Inputs {
-    uint64_t clock;
-    plant::ToController to;
-    uint8_t rx;
 };
 
 // The writer of pylibfst's library, by the addresses of its functions.
@@ -47,9 +32,8 @@ struct Fst {
 class Session {
 public:
     explicit Session(uint64_t seed) : station_(seed) {
-        model_.clk = 0;
-        apply(to_, 1);
-        model_.eval();
+        bench::apply(controller_, to_, 1);
+        controller_.settle();
     }
 
     bench::Station& station() { return station_; }
@@ -57,17 +41,19 @@ public:
     // Words and their parities.
     void load(const uint32_t* words, const uint8_t* parities, size_t count) {
         for (size_t at = 0; at < count; ++at) {
-            MEMORY(model_.rootp)[at] = words[at];
-            PARITY(model_.rootp)[at] = parities[at];
+            controller_.memory()[at] = words[at];
+            controller_.parity()[at] = parities[at];
         }
+        settle();
     }
 
     // One bit of a word of the memory turns over, or its parity.
     void flip(size_t word, unsigned bit) {
         if (bit == 32)
-            PARITY(model_.rootp)[word] ^= 1;
+            controller_.parity()[word] ^= 1;
         else
-            MEMORY(model_.rootp)[word] ^= 1u << bit;
+            controller_.memory()[word] ^= 1u << bit;
+        settle();
     }
 
     void run(uint64_t clocks, bool until_byte) {
@@ -81,28 +67,23 @@ public:
     // The netlist alone, with the inputs that another session has kept.
     void replay(const Session& other) {
         uint64_t clock = 0;
-        for (const Inputs& inputs : other.kept) {
+        for (const bench::Inputs& inputs : other.kept) {
             for (; clock < inputs.clock; ++clock)
-                edge();
-            apply(inputs.to, inputs.rx);
+                controller_.edge();
+            bench::apply(controller_, inputs.to, inputs.rx);
         }
         for (; clock < other.station_.clock; ++clock)
-            edge();
+            controller_.edge();
     }
 
     int64_t probe(size_t index) { return read(PROBES[index]); }
-    void poke(size_t index, int64_t value) {
-        PROBES[index].write(model_.rootp, value);
-        Vtop___024root___eval_settle(model_.rootp);
-    }
+    void poke(size_t index, int64_t value) { PROBES[index].write(controller_, value); }
 
-    // Turn a bit of the state over; returns whether it stays so: what is worked out does not.
-    bool turn_over(size_t member, unsigned bit) {
-        uint8_t& byte = *(reinterpret_cast<uint8_t*>(model_.rootp) + STATE[member].offset + bit / 8);
+    // Turn a bit of a register over.
+    void turn_over(size_t member, unsigned bit) {
+        uint8_t& byte = *(reinterpret_cast<uint8_t*>(&controller_) + STATE[member].offset + bit / 8);
         byte ^= static_cast<uint8_t>(1u << bit % 8);
-        const uint8_t turned = byte;
-        Vtop___024root___eval_settle(model_.rootp);
-        return ((byte ^ turned) >> bit % 8 & 1) == 0;
+        settle();
     }
 
     void tap(const uint32_t* probes, size_t count) {
@@ -111,20 +92,17 @@ public:
     }
 
     std::vector<Change> changes;
-    std::vector<Inputs> kept;
+    std::vector<bench::Inputs> kept;
     bool keep = false;
     Fst fst;
     std::vector<double> trace;
     uint64_t trace_period = 0;
 
 private:
-    // One clock: the falling edge of the one before, for the gate of the processor's clock, and a
-    // rising edge.
-    void edge() {
-        model_.clk = 0;
-        Vtop___024root___eval(model_.rootp);
-        model_.clk = 1;
-        Vtop___024root___eval(model_.rootp);
+    // After a change from outside.
+    void settle() {
+        controller_.touch();
+        controller_.settle();
     }
 
     template <bool TAPPED>
@@ -146,51 +124,14 @@ private:
     }
 
     void clock() {
-        plant::FromController from;
-        from.dac = model_.dac;
-        from.dac_negative = model_.dac_negative;
-        from.step = model_.step;
-        from.dir = model_.dir;
-        from.drive_enable = model_.drive_enable;
-        from.gap_on = model_.gap_on;
-        from.gap_sense = model_.gap_sense;
-        from.gap_level = model_.gap_level;
-        from.gap_reference = model_.gap_reference;
-        from.gap_supply = model_.gap_supply;
-        from.adc_select = model_.adc_select;
-        from.adc_clock = model_.adc_clock;
-        from.adc_command = model_.adc_command;
-        from.auxiliary_strobe = model_.auxiliary_strobe;
-        from.auxiliary_code = model_.auxiliary_code;
-        from.contactor = model_.contactor;
-        from.safe = model_.safe;
+        const plant::FromController from = bench::outputs(controller_);
         uint8_t rx = 1;
-        station_.step(from, model_.tx, to_, rx);
-        edge();
-        apply(to_, rx);
+        station_.step(from, controller_.tx(), to_, rx);
+        controller_.edge();
+        bench::apply(controller_, to_, rx);
         if (keep && (kept.empty() || std::memcmp(&kept.back().to, &to_, sizeof to_) ||
                      kept.back().rx != rx))
             kept.push_back({station_.clock, to_, rx});
-    }
-
-    void apply(const plant::ToController& to, uint8_t rx) {
-        model_.rx = rx;
-        model_.enc_a = to.enc_a;
-        model_.enc_b = to.enc_b;
-        model_.gap_high = to.gap_high;
-        model_.gap_arc = to.gap_arc;
-        model_.gap_short = to.gap_short;
-        model_.gap_current = to.gap_current;
-        model_.gap_noise = to.gap_noise;
-        model_.adc_data = to.adc_data;
-        model_.estop = to.estop;
-        model_.drive_fault = to.drive_fault;
-        model_.limit_low = to.limit_low;
-        model_.limit_high = to.limit_high;
-        model_.fluid_low = to.fluid_low;
-        model_.fin = to.fin;
-        model_.arm = to.arm;
-        model_.power_good = to.power_good;
     }
 
     void look() {
@@ -235,7 +176,7 @@ private:
         trace.insert(trace.end(), row, row + COLUMNS);
     }
 
-    int64_t read(const Probe& probe) const { return probe.read(model_.rootp, station_.machine); }
+    int64_t read(const Probe& probe) const { return probe.read(controller_, station_.machine); }
 
     int64_t named(const char* name) {
         for (const Probe& probe : PROBES)
@@ -244,7 +185,7 @@ private:
         return 0;
     }
 
-    Vtop model_;
+    Controller controller_;
     bench::Station station_;
     plant::ToController to_;
     std::vector<uint32_t> tapped_;
@@ -267,14 +208,16 @@ void gk_flip(Session* s, uint64_t word, uint64_t bit) { s->flip(word, static_cas
 void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
 void gk_keep(Session* s) { s->keep = true; }
 void gk_replay(Session* s, const Session* other) { s->replay(*other); }
+const bench::Inputs* gk_kept(const Session* s) { return s->kept.data(); }
+uint64_t gk_kept_count(const Session* s) { return s->kept.size(); }
 int64_t gk_probe(Session* s, uint64_t index) { return s->probe(index); }
 void gk_poke(Session* s, uint64_t index, int64_t value) { s->poke(index, value); }
 
-uint64_t gk_state(void) { return sizeof STATE / sizeof *STATE; }
+uint64_t gk_state(void) { return MEMBERS; }
 const char* gk_state_name(uint64_t member) { return STATE[member].name; }
 uint64_t gk_state_bits(uint64_t member) { return STATE[member].bits; }
-int gk_turn_over(Session* s, uint64_t member, uint64_t bit) {
-    return s->turn_over(member, static_cast<unsigned>(bit));
+void gk_turn_over(Session* s, uint64_t member, uint64_t bit) {
+    s->turn_over(member, static_cast<unsigned>(bit));
 }
 
 void gk_trace_period(Session* s, uint64_t clocks) { s->trace_period = clocks; }

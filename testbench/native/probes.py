@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from softcore.regmap import BLOCKS
 
-__all__ = ["MEMORY", "PARITY", "PROBES", "Probe", "header", "public"]
+__all__ = ["MEMORY", "PARITY", "PROBES", "Probe", "header", "plain", "public"]
 
 TOP, SOC, CONTROLLER = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.controller"
 CONDITION = f"{CONTROLLER}.condition"
@@ -17,7 +17,7 @@ MOTION, AXES = f"{CONTROLLER}.motion", f"{CONTROLLER}.drives"
 # Arrays of the processor's memory: its words, and their parities.
 MEMORY = [*SOC.split("."), "memory", "ram"]
 PARITY = [*SOC.split("."), "memory", "parity"]
-ERROR_Z = "root->gapkeeper__DOT__soc__DOT__registers___05Faxis_z___05Ferror"
+ERROR_Z = "controller.probe_axis_z_error()"
 
 
 @dataclass(frozen=True)
@@ -139,34 +139,33 @@ def public(*, writable: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _member(path):
-    """Name in Verilator's C++, which keeps two underscores in a row for itself."""
-    if path[:-1] == [TOP]:
-        return path[-1]
-    return "__DOT__".join(part.replace("__", "___05F") for part in path)
-
-
 def _row(probe):
     write = "nullptr"
+    value = f"static_cast<int64_t>({probe.value})"
     if probe.scope:
-        member = f"root->{_member(probe.path)}"
-        value = f"static_cast<int32_t>({member})" if probe.signed else member
+        value = f"static_cast<int64_t>(controller.probe_{probe.name}())"
+        if probe.signed:
+            gap = 64 - probe.bits
+            value = f"static_cast<int64_t>(controller.probe_{probe.name}() << {gap}) >> {gap}"
         if probe.writable or probe.natively:
-            write = (f"[](Vtop___024root* root, int64_t value) "
-                     f"{{ {member} = value; }}")
-    else:
-        value = f"static_cast<int64_t>({probe.value})"
-    return (f'    {{"{probe.name}", {probe.bits}, [](Vtop___024root* root, '
+            write = (f"[](Controller& controller, int64_t value) "
+                     f"{{ controller.poke_{probe.name}(static_cast<uint64_t>(value)); }}")
+    return (f'    {{"{probe.name}", {probe.bits}, [](const Controller& controller, '
             f"const plant::Plant& machine) -> int64_t "
-            f"{{ (void)root; (void)machine; return {value}; }}, {write}}},")
+            f"{{ (void)controller; (void)machine; return {value}; }}, {write}}},")
 
 
 def header() -> str:
-    """C++ that reads the probes, from a model flattened under ``Vtop___024root`` and its plant."""
+    """C++ that reads the probes, from a ``Controller`` of ``native.quick`` and its plant."""
     return "\n".join([
         "struct Probe {", "    const char* name;", "    uint32_t bits;",
-        "    int64_t (*read)(Vtop___024root*, const plant::Plant&);",
-        "    void (*write)(Vtop___024root*, int64_t);", "};",
-        "static const Probe PROBES[] = {", *map(_row, PROBES), "};",
-        f"#define MEMORY(root) ((root)->{_member(MEMORY)})",
-        f"#define PARITY(root) ((root)->{_member(PARITY)})", ""])
+        "    int64_t (*read)(const Controller&, const plant::Plant&);",
+        "    void (*write)(Controller&, int64_t);", "};",
+        "static const Probe PROBES[] = {", *map(_row, PROBES), "};", ""])
+
+
+def plain(path: list[str]) -> str:
+    """Name of a signal in Verilator's C++, which keeps two underscores in a row for itself."""
+    if path[:-1] == [TOP]:
+        return path[-1]
+    return "__DOT__".join(part.replace("__", "___05F") for part in path)

@@ -38,7 +38,9 @@ _FUNCTIONS = {
     "gk_state": (_UNSIGNED, []),
     "gk_state_name": (ctypes.c_char_p, [_UNSIGNED]),
     "gk_state_bits": (_UNSIGNED, [_UNSIGNED]),
-    "gk_turn_over": (ctypes.c_int, [_POINTER, _UNSIGNED, _UNSIGNED]),
+    "gk_kept": (_POINTER, [_POINTER]),
+    "gk_kept_count": (_UNSIGNED, [_POINTER]),
+    "gk_turn_over": (None, [_POINTER, _UNSIGNED, _UNSIGNED]),
     "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
     "gk_trace_rows": (_UNSIGNED, [_POINTER]),
     "gk_trace_read": (None, [_POINTER, _POINTER]),
@@ -149,16 +151,13 @@ class Simulation(Session):
         self._code.gk_poke(self._handle, NUMBER[name], value)
 
     def state(self) -> list[tuple[str, int]]:
-        """Name and bits of all that the model keeps of the controller; see ``native.state``."""
+        """Name and bits of every register of the controller, the processor's among them."""
         return [(self._code.gk_state_name(index).decode(), self._code.gk_state_bits(index))
                 for index in range(self._code.gk_state())]
 
-    def turn_over(self, index: int, bit: int) -> bool:
-        """Turn a bit of ``state()`` over, between two clocks; return whether it stays so.
-
-        What is worked out from registers does not, and nothing has happened then.
-        """
-        return bool(self._code.gk_turn_over(self._handle, index, bit))
+    def turn_over(self, index: int, bit: int) -> None:
+        """Turn a bit of ``state()`` over, between two clocks."""
+        self._code.gk_turn_over(self._handle, index, bit)
 
     def load(self, image: bytes) -> None:
         words = words_of(image)
@@ -187,6 +186,10 @@ class Simulation(Session):
     def keep_inputs(self) -> None:
         """Keep what comes into the controller, for ``replay``. Call it before the first clock."""
         self._code.gk_keep(self._handle)
+
+    def kept_inputs(self) -> tuple[int, int]:
+        """Address of what ``keep_inputs`` has kept, in C++, and how many."""
+        return self._code.gk_kept(self._handle), self._code.gk_kept_count(self._handle)
 
     def replay(self, other: "Simulation") -> None:
         """Run the netlist alone, without machine and line, on the inputs that ``other`` has kept.

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The native simulation's controller beside Verilator's of the same gateware, in every clock."""
+
+import os
+
+import pytest
+from host.simulation import Simulation as Piped
+
+from host import machine as machines
+from host.run import Run
+from host.tape import load
+from testbench.native import build, compiling, controller
+from testbench.native.emission import Emission
+from testbench.native.pair import difference, pair_library
+from testbench.native.simulation import Simulation
+from testbench.punch import TAPES
+
+SOAK = "GAPKEEPER_SOAK" in os.environ
+MACHINE = {"sinker": "sink_shallow_deep", "wire": "wire_slot"}
+UNTIL_S = {"sinker": 8.0, "wire": 2.0}
+
+
+def run(kind, tape, until_s):
+    """A simulation that has run a tape, with all its inputs kept."""
+    machine = machines.load(kind)
+    native = Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1, trace=False)
+    native.keep_inputs()
+    Run(machine, load(TAPES / f"{tape}.nc"), Piped(native), until_s=until_s).execute()
+    return machine.clock_hz, native
+
+
+@pytest.mark.parametrize("kind", MACHINE)
+def test_every_pin_and_probe_is_that_of_verilators_controller(kind):
+    clock_hz, native = run(kind, MACHINE[kind], None if SOAK else UNTIL_S[kind])
+    with native:
+        assert native.cycle > UNTIL_S[kind] * clock_hz
+        assert native.discharges()["ok"] > 100
+        assert difference(native, pair_library(clock_hz, kind)) is None
+
+
+def test_a_reader_that_is_not_told_of_a_change_is_noticed(monkeypatch, tmp_path):
+    emission = controller.read(build.flat(2_000_000, lambda _: None))
+    silent, = (node.index for node in emission.nodes
+               if node.kind == "register" and node.name == "soc.uart.transmitter.timer")
+    told = Emission.marks
+    monkeypatch.setattr(Emission, "marks",
+                        lambda self, index: "" if index == silent else told(self, index))
+    files = controller.write(emission, tmp_path)
+    compiling.objects(files, tmp_path, [*build.STANDARD, *build.INSIDE, "-O0"])
+    with Simulation(machine=machines.load("sinker").tables, clock_hz=2_000_000, seed=1,
+                    trace=False) as native:
+        native.keep_inputs()
+        native.run(600_000)
+        assert b"help]" in native.received()
+        clock, name = difference(native, pair_library(2_000_000, model=tmp_path))
+        assert clock < native.cycle
+        assert name == "tx"

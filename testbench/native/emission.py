@@ -1,0 +1,448 @@
+# SPDX-License-Identifier: Apache-2.0
+"""C++ for the parts of a netlist: each worked out only if something that it reads has changed.
+
+A part has a bit in ``dirty``. A clock goes through the bits that are set, in order; a value that
+comes out other than it was sets the bits of its readers. A register that parts behind read, still
+in this clock, changes at its end: the part sets a bit of ``pending``.
+"""
+
+from collections import defaultdict
+
+from testbench.native.expressions import Expressions, kept_as, literal, width
+from testbench.native.netlist import Node, Run
+from testbench.native.parts import HELD, Parts
+
+__all__ = ["Emission"]
+
+# Nodes in both branches of a choice that are rather worked out than jumped over, by the part.
+FEW = {"processor": 12, "busy": 6, "": 3}
+
+
+class Block:
+    """Statements under one condition: nodes, then choices between blocks, then what is taken.
+
+    ``path`` are the choices that lead to it, each as its number and the branch.
+    """
+
+    def __init__(self, path=()):
+        self.path = path
+        self.nodes: list[Node] = []
+        self.choices: list[tuple] = []
+        self.leaves: list[tuple] = []
+
+
+class Emission(Expressions):
+    """The C++ of a netlist's parts.
+
+    ``stored`` are the nodes whose value the class keeps, by index; ``deferred`` those registers
+    that change at the end of a clock.
+    """
+
+    def __init__(self, parts: Parts):
+        super().__init__(parts)
+        self.netlist = parts.netlist
+        self.stored = {node.index for node in self.nodes if node.kind in HELD}
+        self.stored |= {node.index for part in parts.parts for node in part.kept}
+        self.deferred = self._deferred()
+        self._now = -1
+        self.writers = [PartWriter(self, part) for part in parts.parts]
+        self.guards = [writer.guard() for writer in self.writers]
+
+    def _deferred(self):
+        """Registers that a part behind their own reads."""
+        found = set()
+        for part in self.parts.parts:
+            for sink in part.sinks:
+                if sink.kind == "register" and any(
+                        reader > part.index for reader in self.parts.readers.get(sink.index, ())):
+                    found.add(sink.index)
+        return found
+
+    # ---- marks
+
+    def marks(self, index: int) -> str:
+        """Statements that make every reader of a value dirty.
+
+        A reader that does nothing unless its guard is true is left alone while that is false: the
+        guard's own change makes it dirty.
+        """
+        groups = defaultdict(set)
+        for reader in self.parts.readers.get(index, ()):
+            if reader == self._now and self.whole(reader):
+                continue
+            test, nodes = self.guards[reader]
+            groups["" if index in nodes else test].add(reader)
+        return " ".join(
+            f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
+            for test, readers in groups.items())
+
+    def whole(self, part: int) -> bool:
+        """Whether a part marks itself, as long as its registers can change."""
+        return self.parts.parts[part].name in {"processor", "busy"}
+
+    @staticmethod
+    def marks_of(readers) -> str:
+        """Statements that make these parts dirty."""
+        words = defaultdict(int)
+        for reader in readers:
+            words[reader // 64] |= 1 << reader % 64
+        return " ".join(f"s.dirty[{at}] |= {literal(bits)};" for at, bits in sorted(words.items()))
+
+    # ---- one part
+
+    def part(self, part) -> list[str]:
+        """Lines of the C++ function of a part."""
+        self._now = part.index
+        lines = self.writers[part.index].lines()
+        self._now = -1
+        return lines
+
+
+class PartWriter:
+    """Writes one part: what only one branch of a choice needs is worked out in that branch."""
+
+    def __init__(self, emission, part):
+        self.e = emission
+        self.part = part
+        self.inside = {node.index for node in part.nodes}
+        users = emission.parts.users
+        self.kept = {node.index for node in part.kept}
+        here = self.inside | {sink.index for sink in part.sinks}
+        # What is kept and not read here is taken at the end, as registers are.
+        self.ends = [node for node in part.nodes
+                     if node.index in self.kept and not users[node.index] & here]
+        self.ending = {node.index for node in self.ends}
+        self.paths: dict[int, tuple] = {}
+        self.counter = 0
+        self.root = Block()
+        self.blocks = {(): self.root}
+        self.temporary = self._temporary()
+        self._plan()
+
+    def _temporary(self):
+        """Registers that change in place but are read here by more than their own next value."""
+        found = set()
+        for sink in self.part.sinks:
+            if sink.kind != "register" or sink.index in self.e.deferred:
+                continue
+            readers = self.e.parts.users[sink.index]
+            here = self.inside | {other.index for other in self.part.sinks}
+            if readers & here - {sink.index}:
+                found.add(sink.index)
+        return found
+
+    # -- blocks
+
+    def _use(self, word, path):
+        """Some block at ``path`` needs a word."""
+        for run in word:
+            if run.node < 0:
+                continue
+            for source in self.e.parts.through([run.node]):
+                if source in self.inside and source not in self.ending:
+                    old = self.paths.get(source)
+                    self.paths[source] = path if old is None else self._common(old, path)
+
+    @staticmethod
+    def _common(one, other):
+        at = 0
+        while at < len(one) and at < len(other) and one[at] == other[at]:
+            at += 1
+        return one[:at]
+
+    def _block(self, path):
+        if path not in self.blocks:
+            self.blocks[path] = Block(path)
+        return self.blocks[path]
+
+    def _takes(self, items, path):
+        """Plan what is taken: items are (sink, word, conditions before it); same choice, one if."""
+        groups = defaultdict(list)
+        for sink, word, gates in items:
+            if gates:
+                groups["if", tuple(gates[0])].append((sink, word, gates[1:]))
+                continue
+            if sink.kind == "register" and word == [Run(sink.width, sink.index)]:
+                continue
+            node = self._choice(word, sink)
+            if node is None:
+                self._block(path).leaves.append((sink, word))
+                if sink.kind == "write":
+                    for other in sink.ports.values():
+                        self._use(other, path)
+                else:
+                    self._use(word, path)
+            elif node.kind == "$mux":
+                groups["mux", tuple(node.ports["S"])].append((sink, node))
+            else:
+                groups["pmux", tuple(node.ports["S"])].append((sink, node))
+        for (kind, select), members in groups.items():
+            self.counter += 1
+            number = self.counter
+            self._use(select, path)
+            if kind == "if":
+                branches = [(members, 1)]
+            elif kind == "mux":
+                branches = [([(sink, node.ports["B"], []) for sink, node in members], 1),
+                            ([(sink, node.ports["A"], []) for sink, node in members], 0)]
+            else:
+                count = width(select)
+                branches = [([(sink, node.choices[at], []) for sink, node in members], at)
+                            for at in range(count)]
+                branches.append(([(sink, node.ports["A"], []) for sink, node in members], "else"))
+            self._block(path).choices.append((kind, list(select), number,
+                                              [label for _, label in branches]))
+            for inner, label in branches:
+                self._takes(inner, (*path, (number, label)))
+
+    def _choice(self, word, sink):
+        """The choice that a sink's value is, if nothing else needs it."""
+        if sink.kind == "write" or len(word) != 1 or word[0].node < 0 or word[0].low:
+            return None
+        node = self.e.nodes[word[0].node]
+        if word[0].width != node.width or node.index not in self.inside:
+            return None
+        if node.kind not in {"$mux", "$pmux"}:
+            return None
+        if node.index in self.kept and node.index != sink.index:
+            return None
+        if node.index != sink.index:
+            users = self.e.parts.users[node.index]
+            if len(users) != 1 or not users <= self.taken | {sink.index}:
+                return None
+            reader = self.e.nodes[next(iter(users))]
+            if sum(run.node == node.index for word in self.e.parts.words(reader)
+                   for run in word) != 1:
+                return None
+            if any(run.node == node.index for run in reader.ports.get("S", ())):
+                return None
+        self.taken.add(node.index)
+        return node
+
+    def _plan(self):
+        self.taken: set[int] = set()
+        items = []
+        for sink in self.part.sinks:
+            items.append((sink, sink.ports.get("D", []), sink.enables))
+        for node in self.ends:
+            if node.kind in {"$mux", "$pmux"}:
+                items.append((node, [Run(node.width, node.index)], []))
+            else:
+                self.root.leaves.append((node, None))
+                for word in self.e.parts.words(node):
+                    self._use(word, ())
+        for node in self.part.nodes:
+            if node.index in self.kept and node.index not in self.ending:
+                self.paths[node.index] = ()
+        self._takes(items, ())
+        self._place()
+
+    def _place(self):
+        """Put every node into the innermost block that has all its users."""
+        cost = self._costs()
+        # Users come before what they use in this direction, so that all uses are known.
+        for node in reversed(self.part.nodes):
+            if node.index in self.taken or node.index in self.ending:
+                continue
+            path = self.paths.get(node.index, ())
+            self._block(path).nodes.append(node)
+            ports = node.ports
+            if node.kind == "$mux" and self._cost(ports["A"], cost) + self._cost(
+                    ports["B"], cost) <= FEW.get(self.part.name, FEW[""]):
+                for word in ports.values():
+                    self._use(word, path)
+            elif node.kind == "$mux":
+                self._use(ports["S"], path)
+                self._use(ports["A"], (*path, (-node.index, 0)))
+                self._use(ports["B"], (*path, (-node.index, 1)))
+            elif node.kind == "$pmux":
+                self._use(ports["S"], path)
+                self._use(ports["A"], (*path, (-node.index, "else")))
+                for at, word in enumerate(node.choices):
+                    self._use(word, (*path, (-node.index, at)))
+            else:
+                for word in self.e.parts.words(node):
+                    self._use(word, path)
+        for block in self.blocks.values():
+            block.nodes.reverse()
+
+    def _costs(self):
+        """What each node costs with all that is worked out for it alone."""
+        found = {}
+        for node in self.part.nodes:
+            own = {"$pmux": len(node.choices), "read": 5, "$mul": 3}.get(node.kind, 1)
+            found[node.index] = own + sum(self._cost(word, found)
+                                          for word in self.e.parts.words(node))
+        return found
+
+    def _cost(self, word, cost):
+        users = self.e.parts.users
+        return sum(cost.get(source, 0) for run in word if run.node >= 0
+                   for source in self.e.parts.through([run.node]) if len(users[source]) == 1)
+
+    # -- lines
+
+    def guard(self):
+        """C++ of what must be true for the part to do anything, or nothing; and what it reads."""
+        words = self._guard(self.root)
+        if not words or len(words) > 3:
+            return "", set()
+        nodes = {source for word in words for run in word if run.node >= 0
+                 for source in self.e.parts.through([run.node])}
+        return " | ".join(self.e.true(list(word)) for word in words), nodes
+
+    def _guard(self, block):
+        if block.nodes or block.leaves:
+            return None
+        found = []
+        for kind, select, number, _ in block.choices:
+            if kind == "pmux":
+                return None
+            one = self._inner((*block.path, (number, 1)))
+            zero = self._inner((*block.path, (number, 0)))
+            if one:
+                found.append(tuple(select))
+            if zero:
+                below = self._guard(zero)
+                if below is None:
+                    return None
+                found += below
+        return list(dict.fromkeys(found))
+
+    def lines(self):
+        self.e.local = self.inside - self.ending
+        out = [f"void part{self.part.index}(Controller& s) {{"]
+        temporary = [sink for sink in self.part.sinks if sink.index in self.temporary]
+        out += [f"    u64 t{sink.index} = s.n{sink.index};" for sink in temporary]
+        if self.e.whole(self.part.index) and self.part.sinks:
+            tests = {self.e.word(sink.enables[0]) if sink.enables else ""
+                     for sink in self.part.sinks}
+            mark = self.e.marks_of([self.part.index])
+            out.append(f"    {mark}" if "" in tests
+                       else f"    if ({' | '.join(sorted(tests))}) {{ {mark} }}")
+        out += self._write(self.root, 1)
+        for sink in temporary:
+            marks = self.e.marks(sink.index)
+            take = f"s.n{sink.index} = ({kept_as(sink.width)})t{sink.index};"
+            out.append(f"    if (t{sink.index} != s.n{sink.index}) {{ {take} {marks} }}"
+                       if "dirty" in marks else f"    {take}")
+        out.append("}")
+        self.e.local = set()
+        return out
+
+    def _inner(self, path):
+        block = self.blocks.get(path)
+        return block if block and (block.nodes or block.choices or block.leaves) else None
+
+    def _write(self, block, depth):
+        pad = "    " * depth
+        out = []
+        for node in block.nodes:
+            if node.kind == "$mux":
+                out += self._mux(node, block, depth)
+            elif node.kind == "$pmux":
+                out += self._pmux(node, block, depth)
+            else:
+                wide = "u128" if node.width > 64 else "u64"
+                out.append(f"{pad}const {wide} v{node.index} = {self.e.value(node)};")
+            if node.index in self.kept:
+                kind, name = kept_as(node.width), f"s.n{node.index}"
+                out.append(f"{pad}if (v{node.index} != {name}) {{ {name} = ({kind})v{node.index}; "
+                           f"{self.e.marks(node.index)} }}")
+        for kind, select, number, labels in block.choices:
+            first = True
+            for at, label in enumerate(labels):
+                path = (*block.path, (number, label))
+                inner = self._inner(path)
+                if kind in {"if", "mux"}:
+                    test = f"{self.e.word(select)}"
+                    if label == 0:
+                        if inner:
+                            out.append(f"{pad}if (!{test}) {{" if first else f"{pad}else {{")
+                            out += self._write(inner, depth + 1)
+                            out.append(f"{pad}}}")
+                    elif inner:
+                        out.append(f"{pad}if ({test}) {{")
+                        out += self._write(inner, depth + 1)
+                        out.append(f"{pad}}}")
+                        first = False
+                else:
+                    word = "if" if first else "else if"
+                    first = False
+                    if label == "else":
+                        if inner:
+                            out.append(f"{pad}else {{")
+                            out += self._write(inner, depth + 1)
+                            out.append(f"{pad}}}")
+                        continue
+                    test = self.e.word(self._bit(select, at))
+                    out.append(f"{pad}{word} ({test}) {{")
+                    if inner:
+                        out += self._write(inner, depth + 1)
+                    out.append(f"{pad}}}")
+        for sink, word in block.leaves:
+            out += [pad + line for line in self._leaf(sink, word)]
+        return out
+
+    @staticmethod
+    def _bit(word, at):
+        """Bit ``at`` of a word, as a word."""
+        for run in word:
+            if at < run.width:
+                if run.node < 0:
+                    return [Run(1, constant=run.constant >> at & 1)]
+                return [Run(1, run.node, run.low + at)]
+            at -= run.width
+        raise IndexError
+
+    def _mux(self, node, block, depth):
+        pad = "    " * depth
+        zero = self._inner((*block.path, (-node.index, 0)))
+        one = self._inner((*block.path, (-node.index, 1)))
+        if not zero and not one:
+            return [f"{pad}const u64 v{node.index} = {self.e.value(node)};"]
+        out = [f"{pad}u64 v{node.index};", f"{pad}if ({self.e.word(node.ports['S'])}) {{"]
+        out += self._write(one, depth + 1) if one else []
+        out += [f"{pad}    v{node.index} = {self.e.word(node.ports['B'])};", f"{pad}}} else {{"]
+        out += self._write(zero, depth + 1) if zero else []
+        return [*out, f"{pad}    v{node.index} = {self.e.word(node.ports['A'])};", f"{pad}}}"]
+
+    def _pmux(self, node, block, depth):
+        pad = "    " * depth
+        out = [f"{pad}u64 v{node.index};"]
+        for at, word in enumerate(node.choices):
+            test = self.e.word(self._bit(node.ports["S"], at))
+            out.append(f"{pad}{'else ' if at else ''}if ({test}) {{")
+            inner = self._inner((*block.path, (-node.index, at)))
+            out += self._write(inner, depth + 1) if inner else []
+            out += [f"{pad}    v{node.index} = {self.e.word(word)};", f"{pad}}}"]
+        out.append(f"{pad}else {{")
+        inner = self._inner((*block.path, (-node.index, "else")))
+        out += self._write(inner, depth + 1) if inner else []
+        return [*out, f"{pad}    v{node.index} = {self.e.word(node.ports['A'])};", f"{pad}}}"]
+
+    def _leaf(self, sink, word):
+        if sink.kind == "write":
+            return self._memory(sink)
+        text = self.e.word(word) if word is not None else self.e.value(sink)
+        index, kind = sink.index, kept_as(sink.width)
+        if index in self.temporary:
+            return [f"t{index} = {text};"]
+        wide = "u128" if sink.width > 64 else "u64"
+        if index in self.e.deferred:
+            part = self.part.index
+            return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; if (x != s.n{index}) "
+                    f"s.pending[{part // 64}] |= {literal(1 << part % 64)}; }}"]
+        return [f"{{ const {wide} x = {text}; if (x != s.n{index}) {{ s.n{index} = ({kind})x; "
+                f"{self.e.marks(index)} }} }}"]
+
+    def _memory(self, sink):
+        memory, ports = sink.memory, sink.ports
+        array = f"s.m{memory.index}_{memory.pieces.index(sink.piece)}"
+        readers = self.e.marks_of({self.e.parts.place[read.index] for read in memory.reads})
+        enable = self.e.word(ports["EN"])
+        return [f"{{ const u64 en = {enable}; if (en) {{ const u64 at = "
+                f"{self.e.word(ports['ADDR'])}; if (at < {memory.size}) {{ const u64 x = "
+                f"({array}[at] & ~en) | ({self.e.word(ports['DATA'])} & en); "
+                f"if (x != {array}[at]) {{ {array}[at] = "
+                f"({kept_as(sink.piece[1])})x; {readers} }} }} }} }}"]

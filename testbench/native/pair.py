@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller of the native simulation beside Verilator's, in every pin and every clock."""
+
+import ctypes
+from importlib.metadata import version
+from pathlib import Path
+
+from rtl.pads import INPUTS, OUTPUTS
+from softcore.image import target_image
+from softcore.memory import parities, words_of
+from testbench import tools
+from testbench.native import build, compiling, probes
+from testbench.native.simulation import Simulation
+from testbench.native.station import declare
+
+__all__ = ["difference", "pair_library"]
+
+VERILATE = ["--flatten", "--top-module", probes.TOP]
+_POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
+_FUNCTIONS = {
+    "pair_create": (_POINTER, []),
+    "pair_free": (None, [_POINTER]),
+    "pair_load": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), ctypes.c_char_p, _UNSIGNED]),
+    "pair_run": (ctypes.c_int, [_POINTER, _POINTER, _UNSIGNED, _UNSIGNED]),
+    "pair_clock": (_UNSIGNED, [_POINTER]),
+    "pair_name": (ctypes.c_char_p, [_POINTER]),
+}
+
+
+def _names() -> str:
+    """Lists of pins and probes, for the preprocessor."""
+    ahead = " ".join(f"X({name})" for name in OUTPUTS if name != "tx")
+    inputs = " ".join(f"X({name})" for name in (*INPUTS, "power_good"))
+    seen = " ".join(f"X({probe.name}, {probes.plain(probe.path)}, {(1 << probe.bits) - 1:#x}ull)"
+                    for probe in probes.PROBES if probe.scope)
+    return "\n".join([
+        f"#define PINS(X) {ahead}", f"#define INPUTS(X) {inputs}", f"#define PROBES(X) {seen}",
+        f"#define MEMORY(root) ((root)->{probes.plain(probes.MEMORY)})",
+        f"#define PARITY(root) ((root)->{probes.plain(probes.PARITY)})", ""])
+
+
+def _verilated(clock_hz, kind):
+    """Folder with Verilator's C++ of the controller, compiled."""
+    files = build.verilog(clock_hz, lambda _: None, kind)
+
+    def make(folder):
+        configuration = folder / "public.vlt"
+        configuration.write_text(probes.public(writable=False))
+        compiling.verilate([*VERILATE, configuration, *files], folder)
+        runtime = [tools.verilator_root() / "include" / name for name in build.RUNTIME]
+        compiling.objects([*sorted(folder.glob("Vtop*.cpp")), *runtime], folder,
+                          [*build.STANDARD, *build.includes(folder)])
+
+    key = compiling.digest(VERILATE, compiling.VERILATE, compiling.COMPILE,
+                           probes.public(writable=False), tools.compiler().command,
+                           tools.compiler().version, version("verilator"), sources=files)
+    return compiling.kept(compiling.BUILD / f"verilated-{key}", make)
+
+
+def pair_library(clock_hz: int, kind: str = "sinker", model: Path | None = None) -> Path:
+    """Path of a library with both; ``model`` is a folder with another ``controller.hpp``.
+
+    Raises
+    ------
+    testbench.native.compiling.BuildError
+        If a tool fails.
+    """
+    verilated = _verilated(clock_hz, kind)
+    driven = model or build.model(clock_hz, lambda _: None, kind)
+
+    def make(folder):
+        (folder / "pair.inc").write_text(_names())
+        own = compiling.objects(
+            [build.HERE / "pair.cpp"], folder,
+            [*build.STANDARD, f"-I{folder}", f"-I{driven}", *build.includes(verilated)])
+        compiling.link([*sorted(verilated.glob("*.o")), *sorted(driven.glob("*.o")), *own],
+                       ["-shared"], folder / "pair.so")
+
+    key = compiling.digest(verilated.name, driven.name, _names(), sources=build.sources())
+    return compiling.kept((model or compiling.BUILD) / f"pair-{key}", make) / "pair.so"
+
+
+def difference(native: Simulation, library: Path) -> tuple[int, str] | None:
+    """Clock and name of the first pin or probe in which both differ, on what ``native`` has kept.
+
+    ``native`` had ``keep_inputs`` called before its first clock, and nothing changed from outside
+    but what goes over pins.
+    """
+    code = ctypes.CDLL(str(library))
+    declare(code, _FUNCTIONS)
+    pair = code.pair_create()
+    image = target_image().read_bytes()
+    words = words_of(image)
+    code.pair_load(pair, (ctypes.c_uint32 * len(words))(*words), bytes(parities(image)),
+                   len(words))
+    kept, count = native.kept_inputs()
+    same = code.pair_run(pair, kept, count, native.cycle)
+    found = None if same else (code.pair_clock(pair), code.pair_name(pair).decode())
+    code.pair_free(pair)
+    return found

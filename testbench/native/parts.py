@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A netlist cut into parts, each to be worked out only when something that it reads has changed."""
+
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+
+from testbench.native.netlist import Netlist, NetlistError, Node, Run
+
+__all__ = ["Part", "Parts"]
+
+HELD = {"input", "register"}        # keep their value; all other nodes are worked out
+SINKS = {"register", "write"}
+DECODER = 8                         # comparisons of one word with so many constants
+LARGEST = 48                        # nodes in a part
+# Registers that change in most clocks, as measured: what reads them is one part, worked out in
+# every clock. It costs time, and nothing else, if one is missing or too many.
+PROCESSOR = ("soc.cpu", "soc.memory")
+BUSY = re.compile(r"""
+    soc\.(cycle | uart\.receiver\.timer | sleep\.left
+    | controller\.(auxiliary\.waited | watchdog(\$\d+)?\.(age|unanswered) | motion\.ramp\.clocks
+        | motion\.feed(\$\d+)?\.phase | power\.pulses\.remaining | drives\.count
+        | drives\.axis_[xyz]\.(rest | dac(\$\d+)?\.modulator\.\w+)
+        | gap\.(references\.rest_\d | law(\$\d+)?\.step | discriminator\.age)))
+    | gap_reference(\$\d+)?""", re.X)
+
+
+@dataclass(eq=False)
+class Part:
+    """Nodes that are worked out together, in order; what it keeps, and what is taken at its end.
+
+    ``nodes`` are combinational; ``kept`` of them are read elsewhere; ``sinks`` are the registers
+    and the writes that this part works out the next value of. ``early`` says that no input of the
+    controller reaches it in the same clock.
+    """
+
+    index: int
+    early: bool = False
+    name: str = ""
+    nodes: list[Node] = field(default_factory=list)
+    kept: list[Node] = field(default_factory=list)
+    sinks: list[Node] = field(default_factory=list)
+
+
+class Parts:
+    """The parts of a netlist, in an order in which each follows what it reads.
+
+    The first ``early`` of them are all that the signals in ``seen`` need.
+
+    Parameters
+    ----------
+    netlist : Netlist
+        What to cut.
+    seen : list of list of Run
+        Words that are read from outside between two clocks.
+    """
+
+    def __init__(self, netlist: Netlist, seen: list[list[Run]], largest: int = LARGEST):
+        self.netlist = netlist
+        self._largest = largest
+        nodes = netlist.nodes
+        self.inlined = self._find_inlined()
+        self.reads = {node.index: self._reads(node) for node in nodes}
+        self._order = self._sorted()
+        self._early = self._find_early(seen)
+        self._classes = self._classify()
+        self.users: dict[int, set[int]] = defaultdict(set)
+        for index, sources in self.reads.items():
+            if index not in self.inlined:
+                for source in sources:
+                    self.users[source].add(index)
+        forced = {source for word in seen for run in word if run.node >= 0
+                  for source in self.through([run.node])}
+        self.parts = self._parts(self._units(forced), forced)
+        self.early = sum(part.early for part in self.parts)
+        self.place: dict[int, int] = {}
+        for part in self.parts:
+            for node in (*part.nodes, *part.sinks):
+                self.place[node.index] = part.index
+        self.readers = {index: {self.place[user] for user in users if user in self.place}
+                        for index, users in self.users.items()}
+
+    # ---- what reads what
+
+    @staticmethod
+    def words(node: Node) -> list[list[Run]]:
+        """All words that come into a node."""
+        return [*node.ports.values(), *node.enables, *node.choices]
+
+    def _direct(self, node):
+        return {run.node for word in self.words(node) for run in word if run.node >= 0}
+
+    def through(self, sources: Iterable[int]) -> set[int]:
+        """Sources, with what is inlined replaced by what it reads."""
+        found = set()
+        for source in sources:
+            if source in self.inlined:
+                found |= self.through(self._direct(self.netlist.nodes[source]))
+            else:
+                found.add(source)
+        return found
+
+    def _reads(self, node):
+        return self.through(self._direct(node))
+
+    def _find_inlined(self):
+        """Nodes that every reader works out for itself.
+
+        A decoder's comparisons: they all change whenever the address does, and few are asked for.
+        And single inverted bits.
+        """
+        compared = Counter()
+        decoders = {}
+        for node in self.netlist.nodes:
+            if node.kind == "$eq" and all(run.node < 0 for run in node.ports["B"]):
+                key = decoders[node.index] = tuple(node.ports["A"])
+                compared[key] += 1
+            elif node.kind == "$logic_not" and node.ports:
+                decoders[node.index] = tuple(node.ports["A"])
+        found = {index for index, key in decoders.items() if compared[key] >= DECODER}
+        for node in self.netlist.nodes:
+            if node.kind in {"$not", "$logic_not"} and node.width == 1:
+                width = sum(run.width for run in node.ports["A"])
+                if width == 1:
+                    found.add(node.index)
+        return found
+
+    # ---- order
+
+    def _sorted(self):
+        """Combinational nodes, each after what it reads."""
+        nodes = self.netlist.nodes
+        done: dict[int, bool] = {}
+        order = []
+        for start in nodes:
+            if start.kind in HELD or start.kind == "write" or start.index in self.inlined:
+                continue
+            stack = [(start.index, None)]
+            while stack:
+                index, rest = stack.pop()
+                if rest is None:
+                    if index in done:
+                        if not done[index]:
+                            raise NetlistError(f"{nodes[index].name} depends on itself")
+                        continue
+                    done[index] = False
+                    rest = [source for source in self.reads[index]
+                            if nodes[source].kind not in HELD]
+                while rest:
+                    source = rest.pop()
+                    if source not in done:
+                        stack.append((index, rest))
+                        stack.append((source, None))
+                        break
+                    if not done[source]:
+                        raise NetlistError(f"{nodes[source].name} depends on itself")
+                else:
+                    done[index] = True
+                    order.append(index)
+        return order
+
+    def _find_early(self, seen):
+        """Nodes that what is seen from outside needs; no input may reach them."""
+        nodes = self.netlist.nodes
+        stack = [source for word in seen for run in word if run.node >= 0
+                 for source in self.through([run.node])]
+        found = set()
+        while stack:
+            index = stack.pop()
+            if index in found or nodes[index].kind in HELD:
+                if nodes[index].kind == "input":
+                    raise NetlistError(f"{nodes[index].name} reaches an output in its own clock")
+                continue
+            found.add(index)
+            stack.extend(self.reads[index])
+        return found
+
+    # ---- parts
+
+    def _classify(self):
+        """Class of every node: nodes of one class only are worked out together."""
+        nodes = self.netlist.nodes
+        busy = {node.index for node in nodes
+                if node.kind == "register" and BUSY.fullmatch(node.name)}
+        found = {}
+        for index in self._order:
+            hot = bool(self.reads[index] & busy)
+            if hot and nodes[index].width > 1:
+                busy.add(index)
+            found[index] = self._class(nodes[index], hot)
+        for node in nodes:
+            if node.kind in SINKS:
+                found[node.index] = self._class(node, bool(self.reads[node.index] & busy))
+        return found
+
+    def _kind(self, index):
+        """Of what kind a node's class is: only nodes of one kind are worked out for each other."""
+        stage, where = self._classes[index]
+        return stage == 0, where if where in {"busy", "processor"} else ""
+
+    def _class(self, node, hot):
+        if node.index in self._early:
+            return (0, "busy" if hot else self.module(node))
+        sink = node.kind in SINKS
+        if self.module(node).startswith(PROCESSOR) and (not sink or node.enables):
+            return (1, "processor")
+        if hot:
+            return (3 if sink else 1, "busy")
+        return (2 if sink else 1, self.module(node))
+
+    @staticmethod
+    def module(node):
+        """Module of the controller that a node is in, by its name."""
+        name = node.name
+        if name.startswith("$flatten"):
+            return name.removeprefix("$flatten").rpartition(".")[0].replace("\\", "")
+        return name.rpartition(".")[0]
+
+    def _units(self, forced):
+        """For every node the one that it is worked out for alone, or itself."""
+        owner = {node.index: node.index for node in self.netlist.nodes}
+        for index in reversed(self._order):
+            users = self.users[index]
+            owners = {owner[user] for user in users}
+            if index not in forced and len(owners) == 1:
+                one = owners.pop()
+                if self._kind(index) == self._kind(one):
+                    owner[index] = one
+        members = defaultdict(list)
+        for index in self._order:
+            members[owner[index]].append(index)
+        for node in self.netlist.nodes:
+            if node.kind in SINKS:
+                members[node.index].append(node.index)
+        return members
+
+    def _parts(self, units, forced):
+        nodes = self.netlist.nodes
+        owner = {index: root for root, inside in units.items() for index in inside
+                 if nodes[index].kind not in SINKS}
+        needs, follows = defaultdict(set), defaultdict(set)
+        for root, inside in units.items():
+            for index in inside:
+                for source in self.reads[index]:
+                    if nodes[source].kind not in HELD and owner[source] != root:
+                        needs[root].add(owner[source])
+                        follows[owner[source]].add(root)
+        parts: list[Part] = []
+        waiting = {root: len(needs[root]) for root in units}
+        heaps = defaultdict(list)  # by class
+        for root, count in waiting.items():
+            if not count:
+                heappush(heaps[self._classes[root]], root)
+        for now in range(4):
+            where, part = None, None
+            while ready := [key for key in heaps if key[0] == now]:
+                if where not in heaps:
+                    where, part = min(ready, key=lambda key: (
+                        ("busy", "processor").index(key[1]) if key[1] in {"busy", "processor"}
+                        else -1, -len(heaps[key]))), None
+                root = heappop(heaps[where])
+                if not heaps[where]:
+                    del heaps[where]
+                whole = where[1] in {"busy", "processor"}
+                if part is None or (not whole
+                                    and len(part.nodes) + len(part.sinks) >= self._largest):
+                    part = Part(len(parts), early=now == 0, name=where[1])
+                    parts.append(part)
+                for index in units[root]:
+                    (part.sinks if nodes[index].kind in SINKS else part.nodes).append(nodes[index])
+                for other in follows[root]:
+                    waiting[other] -= 1
+                    if not waiting[other]:
+                        heappush(heaps[self._classes[other]], other)
+        rank = {index: at for at, index in enumerate(self._order)}
+        for part in parts:
+            part.nodes.sort(key=lambda node: rank[node.index])
+            inside = {node.index for node in (*part.nodes, *part.sinks)}
+            part.kept = [node for node in part.nodes
+                         if node.index in forced or not self.users[node.index] <= inside]
+        return parts
