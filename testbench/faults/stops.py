@@ -152,7 +152,7 @@ STOPS = (
     Stop("guard", "a bit of a guarded register turns over", "the bit", _cut,
          _flip("guard_command", 5), "guard", 3),
     Stop("memory", "a bit of every word of the main loop turns over", "the read of one", _cut,
-         lambda job: bend_code(job, random.Random(1)) and None, "memory", 2, since=_read),
+         lambda job: bend_code(job, random.Random(1)) and None, "memory", 3, since=_read),
     Stop("watchdog, clock", "the processor stands still", "its last call", _cut,
          lambda job: job.session.poke("sleep_left", 0xFFFF), "watchdog", 10_002, since=_last_call),
     Stop("watchdog, program", "the processor runs in a circle", "its last call", _cut,
