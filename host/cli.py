@@ -53,6 +53,7 @@ class WithTcp(TyperCommand):
 
 
 AT_PORT = "With --port"   # heading of the options for it
+BAUD = 1_000_000      # of a board
 INTERRUPTED = 130  # what Typer makes of Ctrl-C
 SEEDS = 2**64
 
@@ -129,7 +130,7 @@ def run(
     )] = None,
     baud: Annotated[int, typer.Option(
         min=1, metavar="N", rich_help_panel=AT_PORT,
-        help="Bits a second of a serial line.")] = 1_000_000,
+        help="Bits a second of a serial line.")] = BAUD,
     at_start: Annotated[bool, typer.Option(
         "--at-start", rich_help_panel=AT_PORT,
         help="Declare that the machine stands where the machine's file has it at the start "
@@ -159,8 +160,9 @@ def run(
                                      folder=None if folder is None else Path(folder),
                                      mdi=mdi or [], until_s=until, clock_hz=clock,
                                      at_start=at_start, arm=not no_arm, reset=reset, console=out))
-    if at_start or no_arm or reset:
-        raise UsageError("--at-start, --no-arm and --reset are for a controller at a --port.")
+    if at_start or no_arm or reset or baud != BAUD:
+        raise UsageError("--baud, --at-start, --no-arm and --reset are for a controller at a "
+                         "--port.")
     from host.run.session import run_tape
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),

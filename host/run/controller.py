@@ -94,7 +94,7 @@ class Controller:
                             "is off, or the baud rate is another.")
         if not {"MPos", "Er", "Gap"} <= fields.keys():
             raise PortError(f"the other end of {self.port.url} is not Gapkeeper: its status "
-                            "report has not the fields of Gapkeeper.")
+                            "report has no Gapkeeper fields.")
         if fields["state"] in ("Run", "Hold") and not reset:
             raise LinkError(f"the controller at {self.port.url} is at work ({fields['state']}): "
                             "wait until it ends, or end it with --reset.")

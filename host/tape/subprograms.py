@@ -19,13 +19,15 @@ __all__ = ["COMMENT", "ends_program", "written_out"]
 COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _SKIPPED = re.compile(r"(?:[ \t]|\(\))*/")
 _END_WORD = re.compile(r"M[ \t]*0*(?:2|30)(?:\.0*)?(?![\d.])")
-_CALL = re.compile(r"M[ \t]*98(?![\d.])")
-_RETURN = re.compile(r"M[ \t]*99(?![\d.])")
-_NAME = re.compile(r"[O:][ \t]*(\d+)(?![\d.])")
-_WHICH, _TIMES = (re.compile(rf"{letter}[ \t]*(\d+)(?![\d.])") for letter in "PL")
+_CALL = re.compile(r"M[ \t]*0*98(?:\.0*)?(?![\d.])")
+_RETURN = re.compile(r"M[ \t]*0*99(?:\.0*)?(?![\d.])")
+_NAME = re.compile(r"[O:][ \t]*([0-9]{1,8})(?![\d.])")
+_WHICH, _TIMES = (re.compile(rf"{letter}[ \t]*([0-9]{{1,8}})(?![\d.])") for letter in "PL")
+_OTHER_END = re.compile(r"M[ \t]*0*(?:0|1|2|30|99)(?:\.0*)?(?![\d.])")
 
 DEEPEST = 8             # calls inside each other
-MOST = 1_000_000        # blocks of a program that is written out
+MOST = 1_000_000        # blocks of a program that is written out, and passes of subprograms
+MOST_TIMES = 9999       # of one call
 
 
 def ends_program(block: str) -> bool:
@@ -59,6 +61,7 @@ class _Program:
     first: int                              # number of the first line in its source
     subprograms: dict[int, int] = field(default_factory=dict)
     blocks: list[tuple[int, str]] = field(default_factory=list)
+    passes: int = 0
 
     def fault(self, index: int, reason: str, column: int = 0) -> TapeError:
         return TapeError(reason, index + self.first, column)
@@ -75,29 +78,39 @@ class _Program:
 
     def put(self, index: int, text: str) -> None:
         if len(self.blocks) == MOST:
-            raise self.fault(index, f"written out, the program has more than {MOST:,} blocks.")
+            raise self.fault(index, f"written out, the program has more than {MOST:,} blocks or "
+                             "calls.")
         self.blocks.append((index, text))
 
     def call(self, index: int, words: str, running: tuple[int, ...]) -> None:
         """The subprogram that a block calls, as often as it says."""
         call = _CALL.search(words)
         assert call
-        which, times = _WHICH.search(words), _TIMES.search(words)
+        which, times = (found.search(words, call.end()) for found in (_WHICH, _TIMES))
         column = call.start() + 1
         if words.lstrip().startswith("/"):
             raise self.fault(index, "a call (M98) cannot be skipped by /: whether it is carried "
                              "out is known only at the machine.", column)
+        if _OTHER_END.search(words):
+            raise self.fault(index, "a block with a call (M98) neither stops nor ends the program, "
+                             "nor does it return.", column)
         if not which:
-            raise self.fault(index, "M98 needs the number of its subprogram, P.", column)
+            raise self.fault(index, "M98 needs the number of its subprogram behind it, P and a "
+                             "whole number of at most 8 digits.", column)
+        if times and int(times[1]) > MOST_TIMES:
+            raise self.fault(index, f"a call (M98) is repeated at most {MOST_TIMES} times, by L.",
+                             times.start() + 1)
         number = int(which[1])
         if number not in self.subprograms:
             raise self.fault(index, f"there is no subprogram O{number} behind the program's end "
-                             "(M02 or M30).", which.start() + 1)
+                             "(M02 or M30); repeats are given by L.", which.start() + 1)
         if number in running:
             raise self.fault(index, f"the subprogram O{number} calls itself.", column)
         if len(running) == DEEPEST:
             raise self.fault(index, f"more than {DEEPEST} calls stand inside each other.", column)
         rest = _without(words, call, which, times)
+        if re.search(r"[PL]", rest):
+            raise self.fault(index, "a block with a call (M98) has no other P or L.", column)
         if rest.strip():
             self.put(index, rest)
         for _ in range(int(times[1]) if times else 1):
@@ -105,6 +118,10 @@ class _Program:
 
     def run(self, begin: int, number: int, running: tuple[int, ...]) -> None:
         """One pass of a subprogram."""
+        self.passes += 1
+        if self.passes > MOST:
+            raise self.fault(begin, f"written out, the program has more than {MOST:,} blocks or "
+                             "calls.")
         for index in range(begin, len(self.lines)):
             line = self.lines[index]
             words = _words(line)

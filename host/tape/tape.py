@@ -5,6 +5,7 @@ A punched tape is: leader, start (``%`` or ER) and end of block, blocks, end (``
 Texts are in upper case, as both codes have one case only; what is written small is punched large.
 """
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from host.errors import TapeError, UsageError
 from host.tape.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
 from host.tape.subprograms import COMMENT, ends_program, written_out
 
+_LINE_END = re.compile(r"\r\n|\r|\n")    # and nothing else that Unicode takes for one
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
 
 
@@ -32,11 +34,15 @@ class Tape:
         return self.lines[block - 1] if 0 < block <= len(self.lines) else block
 
 
-def _punchable(line: str, code: Code) -> str:
+def _punchable(line: str, code: Code, *, kept: bool) -> str:
     """A line in capitals; what its code cannot punch in comments is a space there.
 
-    What begins a comment stays: without it the comment would be words of the program.
+    What begins a comment stays: without it the comment would be words of the program. Of a line
+    that is not ``kept``, behind the end word, spaces stand for anything that cannot be punched.
     """
+    if not kept:
+        return "".join(char.upper() if char.upper() in code.punch and char != "%" else " "
+                       for char in line)
     line = "".join(char.upper() if char.isascii() else char for char in line)
     return COMMENT.sub(lambda found: found[0][0] + "".join(
         char if char in code.punch and char != "%" else " " for char in found[0][1:]), line)
@@ -55,18 +61,24 @@ def encode(text: str, code: Code = ISO) -> Tape:
     TapeError
         If the code has no row for a character, or a ``%`` stands inside the program.
     """
-    lines = text.splitlines()
+    lines = _LINE_END.split(text)
     first = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
     lines = lines[first:]
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise TapeError("the text is empty: there is nothing to punch.")
-    if lines[0].strip() == "%":
+    if lines[0].strip().startswith("%"):
+        if lines[0].strip() != "%":
+            raise TapeError("% must stand alone on the first line; a name of the program is "
+                            "written O and a number, on the next.", first + 1,
+                            lines[0].index("%") + 2)
         lines = lines[1:]
         first += 1
     end = next((n for n, line in enumerate(lines) if line.strip() == "%"), len(lines))
-    lines = [_punchable(line, code) for line in lines[:end]]
+    over = next((n + 1 for n, line in enumerate(lines[:end]) if ends_program(line)), end)
+    # Behind the end word only subprograms are of use.
+    lines = [_punchable(line, code, kept=n < over) for n, line in enumerate(lines[:end])]
 
     rows = bytearray([BLANK] * FEED_ROWS + [code.start, code.end_of_block])
     numbers = [first]
@@ -180,8 +192,10 @@ def load(path: Path) -> Tape:
 
 def text_of(path: Path, data: bytes) -> str:
     """Text of a part program's bytes, without the mark that some editors put before it."""
+    if b"\0" in data:
+        raise TapeError(f"{path} is no text that can be read (byte {data.index(0) + 1} is zero; "
+                        "UTF-16?); punched tapes have the ending .ptp.")
     try:
         return data.decode().removeprefix("\ufeff")
-    except UnicodeDecodeError as error:
-        raise TapeError(f"{path} is no text (byte {error.start + 1} cannot be read); punched tapes "
-                        "have the ending .ptp.") from error
+    except UnicodeDecodeError:
+        return data.decode("latin-1")   # each byte a character, which only a comment may hold

@@ -46,7 +46,7 @@ BUDGETS = {
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),
     "short":         Cells(lut4=112,  ccu2c=53,  ff=76,   ram=0,  bram=0,  dsp=0),
     "sleep":         Cells(lut4=27,   ccu2c=9,   ff=16,   ram=0,  bram=0,  dsp=0),
-    "uart":          Cells(lut4=184,  ccu2c=35,  ff=108,  ram=8,  bram=1,  dsp=0),
+    "uart":          Cells(lut4=209,  ccu2c=35,  ff=108,  ram=8,  bram=1,  dsp=0),
     "watchdog":      Cells(lut4=53,   ccu2c=64,  ff=57,   ram=0,  bram=0,  dsp=0),
 }
 

@@ -17,6 +17,7 @@ from cocotb.handle import Immediate
 from cocotb.task import bridge, resume
 
 from softcore.memory import parities, words_of
+from softcore.top import SIMULATED_DIVISOR
 from testbench.native.probes import MEMORY, PARITY, PROBES
 from testbench.native.station import Session, declare
 
@@ -40,6 +41,8 @@ def _signed(probe, value):
 class CosimSession(Session):
     """A controller in Verilator under cocotb. Make it before the first clock.
 
+    ``byte_clocks`` is how long a byte takes on the line.
+
     Parameters
     ----------
     bench : cocotb handle
@@ -49,6 +52,8 @@ class CosimSession(Session):
     seed : int
         Of everything random.
     """
+
+    byte_clocks = 10 * SIMULATED_DIVISOR
 
     def __init__(self, bench, *, machine: dict, clock_hz: int, seed: int):
         self._program = program = ctypes.CDLL(None)

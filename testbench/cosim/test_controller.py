@@ -2,11 +2,11 @@
 """The native simulation's controller beside Verilator's of the same gateware, in every clock."""
 
 import pytest
-from host.simulation import Simulation as Piped
 
-from host import machine as machines
-from host.run import Run
-from host.tape import load
+from host.machines import machine as machines
+from host.run.run import Run
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
 from testbench.native import build, compiling, controller
 from testbench.native.emission import Emission
 from testbench.native.pair import difference, pair_library

@@ -3,7 +3,7 @@
 
 import pytest
 
-from host import machine as machines
+from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation

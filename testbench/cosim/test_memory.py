@@ -12,6 +12,7 @@ from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import load
+from softcore.soc import MEMORY_SIZE
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.cosim.tapes import TAPES
@@ -111,5 +112,5 @@ def test_a_run_ends_with_the_alarm():
 
 def test_a_bit_that_is_none_is_refused():
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1) as session:
-        for address, bit in ((1, 0), (-4, 0), (294_912, 0), (0, 33), (0, -1)):
+        for address, bit in ((1, 0), (-4, 0), (MEMORY_SIZE, 0), (0, 33), (0, -1)):
             refuses(session.flip, r"^the memory has no bit", address, bit)

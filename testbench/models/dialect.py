@@ -35,7 +35,8 @@ GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 4: "once",
           36: "once", 37: "once", 38: "once", 39: "once", 90: "distance", 91: "distance",
           92: "once", 94: "feed", 95: "feed", 53: "frame",
           **dict.fromkeys((28, 30, *map(Decimal, ("28.1", "30.1", "92.1"))), "once")}
-SILENT = {49, 61, 64, 80, 98, 99}   # change nothing on this machine; 80 ends the mode of motion
+# Change nothing on this machine; 80 ends the mode of motion.
+SILENT = {49, 61, 64, 80, Decimal("91.1"), 98, 99}
 NOT_THE_MACHINES = {70, 71, 72, 73, 98, 99}     # M codes that are not for the machine side
 ALONE = 10, 36, 37, 38, 39
 STEPS = 32              # of a series of conditions by depth

@@ -29,8 +29,10 @@ def words_of(text, skip):
         if char in " \t":
             at += 1
         elif char == "(":
-            at = text.find(")", at) + 1
-            require(at, "comment not closed")
+            end = text.find(")", at)
+            require(end > 0, "comment not closed")
+            require("(" not in text[at + 1:end], "comment within a comment")
+            at = end + 1
         elif char == ";":
             break
         elif char == "/" and not begun:

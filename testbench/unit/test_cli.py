@@ -177,8 +177,8 @@ def test_ctrl_c_ends_a_run_as_its_time_would(workdir):
 @pytest.mark.parametrize(("arguments", "message"), [
     (["simulate", "--tcp", "--pty"], "--tcp and --pty: the controller has one line only."),
     (["simulate", "--tcp", "a:b"], '"a:b" is no address: give HOST:PORT, such as 127.0.0.1:3333.'),
-    (["run", __file__, "--at-start"], "--at-start, --no-arm and --reset are for a controller at a "
-                                      "--port."),
+    (["run", __file__, "--at-start"], "--baud, --at-start, --no-arm and --reset are for a "
+                                      "controller at a --port."),
     (["run", __file__, "--port", "x", "--waves"], "--seed and --waves are for the simulated "
                                                   "machine: a port has none."),
     (["run", TAPES / "sink_jump.nc", "--port", "ftp://x:1"],

@@ -55,7 +55,7 @@ def test_every_block_knows_its_line_in_the_text():
 
 
 @pytest.mark.parametrize(("before", "after", "line", "column", "said"), [
-    ("P2000 L3", "L3", 4, 5, "M98 needs the number of its subprogram, P."),
+    ("P2000 L3", "L3", 4, 5, "M98 needs the number of its subprogram behind it, P"),
     ("P2000 L3", "P2001", 4, 9, "there is no subprogram O2001 behind the program's end"),
     ("N20 M98", "/N20 M98", 4, 6, "cannot be skipped by /"),
     ("N90 M99", "N90", 7, 0, "the subprogram O2000 has no end (M99)."),
@@ -81,7 +81,7 @@ def test_calls_have_a_depth_and_a_size():
     assert len(encode(nested(DEEPEST, 1)).lines) == 4
     with pytest.raises(TapeError, match=f"more than {DEEPEST} calls stand inside each other"):
         encode(nested(DEEPEST + 1, 1))
-    with pytest.raises(TapeError, match=f"more than {MOST:,} blocks"):
+    with pytest.raises(TapeError, match=f"more than {MOST:,} blocks or calls"):
         encode(nested(3, 101))
 
 
@@ -105,3 +105,48 @@ def test_what_no_code_has_is_a_space_in_a_comment(code):
 def test_what_stands_behind_the_second_percent_sign_is_not_read():
     text = "%\nG00 X1\nM30\n%\nG00 X5 and words _ that mean nothing\n%\n"
     assert blocks(encode(text)) == ["G00 X1", "M30"]
+
+
+@pytest.mark.parametrize(("block", "column", "said"), [
+    ("M98 P2000 M30", 1, "neither stops nor ends the program, nor does it return"),
+    ("M98 P2000 M99", 1, "neither stops nor ends the program, nor does it return"),
+    ("G4 P2 M98 P3000", 7, "has no other P or L"),
+    ("M98 P2000 L99999999", 11, "repeated at most 9999 times"),
+    (f"M98 P{'2' * 5000}", 1, "a whole number of at most 8 digits"),
+    ("M98 P2000.", 1, "a whole number of at most 8 digits"),
+    ("M98 P52000", 5, "repeats are given by L"),
+])
+def test_a_call_says_one_thing(block, column, said):
+    with pytest.raises(TapeError) as raised:
+        encode(PROGRAM.replace("N20 M98 P2000 L3", block))
+    assert said in str(raised.value)
+    assert (raised.value.block, raised.value.character) == (4, column)
+
+
+def test_an_empty_subprogram_that_is_called_for_ever_comes_to_an_end():
+    nested = "\n".join(f"O{n}\nM98 P{n + 1} L999\nM99" for n in range(1, 4))
+    with pytest.raises(TapeError, match=f"more than {MOST:,} blocks or calls"):
+        encode(f"M98 P1\nM30\n{nested}\nO4\nM99")
+
+
+@pytest.mark.parametrize("char", ["\u2028", "\u0085", "\f", "\v", "\x1c"])
+def test_a_line_ends_where_a_machine_ends_it(char):
+    """Not where Unicode does: what follows would be words of a program instead of a comment's."""
+    assert len(encode(f"G01 X1 F100 ; note{char}X99\nM30").lines) == 4
+
+
+def test_what_is_behind_the_end_need_not_be_punchable():
+    assert blocks(encode("G00 X1\nM30\nDuration: 5 min, 3 \u20ac, 100 % {a}")) == [
+        "G00 X1", "M30"]
+
+
+def test_a_name_behind_the_first_percent_sign_is_refused_with_what_to_write():
+    with pytest.raises(TapeError, match=r"line 1|Block 1, character 2: % must stand alone"):
+        encode("%1001\nG00 X1\nM30\n%")
+
+
+@pytest.mark.parametrize("block", ["(was (old) X99", "G00 X1 (a (b) c)"])
+def test_a_comment_in_a_comment_is_refused(block):
+    fault = Checker().check(encode(f"{block}\nM30").rows)
+    assert isinstance(fault, Fault)
+    assert fault.sentence.endswith("a comment begins within a comment.")

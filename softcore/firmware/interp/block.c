@@ -157,8 +157,13 @@ block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
         }
         if (b->comment) {
             b->at++;
-            if (c == ')')
+            if (c == ')') {
                 b->comment = 0;
+            } else if (c == '(') {
+                /* Where it ends would be a guess, and what stands behind it words of the program. */
+                fault_at(f, FAULT_COMMENT, b->at, "a comment begins within a comment");
+                return BLOCK_FAULT;
+            }
             continue;
         }
         if (c >= 'a' && c <= 'z')

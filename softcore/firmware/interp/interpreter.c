@@ -29,7 +29,7 @@ static const g_row G_ROWS[] = {
     {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {530, G_FRAME},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
     {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
-    {910, G_DISTANCE}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
+    {910, G_DISTANCE}, {911, G_SILENT}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
     {980, G_SILENT}, {990, G_SILENT},
 };
 
@@ -49,10 +49,14 @@ static const refused_row REFUSED[] = {
     {411, 419, "G41.1 is not in this version; enter the offset by G10 D R, then G41 D"},
     {421, 429, "G42.1 is not in this version; enter the offset by G10 D R, then G42 D"},
     {430, 439, "tool length offsets (G43) are not in this version; set Z by G10 L20 P1 Z or G92 Z"},
+    {510, 529, "scaling and shifts (G51, G52) are not in this version; use G54 to G59, or G92"},
+    {541, 549, "more work offsets (G54.1) are not in this version; there are G54 to G59"},
+    {591, 599, "more work offsets (G59.1) are not in this version; there are G54 to G59"},
     {650, 669, "macro calls (G65, G66) are not in this version; write the moves out"},
     {680, 689, "turned coordinates (G68) are not in this version; turn the part in the CAM program"},
     {730, 769, "canned cycles (G73 to G76) are not in this version; write the moves out"},
     {810, 899, "canned cycles (G81 to G89) are not in this version; write the moves out"},
+    {901, 901, "centres from the zero (G90.1) are not in this version; I, J, K count from the start"},
     {922, 923, "G92.2 and G92.3 are not in this version; G92.1 takes back what G92 has set"},
     {930, 930, "inverse time feed (G93) is not in this version; give the feed per minute (G94)"},
     {960, 969, "constant surface speed (G96) is for lathes, and means nothing here"},
