@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller that lives in a thread of this program, at a TCP port that clients connect to."""
+"""A controller that lives in a thread of this program, and clients that connect to it."""
 
 import threading
 from contextlib import contextmanager
@@ -11,13 +11,14 @@ __all__ = ["Client", "serving"]
 
 
 @contextmanager
-def serving(machine, **options):
+def serving(machine, line=None, **options):
     """Let ``machine`` live while the block runs; yields its URL, and what was said of clients.
 
-    A failure of the thread is raised at the end of the block, whatever else went wrong in it.
+    Clients reach it by ``line``, which is closed at the end; without one, by TCP. A failure of the
+    thread is raised at the end of the block, whatever else went wrong in it.
     """
     said, failures, over = [], [], threading.Event()
-    line = Tcp("127.0.0.1", 0, said.append)
+    line = line or Tcp("127.0.0.1", 0, said.append)
     live = Live(machine, line, said.append, **options)
 
     def go_on():
