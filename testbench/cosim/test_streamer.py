@@ -184,6 +184,7 @@ def test_a_contour_of_1000_blocks_with_a_hold_and_an_override_byte():
     assert 0.4 * path[-1] < rest[0] < 0.7 * path[-1]
 
 
+@pytest.mark.soak
 def test_a_tape_that_machines():
     """Retraction data, a condition, jumps: the sender knows none of these codes by itself."""
     machine = start(trace=True)
