@@ -137,7 +137,7 @@ static bool refuse_way(context *c, const travel_range *t, unsigned axis, bool up
     return fault_at(c->f, FAULT_TRAVEL, column, "%c is beyond the travel", AXIS[axis]);
 }
 
-bool path_words_target(context *c, const travel_range *t, unsigned axis, int32_t frame,
+static inline __attribute__((always_inline)) bool target_of(context *c, const travel_range *t, unsigned axis, int32_t frame,
                        int32_t *target) {
     int32_t at = c->p->after.position[axis], pulses;
     const word *w = words_take(c, AXIS[axis]);
@@ -151,6 +151,11 @@ bool path_words_target(context *c, const travel_range *t, unsigned axis, int32_t
     if (travel_refuses(t, axis, at, *target))
         return refuse_way(c, t, axis, *target > at);
     return true;
+}
+
+bool path_words_target(context *c, const travel_range *t, unsigned axis, int32_t frame,
+                       int32_t *target) {
+    return target_of(c, t, axis, frame, target);
 }
 
 /* G53: this block's coordinates are those of the machine. */
@@ -175,7 +180,7 @@ bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t) 
         uint16_t column = BLOCK_WORD(c->b, AXIS[axis])->column;
         if (after->mode == MODE_NONE)
             return fault_at(c->f, FAULT_MODE, column, "%c without G00, G01, G02 or G03", AXIS[axis]);
-        if (!path_words_target(c, t, axis, c->g[G_FRAME] < 0 ? after->offset[axis] : 0, &target))
+        if (!target_of(c, t, axis, c->g[G_FRAME] < 0 ? after->offset[axis] : 0, &target))
             return false;
         c->p->move.delta[axis] = target - after->position[axis];
         c->p->moves = c->p->moves || c->p->move.delta[axis] != 0;
