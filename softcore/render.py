@@ -114,7 +114,8 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
     """Reference of alarms and errors, in Markdown."""
     lines = [
         "# Alarms and errors", "",
-        "`error:N` refuses a line: nothing of it was done. `ALARM:N` ends a program and locks the "
+        "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came while "
+        "it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
         "is gone. Both have the same numbers. In front of each the controller says where it was "
         "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
@@ -261,7 +262,9 @@ def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
         f"`C` with a number chooses one of these, or one that was entered with G10: {ENTERED} fit "
         f"beside them ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is added to "
         "the off-time after an arc or a short. The first are copper on steel in hydrocarbon oil, "
-        "from finishing to roughing; those with a negative electrode are for wire.", "",
+        "from finishing to roughing; those with a negative electrode are for wire. "
+        "510 is over before the gap is looked at as settings are built: see `C` in "
+        "[words](programs.md).", "",
         "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
     lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
               f"| {row.on_us} | {row.off_us} | {row.rest_us} "

@@ -176,7 +176,8 @@ EVENTS: tuple[Event, ...] = (
           fields=(
         _field("code", "count", "Number of the alarm."),
         _field("text", "text", "What was wrong, and where."))),
-    Event(name="pause", word="pause", doc="M00, or M01 if it stops. `run` resumes by itself.",
+    Event(name="pause", word="pause", doc="M00, or M01 if it stops. In simulation `run` resumes "
+          "by itself; at a port Enter does.",
           filed=False),
     Event(name="program_end", word="end", doc="The program has ended."),
 )

@@ -15,8 +15,8 @@ from testbench.punch import TAPES
 MACHINE = machines.load("sinker")
 
 # What the firmware keeps up with at the simulation's 2 MHz, mm/s: 18500 clocks for a block that is
-# read (1.083 measured; 1.168 before the image was watched: the code lies differently in a cache
-# of 4 KiB), some 3000 for one that is remembered. The rapid feed is 30; a board's clock is 25 times as
+# read (1.083 measured; 1.168 before the image was watched: the code lies differently in a cache of
+# 4 KiB), some 3000 for one that is remembered. The rapid feed is 30; a board's clock is 25 times as
 # fast.
 FORWARD, BACK = 1.05, 4.5
 CLOCKS, SAID = 17_800, 33   # at most, a block of 10 um: 28 mm/s at 50 MHz, a line of 1 Mbaud
