@@ -114,8 +114,8 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
     """Reference of alarms and errors, in Markdown."""
     lines = [
         "# Alarms and errors", "",
-        "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came while "
-        "it was being carried out. `ALARM:N` ends a program and locks the "
+        "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came "
+        "while it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
         "is gone. Both have the same numbers. In front of each the controller says where it was "
         "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
