@@ -33,8 +33,8 @@ def pins_page(boards: Iterable[Board], pads: Iterable[Pad] = (*PADS, CHAIN)) -> 
         "Each signal of the machine, and its pins on the board, first bit first: the header's pin "
         "and in brackets the site of the device, or the site alone. *Active low*: the pad inverts. "
         "An input at a header is pulled down: where its wire breaks, an active low one reads as "
-        "true, and what guards the machine stops it. What each wire must be like stands at the head "
-        "of the board's file in `constraints/`."]
+        "true, and what guards the machine stops it. What each wire must be like stands at the "
+        "head of the board's file in `constraints/`."]
     pads = tuple(pads)
     alike: dict[str, list[Board]] = {}
     for board in boards:

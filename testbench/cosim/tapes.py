@@ -11,7 +11,7 @@ from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.codes import ISO
 from host.tape.tape import Tape, encode, load
-from softcore.linkmap import REALTIME
+from softcore.linkmap import DOOR, REALTIME
 from testbench.cosim.job import HEIGHT_MM, MM, Job
 from testbench.native.station import Session
 from testbench.punch import TAPES, broken
@@ -139,7 +139,7 @@ def broken_tapes(session: Session, names: Sequence[str] = ()) -> dict:
 
 def _bent(data, at, bit):
     """A frame with one bit turned over, or the next one: no byte becomes a real-time byte."""
-    realtime = {one.byte for one in REALTIME}
+    realtime = {DOOR, *(one.byte for one in REALTIME)}
     found = bytearray(data)
     while found[at] == data[at] or found[at] in realtime:
         found[at] = data[at] ^ 1 << bit % 8
