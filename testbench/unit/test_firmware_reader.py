@@ -82,6 +82,8 @@ def test_every_byte_value_is_a_character_a_fault_or_nothing(checker, code):
             assert (result.code, result.line) == (NO_END, 2)
         elif byte == code.punch[")"]:
             assert result.sentence.endswith("the character ')' is out of place.")
+        elif byte == code.punch["("]:
+            assert result.sentence.endswith("a comment begins within a comment.")
         elif byte in code.read:
             assert not isinstance(result, Fault), (byte, result.sentence)
         elif byte == 0 and code.blank_is_fault:
