@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 from constraints.board import CHAIN, PADS, Board, Pad
 
@@ -16,8 +17,8 @@ def _sites(board: Board) -> dict[tuple[str, int], str]:
     return {(name, int(bit or 0)): site for name, bit, site in found}
 
 
-def _row(pad: Pad, board: Board, resources: dict[tuple[str, int], object]) -> str:
-    io = resources[pad.name, 0].ios[0]  # type: ignore[attr-defined]
+def _row(pad: Pad, board: Board, resources: dict[tuple[str, int], Any]) -> str:
+    io = resources[pad.name, 0].ios[0]      # Amaranth has no types
     sites = _sites(board)
     places = [f"{name.removeprefix('gpio_0:')} ({sites[pad.name, bit]})" if ":" in name else name
               for bit, name in enumerate(io.names)]

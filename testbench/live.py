@@ -25,7 +25,7 @@ def serving(machine, line=None, **options):
         try:
             while not over.is_set():
                 live.step()
-        except Exception as error:
+        except Exception as error:  # whatever it is, the block raises it at its end
             failures.append(error)
 
     thread = threading.Thread(target=go_on)
