@@ -13,16 +13,18 @@ __all__ = ["FOLDERS", "SLOW", "is_quick"]
 FOLDERS = {"cosim": "cosim", "formal": "formal"}
 # More than some 5 s each on one core, all of them five sixths of the unit tests' time.
 SLOW = frozenset({
-    "test_axis", "test_boards", "test_cli", "test_condition_switch", "test_constant_removal",
-    "test_experiment_removal", "test_firmware_arc", "test_firmware_fuzz", "test_firmware_image",
-    "test_firmware_planned", "test_fluid", "test_live", "test_preset_counter",
-    "test_preset_counter_race", "test_removal", "test_report", "test_retraction",
-    "test_retraction_contact",
-    "test_retraction_ramps", "test_retraction_servo", "test_roughing", "test_staircase",
-    "test_supervision", "test_tables_firmware"})
+    "firmware/test_arc", "firmware/test_fuzz", "firmware/test_image", "firmware/test_planned",
+    "firmware/test_tables", "host/test_cli", "host/test_experiment_removal", "host/test_live",
+    "host/test_report", "host/test_roughing", "host/test_staircase", "project/test_boards",
+    "rtl/test_axis", "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_fluid",
+    "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
+    "rtl/test_retraction", "rtl/test_retraction_contact", "rtl/test_retraction_ramps",
+    "rtl/test_retraction_servo", "rtl/test_supervision"})
 
 
 def is_quick(path: str) -> bool:
     """Whether the tests of a file are quick, given by its place in the project."""
     place = PurePosixPath(path)
-    return place.parts[:2] == ("testbench", "unit") and place.stem not in SLOW
+    unit = PurePosixPath("testbench/unit")
+    return (place.is_relative_to(unit)
+            and place.relative_to(unit).with_suffix("").as_posix() not in SLOW)

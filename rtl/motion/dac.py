@@ -109,7 +109,7 @@ class SigmaDelta(wiring.Component):
     modulator of second order is stable, the whole part of ``noise`` sticks at its bound and shaping
     falls back towards the first order; the mean stays exact up to full scale.
 
-    Bounds: ``testbench/unit/test_dac.py``, over every constant magnitude and, with a coarser
+    Bounds: ``testbench/unit/rtl/test_dac.py``, over every constant magnitude and, with a coarser
     magnitude, over every state that any sequence of magnitudes can reach.
 
     Members

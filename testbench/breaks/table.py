@@ -11,8 +11,8 @@ __all__ = ["EQUIVALENT", "SHORT", "TABLE"]
 
 TABLE: tuple[Break, ...] = SAFETY + MOTION + MACHINE + LINK
 
-WINDOW = ("testbench/unit/test_firmware_path.py::test_window_moves_under_a_moving_machine",
-          "testbench/unit/test_firmware_path.py::test_window_holds_what_is_commanded")
+WINDOW = ("testbench/unit/firmware/test_path.py::test_window_moves_under_a_moving_machine",
+          "testbench/unit/firmware/test_path.py::test_window_holds_what_is_commanded")
 BEYOND = (
     "What is dropped lies 15 segments beyond that in which the machine was when the step began. If "
     "its position is there now, it has gone there since; and on the way there the command is as "
@@ -22,7 +22,7 @@ BEYOND = (
 EQUIVALENT: tuple[Equivalent, ...] = (
     Equivalent(
         Break("rtl/safety/arming.py", "state.eq(OPEN), wait.eq(closing)]", "state.eq(OPEN)]",
-              ("testbench/unit/test_arming.py",), "the contacts' time begins anew"),
+              ("testbench/unit/rtl/test_arming.py",), "the contacts' time begins anew"),
         "Only a closed contactor counts the time down, and only then is it looked at; the press "
         "that closes sets it, and reset does. So it is at its start whenever it counts."),
     Equivalent(
@@ -35,20 +35,20 @@ EQUIVALENT: tuple[Equivalent, ...] = (
         BEYOND),
     Equivalent(
         Break("softcore/firmware/interp/reader.c", "r->column = r->counted = r->length = 0;",
-              "r->column = r->length = 0;", ("testbench/unit/test_firmware_reader.py",),
+              "r->column = r->length = 0;", ("testbench/unit/firmware/test_reader.py",),
               "TV begins anew with each block"),
         "Only whether the count is even is looked at, and only with TV, which a tape has from its "
         "start or not at all: each block before was even, or the tape has ended there."),
     Equivalent(
         Break("softcore/firmware/app/program.c", "at == STAGE_EXECUTE && execute_paused()",
-              "execute_paused()", ("testbench/unit/test_firmware_program.py",),
+              "execute_paused()", ("testbench/unit/firmware/test_program.py",),
               "a stop is told as one"),
         "A block that is carried out stands still at its stop only between its begin and its end "
         "or abort (execute_begin, execute_abort), and for all that time the stage is EXECUTE."),
     Equivalent(
         Break("softcore/firmware/app/machine.c", "!locked && running", "running",
-              ("testbench/unit/test_firmware_machine.py",
-               "testbench/unit/test_firmware_program.py"), "a locked machine does not retract"),
+              ("testbench/unit/firmware/test_machine.py",
+               "testbench/unit/firmware/test_program.py"), "a locked machine does not retract"),
         "A locked machine does not run: each place that locks takes run away before (machine_stop, "
         "machine_init), and only a program that was let through gives it. The link asks, too."),
 )

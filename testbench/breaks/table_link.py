@@ -5,18 +5,18 @@ from testbench.breaks.harness import breaks_of
 
 __all__ = ["LINK"]
 
-PROGRAM = "unit/test_firmware_program.py"
-MACHINE = "unit/test_firmware_machine.py"
-TALK = "unit/test_firmware_link.py"
+PROGRAM = "unit/firmware/test_program.py"
+MACHINE = "unit/firmware/test_machine.py"
+TALK = "unit/firmware/test_link.py"
 
 LINK = (
     *breaks_of(
-        "softcore/firmware/link/lines.c", "unit/test_firmware_lines.py",
+        "softcore/firmware/link/lines.c", "unit/firmware/test_lines.py",
         ("until_end || until_quiet ? STALE", "until_end ? STALE", "the rest of a line is no line"),
         ("    if (guarded)\n        return GUARDED;\n", "", "a guarded link takes no plain line"),
         ("    if (tape_due())\n        return ON_TAPE;\n", "",
          "what comes between frames is no line",
-         "unit/test_firmware_lines.py unit/test_firmware_link.py"),
+         "unit/firmware/test_lines.py unit/firmware/test_link.py"),
         ("now.check == now.crc_before ? GOOD", "now.check != 0 ? GOOD", "a check is compared"),
         ("now.number != (newest.there", "now.number < (newest.there", "numbers follow each other"),
         ("    if (crowded || now.lost) {", "    if (now.lost) {", "lines keep their order"),
@@ -56,7 +56,7 @@ LINK = (
     *breaks_of(
         "softcore/firmware/link/link.c", TALK,
         ("    case FRAME_BROKEN: lines_frame_bad(); break;\n", "",
-         "what follows a damaged frame is not trusted", "unit/test_firmware_lines.py"),
+         "what follows a damaged frame is not trusted", "unit/firmware/test_lines.py"),
         ("        frame_damaged();\n        lines_frame_bad();\n    } else",
          "        lines_damaged(0);\n    } else",
          "what is lost in a frame damages it"),
@@ -65,28 +65,28 @@ LINK = (
     *breaks_of(
         "softcore/firmware/link/tape.c", TALK,
         ("    if (state == RUNNING)\n        return false;\n", "",
-         "no tape begins while another runs", "unit/test_firmware_link.py "
-         "unit/test_firmware_program.py unit/test_firmware_machine.py"),
+         "no tape begins while another runs", "unit/firmware/test_link.py "
+         "unit/firmware/test_program.py unit/firmware/test_machine.py"),
         ("    if (state != OPEN && state != RUNNING)\n        return;\n", "",
-         "what comes of an aborted tape is dropped", "unit/test_firmware_link.py "
-         "unit/test_firmware_program.py unit/test_firmware_machine.py"),
+         "what comes of an aborted tape is dropped", "unit/firmware/test_link.py "
+         "unit/firmware/test_program.py unit/firmware/test_machine.py"),
     ),
     *breaks_of(
         "softcore/firmware/app/commands.c", TALK,
-        ("    hal_release_reset();\n", "", "a reset ends", "unit/test_firmware_lines.py"),
+        ("    hal_release_reset();\n", "", "a reset ends", "unit/firmware/test_lines.py"),
         ("        ignored += resumes + retracts;\n        return;\n",
          "        ignored += resumes + retracts;\n",
-         "single bytes do not move a guarded machine", "unit/test_firmware_lines.py"),
+         "single bytes do not move a guarded machine", "unit/firmware/test_lines.py"),
         ("    if (!is_free(f))\n        return;\n    if (hold_came)", "    (void)is_free(f);\n"
-         "    if (hold_came)", "a locked machine does not resume", "unit/test_firmware_lines.py"),
+         "    if (hold_came)", "a locked machine does not resume", "unit/firmware/test_lines.py"),
         ("machine_machining() || hal_motion_read().moving", "hal_motion_read().moving",
-         "what guards stays while machining", f"{MACHINE} unit/test_firmware_depth_series.py"),
+         "what guards stays while machining", f"{MACHINE} unit/firmware/test_depth_series.py"),
         ("machine_machining() || hal_motion_read().moving", "machine_machining()",
          "what guards stays in motion", MACHINE),
         ("    if (program_running())\n", "    if (program_running() && settings_guard(number))\n",
          "no setting changes in a program", f"{TALK} {MACHINE}"),
         ("        machine_hold(true);\n", "        machine_hold(false);\n", "a hold holds",
-         "unit/test_firmware_lines.py"),
+         "unit/firmware/test_lines.py"),
         ("machine_locked() || machine_position_lost())\n        return \"Alarm\"",
          "machine_locked())\n        return \"Alarm\"", "a lost position is told"),
         ("(is_free(&f) && (tape_runs()", "((tape_runs()",
@@ -113,10 +113,10 @@ LINK = (
          MACHINE),
         ("root << 10;\n    most = most > start_rate ? most",
          "root << 11;\n    most = most > start_rate ? most",
-         "speed on an arc is bounded", "unit/test_firmware_path.py"),
+         "speed on an arc is bounded", "unit/firmware/test_path.py"),
     ),
     *breaks_of(
-        "softcore/firmware/interp/reader.c", "unit/test_firmware_reader.py",
+        "softcore/firmware/interp/reader.c", "unit/firmware/test_reader.py",
         ("r->counted % 2", "r->column % 2", "TV counts characters, not blanks"),
         ("odd_parity(byte) != r->eia", "odd_parity(byte) && !r->eia", "parity is checked in EIA"),
         ("r->run >= 2 &&", "r->run >= 4 &&", "a damaged start code starts nothing"),
@@ -135,7 +135,7 @@ LINK = (
          "        if (at != STAGE_READ)\n"
          "            return false; /*", "a tape waits for the line before it"),
         ("    execute_abort();\n", "", "an abort ends what is carried out",
-         "unit/test_firmware_depth_series.py"),
+         "unit/firmware/test_depth_series.py"),
         ("        alarm_raise(&trouble);\n    }\n}", "        tape_drop();\n    }\n}",
          "a damaged block is an alarm"),
         ("case EXECUTE_FAULT: alarm_raise(&trouble); break;", "case EXECUTE_FAULT: break;",

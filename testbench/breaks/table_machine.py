@@ -5,21 +5,21 @@ from testbench.breaks.harness import breaks_of
 
 __all__ = ["MACHINE"]
 
-PROGRAM = "unit/test_firmware_program.py"
-BOTH = f"unit/test_firmware_machine.py {PROGRAM}"
-APPROACH = "unit/test_firmware_approach.py"
-LINK = "unit/test_firmware_link.py"
-CEILING = "unit/test_firmware_ceiling.py"
-HOLDS = "unit/test_firmware_path.py::test_window_holds_what_is_commanded"
+PROGRAM = "unit/firmware/test_program.py"
+BOTH = f"unit/firmware/test_machine.py {PROGRAM}"
+APPROACH = "unit/firmware/test_approach.py"
+LINK = "unit/firmware/test_link.py"
+CEILING = "unit/firmware/test_ceiling.py"
+HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
     *breaks_of(
-        "softcore/firmware/app/machine.c", "unit/test_firmware_image_watch.py",
+        "softcore/firmware/app/machine.c", "unit/firmware/test_image_watch.py",
         ("    if (!image_watch_sound(f))\n        return false;\n", "",
          "a machine whose firmware is damaged stays locked"),
     ),
     *breaks_of(
-        "softcore/firmware/app/image_watch.c", "unit/test_firmware_image_watch.py",
+        "softcore/firmware/app/image_watch.c", "unit/firmware/test_image_watch.py",
         ("if (digest == image.digest || damaged)", "if (at == 0)", "an image that differs is told"),
         ("    hal_interlock_trip();\n", "", "outputs are safe then"),
         ("* 0x9e3779b1u", "", "the place of a word counts"),
@@ -36,7 +36,7 @@ MACHINE = (
         ("burns && !hal_armed()", "burns && machine_position_lost()", "the discharge is armed"),
         ("    held = waits = running = machining = false;\n}",
          "    waits = running = machining = false;\n}", "a reset ends a hold",
-         "unit/test_firmware_lines.py"),
+         "unit/firmware/test_lines.py"),
         ("    held = waits = running = machining = false;\n}",
          "    held = waits = machining = false;\n}",
          "after an alarm motion has to be allowed anew"),
@@ -49,7 +49,7 @@ MACHINE = (
         ("    path_forget(); /*", "    /*", "a cause in the path ends with the path"),
         ("    if (limits.low | limits.high)\n        hal_leave();\n",
          "    if (limits.low & limits.high)\n        hal_leave();\n",
-         "there is a way off a limit switch", "unit/test_firmware_travel.py"),
+         "there is a way off a limit switch", "unit/firmware/test_travel.py"),
         ("        hal_axis_adopt(axis);", "        (void)axis;",
          "an unlock takes the position"),
         ("    if (hal_safe())\n        return",
@@ -92,7 +92,7 @@ MACHINE = (
         ("1u << CAUSE_CODER |", "", "a coder's trip loses the position"),
     ),
     *breaks_of(
-        "softcore/firmware/path/path.c", "unit/test_firmware_path.py",
+        "softcore/firmware/path/path.c", "unit/firmware/test_path.py",
         ("(from <= height && to <= height)", "from <= height",
          "the ceiling of a block that ends above it",
          CEILING),
@@ -102,7 +102,7 @@ MACHINE = (
          HOLDS),
         ("limit + settings_get(SET_GAIN_PULSES)", "limit",
          "the path covers a series that goes on from its gain",
-         "unit/test_firmware_path.py::test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand"),
+         "unit/firmware/test_path.py::test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand"),
         ("    write_bound(BOUND_BEHIND, was);",
          "    write_bound(BOUND_BEHIND, was < now ? now : was);",
          "a window that stays keeps its lower bound"),
@@ -113,9 +113,9 @@ MACHINE = (
          CEILING),
         ("b->rate < a->rate && a", "b->rate > a->rate && a", "a lower feed is reached in time"),
         ("motion.state == MOTION_FRONT && !motion", "!motion", "the front is no retraction",
-         "unit/test_firmware_machine.py"),
+         "unit/firmware/test_machine.py"),
         ("!motion.moving && fresh", "fresh", "the front is at rest",
-         "unit/test_firmware_machine.py"),
+         "unit/firmware/test_machine.py"),
         ("    write_bound(BOUND_FLOOR, floor);\n", "", "a new ceiling is in force",
          CEILING),
         ("    write_bound(BOUND_FLOOR, floor_in_force);\n", "", "the floor follows the path",
@@ -131,7 +131,7 @@ MACHINE = (
          CEILING),
     ),
     *breaks_of(
-        "softcore/firmware/interp/retraction.c", "unit/test_firmware_retraction.py",
+        "softcore/firmware/interp/retraction.c", "unit/firmware/test_retraction.py",
         ("> highest_speed)", ">= highest_speed)", "the highest speed itself is allowed"),
         ("(uint32_t)set->value[item] > highest_speed)", "complete && !highest_speed)",
          "no faster than the machine"),
@@ -153,7 +153,7 @@ MACHINE = (
         ("back * LEAST >= length", "back >= length", "a way back at a slant leads away"),
     ),
     *breaks_of(
-        "softcore/firmware/interp/wire_offset.c", "unit/test_firmware_wire_offset.py",
+        "softcore/firmware/interp/wire_offset.c", "unit/firmware/test_wire_offset.py",
         ("bend == side : turn <= 0", "bend == side : turn < 0",
          "a line's way back is round its end"),
         ("bend == side : turn", "bend != side : turn", "a cusp's inside is inside"),

@@ -7,7 +7,7 @@ __all__ = ["SAFETY"]
 
 SAFETY = (
     *breaks_of(
-        "rtl/safety/interlock.py", "unit/test_interlock.py",
+        "rtl/safety/interlock.py", "unit/rtl/test_interlock.py",
         ("(self.live | self.latched).any()", "self.latched.any()", "safe in the clock of a cause"),
         ("Mux(clear, self.live, either", "Mux(clear, 0, either",
          "a cause in the clock of its clear stays"),
@@ -39,14 +39,14 @@ SAFETY = (
          "a bit that came by itself hides no trip"),
     ),
     *breaks_of(
-        "softcore/csr.py", "unit/test_registers.py",
+        "softcore/csr.py", "unit/softcore/test_registers.py",
         ("parities[block.name, name].eq(~word.xor())", "parities[block.name, name].eq(0)",
          "the parity is that of what is written"),
         (".as_unsigned().xor() ^ parity))", ".as_unsigned()[1:].xor() ^ parity))",
          "every bit counts in the parity"),
     ),
     *breaks_of(
-        "rtl/safety/arming.py", "unit/test_arming.py",
+        "rtl/safety/arming.py", "unit/rtl/test_arming.py",
         ("(state == CLOSED) & ~self.safe", "state == CLOSED", "safe opens in its clock"),
         ("self.safe | self.disarm", "self.safe", "firmware can disarm"),
         ("(state == CLOSED) & (wait == 0)", "state == CLOSED", "armed waits for the contacts"),
@@ -55,7 +55,7 @@ SAFETY = (
         ("with m.Elif(pressed):", "with m.Else():", "it does not arm by itself"),
     ),
     *breaks_of(
-        "rtl/safety/watchdog.py", "unit/test_watchdog.py",
+        "rtl/safety/watchdog.py", "unit/rtl/test_watchdog.py",
         ("== SECOND_KEY) & begun", "== SECOND_KEY)", "one key alone is no call"),
         ("LONGEST_US = 5000", "LONGEST_US = 50000", "the period is at most 5 ms"),
         ("with m.If(complete & self.open):", "with m.If(complete):", "a call too soon is none"),
@@ -67,7 +67,7 @@ SAFETY = (
         ("[left.eq(self.period), counts", "[left.eq(1), counts", "silent after a second period"),
     ),
     *breaks_of(
-        "rtl/gap/contact.py", "unit/test_contact.py",
+        "rtl/gap/contact.py", "unit/rtl/test_contact.py",
         ("active.eq(self.off & ~self.quiet)", "active.eq(self.off)", "no look while halted"),
         ("m.If(self.wanted | self.moving)", "m.If(self.wanted)", "a look lasts while it moves"),
         ("self.off & ~self.away & ~known", "self.off & ~self.away & known",
@@ -83,7 +83,7 @@ SAFETY = (
         ("still + 1 < self.settle", "still < self.settle", "a look ends on its clock"),
     ),
     *breaks_of(
-        "rtl/gap/short.py", "unit/test_short.py",
+        "rtl/gap/short.py", "unit/rtl/test_short.py",
         ("(count >= threshold)", "(count > threshold)", "so many shorts are enough"),
         ("(held + 1 >= self.duration)", "(held >= self.duration)", "a short lasts so long"),
         ("(clears + 1 >= self.clear_needed)", "(clears >= self.clear_needed)",
@@ -94,7 +94,7 @@ SAFETY = (
         ("span.eq(WINDOW - 1)", "span.eq(WINDOW - 2)", "the window holds 32 samples"),
     ),
     *breaks_of(
-        "rtl/gap/discriminator.py", "unit/test_discriminator.py",
+        "rtl/gap/discriminator.py", "unit/rtl/test_discriminator.py",
         ("past.eq((gates != 0) & since", "past.eq(since", "nothing counts without a pulse"),
         ("burnt == self.settle", "burnt == self.settle + 1", "the voltage settles so long"),
         ("self.on & (self.arc | self.short)", "self.on & self.arc", "a short is abnormal"),
@@ -104,7 +104,7 @@ SAFETY = (
         ("number == self.confirm", "number > self.confirm", "an arc is confirmed in time"),
     ),
     *breaks_of(
-        "rtl/power/power.py", "unit/test_power.py",
+        "rtl/power/power.py", "unit/rtl/test_power.py",
         ("~changed & ~self.safe &", "~changed &", "no pulse while safe"),
         ("~self.safe & ~self.quiet)", "~self.safe)", "no pulse while halted"),
         ("& ~changed &", "&", "a change of mode takes the gates low"),
@@ -118,7 +118,7 @@ SAFETY = (
         ("changed | ~(self.machining | self.look)", "changed", "old samples are forgotten"),
     ),
     *breaks_of(
-        "rtl/power/readback.py", "unit/test_readback.py",
+        "rtl/power/readback.py", "unit/rtl/test_readback.py",
         ("gate | self.current | (", "gate | (", "current is life"),
         ("(trusted & ~self.short)", "~self.short", "voltage waits for its level"),
         ("| (trusted & ~self.short)", "", "voltage is life"),
@@ -127,7 +127,7 @@ SAFETY = (
         ("-(-clock_hz * limit_us // 10**6)", "clock_hz * limit_us // 10**6", "times round up"),
     ),
     *breaks_of(
-        "rtl/power/limiter.py", "unit/test_pulse_generator.py::test_limits_follow_the_model",
+        "rtl/power/limiter.py", "unit/rtl/test_pulse_generator.py::test_limits_follow_the_model",
         ("self.off_time < off_min", "self.off_time > off_min", "the shortest off-time holds"),
         ("Mux(self.level > level_max, level_max, self.level)", "self.level",
          "the highest level holds"),
@@ -135,7 +135,7 @@ SAFETY = (
          "the longest on-time holds"),
     ),
     *breaks_of(
-        "rtl/power/pulse_generator.py", "unit/test_pulse_generator.py",
+        "rtl/power/pulse_generator.py", "unit/rtl/test_pulse_generator.py",
         ("self.enable & pulse & ~probe", "pulse & ~probe", "the main gate falls with enable"),
         ("self.enable & pulse & probe", "pulse & probe", "the sensing gate falls with enable"),
         ("ends.eq((remaining <= 1)", "ends.eq((remaining == 0)", "an on-time is exact"),
@@ -147,7 +147,7 @@ SAFETY = (
         ("m.If(~self.enable | ~ready |", "m.If(~ready |", "enable begins an off-time"),
     ),
     *breaks_of(
-        "softcore/memory.py", "unit/test_memory.py",
+        "softcore/memory.py", "unit/softcore/test_memory.py",
         ("found[0] | found[1] &", "found[1] &", "instructions are checked"),
         ("found[0] | found[1] & ~(writes & whole)", "found[0]", "data are checked"),
         ("~(writes & whole)", "~writes", "a write of some bytes checks the others"),
@@ -159,7 +159,7 @@ SAFETY = (
         ("Mux(found[0], self.ibus.adr, bus.adr)", "bus.adr", "the place is that of the port"),
     ),
     *breaks_of(
-        "softcore/notice.py", "unit/test_notice.py",
+        "softcore/notice.py", "unit/softcore/test_notice.py",
         ("(self.damaged | self.silent) & ~self.held", "self.damaged | self.silent",
          "the first fault is told"),
         ("(self.damaged | self.silent) & ~self.held", "self.damaged & ~self.held",
@@ -171,7 +171,7 @@ SAFETY = (
         ("Cat(digit, digits[:28])", "Cat(C(0, 4), digits[:28])", "the place is told again"),
     ),
     *breaks_of(
-        "softcore/uart.py", "unit/test_uart.py",
+        "softcore/uart.py", "unit/softcore/test_uart.py",
         ("transmitter.ready & ~self.taken", "transmitter.ready", "what is queued stays"),
         ("Mux(self.taken, self.notice_valid, waiting.valid)",
          "waiting.valid | self.notice_valid & self.taken", "the line is the notice's alone"),

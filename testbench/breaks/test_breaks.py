@@ -22,7 +22,7 @@ QUICKLY_AT_LEAST = 0.7  # ... by quick tests alone
 
 LIMITER = "rtl/power/limiter.py"
 LEVEL = "eq(Mux(self.level > level_max, level_max, self.level))"
-LIMITS = ("testbench/unit/test_pulse_generator.py::test_limits_follow_the_model",)
+LIMITS = ("testbench/unit/rtl/test_pulse_generator.py::test_limits_follow_the_model",)
 
 
 def test_the_table_is_long_enough_and_each_break_is_another():
@@ -64,13 +64,13 @@ def test_three_are_seen(name):
 
 
 @pytest.mark.parametrize(("error", "place", "saw"), [
-    (AssertionError("3 is not 4"), "testbench/unit/test_feed.py", True),
+    (AssertionError("3 is not 4"), "testbench/unit/rtl/test_feed.py", True),
     (AssertionError("no such width"), "hdl/_ir.py", False),
     (TimeoutError("still waiting"), "host/link/link.py", True),
     (IndexError("list index out of range"), "testbench/firmware.py", True),
     (IndexError("list index out of range"), "rtl/motion/feed.py", False),
     (NameError("name 'spacing' is not defined"), "rtl/motion/feed.py", False),
-    (AttributeError("no attribute 'room'"), "testbench/unit/test_feed.py", False),
+    (AttributeError("no attribute 'room'"), "testbench/unit/rtl/test_feed.py", False),
     (RuntimeError("does not compile"), "softcore/image.py", False),
 ])
 def test_only_what_was_looked_at_is_a_sight(error, place, saw):
@@ -98,7 +98,7 @@ def test_verdicts(old, new, tests, verdict):
 @pytest.mark.soak
 def test_firmware_that_does_not_compile_is_no_sight():
     one = Break("softcore/firmware/base/alarm.c", "    hal_disarm();\n", "    hal_disarm()\n",
-                ("testbench/unit/test_firmware_machine.py",), "to try the harness")
+                ("testbench/unit/firmware/test_machine.py",), "to try the harness")
     assert try_break(one)[0] is Verdict.ERROR
 
 

@@ -258,9 +258,10 @@ CLASSES = (
     FaultClass(
         "C15", "asynchronous inputs, the clock", "", "every input",
         "synchronised; a clock that stops is found outside",
-        lacks="In a simulation every input is in step with the clock; `unit/test_pads.py` checks "
-              "that each comes through its synchroniser. A clock that stops stops the simulation: "
-              "it takes a circuit outside that falls off without pulses; no board has one yet."),
+        lacks="In a simulation every input is in step with the clock; `unit/rtl/test_pads.py` "
+              "checks that each comes through its synchroniser. A clock that stops stops the "
+              "simulation: it takes a circuit outside that falls off without pulses; no board "
+              "has one yet."),
     FaultClass(
         "C16", "power loss", "the supply gone for 1 to 1000 clocks, in a cut", "supply",
         "safe at once; locked and lost afterwards",
@@ -271,7 +272,8 @@ CLASSES = (
         "nothing bent is carried out; what is lost is told",
         (BROKEN_CHARACTER, Scene("a noisy line", tapes.noisy_line, expected=(NO_EFFECT, TOLD)),
          Scene("`?` without end", line.burst, {"piece": b"?"}, (NO_EFFECT, TOLD))),
-        "A wrong baud rate: the simulated line has the controller's own. See `unit/test_uart.py`."),
+        "A wrong baud rate: the simulated line has the controller's own. See "
+        "`unit/softcore/test_uart.py`."),
     FaultClass(
         "C18", "mad host", "nonsense, right lines at the wrong time, torn frames",
         "the serial line", "no discharge without a hand, no watchdog trips",

@@ -61,8 +61,8 @@ class NothingForwardAfterShort(Controller):
     """A short at or below the start/stop speed ends forward motion within ``REACTION`` clocks.
 
     At or below it the ramp is a delay of two clocks (its own promise, held by
-    ``testbench/unit/test_ramp.py``, and assumed here while it is looked at); on an arc the path may
-    keep a pulse waiting, which ``testbench/cosim`` measures.
+    ``testbench/unit/rtl/test_ramp.py``, and assumed here while it is looked at); on an arc the
+    path may keep a pulse waiting, which ``testbench/cosim`` measures.
     """
 
     def elaborate(self, platform):

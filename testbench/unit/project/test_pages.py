@@ -10,7 +10,7 @@ import pytest
 
 from host import pages
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md")), ROOT / "tapes" / "README.md"]
 LONGEST_README = 150

@@ -5,7 +5,7 @@ import ast
 
 import pytest
 
-from testbench.unit.test_house import DOOR, ROOT, SOURCES, name_of, tree_of
+from testbench.unit.project.test_house import DOOR, ROOT, SOURCES, name_of, tree_of
 
 MODULES = {name_of(path).removesuffix(".py").removesuffix("/__init__").replace("/", "."): path
            for path in SOURCES if path.parent != ROOT}

@@ -13,7 +13,7 @@ import pytest
 from softcore.image import address_runtime
 from testbench.fuzz import under_address_sanitizer
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def fuzzed(done):

@@ -21,7 +21,7 @@ from host.run.run import Run
 from host.run.summary import columns_of, summary_of_controller
 from host.tape.tape import encode
 from testbench.live import Client, serving
-from testbench.unit.test_run_firmware import CLOCK_HZ, PULSES_PER_MM, Firmware
+from testbench.unit.host.test_run_firmware import CLOCK_HZ, PULSES_PER_MM, Firmware
 
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
                             "initial_gap_um": 50, "removal_scale": 1})

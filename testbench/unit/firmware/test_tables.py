@@ -12,7 +12,7 @@ from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.settings import SETTINGS
 from testbench.firmware import Machine, events
-from testbench.unit.test_tables import altered
+from testbench.unit.project.test_tables import altered
 
 SETTINGS_NEW = altered(SETTINGS, "no_progress_s", number=464, title="new title", unit="min",
                        default=5, highest=7)

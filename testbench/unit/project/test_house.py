@@ -13,7 +13,7 @@ import pytest
 from softcore.generate import OUTPUTS
 from testbench.plant import generate as plant
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 ROOMS = ("rtl", "softcore", "host", "testbench", "constraints")
 CODE = {".py", ".c", ".h", ".S", ".ld", ".cpp", ".hpp", ".v", ".sv", ".vlt", ".toml"}
 LONGEST_FILE = 500  # lines
