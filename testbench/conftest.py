@@ -10,12 +10,13 @@ from amaranth.hdl import Elaboratable
 from amaranth.sim import Simulator
 
 from host.run.simulation import Simulation
-from testbench import tools
+from testbench import seconds, tools
 from testbench.quick import FOLDERS, is_quick
 
 tools.use_packaged()
 
 BUILD = Path(__file__).parents[1] / "build"
+BEGAN = pytest.StashKey[float]()   # CPU seconds of the process when a test began
 
 
 def pytest_addoption(parser):
@@ -32,6 +33,33 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("quick")
         if marker := FOLDERS.get(place.parts[1]):
             item.add_marker(marker)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Note what the process has taken before a test's first fixture."""
+    item.stash[BEGAN] = seconds.cpu_s()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Measure a test: its last report takes its CPU seconds to the process that prints them."""
+    report = yield
+    if report.when == "teardown":
+        report.cpu_s = seconds.cpu_s() - item.stash[BEGAN]
+    return report
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Print the CPU seconds of every part, when there was more than one."""
+    measured = [seconds.Measured(report.nodeid, report.cpu_s)
+                for reports in terminalreporter.stats.values() for report in reports
+                if hasattr(report, "cpu_s")]
+    if len({seconds.part_of(one.test) for one in measured}) > 1:
+        terminalreporter.section("CPU seconds")
+        for line in seconds.table(measured):
+            terminalreporter.write_line(line)
 
 
 def pytest_report_header(config):

@@ -34,6 +34,31 @@ class Happened(data.Struct):
     second: FIELDS["second"]
 
 
+class _Own:
+    """What the parts of ``Retraction`` share, and nothing outside sees."""
+
+    def __init__(self):
+        self.cause = Signal(Cause)
+        self.reason = Signal(Reason)
+        self.halt = Signal(Halt)
+        self.returning = Signal()    # a series is under way
+        self.moving = Signal()       # the state lets the machine move
+        self.forward = Signal()      # the state is one that goes forward
+        self.turns = Signal()        # the servo wants to go the other way
+        self.outgoing = Signal()     # the last state was the front, or coming to rest from there
+        self.ending = Signal()       # the retraction is over, but for coming to rest
+        self.rested = Signal(7)      # at rest, in the last clocks
+        self.at_rest = Signal()
+        self.announce = Signal()     # the state just entered has an event of its own to report
+        self.stamp = Signal(32)      # when the retraction was ordered
+        self.before = Signal(30)     # rate then
+        self.settle = Signal(24)
+        self.prepare = Signal(range(Retraction.PREPARE + 1))
+        # Of the parts: words in force, the servo, bounds, high when they are right, the jump timer,
+        # what the events tell.
+        self.force = self.servo = self.bounds = self.ready = self.jump_due = self.figures = None
+
+
 class Retraction(wiring.Component):
     """The retraction program of the first patent, started and stepped in gateware.
 
@@ -123,223 +148,248 @@ class Retraction(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        state = self.state
+        own = _Own()
+        own.force = self._data_in_force(m)
+        own.servo = self._servo(m)
+        own.bounds = self._bounds(m, own)
+        own.ready = self._preparation(m, own)
+        own.jump_due = self._jump_timer(m)
+        own.figures = self._figures(m, own)
+        self._motion(m, own)
+        self._rate(m, own)
 
-        force = self._data_in_force(m)
-        cause = Signal(Cause)
-        returning = Signal()   # a series is under way
-        moving = Signal()      # the state lets the machine move
+        with m.Switch(self.state):
+            with m.Case(State.FRONT):
+                self._at_the_front(m, own)
+            with m.Case(State.STOPPING):
+                self._stopping(m, own)
+            with m.Case(State.RETRACTING):
+                self._retracting(m, own)
+            with m.Case(State.AT_LIMIT):
+                self._at_the_limit(m, own)
+            with m.Case(State.HIGH):
+                self._re_advancing(m, own, Phase.HIGH, own.force["changeover"],
+                                   ~own.bounds["before_changeover"], State.LOW)
+            with m.Case(State.LOW):
+                self._re_advancing(m, own, Phase.LOW, 0, own.bounds["at_front"], State.FRONT)
+            with m.Case(State.HALTED):
+                self._halted(m, own)
+
+        self._start_and_series(m, own)
+        # The later has the last word over what the states say.
+        with m.If(own.forward & self.contact):
+            m.d.sync += self._halts(own, Halt.CONTACT)
+        with m.If(self.safe):
+            m.d.sync += [self.state.eq(State.HALTED), own.halt.eq(Halt.NONE), own.announce.eq(0)]
+        with m.If(self.load):
+            m.d.sync += [
+                self.state.eq(State.FRONT), self.reverse.eq(0), own.prepare.eq(self.PREPARE),
+                own.halt.eq(Halt.NONE), own.returning.eq(0), self.series.eq(0),
+                own.announce.eq(0), own.ending.eq(0),
+            ]
+
+        return m
+
+    def _servo(self, m):
+        """The gap servo, on at the front alone."""
         m.submodules.gap_servo = servo = Servo()
         m.d.comb += [
-            servo.on.eq(self.servo & (state == State.FRONT)),
+            servo.on.eq(self.servo & (self.state == State.FRONT)),
             self.held.eq(~servo.on | self.hold | ~self.run),
             servo.up.eq(self.up),
             servo.down.eq(self.down),
             servo.step.eq(self.step),
             servo.command.eq(self.command),
         ]
-        bounds = self._bounds(m, force, cause, returning, moving, servo)
+        return servo
 
-        prepare = Signal(range(self.PREPARE + 1))
-        with m.If(prepare != 0):
-            m.d.sync += prepare.eq(prepare - 1)
-        ready = prepare == 0
+    def _preparation(self, m, own):
+        """High when bounds and comparisons have followed the last change of state."""
+        with m.If(own.prepare != 0):
+            m.d.sync += own.prepare.eq(own.prepare - 1)
+        return own.prepare == 0
 
-        jump_due = self._jump_timer(m)
+    def _figures(self, m, own):
+        """What the events tell of a retraction: its latency, pulses and clocks."""
         m.submodules.figures = figures = Figures()
         m.d.comb += [
-            figures.stopping.eq(state == State.STOPPING),
-            figures.retracting.eq(state == State.RETRACTING),
-            figures.moving.eq(moving),
+            figures.stopping.eq(self.state == State.STOPPING),
+            figures.retracting.eq(self.state == State.RETRACTING),
+            figures.moving.eq(own.moving),
             *(getattr(figures, name).eq(getattr(self, name))
               for name in ("steady", "pp", "reverse", "completed")),
         ]
+        return figures
 
-        outgoing = Signal()    # the last state was the front, or coming to rest from there
-        ending = Signal()      # the retraction is over, but for coming to rest
-        reason = Signal(Reason)
-        halt = Signal(Halt)
-        announce = Signal()    # the state just entered has an event of its own to report
-        stamp = Signal(32)     # when the retraction was ordered
-        before = Signal(30)    # rate then
-        settle = Signal(24)
+    def _motion(self, m, own):
+        """Whether the state lets the machine move, and whether it stands."""
+        state = self.state
         # The last pulse has reached the axes, on an arc too, and the comparisons of its position.
-        rested = Signal(7)
-        m.d.sync += rested.eq(Cat(self.rest & self.ready, rested))
-        at_rest = Signal()
-        m.d.comb += at_rest.eq(self.rest & rested.all())
-
-        forward = Signal()
-        m.d.comb += forward.eq((state == State.FRONT) | (state == State.HIGH)
-                               | (state == State.LOW))
-        turns = Signal()       # the servo wants to go the other way
-        m.d.comb += turns.eq((state == State.FRONT) & (self.reverse != servo.back))
-        with m.If(forward):
+        m.d.sync += own.rested.eq(Cat(self.rest & self.ready, own.rested))
+        m.d.comb += [
+            own.at_rest.eq(self.rest & own.rested.all()),
+            own.forward.eq((state == State.FRONT) | (state == State.HIGH) | (state == State.LOW)),
+            own.turns.eq((state == State.FRONT) & (self.reverse != own.servo.back)),
+        ]
+        with m.If(own.forward):
             m.d.comb += [
-                self.wanted.eq(self.run & ~self.hold & ready & ~self.shorted & ~self.safe & ~turns
-                               & ~self.crowded),
-                moving.eq(self.wanted & ~self.wait & ~self.contact),
+                self.wanted.eq(self.run & ~self.hold & own.ready & ~self.shorted & ~self.safe
+                               & ~own.turns & ~self.crowded),
+                own.moving.eq(self.wanted & ~self.wait & ~self.contact),
             ]
         with m.Elif(state == State.RETRACTING):
-            m.d.comb += moving.eq(self.run & ready & ~ending & ~self.safe
-                                  & ((cause != Cause.SHORT) | self.shorted))
+            m.d.comb += own.moving.eq(self.run & own.ready & ~own.ending & ~self.safe
+                                      & ((own.cause != Cause.SHORT) | self.shorted))
         m.d.comb += [
-            self.go.eq(moving & ~bounds["enough"]),
+            self.go.eq(own.moving & ~own.bounds["enough"]),
             self.sensing.eq(~((state == State.FRONT) | (state == State.LOW)
                               | (state == State.HALTED))),
             self.quiet.eq(state == State.HALTED),
         ]
+
+    def _rate(self, m, own):
+        """Rate of the state, bounded by that of the segment."""
+        force, jump = own.force, own.cause == Cause.JUMP
         wanted = Signal(30)
-        with m.Switch(state):
+        with m.Switch(self.state):
             with m.Case(State.HIGH):
-                m.d.comb += wanted.eq(Mux(cause == Cause.JUMP, force["jump_high_rate"],
-                                          force["high_rate"]))
+                m.d.comb += wanted.eq(Mux(jump, force["jump_high_rate"], force["high_rate"]))
             with m.Case(State.LOW):
                 m.d.comb += wanted.eq(force["low_rate"])
             with m.Case(State.RETRACTING):
-                m.d.comb += wanted.eq(Mux(cause == Cause.JUMP, force["jump_rate"], force["rate"]))
+                m.d.comb += wanted.eq(Mux(jump, force["jump_rate"], force["rate"]))
             with m.Default():
                 m.d.comb += wanted.eq(self.feed)
         # In a register: the ramp has much to reckon with it.
         bounded = self.highest.any() & (wanted[4:] > self.highest)
         m.d.sync += self.target.eq(Mux(bounded, self.highest << 4, wanted))
 
-        def order(why):
-            """Come to rest, then go back."""
+    def _orders(self, own, why):
+        """Come to rest, then go back."""
+        return [self.state.eq(State.STOPPING), own.cause.eq(why), own.stamp.eq(self.cycle),
+                own.before.eq(self.target)]
+
+    def _halts(self, own, why):
+        """Stop by an alarm."""
+        return [self.state.eq(State.HALTED), own.halt.eq(why), own.announce.eq(1)]
+
+    def _reports(self, kind, detail, first=0, second=0, cycle=None):
+        """Tell an event, of this clock unless another is given."""
+        event = self.event
+        return [event.kind.eq(kind), event.detail.eq(detail), event.first.eq(first),
+                event.second.eq(second), event.cycle.eq(self.cycle if cycle is None else cycle)]
+
+    def _at_the_front(self, m, own):
+        with m.If(own.announce):
+            m.d.sync += own.announce.eq(0)
+            m.d.comb += self._reports(Event.RESUME, 0)
+        with m.If(self.run & self.shorted):
+            m.d.sync += self._orders(own, Cause.SHORT)
+        with m.Elif(self.run & self.retract):
+            m.d.sync += self._orders(own, Cause.OPERATOR)
+        with m.Elif(self.run & own.jump_due & ~self.hold):
+            m.d.sync += self._orders(own, Cause.JUMP)
+        with m.Elif(self.run & ~self.hold & own.servo.refused):
+            m.d.sync += self._halts(own, Halt.SERVO)
+        with m.Elif(own.turns & self.rest):
+            m.d.sync += [self.reverse.eq(own.servo.back), own.prepare.eq(self.PREPARE)]
+
+    def _stopping(self, m, own):
+        with m.If(self.rest):
+            m.d.sync += [self.reverse.eq(1), own.prepare.eq(self.PREPARE), own.ending.eq(0)]
+            last = Signal()
+            m.d.comb += last.eq(own.returning & (self.repeats != 0)
+                                & (self.series + 1 >= self.repeats))
+            with m.If((own.cause != Cause.JUMP) & ~own.force["valid"]):
+                m.d.sync += self._halts(own, Halt.NO_DATA)
+            with m.Elif((own.cause == Cause.SHORT) & last):
+                m.d.sync += self._halts(own, Halt.SERIES)
+            with m.Else():
+                m.d.sync += self.state.eq(State.RETRACTING)
+                m.d.comb += self._reports(Event.RETRACTION_START, own.cause, own.figures.latency,
+                                          own.before, own.stamp)
+            with m.If(own.cause == Cause.SHORT):
+                with m.If(own.returning):
+                    m.d.sync += self.series.eq(self.series + 1)
+                with m.Else():
+                    m.d.sync += [own.returning.eq(1), self.series.eq(0), self.first.eq(self.front)]
+
+    def _retracting(self, m, own):
+        with m.If(own.ending):
+            with m.If(own.at_rest):
+                self._retracted(m, own)
+        with m.Elif((own.cause == Cause.SHORT) & ~self.shorted):
+            m.d.sync += [own.ending.eq(1), own.reason.eq(Reason.CLEARED)]
+        with m.Elif(own.ready & own.bounds["at_target"] & self.rest):
+            m.d.sync += [own.settle.eq(0), own.reason.eq(
+                Mux(own.bounds["floor_wins"], Reason.PATH_START, Reason.LIMIT))]
+            with m.If(own.cause == Cause.SHORT):
+                m.d.sync += self.state.eq(State.AT_LIMIT)
+            with m.Else():
+                m.d.sync += own.ending.eq(1)
+
+    def _retracted(self, m, own):
+        """At rest at the end of the way back: halt, go back again, or come forward."""
+        m.d.comb += self.mark.eq(1)
+        m.d.comb += self._reports(Event.RETRACTION_END, own.reason, own.figures.pulses,
+                                  own.figures.clocks)
+        m.d.sync += [own.ending.eq(0), own.prepare.eq(self.PREPARE), own.announce.eq(1)]
+        with m.If(own.halt != Halt.NONE):
+            m.d.sync += self.state.eq(State.HALTED)
+        with m.Elif(self.shorted):
+            # At the top of a jump, or again in the clock it ended.
+            m.d.sync += own.announce.eq(0)
+            m.d.sync += self._orders(own, Cause.SHORT)
+        with m.Else():
+            m.d.sync += [self.reverse.eq(0), self._re_advances(own)]
+
+    def _at_the_limit(self, m, own):
+        with m.If(~self.shorted):
+            m.d.sync += [self.state.eq(State.RETRACTING), own.ending.eq(1),
+                         own.reason.eq(Reason.CLEARED)]
+        with m.Elif(own.settle == self.settle):
             m.d.sync += [
-                state.eq(State.STOPPING), cause.eq(why), stamp.eq(self.cycle),
-                before.eq(self.target),
+                self.state.eq(State.RETRACTING), own.ending.eq(1),
+                own.halt.eq(Mux(own.reason == Reason.PATH_START, Halt.FLOOR, Halt.LIMIT)),
+            ]
+        with m.Elif(self.in_position):
+            m.d.sync += own.settle.eq(own.settle + 1)
+
+    def _re_advances(self, own):
+        """Come forward: at the high speed, if the changeover lies ahead."""
+        return self.state.eq(Mux(own.bounds["before_changeover"], State.HIGH, State.LOW))
+
+    def _re_advancing(self, m, own, phase, changeover, arrived, then):
+        """Come forward at one of the two speeds, until ``arrived``."""
+        with m.If(own.announce):
+            m.d.sync += own.announce.eq(0)
+            m.d.comb += self._reports(Event.READVANCE, phase, self.start - self.position,
+                                      changeover)
+        with m.Elif(self.run & self.shorted):
+            m.d.sync += self._orders(own, Cause.SHORT)
+        with m.Elif(own.ready & arrived):
+            m.d.sync += [self.state.eq(then), own.announce.eq(1)]
+
+    def _halted(self, m, own):
+        with m.If(own.announce & (own.halt != Halt.NONE)):
+            m.d.sync += own.announce.eq(0)
+            m.d.comb += self._reports(Event.HALT, own.halt)
+        with m.Elif(self.release & ~self.safe):
+            m.d.sync += [
+                own.halt.eq(Halt.NONE), self.reverse.eq(0), own.prepare.eq(self.PREPARE),
+                own.cause.eq(Cause.OPERATOR), own.returning.eq(0), self.series.eq(0),
+                own.announce.eq(1), self._re_advances(own),
             ]
 
-        def report(kind, detail, first=0, second=0, cycle=self.cycle):
-            m.d.comb += [
-                self.event.kind.eq(kind), self.event.detail.eq(detail), self.event.cycle.eq(cycle),
-                self.event.first.eq(first), self.event.second.eq(second),
-            ]
-
-        with m.Switch(state):
-            with m.Case(State.FRONT):
-                with m.If(announce):
-                    m.d.sync += announce.eq(0)
-                    report(Event.RESUME, 0)
-                with m.If(self.run & self.shorted):
-                    order(Cause.SHORT)
-                with m.Elif(self.run & self.retract):
-                    order(Cause.OPERATOR)
-                with m.Elif(self.run & jump_due & ~self.hold):
-                    order(Cause.JUMP)
-                with m.Elif(self.run & ~self.hold & servo.refused):
-                    m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERVO), announce.eq(1)]
-                with m.Elif(turns & self.rest):
-                    m.d.sync += [self.reverse.eq(servo.back), prepare.eq(self.PREPARE)]
-
-            with m.Case(State.STOPPING):
-                with m.If(self.rest):
-                    m.d.sync += [self.reverse.eq(1), prepare.eq(self.PREPARE), ending.eq(0)]
-                    last = Signal()
-                    m.d.comb += last.eq(returning & (self.repeats != 0)
-                                        & (self.series + 1 >= self.repeats))
-                    with m.If((cause != Cause.JUMP) & ~force["valid"]):
-                        m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NO_DATA), announce.eq(1)]
-                    with m.Elif((cause == Cause.SHORT) & last):
-                        m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.SERIES), announce.eq(1)]
-                    with m.Else():
-                        m.d.sync += state.eq(State.RETRACTING)
-                        report(Event.RETRACTION_START, cause, figures.latency, before, stamp)
-                    with m.If(cause == Cause.SHORT):
-                        with m.If(returning):
-                            m.d.sync += self.series.eq(self.series + 1)
-                        with m.Else():
-                            m.d.sync += [returning.eq(1), self.series.eq(0),
-                                         self.first.eq(self.front)]
-
-            with m.Case(State.RETRACTING):
-                with m.If(ending):
-                    with m.If(at_rest):
-                        m.d.comb += self.mark.eq(1)
-                        report(Event.RETRACTION_END, reason, figures.pulses, figures.clocks)
-                        m.d.sync += [ending.eq(0), prepare.eq(self.PREPARE), announce.eq(1)]
-                        with m.If(halt != Halt.NONE):
-                            m.d.sync += state.eq(State.HALTED)
-                        with m.Elif(self.shorted):
-                            # At the top of a jump, or again in the clock it ended.
-                            m.d.sync += announce.eq(0)
-                            order(Cause.SHORT)
-                        with m.Else():
-                            m.d.sync += self.reverse.eq(0)
-                            m.d.sync += state.eq(Mux(bounds["before_changeover"], State.HIGH,
-                                                     State.LOW))
-                with m.Elif((cause == Cause.SHORT) & ~self.shorted):
-                    m.d.sync += [ending.eq(1), reason.eq(Reason.CLEARED)]
-                with m.Elif(ready & bounds["at_target"] & self.rest):
-                    m.d.sync += [settle.eq(0), reason.eq(Mux(
-                        bounds["floor_wins"], Reason.PATH_START, Reason.LIMIT))]
-                    with m.If(cause == Cause.SHORT):
-                        m.d.sync += state.eq(State.AT_LIMIT)
-                    with m.Else():
-                        m.d.sync += ending.eq(1)
-
-            with m.Case(State.AT_LIMIT):
-                with m.If(~self.shorted):
-                    m.d.sync += [state.eq(State.RETRACTING), ending.eq(1),
-                                 reason.eq(Reason.CLEARED)]
-                with m.Elif(settle == self.settle):
-                    m.d.sync += [
-                        state.eq(State.RETRACTING), ending.eq(1),
-                        halt.eq(Mux(reason == Reason.PATH_START, Halt.FLOOR, Halt.LIMIT)),
-                    ]
-                with m.Elif(self.in_position):
-                    m.d.sync += settle.eq(settle + 1)
-
-            with m.Case(State.HIGH):
-                with m.If(announce):
-                    m.d.sync += announce.eq(0)
-                    report(Event.READVANCE, Phase.HIGH, self.start - self.position,
-                           force["changeover"])
-                with m.Elif(self.run & self.shorted):
-                    order(Cause.SHORT)
-                with m.Elif(ready & ~bounds["before_changeover"]):
-                    m.d.sync += [state.eq(State.LOW), announce.eq(1)]
-
-            with m.Case(State.LOW):
-                with m.If(announce):
-                    m.d.sync += announce.eq(0)
-                    report(Event.READVANCE, Phase.LOW, self.start - self.position, 0)
-                with m.Elif(self.run & self.shorted):
-                    order(Cause.SHORT)
-                with m.Elif(ready & bounds["at_front"]):
-                    m.d.sync += [state.eq(State.FRONT), announce.eq(1)]
-
-            with m.Case(State.HALTED):
-                with m.If(announce & (halt != Halt.NONE)):
-                    m.d.sync += announce.eq(0)
-                    report(Event.HALT, halt)
-                with m.Elif(self.release & ~self.safe):
-                    m.d.sync += [
-                        halt.eq(Halt.NONE), self.reverse.eq(0), prepare.eq(self.PREPARE),
-                        cause.eq(Cause.OPERATOR), returning.eq(0), self.series.eq(0),
-                        announce.eq(1),
-                        state.eq(Mux(bounds["before_changeover"], State.HIGH, State.LOW)),
-                    ]
-
-        with m.If((state == State.FRONT) | ((state == State.STOPPING) & outgoing)):
+    def _start_and_series(self, m, own):
+        """The start point is kept while the machine is away from it; progress ends a series."""
+        machining = (self.state == State.FRONT) | ((self.state == State.STOPPING) & own.outgoing)
+        with m.If(machining):
             m.d.sync += self.start.eq(self.position)
-        m.d.sync += outgoing.eq((state == State.FRONT) | ((state == State.STOPPING) & outgoing))
-        with m.If(returning & (state == State.FRONT)
+        m.d.sync += own.outgoing.eq(machining)
+        with m.If(own.returning & (self.state == State.FRONT)
                   & ((self.position - self.first)[:32].as_signed() >= self.gain)):
-            m.d.sync += [returning.eq(0), self.series.eq(0)]
-        with m.If(forward & self.contact):
-            m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.CONTACT), announce.eq(1)]
-        with m.If(self.safe):
-            m.d.sync += [state.eq(State.HALTED), halt.eq(Halt.NONE), announce.eq(0)]
-        with m.If(self.load):
-            m.d.sync += [
-                state.eq(State.FRONT), self.reverse.eq(0), prepare.eq(self.PREPARE),
-                halt.eq(Halt.NONE), returning.eq(0), self.series.eq(0), announce.eq(0),
-                ending.eq(0),
-            ]
-
-        return m
+            m.d.sync += [own.returning.eq(0), self.series.eq(0)]
 
     def _data_in_force(self, m):
         """Take the staged words over together, at the front."""
@@ -357,8 +407,10 @@ class Retraction(wiring.Component):
             m.d.sync += force["valid"].eq(valid)
         return force
 
-    def _bounds(self, m, force, cause, returning, moving, servo):
+    def _bounds(self, m, own):
         """Bounds of the motion, and where it stands to them; each a few clocks behind."""
+        force, cause, returning, servo = own.force, own.cause, own.returning, own.servo
+
         def later(a, b):
             """``a`` lies further along the path than ``b`` (coordinates wrap)."""
             return (a - b)[:32].as_signed() > 0
@@ -427,7 +479,7 @@ class Retraction(wiring.Component):
                              self.command - self.position)),
             enough.eq(under_way > needed),
         ]
-        m.d.comb += self.brake.eq(near | ~moving)
+        m.d.comb += self.brake.eq(near | ~own.moving)
         return {"floor_wins": floor_wins, "before_changeover": before_changeover,
                 "at_front": at_front, "at_target": at_target, "enough": enough}
 
