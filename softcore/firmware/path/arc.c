@@ -204,94 +204,123 @@ static void measure(arc *a) {
         a->length = third_of(a);
 }
 
+/* Radii at both ends. */
+static arc_phase prepare_radii(arc *a) {
+    a->square[0] = arc_border_square_of(a->start[0], a->start[1]);
+    a->square[1] = arc_border_square_of(a->end[0], a->end[1]);
+    a->radius[0] = root_of(a->square[0]);
+    a->radius[1] = root_of(a->square[1]);
+    a->chain = arc_radius(a) < ARC_LEAST_RADIUS;
+    return ARC_START_ANGLE;
+}
+
+static arc_phase prepare_start_angle(arc *a) {
+    a->angle = a->reached = fixed_angle_of(a->start[0], a->start[1]);
+    return ARC_SWEEP;
+}
+
+/* The angle to the end, and the length of the curve, which the radius' slope lengthens a little. */
+static arc_phase prepare_sweep(arc *a) {
+    a->sweep = fixed_angle_of(a->end[0], a->end[1]) - a->angle;
+    if (a->sweep <= 0)
+        a->sweep += FIXED_TURN;
+    a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
+    a->slope = (a->radius[1] - a->radius[0]) * ((int64_t)1 << 30) / a->plane;
+    a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
+    return ARC_TANGENTS;
+}
+
+static arc_phase prepare_tangents(arc *a) {
+    if (a->slope) {
+        a->lead[0] = lead_at(a, 0);
+        a->lead[1] = lead_at(a, 1);
+    }
+    a->bend = a->angle - a->lead[0];
+    a->bend += a->bend < 0 ? FIXED_TURN : 0;
+    a->turn = a->sweep - (a->lead[1] - a->lead[0]);
+    measure(a);
+    return ARC_DIVISOR;
+}
+
+static arc_phase prepare_divisor(arc *a) {
+    a->by_turn = fixed_divisor_of(a->chain ? a->sweep : a->turn);
+    return a->chain ? ARC_CHOOSE_STEP : ARC_PLANE_DIVISOR;
+}
+
+/* A small arc: step by step to its end. */
+static arc_phase prepare_step(arc *a) {
+    switch (choose_step(a)) {
+    case STEP_SOUGHT: return ARC_CHOOSE_STEP;
+    case STEP_CHOSEN: return ARC_MAKE_STEP;
+    default: return ARC_CHAIN_LENGTH;
+    }
+}
+
+/* Any other: cut where the tangent has turned by a part of 45 degrees. */
+static arc_phase prepare_pieces(arc *a) {
+    cut(a);
+    a->first = (uint32_t)(a->bend / arc_border_part_angle(a)) + 1;
+    a->pieces = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn) /
+                           (uint64_t)arc_border_part_angle(a)) - a->first + 2;
+    return ARC_NEAR_START;
+}
+
+/* Leave out the borders that are too near to the start, */
+static arc_phase prepare_near_start(arc *a) {
+    arc_border b;
+    if (a->pieces <= 1)
+        return ARC_NEAR_END;
+    if (!arc_border_step(a, 1, &b))
+        return ARC_NEAR_START;
+    if (b.length >= NEAR)
+        return ARC_NEAR_END;
+    a->first++;
+    a->pieces--;
+    return ARC_NEAR_START;
+}
+
+/* and to the end. */
+static arc_phase prepare_near_end(arc *a) {
+    arc_border b;
+    if (a->pieces <= 1)
+        return ARC_ROLES;
+    if (!arc_border_step(a, a->pieces - 1, &b))
+        return ARC_NEAR_END;
+    if (b.length + NEAR <= a->length)
+        return ARC_ROLES;
+    a->pieces--;
+    return ARC_NEAR_END;
+}
+
 bool arc_prepare(arc *a) {
-    switch (a->phase++) {
-    case 0:
-        a->square[0] = arc_border_square_of(a->start[0], a->start[1]);
-        a->square[1] = arc_border_square_of(a->end[0], a->end[1]);
-        a->radius[0] = root_of(a->square[0]);
-        a->radius[1] = root_of(a->square[1]);
-        a->chain = arc_radius(a) < ARC_LEAST_RADIUS;
-        return false;
-    case 1:
-        a->angle = a->reached = fixed_angle_of(a->start[0], a->start[1]);
-        return false;
-    case 2:
-        a->sweep = fixed_angle_of(a->end[0], a->end[1]) - a->angle;
-        if (a->sweep <= 0)
-            a->sweep += FIXED_TURN;
-        a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
-        a->slope = (a->radius[1] - a->radius[0]) * ((int64_t)1 << 30) / a->plane;
-        a->plane = arc_border_length_to(a, a->sweep, a->radius[1]);
-        return false;
-    case 3:
-        if (a->slope) {
-            a->lead[0] = lead_at(a, 0);
-            a->lead[1] = lead_at(a, 1);
-        }
-        a->bend = a->angle - a->lead[0];
-        a->bend += a->bend < 0 ? FIXED_TURN : 0;
-        a->turn = a->sweep - (a->lead[1] - a->lead[0]);
-        measure(a);
-        return false;
-    case 4:
-        a->by_turn = fixed_divisor_of(a->chain ? a->sweep : a->turn);
-        return false;
-    case 5:
-        if (!a->chain) {
-            a->by_plane = fixed_divisor_of(a->plane);
-        } else if (a->chosen) {
-            make_step(a);
-            a->chosen = false;
-            a->phase--;
-        } else {
-            /* The phases end with the chain. */
-            int found = choose_step(a);
-            a->chosen = found == STEP_CHOSEN;
-            a->phase -= found != STEP_LAST;
-        }
-        return false;
-    case 6:
-        if (a->chain) {
-            a->length = a->length < a->pieces ? a->pieces : a->length;
-            return true;
-        }
-        cut(a);
-        a->first = (uint32_t)(a->bend / arc_border_part_angle(a)) + 1;
-        a->pieces = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn) /
-                               (uint64_t)arc_border_part_angle(a)) - a->first + 2;
-        return false;
-    case 7:
-        /* Leave out what is too near to the start, */
-        if (a->pieces > 1) {
-            arc_border b;
-            if (!arc_border_step(a, 1, &b)) {
-                a->phase--;
-            } else if (b.length < NEAR) {
-                a->first++;
-                a->pieces--;
-                a->phase--;
-            }
-        }
-        return false;
-    case 8:
-        /* and to the end. */
-        if (a->pieces > 1) {
-            arc_border b;
-            if (!arc_border_step(a, a->pieces - 1, &b)) {
-                a->phase--;
-            } else if (b.length + NEAR > a->length) {
-                a->pieces--;
-                a->phase--;
-            }
-        }
-        return false;
-    default:
+    switch (a->phase) {
+    case ARC_RADII: a->phase = prepare_radii(a); break;
+    case ARC_START_ANGLE: a->phase = prepare_start_angle(a); break;
+    case ARC_SWEEP: a->phase = prepare_sweep(a); break;
+    case ARC_TANGENTS: a->phase = prepare_tangents(a); break;
+    case ARC_DIVISOR: a->phase = prepare_divisor(a); break;
+    case ARC_CHOOSE_STEP: a->phase = prepare_step(a); break;
+    case ARC_MAKE_STEP:
+        make_step(a);
+        a->phase = ARC_CHOOSE_STEP;
+        break;
+    case ARC_PLANE_DIVISOR:
+        a->by_plane = fixed_divisor_of(a->plane);
+        a->phase = ARC_PIECES;
+        break;
+    case ARC_PIECES: a->phase = prepare_pieces(a); break;
+    case ARC_NEAR_START: a->phase = prepare_near_start(a); break;
+    case ARC_NEAR_END: a->phase = prepare_near_end(a); break;
+    case ARC_CHAIN_LENGTH:
+        a->length = a->length < a->pieces ? a->pieces : a->length;
+        return true;
+    case ARC_ROLES:
         if (a->pieces == 1) /* the roles of the axes are those of its middle */
             a->first = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn / 2) /
                                   (uint64_t)arc_border_part_angle(a)) + 1;
         return true;
     }
+    return false;
 }
 
 /* a * b / c to the nearest; b at most c. */

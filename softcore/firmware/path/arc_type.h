@@ -27,8 +27,15 @@ typedef struct {
     int64_t plane;              /* path length in the plane */
 } arc_ideal;
 
+/* What is to be worked out next; each takes some thousand clocks. */
+typedef enum {
+    ARC_RADII, ARC_START_ANGLE, ARC_SWEEP, ARC_TANGENTS, ARC_DIVISOR,
+    ARC_CHOOSE_STEP, ARC_MAKE_STEP, ARC_CHAIN_LENGTH,   /* a chain of single steps */
+    ARC_PLANE_DIVISOR, ARC_PIECES, ARC_NEAR_START, ARC_NEAR_END, ARC_ROLES   /* pieces */
+} arc_phase;
+
 typedef struct {
-    unsigned phase;             /* of the preparation */
+    arc_phase phase;
     path_move move;
     unsigned axis[3];           /* first and second of the plane, third */
     int32_t start[2], end[2];   /* from the centre, fine; a clockwise arc has its second axis turned */
@@ -55,7 +62,7 @@ typedef struct {
     int64_t lacks;              /* what it lacks, units of the error */
     int64_t path, off;          /* its path length, and what that is off */
     unsigned room;              /* pulses by which borders between may be moved */
-    bool chain, chosen;         /* ... a step of it has been chosen and not yet been made */
+    bool chain;                 /* ... a chain of single steps */
     int64_t done;               /* angle behind the last step of the chain */
     int64_t reached;
     int8_t steps[ARC_CHAIN][2];
