@@ -5,6 +5,7 @@ from itertools import pairwise
 
 from host.link.link import HOLD, RESUME, RETRACT
 from rtl.motion.retraction import State
+from softcore.tables.settings import assign
 from testbench.cosim.checks import check_return, check_returns, pulses
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.retractions import at_limit, clear_after, figures, pace
@@ -28,7 +29,7 @@ def _hold(job):
 def series(session: Session) -> dict:
     """Shorts that return: one series until 1 um of new depth is gained, and at last the alarm."""
     data = Data(changeover=0.02, limit=0.2)
-    job = Job(session, "$8=3")
+    job = Job(session, assign("repeats", 3))
     job.start(program(data, "G01 Z-0.4 F60"))
     coordinate, firsts = 1000, []
     # Depth gained after each: within the series, then just enough to end it, then within again.

@@ -3,6 +3,7 @@
 
 from itertools import pairwise
 
+from softcore.tables.settings import assign
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
@@ -10,7 +11,7 @@ from testbench.native.station import Session
 __all__ = ["TROUBLES", "both_ways", "cell", "never_down", "stuck_open", "stuck_short",
            "thresholds", "widens_beyond"]
 
-PERIOD = "$31=2000"     # us between servo steps: 50 pulses of condition 100
+PERIOD = assign("servo_period_us", 2000)     # us between servo steps: 50 pulses of condition 100
 STEP = 50               # path pulses, of every built-in condition
 WIDE_UM, NARROW_UM = 300, 8
 DEPTH_MM = 0.4
@@ -94,7 +95,8 @@ def widens_beyond(session: Session) -> dict:
 def stuck_open(session: Session) -> dict:
     """No discharge comes: not a step further than allowed without one."""
     # Firmware looks now and then: with longer between steps than it takes for that.
-    job = _start(session, "$31=10000", "$35=150", data=Data())
+    job = _start(session, assign("servo_period_us", 10_000), assign("no_discharge_um", 150),
+                 data=Data())
     alarm = job.alarm()
     assert alarm["code"] == 50
     assert "no discharge on the last 150 um of the way" in alarm["text"]
@@ -106,7 +108,7 @@ def stuck_open(session: Session) -> dict:
 
 def never_down(session: Session) -> dict:
     """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
-    job = _start(session, "G10 W0 Y0", "$44=1", data=Data())
+    job = _start(session, "G10 W0 Y0", assign("no_progress_s", 1), data=Data())
     alarm = job.alarm()
     assert alarm["code"] == 51
     assert "no progress in 1 s of machining at the front" in alarm["text"]
@@ -138,7 +140,7 @@ def cell(session: Session, trouble: str) -> dict:
     """The fluid's class cannot be known any more: one alarm, and again while it is so."""
     force, value, said = TROUBLES[trouble]
     session.set("force.fluid_ohm_cm", 4e4)
-    job = _start(session, "$36=1", data=Data())
+    job = _start(session, assign("fluid_mode", 1), data=Data())
     told = job.wait("fluid_class")
     assert (told["class"], told["presets"]) == (2, {"dame": 8, "open": 3, "ok": 22})
     assert {kind: job.probe(f"servo_presets_{kind}") for kind in told["presets"]} == (
@@ -151,11 +153,12 @@ def cell(session: Session, trouble: str) -> dict:
 
 def thresholds(session: Session) -> dict:
     """Thresholds out of order, told before anything moves."""
-    job = Job(session, PERIOD, "$39=500", "$36=1", watched=WATCHED)
+    job = Job(session, PERIOD, assign("fluid_threshold_1", 500), assign("fluid_mode", 1),
+              watched=WATCHED)
     _unknown(job, "the thresholds of the fluid's classes are out of order")
     assert job.probe("path_front") == 0
     # In order again, and it goes.
-    job.link.command("$39=2819")
+    job.link.command(assign("fluid_threshold_1", 2819))
     job.make_ready()
     job.events.clear()
     _gap(job, WIDE_UM)

@@ -150,7 +150,7 @@ CLASSES = (
          Scene("bytes from 0x80 on", line.strange_character),
          Scene("3 kB of short lines in a cut", line.burst, {"piece": line.PIECES[0]}))),
     FaultClass(
-        "F5", "settings under fire", "`$26=0`, `$16=4`, `$17=4` and five more",
+        "F5", "settings under fire", "`$426=0`, `$416=4`, `$417=4` and five more",
         "the link, machining", "refused; what they guard is in force", (SETTINGS,)),
     FaultClass(
         "F6", "the place after a reset in motion", "Ctrl-X, and the supply gone for some clocks",

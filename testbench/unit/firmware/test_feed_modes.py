@@ -3,6 +3,7 @@
 
 import pytest
 
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -104,7 +105,7 @@ def test_a_law_without_what_it_needs_is_refused(machine, blocks, code, words):
 
 
 def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
-    machine.line("$51=4001")
+    machine.line(assign("law_ratio_lowest", 4001))
     assert machine.line(ROW) == ["ok"]
     lines = machine.tape(punched(["C900 G95 P3", "G95 P4", "M02"]), passes=4000)
     assert first_alarm(lines) == [
@@ -113,7 +114,7 @@ def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
 
 @pytest.mark.parametrize("law", [2, 3, 4])
 def test_standing_at_the_front_for_ever_is_an_alarm(machine, law):
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     under(machine, law, passes=300)
     machine.library.gk_speed(0)
     lines = machine.run(3000)
@@ -121,7 +122,9 @@ def test_standing_at_the_front_for_ever_is_an_alarm(machine, law):
 
 
 def test_settings_reach_the_law(machine):
-    for line in ("$48=25", "$49=50", "$50=1000", "$51=1000", "$52=2000"):
+    for line in (assign("law_unit_um", 25), assign("law_longest_ms", 50),
+                 assign("law_least_mv", 1000), assign("law_ratio_lowest", 1000),
+                 assign("law_ratio_highest", 2000)):
         assert machine.line(line) == ["ok"]
     under(machine, 4)
     found = machine.law
@@ -131,7 +134,7 @@ def test_settings_reach_the_law(machine):
 
 
 def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     under(machine, 4)
     machine.event("fluid_class", 3, 3 << 4, 200)
     machine.run(200)
@@ -147,7 +150,7 @@ def mean(machine, volts, *, opens=0, discharges=0):
 
 
 def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
-    machine.line("$53=1")
+    machine.line(assign("law_no_load", 1))
     under(machine, 4)
     machine.library.gk_discharges(1)
     machine.run(20)

@@ -3,6 +3,7 @@
 
 import pytest
 
+from softcore.tables.settings import assign
 from testbench.firmware import Checker, Fault, Machine, events
 from testbench.programs import punched
 
@@ -40,7 +41,7 @@ def test_condition_reaches_supply_and_comparators(machine):
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
     """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
     refused = ("a pulse of C900 takes 4 us, and the gap is looked at after 4000 ns "
-               "only ($4, $27).")
+               "only ($404, $427).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
     assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", "error:33"]
     assert machine.line("C130")[-1] == "ok"
@@ -52,13 +53,13 @@ def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
 
 def test_the_longest_numbers_fit_the_sentence(machine):
     assert machine.line("G10 C99999999 I1 P1100 Q40") == ["ok"]
-    for line in ("$4=1000000", "$27=100000"):
+    for line in (assign("blanking_ns", 1_000_000), assign("settle_ns", 100_000)):
         assert machine.line(line) == ["ok"]
     assert machine.line("C99999999")[0] == (
         "[MSG:MDI, character 1: a pulse of C99999999 takes 1100 us, and the gap is looked at "
-        "after 1100000 ns only ($4, $27).]")
-    machine.line("$4=600")
-    machine.line("$27=300")
+        "after 1100000 ns only ($404, $427).]")
+    machine.line(assign("blanking_ns", 600))
+    machine.line(assign("settle_ns", 300))
     assert machine.line("C510")[-1] == "ok"
 
 
@@ -66,14 +67,14 @@ def test_machining_does_not_begin_unseen(machine):
     """The setting has changed since the condition."""
     assert machine.line("G10 C900 I1 P5 Q40") == ["ok"]
     assert machine.line("C900")[-1] == "ok"
-    machine.line("$27=2000")
+    machine.line(assign("settle_ns", 2000))
     assert machine.line("M03")[-1] == "error:33"
-    machine.line("$27=1999")
+    machine.line(assign("settle_ns", 1999))
     assert machine.line("M03")[-1] == "ok"
 
 
 def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     run(machine, "C130", "M02")
     before = machine.power
     for number in (1, 2, 3, 0):
@@ -96,7 +97,7 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.gap["reference"][0] == reference(96)
     assert machine.gap["presets"] == (4, 5, 6), "the condition's own"
     assert machine.gap["step"] == 20
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 2, 2 << 4, 2300)
     machine.run(200)
     assert machine.gap["presets"] == (4, 5, 6)
@@ -182,7 +183,7 @@ def test_classes_travel_with_the_tape_too(machine):
     assert machine.gap["presets"] == (7, 6, 14)
     run(machine, "C130", "M02")
     assert machine.gap["presets"] == PATENT[0]
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 1, 1 << 4, 3000)
     machine.run(200)
     assert machine.gap["presets"] == (9, 5, 18), "entered by hand"
@@ -222,7 +223,7 @@ def test_servo_without_discharge_pulses_is_refused(machine):
 
 
 def test_a_long_way_without_a_discharge_is_an_alarm(machine):
-    machine.line("$35=500")
+    machine.line(assign("no_discharge_um", 500))
     machine.library.gk_speed(15)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=150)
     assert "discharge" in machine.flags
@@ -239,7 +240,7 @@ def test_a_long_way_without_a_discharge_is_an_alarm(machine):
 @pytest.fixture
 def stuck(machine):
     """Under servo in the middle of a way, where it stands; a second may go by without progress."""
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M05", "M02"]), passes=250)
     machine.library.gk_speed(0)
@@ -277,7 +278,7 @@ def test_back_and_forth_is_no_progress_but_a_pulse_further_is(stuck):
 
 
 def test_without_a_bound_the_servo_may_stand_for_ever(machine):
-    assert machine.line("$44=0") == ["ok"]
+    assert machine.line(assign("no_progress_s", 0)) == ["ok"]
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=250)
     machine.library.gk_speed(0)
@@ -303,7 +304,7 @@ def test_hold_and_retraction_are_no_time_at_the_front(stuck):
     ("M03", "G94", "G01 Z-20 F60"), ("M03", "G01 Z-.1 F60", "G00 Z-20"),
 ], ids=["dwell", "pause", "after M05", "before M03", "before the way", "G94", "G00"])
 def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", *blocks, "M02"]), passes=300)
     machine.library.gk_speed(0)
@@ -318,7 +319,7 @@ def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
 def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, words):
     machine.event("fluid_class", 0, flag, 0)
     assert not events(machine.run(200), "alarm"), "the class is set by hand"
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 0, flag, 0)
     alarm, = events(machine.run(200), "alarm")
     assert alarm[1] == "49"
@@ -331,7 +332,7 @@ def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, 
 
 
 def test_machining_waits_until_the_class_is_known(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.library.gk_fluid(0)
     run(machine, DATA, "C130 M03", "G01 Z-1 F6", "M02")
     assert machine.axes[2] == 0
@@ -364,15 +365,15 @@ def test_servo_needs_retraction_data(machine):
 
 
 def test_measuring_with_a_detector_that_was_known_to_be_broken_is_an_alarm(machine):
-    machine.line("$36=2")
+    machine.line(assign("fluid_mode", 2))
     for text in (DATA, "C130", "M03"):
         assert machine.line(text)[-1] == "ok"
     machine.library.gk_fluid(SILENT)
     machine.event("fluid_class", 0, SILENT, 0)
     assert not events(machine.run(200), "alarm")
     assert "discharge" in machine.flags
-    assert machine.line("$36=1")[-1] == "error:38", "it guards the machine"
-    for text in ("M05", "$36=1"):
+    assert machine.line(assign("fluid_mode", 1))[-1] == "error:38", "it guards the machine"
+    for text in ("M05", assign("fluid_mode", 1)):
         assert machine.line(text)[-1] == "ok"
     assert events(machine.line("M03"), "alarm")[0][1] == "49"
     assert "discharge" not in machine.flags

@@ -9,7 +9,7 @@ from binascii import crc_hqx
 
 import pytest
 
-from softcore.tables.settings import SETTINGS
+from softcore.tables.settings import SETTINGS, assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -111,8 +111,8 @@ def test_what_is_not_in_this_version_is_refused_by_name(machine, line, said):
 
 
 @pytest.mark.parametrize(("line", "code"), [
-    ("$99=1", 36), ("$0=0", 36), ("$0=33", 36), ("$0=4.5", 36), ("$0=", 36), ("$=4", 19),
-    ("$H", 19), ("$J=X1", 19), ("$0=99999999999", 36), ("(open", 16), ("X1", 31),
+    ("$99=1", 36), ("$400=0", 36), ("$400=33", 36), ("$400=4.5", 36), ("$400=", 36), ("$=4", 19),
+    ("$H", 19), ("$J=X1", 19), ("$400=99999999999", 36), ("(open", 16), ("X1", 31),
     ("G01 X1", 30), ("%5", 10), ("G00 X" + "9" * 20, 12),
 ])
 def test_bad_lines_are_refused_with_a_sentence(machine, line, code):
@@ -131,8 +131,8 @@ def test_settings_are_listed_and_changed(machine):
     for row in rows[:-1]:
         number, value = re.match(r"\$(\d+)=(\d+)", row).groups()
         assert machine.line(f"${number}={value}") == ["ok"], row
-    assert machine.line("$8=7") == ["ok"]
-    assert "$8=7 (shorts in a series that halt (0 no bound), shorts)" in machine.line(
+    assert machine.line(assign("repeats", 7)) == ["ok"]
+    assert "$408=7 (shorts in a series that halt (0 no bound), shorts)" in machine.line(
         "$$", passes=2000)
 
 
@@ -278,8 +278,9 @@ def test_lines_are_refused_while_a_tape_runs(machine):
     machine.library.gk_speed(0)
     machine.tape(punched(["G01 X1 F6", "M02"]), passes=400)
     assert machine.line("G00 X5")[-1] == "error:38"
-    assert machine.line("$0=5")[-1] == "error:38"
-    assert machine.line("$33=40")[-1] == "error:38", "not even what guards nothing"
+    assert machine.line(assign("short_needed", 5))[-1] == "error:38"
+    free = assign("servo_window", 40)
+    assert machine.line(free)[-1] == "error:38", "not even what guards nothing"
     assert machine.line("?")[-1].startswith("<Run|")
 
 

@@ -6,6 +6,7 @@ import ctypes
 import pytest
 
 from softcore.tables.causes import numbers
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -142,7 +143,7 @@ def test_what_a_trip_does_to_the_position(machine, cause):
 
 
 def test_axes_driven_by_steps_lose_it_at_any_trip(machine):
-    enter(machine, "$16=1")
+    enter(machine, assign("step_axes", 1))
     machine.library.gk_trip(CAUSE["estop"], 0)
     assert events(machine.run(200), "alarm")[0][2].endswith("the position is lost.")
 
@@ -200,41 +201,45 @@ def test_alarms_resets_and_trips_disarm(machine, how):
 # ---- what guards the machine
 
 
-@pytest.mark.parametrize("setting", ["$0=32", "$4=50000", "$8=0", "$10=1000000", "$13=2000",
-                                     "$16=4", "$17=4", "$26=0", "$35=0", "$44=0", "$56=60"])
+@pytest.mark.parametrize("setting", [assign("short_needed", 32), assign("blanking_ns", 50_000),
+                                     assign("repeats", 0), assign("start_speed_um_s", 1_000_000),
+                                     assign("follow_stopped", 2000),
+                                     assign("step_axes", 4), assign("reversed_encoders", 4),
+                                     assign("fluid_required", 0), assign("no_discharge_um", 0),
+                                     assign("no_progress_s", 0), assign("loop_gain", 60)])
 def test_what_guards_the_machine_stays_while_it_machines(machine, setting):
     enter(machine, *BURNS)
     number = setting[1:].partition("=")[0]
     assert machine.line(setting) == [
         f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
-    enter(machine, "$33=40", "M05", setting)
+    enter(machine, assign("servo_window", 40), "M05", setting)
 
 
 def test_what_guards_the_machine_stays_while_it_moves(machine):
     machine.library.gk_moving(1)
-    assert machine.line("$17=4")[-1] == "error:38"
-    enter(machine, "$33=40")
+    assert machine.line(assign("reversed_encoders", 4))[-1] == "error:38"
+    enter(machine, assign("servo_window", 40))
     machine.library.gk_moving(0)
-    enter(machine, "$17=4")
+    enter(machine, assign("reversed_encoders", 4))
 
 
 def test_what_guards_the_machine_reaches_the_gateware(machine):
     words = (ctypes.c_uint32 * 7)()
-    enter(machine, "$13=300", "$14=4000")
+    enter(machine, assign("follow_stopped", 300), assign("follow_moving", 4000))
     machine.library.gk_guards(words)
     assert [*words] == [1, *[300, 4000] * 3]
-    enter(machine, "$26=0")
+    enter(machine, assign("fluid_required", 0))
     machine.library.gk_guards(words)
     assert words[0] == 0
-    enter(machine, "$26=1")
+    enter(machine, assign("fluid_required", 1))
     machine.library.gk_guards(words)
     assert words[0] == 1
 
 
 def test_what_is_masked_is_told_in_every_report(machine):
     assert "|Off" not in machine.line("?")[-1]
-    enter(machine, "$26=0", "$44=0", "$16=5")
+    enter(machine, assign("fluid_required", 0), assign("no_progress_s", 0), assign("step_axes", 5))
     assert machine.line("?")[-1].endswith("|Off:fluid,no progress,coder X,coder Z>")
-    enter(machine, "$8=0", "$35=0", "$16=7")
+    enter(machine, assign("repeats", 0), assign("no_discharge_um", 0), assign("step_axes", 7))
     assert machine.line("?")[-1].endswith(
         "|Off:repeats,fluid,no discharge,no progress,coder X,coder Y,coder Z>")

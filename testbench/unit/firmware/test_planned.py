@@ -8,6 +8,7 @@ import pytest
 from host.roughing.basic import read_all
 from host.roughing.roughing import condition, program
 from host.roughing.staircase import Job, plan
+from softcore.tables.settings import assign
 from testbench.firmware import ACTS, Checker, Machine, events
 from testbench.planner import lines
 from testbench.programs import punched
@@ -165,16 +166,16 @@ def test_while_a_planning_is_not_over_there_is_nothing(machine):
 
 def test_a_supply_that_lacks_a_current_has_no_series(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
-    machine.line("$55=1000")
+    machine.line(assign("current_step_ma", 1000))
     assert machine.line("G39 P1")[-1] == "error:33", "planned for another supply"
     assert machine.line(PLAN, PASSES)[-2:] == [
         "[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]", "ok"]
     assert machine.line("G39 P1")[-1] == "error:33"
-    machine.line("$55=750")
+    machine.line(assign("current_step_ma", 750))
     assert machine.line(PLAN, PASSES)[-2] == "[MSG:IP 6 to 15.0000 mm]"
     assert events(machine.line("G39 P1"), "condition") == [["condition", "908", "8000"]]
     assert machine.power["level"] == 16
-    machine.line("$55=1500")
+    machine.line(assign("current_step_ma", 1500))
     machine.line("G10 C130 I5")
     assert "not set to all" in machine.line(PLAN, PASSES)[-2], "C130 has another current by hand"
 
@@ -208,9 +209,9 @@ def test_a_law_needs_its_reference_in_every_step(machine):
 
 def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
-    machine.line("$4=1000000")
+    machine.line(assign("blanking_ns", 1_000_000))
     assert machine.line("G39 P1")[-1] == "error:33"
-    machine.line("$4=3000")
+    machine.line(assign("blanking_ns", 3000))
     assert machine.line("G39 P1")[-1] == "ok"
 
 
@@ -238,7 +239,7 @@ def test_a_checked_tape_is_refused_for_what_is_wrong_without_a_plan_too(checker,
 def test_settings_by_hand_are_in_force_in_a_check(checker):
     rows = punched(["G10 C900 I6.5 P20 Q60", "C900", "M02"])
     assert "1500 mA each" in checker.check(rows).sentence
-    assert checker.enter("$55=750") == ""
+    assert checker.enter(assign("current_step_ma", 750)) == ""
     assert isinstance(checker.check(rows), list)
     assert checker.enter("G10 C901 I.5 P20 Q60") == ""
     assert isinstance(checker.check(rows), list), "a line by hand leaves them"
@@ -247,9 +248,9 @@ def test_settings_by_hand_are_in_force_in_a_check(checker):
 
 
 @pytest.mark.parametrize(("line", "why"), [
-    ("$55", "MDI, character 3: a setting reads $number=value."),
-    ("$55=7x", "MDI, character 5: a setting reads $number=value."),
-    ("$55=0", "setting 55 does not exist or is out of range."),
+    ("$455", "MDI, character 4: a setting reads $number=value."),
+    ("$455=7x", "MDI, character 6: a setting reads $number=value."),
+    ("$455=0", "setting 455 does not exist or is out of range."),
     ("$999=1", "setting 999 does not exist or is out of range."),
     ("$BP70,110,15", "of the lines with $ a check takes settings only."),
     ("$", "of the lines with $ a check takes settings only."),

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import pytest
 
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import damage, program, punched
 
@@ -153,7 +154,7 @@ def test_discharge_returns_after_the_stop(machine):
 
 def test_optional_stop(machine):
     assert names(run(machine, "M01", "M02"))[-1] == "end"
-    machine.line("$24=1")
+    machine.line(assign("optional_stop", 1))
     assert names(run(machine, "M01", "M02"))[-1] == "pause"
 
 
@@ -354,7 +355,7 @@ def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
 def test_block_skip(machine):
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 0
-    machine.line("$23=0")
+    machine.line(assign("block_skip", 0))
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 10_000
 

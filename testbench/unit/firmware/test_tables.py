@@ -45,7 +45,7 @@ def machine(tmp_path_factory):
 
 
 def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
-    assert machine.line("$44=5")[-1] == "error:36"
+    assert machine.line("$444=5")[-1] == "error:36"
     assert machine.line("$464=8")[-1] == "error:36"
     assert "$464=5 (new title, min)" in machine.line("$$", passes=2000)
     assert machine.line("$464=0") == ["ok"]

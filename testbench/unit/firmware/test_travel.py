@@ -6,6 +6,7 @@ import ctypes
 import pytest
 
 from softcore.tables.causes import numbers
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -36,18 +37,20 @@ def alarm(machine, cause, axes=0):
 def test_limits_and_gain_are_written_as_delivered():
     machine = Machine()
     assert words(machine, 0) == words(machine, 1) == (-2_990_000, 2_990_000, 1678)
-    assert words(machine, 2) == (-2_990_000, 1_000_000, 1678), "the jump axis, by setting 15 too"
+    assert words(machine, 2) == (-2_990_000, 1_000_000, 1678), "the jump axis, by setting 415 too"
     assert words(Machine(jump_axis=15), 2) == (-2_990_000, 2_990_000, 1678)
 
 
 def test_settings_of_the_limits(machine):
-    for line in ("$58=1000", "$59=0", "$60=70000", "$61=3000", "$62=4000", "$63=5000", "$56=400"):
+    for line in (assign("low_x_um", 1000), assign("low_y_um", 0), assign("low_z_um", 70_000),
+                 assign("high_x_um", 3000), assign("high_y_um", 4000), assign("high_z_um", 5000),
+                 assign("loop_gain", 400)):
         assert machine.line(line) == ["ok"]
     assert [words(machine, axis) for axis in range(3)] == [
         (-10_000, 30_000, 13_422), (0, 40_000, 13_422), (-700_000, 50_000, 13_422)]
-    assert machine.line("$15=2000") == ["ok"]
+    assert machine.line(assign("soft_limit_um", 2000)) == ["ok"]
     assert words(machine, 2)[1] == 20_000, "the lower of the two bounds the jump axis"
-    assert machine.line("$56=401")[-1] == "error:36", "more than the gateware can express"
+    assert machine.line("$456=401")[-1] == "error:36", "more than the gateware can express"
 
 
 @pytest.mark.parametrize(("line", "sentence"), [
@@ -58,7 +61,8 @@ def test_settings_of_the_limits(machine):
     ("G91 G00 X-0.6 Y-2.2 Z-5.2", "Z is beyond the travel"),
 ])
 def test_a_block_beyond_the_limits_is_refused(machine, line, sentence):
-    for setting in ("$58=1000", "$61=2000", "$59=3000", "$62=100", "$60=5000"):
+    for setting in (assign("low_x_um", 1000), assign("high_x_um", 2000), assign("low_y_um", 3000),
+                    assign("high_y_um", 100), assign("low_z_um", 5000)):
         machine.line(setting)
     said = machine.line(line)
     assert said[-1] == "error:34"
@@ -67,11 +71,11 @@ def test_a_block_beyond_the_limits_is_refused(machine, line, sentence):
 
 
 def test_the_limits_themselves_can_be_reached_and_left(machine):
-    for setting in ("$58=1000", "$61=2000"):
+    for setting in (assign("low_x_um", 1000), assign("high_x_um", 2000)):
         machine.line(setting)
     assert machine.line("G00 X2") == machine.line("G00 X-1") == ["ok"]
     assert machine.axes[0] == -10_000
-    assert machine.line("$58=500") == ["ok"]
+    assert machine.line(assign("low_x_um", 500)) == ["ok"]
     assert machine.line("G00 X-1.2")[-1] == "error:34"
     assert machine.line("G00 X-0.8") == ["ok"], "from outside it may come back"
     assert machine.line("G00 X-0.9")[-1] == "error:34"

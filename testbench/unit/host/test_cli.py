@@ -443,9 +443,9 @@ def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
     ("[side]\nlimit_high_mm = -1", "side.limit_high_mm must be 0.1 to 10000, not -1."),
     ("[gap]\narea_mm2 = true", "gap.area_mm2 is no number"),
     ("[settings]\nbaud = 9600", "settings.baud = 9600 is no setting"),
-    ("[settings]\n8 = 1.5", "settings.8 = 1.5 is no setting"),
-    ("[settings]\n8 = -1", "settings.8 = -1 is no setting"),
-    (f"[settings]\n8 = {10**10}", f"settings.8 = {10**10} is no setting"),
+    ("[settings]\n408 = 1.5", "settings.408 = 1.5 is no setting"),
+    ("[settings]\n408 = -1", "settings.408 = -1 is no setting"),
+    (f"[settings]\n408 = {10**10}", f"settings.408 = {10**10} is no setting"),
     ("[settings]\n'\u0668' = 1", "settings.\u0668 = 1 is no setting"),
 ])
 def test_an_impossible_machine_is_refused(workdir, line, message):

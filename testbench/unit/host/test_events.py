@@ -14,6 +14,7 @@ from host.run.retractions import collect, most_telling
 from host.run.run import Run, count_retractions, write_events
 from host.tape.codes import ISO
 from host.tape.tape import encode
+from softcore.tables.settings import assign
 from testbench.models.controller import Controller, Pipe
 
 SCALE = Scale(clock_hz=2_000_000)
@@ -83,7 +84,7 @@ def test_blocks_are_counted_as_lines_of_the_source():
 
 MACHINE = Machine("test", tomllib.loads(
     "clock_hz = 2000000\npulses_per_mm = 10000\ninitial_gap_um = 50\nremoval_scale = 1\n"
-    "[settings]\n0 = 4\n"))
+    "[settings]\n400 = 4\n"))
 TAPE = encode("%\nG01 Z-1\nM02\n")
 
 
@@ -131,7 +132,8 @@ def test_run_sets_up_as_an_operator_would():
     run = Run(MACHINE, TAPE, machine, mdi=["g36 r300", "G21"])
     assert run.execute() == "end"
     assert machine.armed
-    assert controller.lines == ["$X", "$POSITION=HERE", "$0=4", "G92 X0 Y0 Z0.0500", "G36 R300",
+    assert controller.lines == ["$X", "$POSITION=HERE", assign("short_needed", 4),
+                                "G92 X0 Y0 Z0.0500", "G36 R300",
                                 "G21"]
     assert controller.tape == TAPE.rows
     assert [event["event"] for event in run.events] == ["program_end"]
@@ -225,12 +227,12 @@ def test_lines_by_hand_may_declare_another_zero():
 
 def test_refused_set_up_says_why():
     def script(controller, line):
-        if line.startswith("$0"):
-            controller.say("[MSG:setting 0 is out of range]")
+        if line.startswith("$400"):
+            controller.say("[MSG:setting 400 is out of range]")
             return "error:36"
         return "ok"
-    with pytest.raises(UsageError, match=r"^machine test: settings\.0 is refused by the "
-                                         r"controller: setting 0 is out of range$"):
+    with pytest.raises(UsageError, match=r"^machine test: settings\.400 is refused by the "
+                                         r"controller: setting 400 is out of range$"):
         Run(MACHINE, TAPE, Simulated(Controller(script=script))).execute()
 
 

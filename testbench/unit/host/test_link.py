@@ -24,6 +24,7 @@ from host.link.link import (
     stuffed,
 )
 from softcore.linkmap import REALTIME, STUFFED
+from softcore.tables.settings import assign
 from testbench.models.controller import Controller, Pipe, crc16, unstuffed
 
 
@@ -78,7 +79,8 @@ def test_frames_cover_the_tape_in_sequence(rng, length):
     assert b"".join(unstuffed(data[1:-1])[2:-2] for _, data in cut[1:-1]) == rows
 
 
-@pytest.mark.parametrize("line", ["G36 R300", "$8=19", '(SAYS "A")', "Y" * LONGEST_LINE])
+@pytest.mark.parametrize("line", ["G36 R300", assign("repeats", 19), '(SAYS "A")',
+                                  "Y" * LONGEST_LINE])
 def test_a_line_that_can_be_entered_by_hand(line):
     check_line(line)
 

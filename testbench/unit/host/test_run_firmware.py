@@ -22,7 +22,7 @@ from testbench.punch import TAPES, broken
 CLOCK_HZ, PULSES_PER_MM, Z = 2_000_000, 10_000, 2
 PASS_S = 1000 / CLOCK_HZ
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
-                            "initial_gap_um": 50, "removal_scale": 1, "settings": {"8": 19}})
+                            "initial_gap_um": 50, "removal_scale": 1, "settings": {"408": 19}})
 
 
 class Firmware:

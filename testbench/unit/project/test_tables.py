@@ -61,19 +61,19 @@ def test_a_setting_is_changed_in_one_place():
            '        "new title", "min", "no progress"},' in render.settings_source(table)
     assert cells(render.settings_page(table), "`$464`") == [
         "`$464`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
-    assert "| `$44` |" not in render.settings_page(table)
+    assert "| `$444` |" not in render.settings_page(table)
     assert settings.assign("no_progress_s", 7, table) == "$464=7"
     with pytest.raises(ValueError, match=r"^setting 464 \(no_progress_s\) must be 0 to 7, not 8$"):
         settings.assign("no_progress_s", 8, table)
 
 
 def test_a_setting_more_is_one_more_everywhere():
-    table = (*SETTINGS, replace(SETTINGS[0], number=99, name="fresh"))
+    table = (*SETTINGS, replace(SETTINGS[0], number=499, name="fresh"))
     assert "    SET_FRESH,\n    SETTINGS,\n" in render.settings_header(table)
     assert "[SET_FRESH] = {" in render.settings_source(table)
-    assert cells(render.settings_page(table), "`$99`")[1] == "`fresh`"
-    assert settings.of_number(99, table).name == "fresh"
-    assert settings.of_number(99) is None
+    assert cells(render.settings_page(table), "`$499`")[1] == "`fresh`"
+    assert settings.of_number(499, table).name == "fresh"
+    assert settings.of_number(499) is None
 
 
 def test_no_setting_of_an_unknown_name():
@@ -82,10 +82,10 @@ def test_no_setting_of_an_unknown_name():
 
 
 def test_a_meaning_follows_the_number_that_it_cites():
-    table = altered(SETTINGS, "short_window", number=401)
+    table = altered(SETTINGS, "short_window", number=501)
     page = render.settings_page(table, altered(FAULTS, "halt_series", number=143))
-    assert "(`$401`)" in cells(page, "`$0`")[-1]
-    assert cells(page, "`$8`")[-1].startswith("Alarm 143 comes ")
+    assert "(`$501`)" in cells(page, "`$400`")[-1]
+    assert cells(page, "`$408`")[-1].startswith("Alarm 143 comes ")
 
 
 # ---- alarms and errors
@@ -111,8 +111,8 @@ def test_a_fault_is_changed_in_one_place():
     header = render.faults_header(table)
     assert "    FAULT_STUCK = 156,\n" in header
     assert '#define FAULT_TEXT_STUCK \\\n    "it stands"\n' in header
-    page = render.faults_page(table, altered(SETTINGS, "repeats", number=408))
-    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$408`.\n" in page
+    page = render.faults_page(table, altered(SETTINGS, "repeats", number=508))
+    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$508`.\n" in page
     assert "### 56:" not in page
     assert faults.coded(156, table).sentence == "it stands"
     assert faults.coded(56, table) is None
@@ -134,7 +134,7 @@ def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
     assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
     assert alarms.cause(stuck.number) == stuck.cause
     assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
-    assert "$8 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
+    assert "$408 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
     assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
 
 
