@@ -11,12 +11,13 @@ from softcore.tables.causes import CAUSES, Cause
 from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
 from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
+from softcore.tables.grbl import GRBL_SETTINGS, SOURCES, GrblSetting
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
 __all__ = ["causes_header", "conditions_header", "conditions_page", "events_gateware",
-           "events_header", "events_page", "faults_header", "faults_page", "settings_header",
-           "settings_page", "settings_source"]
+           "events_header", "events_page", "faults_header", "faults_page", "grbl_header",
+           "grbl_source", "settings_header", "settings_page", "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -38,7 +39,8 @@ def settings_header(table: Sequence[Setting]) -> str:
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
     lines += ["", "/* What has to be done again after a change. */"]
-    lines += _enum("setting_group", (f"GROUP_{group.upper()}" for group in GROUPS))
+    lines += _enum("setting_group", [*(f"GROUP_{group.upper()}" for group in GROUPS),
+                                     "SETTINGS_GROUPS"])
     lines += [
         "",
         "typedef struct {",
@@ -52,6 +54,7 @@ def settings_header(table: Sequence[Setting]) -> str:
         "} settings_table_row;",
         "",
         "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
+        "extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];",
     ]
     return "\n".join(lines) + "\n"
 
@@ -66,17 +69,57 @@ def settings_source(table: Sequence[Setting]) -> str:
             f"    [SET_{one.name.upper()}] = {{{one.default}, {one.lowest}, {one.highest}, "
             f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()},",
             f"        {_string(one.title)}, {_string(one.unit)}, {guard}}},"]
+    lines += ["};", "", "const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {",
+              *(f"    [GROUP_{group.upper()}] = {_string(title)}," for group, title in
+                GROUPS.items())]
     return "\n".join([*lines, "};"]) + "\n"
 
 
-def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) -> str:
+def grbl_header(table: Sequence[GrblSetting]) -> str:
+    """What the firmware knows of grbl's settings, in C."""
+    lines = ["#pragma once", "#include <stdint.h>", "", '#include "base/settings_table.h"', "",
+             f"#define GRBL_ROWS {len(table)}u", "",
+             "/* What a value comes from; all but a constant have three decimals. */"]
+    lines += _enum("grbl_source", (f"GRBL_{source.upper()}" for source in SOURCES))
+    lines += [
+        "",
+        "typedef struct {",
+        "    uint16_t number;",
+        "    uint8_t source;",
+        "    uint8_t value;          /* that of a constant; of others the axis */",
+        "    uint8_t follows[2];     /* settings that it follows from; SETTINGS for none */",
+        "    const char *title;",
+        "    const char *unit;",
+        "} grbl_table_row;",
+        "",
+        "extern const grbl_table_row GRBL_TABLE_ROWS[GRBL_ROWS];",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def grbl_source(table: Sequence[GrblSetting]) -> str:
+    """Rows of grbl's settings, in C."""
+    lines = ['#include "base/grbl_table.h"', "",
+             "const grbl_table_row GRBL_TABLE_ROWS[GRBL_ROWS] = {"]
+    for one in table:
+        follows = [*(f"SET_{name.upper()}" for name in one.follows), "SETTINGS", "SETTINGS"][:2]
+        value = one.value if one.source == "constant" else one.axis
+        lines += [f"    {{{one.number}, GRBL_{one.source.upper()}, {value}, "
+                  f"{{{', '.join(follows)}}},",
+                  f"        {_string(one.title)}, {_string(one.unit)}}},"]
+    return "\n".join([*lines, "};"]) + "\n"
+
+
+def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
+                  grbl: Sequence[GrblSetting] = GRBL_SETTINGS) -> str:
     """Reference of the settings, in Markdown."""
     lines = [
         "# Settings", "",
-        "Numbers by which a machine and its gap are set up. `$$` lists them, `$number=value` "
-        "changes one, and a [machine's file](machine-file.md) gives them in its table "
-        "`[settings]`. All values are whole numbers; both ends of a range are allowed. After "
-        "power-on every setting has its default.", "",
+        "Numbers by which a machine and its gap are set up. `$$` lists them as `$number=value`, "
+        "and such a line changes one. `$ES` tells what each is called, its unit and its range, and "
+        "`$ES=number` tells that of one setting. A [machine's file](machine-file.md) gives them in "
+        "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
+        "After power-on every setting has its default.", "",
         "No setting changes while a program runs. Those marked *rest* guard the machine: they "
         "also stay as they are while it moves or machines (" + filled("error {alarm_busy}).", table,
                                                                       faults)]
@@ -89,6 +132,14 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) ->
             f"| {grouped(one.lowest)} to {grouped(one.highest)} "
             f"| {'rest' if one.guards else 'no program'} | {filled(one.meaning, table, faults)} |"
             for one in table if one.group == group]
+    lines += ["", "## Numbers of grbl", "",
+              "Numbers below `$400` are those of grbl 1.1, with its meaning, for the senders that "
+              "read them. They cannot be set: they are fixed, or follow from the settings above.",
+              "", "| setting | title | unit | follows from | meaning |", f"|{' --- |' * 5}"]
+    numbers = {one.name: one.number for one in table}
+    lines += [f"| `${one.number}` | {one.title} | {one.unit} "
+              f"| {', '.join(f'`${numbers[name]}`' for name in one.follows) or 'fixed'} "
+              f"| {filled(one.meaning, table, faults)} |" for one in grbl]
     return "\n".join(lines) + "\n"
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller's settings: the only place a number, a range or a default is written down.
+"""The controller's own settings: the only place a number, a range or a default is written down.
+
+Their numbers begin at ``FIRST``: those below are grbl's, see ``softcore.tables.grbl``.
 
 ``python -m softcore.generate`` makes the firmware's table (``base/settings_table.c``) and the page
 ``docs/reference/settings.md`` of it; the host reads it. Plain data: imports nothing from Amaranth.
@@ -9,7 +11,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["GROUPS", "SETTINGS", "Setting", "assign", "named", "of_number"]
+__all__ = ["FIRST", "GROUPS", "SETTINGS", "Setting", "assign", "named", "of_number"]
+
+FIRST = 400
 
 LARGEST_ERROR = (1 << 17) - 1   # pulses: range of the gateware's error counter
 LARGEST_GAIN = 400              # 1/s: what the gateware's model of the drive can express
@@ -34,7 +38,7 @@ Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "
 class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
-    ``title`` is what ``$$`` tells behind the value, with the ``unit``; ``meaning`` is for the page,
+    ``title`` is what ``$ES`` tells of it, with the ``unit``; ``meaning`` is for the page,
     with ``{name}`` for the number of another setting and ``{alarm_name}`` for that of an alarm.
     No setting changes while a program runs. One that ``guards`` the machine stays as it is while
     the machine moves or machines, too. ``switches_off`` names the guard that the value 0 switches

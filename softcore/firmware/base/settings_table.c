@@ -131,3 +131,14 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
     [SET_HIGH_Z_UM] = {299000, 0, 20000000, 463, GROUP_TRAVEL, true,
         "upper end of Z", "um", 0},
 };
+
+const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {
+    [GROUP_DETECTOR] = "Shorts, pulses and sensing",
+    [GROUP_MOTION] = "Speeds and series of shorts",
+    [GROUP_AXES] = "Axes and coders",
+    [GROUP_TRAVEL] = "Travel",
+    [GROUP_LOOP] = "Position loop and arcs",
+    [GROUP_SIDE] = "Machine side",
+    [GROUP_GAP] = "Servo, fluid and feed",
+    [GROUP_PROGRAM] = "Programs and power supply",
+};

@@ -81,6 +81,7 @@ typedef enum {
     GROUP_SIDE,
     GROUP_GAP,
     GROUP_PROGRAM,
+    SETTINGS_GROUPS,
 } setting_group;
 
 typedef struct {
@@ -94,3 +95,4 @@ typedef struct {
 } settings_table_row;
 
 extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];
+extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];

@@ -59,7 +59,7 @@ def named(lines):
 
 def test_numbered_lines_are_answered_by_their_number(machine, sender):
     for number, (line, answer) in enumerate([("G91 G00 X1", "ok"), ("G77", "error:15"),
-                                             ("$I", "ok"), ("$99=1", "error:36"), ("", "ok"),
+                                             ("$I", "ok"), ("$499=1", "error:36"), ("", "ok"),
                                              ("(*12AB) G04 P1", "ok")]):
         machine.send(sender.bytes(line))
         assert machine.run(200)[-1] == f"{answer} @{number}"

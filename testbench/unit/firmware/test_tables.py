@@ -47,7 +47,8 @@ def machine(tmp_path_factory):
 def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
     assert machine.line("$444=5")[-1] == "error:36"
     assert machine.line("$464=8")[-1] == "error:36"
-    assert "$464=5 (new title, min)" in machine.line("$$", passes=2000)
+    assert "$464=5" in machine.line("$$", passes=2000)
+    assert machine.line("$ES=464") == ["[SETTING:464|7|new title|min|5|#########0|0|7]", "ok"]
     assert machine.line("$464=0") == ["ok"]
     assert machine.line("?")[-1].endswith("|Off:no progress>")
     assert machine.line("$464=7") == ["ok"]

@@ -21,6 +21,7 @@ from softcore.tables import causes, conditions, events, faults, settings
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
+from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.references import filled, plain
 from softcore.tables.settings import SETTINGS
 
@@ -52,6 +53,32 @@ def test_settings_are_well_formed():
         assert not re.search(r"\$\d|[Aa]larm \d", one.meaning), f"{one.name} cites a bare number"
     for key in ("number", "name", "title"):
         assert len({getattr(one, key) for one in SETTINGS}) == len(SETTINGS), key
+    assert min(one.number for one in SETTINGS) == settings.FIRST
+
+
+def test_settings_of_grbl_are_well_formed():
+    numbers = [one.number for one in GRBL_SETTINGS]
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] < settings.FIRST, "those from there on are ours"
+    for one in GRBL_SETTINGS:
+        assert filled(one.meaning).endswith("."), one.number
+        assert len(one.follows) <= 2, one.number
+        assert all(settings.named(name) for name in one.follows), one.number
+        assert one.source == "constant" or not one.value, one.number
+    # `$ES` has this sign between what it tells.
+    assert not [one.title for one in (*SETTINGS, *GRBL_SETTINGS) if "|" in one.title + one.unit]
+
+
+def test_a_setting_of_grbl_is_changed_in_one_place():
+    table = tuple(replace(one, number=114, title="haste of Y", follows=("repeats",))
+                  if one.number == 111 else one for one in GRBL_SETTINGS)
+    assert "    {114, GRBL_SPEED, 1, {SET_REPEATS, SETTINGS},\n        \"haste of Y\", " in (
+        render.grbl_source(table))
+    page = render.settings_page(altered(SETTINGS, "repeats", number=508), grbl=table)
+    assert cells(page, "`$114`")[1:4] == ["haste of Y", "mm/min", "`$508`"]
+    assert "`$111`" not in page
+    assert cells(page, "`$10`")[3] == "fixed"
+    assert f"#define GRBL_ROWS {len(table) - 1}u" in render.grbl_header(table[1:])
 
 
 def test_a_setting_is_changed_in_one_place():
