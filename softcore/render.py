@@ -121,8 +121,8 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
         "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
         "After power-on every setting has its default.", "",
         "No setting changes while a program runs. Those marked *rest* guard the machine: they "
-        "also stay as they are while it moves or machines (" + filled("error {alarm_busy}).", table,
-                                                                      faults)]
+        "also stay as they are while it moves or machines (" + filled(
+            "`error:{error_busy}`).", table, faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
                   "| setting | name | unit | default | range | changes | meaning |",
@@ -145,11 +145,19 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
 
 def faults_header(table: Sequence[Fault]) -> str:
     """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
-    lines = ["#pragma once", "", "/* Numbers of `error:N` and `ALARM:N`. */"]
+    lines = ["#pragma once", "",
+             "/* Our numbers: told as they are, but where grbl has one (below). */"]
     lines += _enum("fault_code", ["FAULT_NONE = 0", *(
         f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
     lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
                     for one in table if one.spoken)]
+    for line, what, numbers in (
+            ("error:N", "ERRORS", {one.name: one.grbl_error for one in table}),
+            ("ALARM:N", "ALARMS", {one.name: one.grbl_alarm for one in table})):
+        rows = [f"    {{FAULT_{name.upper()}, {number}}}" for name, number in numbers.items()
+                if number]
+        lines += ["", f"/* Numbers of grbl for `{line}`. */", f"#define FAULT_{what} \\",
+                  ", \\\n".join(rows)]
     return "\n".join(lines) + "\n"
 
 
@@ -168,15 +176,19 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
         "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came "
         "while it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
-        "is gone. Both have the same numbers. In front of each the controller says where it was "
-        "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "is gone. In front of each the controller says where it was and what exactly was wrong, as "
+        "`[MSG:…]` or as the event `alarm`.", "",
+        "The numbers are ours, from 100 on. Where grbl 1.1 has one of the same meaning, that one "
+        "is told instead: it stands behind ours.", "",
         "A program that is refused before anything has moved is *rejected* (exit status 4); after "
         "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
     for part, title in PARTS.items():
         lines += ["", f"## {title}"]
         for one in table:
             if one.part == part:
-                lines += ["", f"### {one.number}: {one.sentence}", "",
+                told = "".join((f", `error:{one.grbl_error}`" if one.grbl_error else "",
+                                f", `ALARM:{one.grbl_alarm}`" if one.grbl_alarm else ""))
+                lines += ["", f"### {one.number}{told}: {one.sentence}", "",
                           f"Cause: {filled(one.cause, settings, table)}", "",
                           f"What to do: {filled(one.remedy, settings, table)}"]
             if one.part == part and one.name == "trip":

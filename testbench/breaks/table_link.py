@@ -98,8 +98,8 @@ LINK = (
         "softcore/firmware/base/grbl.c", "unit/firmware/test_settings.py",
         ("return settings_get(SET_ACCELERATION_MM_S2) * 1000;", "return 1000000;",
          "what grbl's settings tell follows ours"),
-        ("    if (row == GRBL_ROWS)\n        return false;\n    const", "    return false;\n    const",
-         "who sets one is told what to set"),
+        ("    if (row == GRBL_ROWS)\n        return false;\n    const",
+         "    return false;\n    const", "who sets one is told what to set"),
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,

@@ -6,6 +6,7 @@ import pytest
 from host.link.link import RefusedError
 from softcore.image import target_image
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from softcore.top import Top
 from testbench.cosim.job import Data, Job, program
@@ -89,7 +90,7 @@ def tripped(session: Session, cause: str) -> dict:
     assert safe - begun <= clocks, safe - begun
     _check_safe(job, safe)
     assert job.probe("safety_latched") == 1 << NUMBER[cause]
-    assert alarm["code"] == 40
+    assert alarm["code"] == alarm_number("limit" if cause.startswith("limit") else "trip")
     assert said in alarm["text"]
     # The controller counts clocks from the end of its reset.
     assert safe - alarm["cycle"] == Top.RESET_CLOCKS + 1

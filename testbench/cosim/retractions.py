@@ -9,6 +9,7 @@ import math
 from itertools import pairwise
 
 from rtl.motion.retraction import State
+from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.cosim.checks import check_reactions, check_return, check_returns, pulses
 from testbench.cosim.job import HEIGHT_MM, MM, Data, Job, program
@@ -195,7 +196,7 @@ def never_clearing(session: Session, speed: float) -> dict:
     job.reach(4000, pace(session, 120))
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 41
+    assert alarm["code"] == alarm_number("halt_limit")
     assert alarm["text"] == "Block 7: still short at the retractable limit."
     one, = job.record.excursions()
     limit = one.first - pulses(data.limit)

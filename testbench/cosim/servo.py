@@ -3,6 +3,7 @@
 
 from itertools import pairwise
 
+from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import Data, Job, program
@@ -83,7 +84,7 @@ def widens_beyond(session: Session) -> dict:
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     _gap(job, NARROW_UM, debris=1)
     alarm = job.alarm()
-    assert alarm["code"] == 48
+    assert alarm["code"] == alarm_number("halt_servo")
     front = job.probe("path_front")
     # 518 pulses: ten steps of 50, and no eleventh.
     assert front - job.probe("path_command") == 10 * STEP
@@ -98,7 +99,7 @@ def stuck_open(session: Session) -> dict:
     job = _start(session, assign("servo_period_us", 10_000), assign("no_discharge_um", 150),
                  data=Data())
     alarm = job.alarm()
-    assert alarm["code"] == 50
+    assert alarm["code"] == alarm_number("no_discharge")
     assert "no discharge on the last 150 um of the way" in alarm["text"]
     way = job.probe("path_front")
     assert pulses(0.15) < way <= pulses(0.15) + STEP, way
@@ -110,7 +111,7 @@ def never_down(session: Session) -> dict:
     """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
     job = _start(session, "G10 W0 Y0", assign("no_progress_s", 1), data=Data())
     alarm = job.alarm()
-    assert alarm["code"] == 51
+    assert alarm["code"] == alarm_number("no_progress")
     assert "no progress in 1 s of machining at the front" in alarm["text"]
     assert job.probe("path_front") == job.probe("path_command") == 0
     began, = job.told("block", text=f"G01 Z-{DEPTH_MM} F600")
@@ -127,7 +128,7 @@ def stuck_short(session: Session) -> dict:
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 41
+    assert alarm["code"] == alarm_number("halt_limit")
     assert job.probe("path_front") - job.probe("path_command") == pulses(data.limit)
     told, = job.told("retraction_start")
     assert told["cause"] == "short"
@@ -170,7 +171,7 @@ def thresholds(session: Session) -> dict:
 def _unknown(job, said):
     """The alarm, and once more when the operator unlocks and machines on, all being as before."""
     alarm = job.alarm()
-    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    assert (alarm["code"], said in alarm["text"]) == (alarm_number("fluid"), True), alarm
     _locked(job)
     way = job.probe("path_front")
     assert way < WAY
@@ -180,6 +181,6 @@ def _unknown(job, said):
     # A tape's path begins at 0.
     job.start(program("G95 P1", f"G01 Z-{DEPTH_MM} F600"))
     alarm = job.alarm()
-    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    assert (alarm["code"], said in alarm["text"]) == (alarm_number("fluid"), True), alarm
     assert job.probe("path_front") == 0
     _locked(job)

@@ -131,7 +131,7 @@ CLASSES = (
     FaultClass(
         "F2", "contact with the discharge off", "the work stands in the way",
         "the gap, without C and M03",
-        "halt within 8 clocks with alarm 52, or trip above the start/stop speed; never program end",
+        "halt within 8 clocks with alarm 152, or trip above the start/stop speed; never the end",
         (Scene("G01 at F120", contact.touches, _way("feed")),
          Scene("G00", contact.touches, _way("rapid")), Scene("G03", contact.touches, _way("arc")),
          Scene("wire, G01 aside", contact.touches,

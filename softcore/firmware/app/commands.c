@@ -126,11 +126,11 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
         while (ROWS[i].begin[at] && at + 1 < length && (line[at + 1] & ~0x20) == (ROWS[i].begin[at] & ~0x20))
             at++;
         if (!ROWS[i].begin[at]) {
-            fault_at(f, FAULT_REFUSED, 0, "%s", ROWS[i].says);
+            fault_at(f, FAULT_COMMAND, 0, "%s", ROWS[i].says);
             return;
         }
     }
-    fault_at(f, FAULT_REFUSED, 0, "this $ command is not in this version");
+    fault_at(f, FAULT_COMMAND, 0, "this $ command is not in this version");
 }
 
 static bool is_free(fault *f) {

@@ -83,7 +83,7 @@ static void follow_series(const plan *p) {
 static bool assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
     if (length < 2 || line[1] < '0' || line[1] > '9')
-        return fault_at(f, FAULT_REFUSED, 0, "of the lines with $ a check takes settings only");
+        return fault_at(f, FAULT_COMMAND, 0, "of the lines with $ a check takes settings only");
     if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f) ||
         !settings_enter(number, value, f))
         return false;

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import pytest
 
+from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.firmware import Arc, Machine, Move, events
 from testbench.models.arc import Piece
@@ -189,7 +190,7 @@ def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine, limi
     machine.tape(punched([DATA.format(limit=limit, more=""), "G91 G01 F60", *blocks, "M02"]),
                  passes=20_000)
     alarm = events(machine.lines, "alarm")[0]
-    assert alarm[1] == "35"
+    assert alarm[1] == str(alarm_number("history"))
     assert "limit" in alarm[2]
     # One unit is kept free for an arc, the virtual block before the first point takes another.
     assert machine.axes[0] == (RING - 2) * 100

@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from softcore.tables.faults import error_line
 from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import FIRST, GROUPS, SETTINGS, assign, named
 from testbench.firmware import Checker, Machine
@@ -82,7 +83,7 @@ def test_a_number_of_grbl_is_not_set_and_what_to_set_is_said(machine, form):
         said, answer = machine.line(f"${one.number}{form}")
         assert said.startswith(f"[MSG:${one.number} ({one.title}) ")
         assert re.findall(r"\$(\d+)", said)[1:] == [BY_NAME[name] for name in one.follows]
-        assert answer == "error:36"
+        assert answer == error_line("setting")
     assert listed(machine) == before
     refusal = Checker().enter(f"$110{form}")
     assert refusal.startswith("$110 (highest speed of X) follows from $"), "so in a check"
@@ -91,8 +92,8 @@ def test_a_number_of_grbl_is_not_set_and_what_to_set_is_said(machine, form):
 @pytest.mark.parametrize("number", [0, 9, 11, 14, 99, 103, 133, FIRST - 1])
 def test_no_other_number_below_ours_exists(machine, number):
     assert machine.line(f"${number}=1") == [
-        f"[MSG:setting {number} does not exist or is out of range.]", "error:36"]
-    assert machine.line(f"$ES={number}")[-1] == "error:36"
+        f"[MSG:setting {number} does not exist or is out of range.]", error_line("setting")]
+    assert machine.line(f"$ES={number}")[-1] == error_line("setting")
 
 
 def test_words_of_all_settings(machine):
@@ -127,7 +128,7 @@ def test_words_of_one_setting(machine):
 def test_words_are_asked_for_by_a_number(machine, line):
     said, answer = machine.line(line)
     assert "$ES=number" in said
-    assert answer == "error:36"
+    assert answer == error_line("setting")
 
 
 def test_groups(machine):

@@ -15,6 +15,7 @@ from host.errors import UsageError
 from host.machines.machine import BUILT_IN, load
 from host.tape.codes import EIA
 from host.tape.tape import encode
+from softcore.tables.faults import alarm_number
 from testbench.punch import TAPES
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
@@ -419,7 +420,7 @@ def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
     result, summary, events, trace = run_text(
         workdir, f"%\nG90\nG01 Z{height} F600\nM02\n", *options)
     assert (result.returncode, summary["outcome"]) == (3, "alarm")
-    assert summary["alarm"]["code"] == 52
+    assert summary["alarm"]["code"] == alarm_number("contact")
     assert events[-1]["text"].startswith("Block 3: contact with the discharge off;")
     assert 0.1 < summary["pressed_mm"] <= 0.2
     assert summary["pressed_mm"] == pytest.approx(-trace["gap_um"].min() / 1000, abs=1e-6)

@@ -24,6 +24,7 @@ from host.link.link import (
     stuffed,
 )
 from softcore.linkmap import REALTIME, STUFFED
+from softcore.tables.faults import error_line
 from softcore.tables.settings import assign
 from testbench.models.controller import Controller, Pipe, crc16, unstuffed
 
@@ -113,7 +114,7 @@ def test_greeting_is_awaited():
         link.await_greeting()
 
 
-@pytest.mark.parametrize(("answer", "said"), [("error:37", r"The machine is locked\."),
+@pytest.mark.parametrize(("answer", "said"), [(error_line("locked"), r"The machine is locked\."),
                                               ("error:999", "error:999")])
 def test_a_refusal_without_its_sentence_is_told_by_its_number(answer, said):
     link, _ = talk(Controller(script=lambda controller, line: answer))
@@ -124,7 +125,7 @@ def test_a_refusal_without_its_sentence_is_told_by_its_number(answer, said):
 def test_lines_are_answered_and_the_rest_is_heard():
     def script(controller, line):
         controller.say("[MSG:Speed is too high]" if "R0" in line else "[MSG:Fine]")
-        return "error:22" if "R0" in line else "ok"
+        return error_line("feed") if "R0" in line else "ok"
 
     controller = Controller(script=script)
     link, heard = talk(controller)

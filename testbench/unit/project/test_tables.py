@@ -110,9 +110,9 @@ def test_no_setting_of_an_unknown_name():
 
 def test_a_meaning_follows_the_number_that_it_cites():
     table = altered(SETTINGS, "short_window", number=501)
-    page = render.settings_page(table, altered(FAULTS, "halt_series", number=143))
+    page = render.settings_page(table, altered(FAULTS, "halt_series", number=243))
     assert "(`$501`)" in cells(page, "`$400`")[-1]
-    assert cells(page, "`$408`")[-1].startswith("Alarm 143 comes ")
+    assert cells(page, "`$408`")[-1].startswith("Alarm 243 comes ")
 
 
 # ---- alarms and errors
@@ -129,20 +129,43 @@ def test_faults_are_well_formed():
             assert not re.search(r"[`\]{}]", plain(filled(text))), one.name
     for key in ("number", "name", "sentence"):
         assert len({getattr(one, key) for one in FAULTS}) == len(FAULTS), key
-    assert 0 not in [one.number for one in FAULTS], "that is no fault"
+    assert min(one.number for one in FAULTS) >= faults.FIRST
+    # What the page calls alarms is told by number alone: no two have the same.
+    assert len({one.alarm for one in FAULTS}) == len(FAULTS)
+    # Numbers of grbl 1.1: errors 1 to 38, alarms 1 to 10; 0 for none.
+    assert {one.grbl_error for one in FAULTS} < set(range(39))
+    assert {one.grbl_alarm for one in FAULTS} < set(range(11))
+
+
+def test_numbers_of_grbl_are_told_where_it_has_the_same():
+    assert faults.error_line("locked") == "error:9"
+    assert faults.alarm_line("travel") == "ALARM:2"
+    assert faults.error_line("travel") == "error:134"
+    assert faults.alarm_line("stuck") == "ALARM:156"
+    assert faults.of_error(9).name == "locked"
+    assert faults.of_alarm(9) is None
+    table = altered(altered(FAULTS, "locked", grbl_error=0), "stuck", grbl_alarm=7, grbl_error=5)
+    header = render.faults_header(table)
+    assert "FAULT_LOCKED, 9" not in header
+    errors, alarms = header.split("#define FAULT_ERRORS")[1].split("#define FAULT_ALARMS")
+    assert "{FAULT_STUCK, 5}" in errors
+    assert "{FAULT_STUCK, 7}" in alarms
+    page = render.faults_page(table)
+    assert "### 156, `error:5`, `ALARM:7`: nothing moves" in page
+    assert "### 137: the machine is locked" in page
 
 
 def test_a_fault_is_changed_in_one_place():
-    table = altered(FAULTS, "stuck", number=156, sentence="it stands", cause="A cause.",
+    table = altered(FAULTS, "stuck", number=256, sentence="it stands", cause="A cause.",
                     remedy="Push; see `${repeats}`.")
     header = render.faults_header(table)
-    assert "    FAULT_STUCK = 156,\n" in header
+    assert "    FAULT_STUCK = 256,\n" in header
     assert '#define FAULT_TEXT_STUCK \\\n    "it stands"\n' in header
     page = render.faults_page(table, altered(SETTINGS, "repeats", number=508))
-    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$508`.\n" in page
-    assert "### 56:" not in page
-    assert faults.coded(156, table).sentence == "it stands"
-    assert faults.coded(56, table) is None
+    assert "### 256: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$508`.\n" in page
+    assert "### 156:" not in page
+    assert faults.of_alarm(256, table).sentence == "it stands"
+    assert faults.of_alarm(156, table) is None
 
 
 def test_a_cause_of_a_trip_is_changed_in_one_place():
@@ -165,7 +188,8 @@ def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
     assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
 
 
-@pytest.mark.parametrize(("code", "machine"), [(1, False), (39, False), (40, True), (56, True),
+@pytest.mark.parametrize(("code", "machine"), [(101, False), (139, False), (140, True),
+                                               (156, True), (1, True), (2, False), (3, True),
                                                (99, True)])
 def test_whose_fault_it_is(code, machine):
     assert alarms.of_machine(code) == machine
