@@ -257,13 +257,13 @@ static bool begins_list(const char *line, uint32_t length) {
     return false;
 }
 
-/* `$ES=n` */
-static void tell_words(const char *line, uint32_t length, fault *f) {
+/* `$ES=n`: true if there is one to tell. */
+static bool begins_words(const char *line, uint32_t length, fault *f) {
     uint32_t at = 4, number;
     if (!settings_read_number(line, length, &at, &number) || at < length)
-        fault_at(f, FAULT_SETTING, at, "the words of a setting are asked for by $ES=number");
-    else if (!listing_tell_one(number))
-        fault_at(f, FAULT_SETTING, 0, "setting %u does not exist", number);
+        return fault_at(f, FAULT_SETTING, at, "the words of a setting are asked for by $ES=number");
+    return listing_begin_one(number) ||
+           fault_at(f, FAULT_SETTING, 0, "setting %u does not exist", number);
 }
 
 /* A line that begins with `$`. */
@@ -279,6 +279,11 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     if (c == 'B') {
         roughing_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
+    }
+    if (length > 3 && says(line, 4, "$ES=")) {
+        if (!begins_words(line, length, &f))
+            answer(&f);
+        return;
     }
     if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
@@ -296,8 +301,6 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
         tell_link();
     else if (length == 1)
         output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
-    else if (length > 3 && says(line, 4, "$ES="))
-        tell_words(line, length, &f);
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

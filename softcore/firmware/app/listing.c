@@ -60,12 +60,14 @@ bool listing_tell(void) {
     return ++next == end;
 }
 
-bool listing_tell_one(uint32_t number) {
+bool listing_begin_one(uint32_t number) {
     unsigned row = grbl_find(number);
     if (row == GRBL_ROWS)
         row += settings_find(number);
     if (row == ROWS)
         return false;
-    tell_words(row);
+    list = LISTING_WORDS;
+    next = row;
+    end = row + 1;
     return true;
 }

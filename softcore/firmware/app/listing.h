@@ -15,5 +15,5 @@ void listing_begin(listing_kind kind);
 bool listing_open(void);    /* there are lines to come */
 bool listing_tell(void);    /* the next of them; true if it was the last */
 
-/* The line of `$ES` for the setting of a number; false if there is none. */
-bool listing_tell_one(uint32_t number);
+/* Begin `$ES` for the setting of a number alone; false if there is none. */
+bool listing_begin_one(uint32_t number);
