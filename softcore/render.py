@@ -38,6 +38,9 @@ def settings_header(table: Sequence[Setting]) -> str:
     """Names of the settings, and what their table holds, in C."""
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
+    numbers = [setting.number for setting in table]
+    lines += ["", "/* Their numbers, mostly without a gap. */",
+              f"#define SETTINGS_FIRST {min(numbers)}u", f"#define SETTINGS_LAST {max(numbers)}u"]
     lines += ["", "/* What has to be done again after a change. */"]
     lines += _enum("setting_group", [*(f"GROUP_{group.upper()}" for group in GROUPS),
                                      "SETTINGS_GROUPS"])

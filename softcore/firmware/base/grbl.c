@@ -6,7 +6,7 @@
 #include "base/units.h"
 
 unsigned grbl_find(uint32_t number) {
-    unsigned row = 0;
+    unsigned row = number < SETTINGS_FIRST ? 0 : GRBL_ROWS;
     while (row < GRBL_ROWS && GRBL_TABLE_ROWS[row].number != number)
         row++;
     return row;

@@ -124,8 +124,12 @@ void settings_init(void (*between)(void)) {
 uint32_t settings_get(setting which) { return values[which]; }
 
 setting settings_find(uint32_t number) {
-    unsigned which = 0;
-    while (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number)
+    if (number < SETTINGS_FIRST || number > SETTINGS_LAST)
+        return SETTINGS;
+    unsigned which = number - SETTINGS_FIRST; /* its row, if there is no gap */
+    if (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number == number)
+        return (setting)which;
+    for (which = 0; which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number;)
         which++;
     return (setting)which;
 }

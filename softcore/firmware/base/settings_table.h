@@ -71,6 +71,10 @@ typedef enum {
     SETTINGS,
 } setting;
 
+/* Their numbers, mostly without a gap. */
+#define SETTINGS_FIRST 400u
+#define SETTINGS_LAST 463u
+
 /* What has to be done again after a change. */
 typedef enum {
     GROUP_DETECTOR,

@@ -29,6 +29,7 @@ def machine(tmp_path_factory):
     sources = folder / "firmware"
     shutil.copytree(image.SOURCES, sources)
     for name, text in (("base/settings_table.c", render.settings_source(SETTINGS_NEW)),
+                       ("base/settings_table.h", render.settings_header(SETTINGS_NEW)),
                        ("base/fault_codes.h", render.faults_header(FAULTS_NEW)),
                        ("hal/event_kinds.h", render.events_header(EVENTS_NEW)),
                        ("gap/built_in.h", render.conditions_header(CONDITIONS_NEW))):
