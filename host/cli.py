@@ -255,7 +255,7 @@ def tape_check(
     mdi: Annotated[list[str] | None, typer.Option(
         metavar='"G36 …"', show_default=False,
         help="A line that `run` would be given by hand before the tape starts, such as retraction "
-             "data for what the tape leaves out, or a setting (`$55=750`). May be given several "
+             "data for what the tape leaves out, or a setting (`$455=750`). May be given several "
              "times.",
     )] = None,
 ) -> None:

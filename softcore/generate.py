@@ -13,6 +13,7 @@ from softcore.tables.causes import CAUSES
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
+from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import SETTINGS
 
 HERE = Path(__file__).parent
@@ -122,6 +123,8 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
 } | dict((
     _made(BASE_ROOM / "settings_table.h", "settings", lambda: render.settings_header(SETTINGS)),
     _made(BASE_ROOM / "settings_table.c", "settings", lambda: render.settings_source(SETTINGS)),
+    _made(BASE_ROOM / "grbl_table.h", "grbl", lambda: render.grbl_header(GRBL_SETTINGS)),
+    _made(BASE_ROOM / "grbl_table.c", "grbl", lambda: render.grbl_source(GRBL_SETTINGS)),
     _made(REFERENCE / "settings.md", "settings", lambda: render.settings_page(SETTINGS)),
     _made(BASE_ROOM / "fault_codes.h", "faults", lambda: render.faults_header(FAULTS)),
     _made(BASE_ROOM / "cause_texts.h", "causes", lambda: render.causes_header(CAUSES)),

@@ -5,13 +5,13 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from softcore.tables.faults import named
+from softcore.tables.faults import alarm_line
 
 __all__ = ["MEMORY", "SILENT", "FaultNotice"]
 
 # Lines of an alarm, as the firmware's are; the digits of the place are put in for the zeros. Each
 # begins a line of its own: who knows what stood before.
-ALARM = f"\r\nALARM:{named('guard').number} "
+ALARM = f"\r\n{alarm_line('guard')} "
 MEMORY = f"{ALARM}memory parity at 0x00000000\r\n".encode()
 SILENT = f"{ALARM}watchdog: the processor does not answer\r\n".encode()
 TEXT = MEMORY + SILENT

@@ -11,12 +11,13 @@ from softcore.tables.causes import CAUSES, Cause
 from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
 from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
+from softcore.tables.grbl import GRBL_SETTINGS, SOURCES, GrblSetting
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
 __all__ = ["causes_header", "conditions_header", "conditions_page", "events_gateware",
-           "events_header", "events_page", "faults_header", "faults_page", "settings_header",
-           "settings_page", "settings_source"]
+           "events_header", "events_page", "faults_header", "faults_page", "grbl_header",
+           "grbl_source", "settings_header", "settings_page", "settings_source"]
 
 
 def _string(text: str) -> str:
@@ -37,8 +38,12 @@ def settings_header(table: Sequence[Setting]) -> str:
     """Names of the settings, and what their table holds, in C."""
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
+    numbers = [setting.number for setting in table]
+    lines += ["", "/* Their numbers, mostly without a gap. */",
+              f"#define SETTINGS_FIRST {min(numbers)}u", f"#define SETTINGS_LAST {max(numbers)}u"]
     lines += ["", "/* What has to be done again after a change. */"]
-    lines += _enum("setting_group", (f"GROUP_{group.upper()}" for group in GROUPS))
+    lines += _enum("setting_group", [*(f"GROUP_{group.upper()}" for group in GROUPS),
+                                     "SETTINGS_GROUPS"])
     lines += [
         "",
         "typedef struct {",
@@ -52,6 +57,7 @@ def settings_header(table: Sequence[Setting]) -> str:
         "} settings_table_row;",
         "",
         "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
+        "extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];",
     ]
     return "\n".join(lines) + "\n"
 
@@ -66,20 +72,60 @@ def settings_source(table: Sequence[Setting]) -> str:
             f"    [SET_{one.name.upper()}] = {{{one.default}, {one.lowest}, {one.highest}, "
             f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()},",
             f"        {_string(one.title)}, {_string(one.unit)}, {guard}}},"]
+    lines += ["};", "", "const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {",
+              *(f"    [GROUP_{group.upper()}] = {_string(title)}," for group, title in
+                GROUPS.items())]
     return "\n".join([*lines, "};"]) + "\n"
 
 
-def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) -> str:
+def grbl_header(table: Sequence[GrblSetting]) -> str:
+    """What the firmware knows of grbl's settings, in C."""
+    lines = ["#pragma once", "#include <stdint.h>", "", '#include "base/settings_table.h"', "",
+             f"#define GRBL_ROWS {len(table)}u", "",
+             "/* What a value comes from; all but a constant have three decimals. */"]
+    lines += _enum("grbl_source", (f"GRBL_{source.upper()}" for source in SOURCES))
+    lines += [
+        "",
+        "typedef struct {",
+        "    uint16_t number;",
+        "    uint8_t source;",
+        "    uint8_t value;          /* that of a constant; of others the axis */",
+        "    uint8_t follows[2];     /* settings that it follows from; SETTINGS for none */",
+        "    const char *title;",
+        "    const char *unit;",
+        "} grbl_table_row;",
+        "",
+        "extern const grbl_table_row GRBL_TABLE_ROWS[GRBL_ROWS];",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def grbl_source(table: Sequence[GrblSetting]) -> str:
+    """Rows of grbl's settings, in C."""
+    lines = ['#include "base/grbl_table.h"', "",
+             "const grbl_table_row GRBL_TABLE_ROWS[GRBL_ROWS] = {"]
+    for one in table:
+        follows = [*(f"SET_{name.upper()}" for name in one.follows), "SETTINGS", "SETTINGS"][:2]
+        value = one.value if one.source == "constant" else one.axis
+        lines += [f"    {{{one.number}, GRBL_{one.source.upper()}, {value}, "
+                  f"{{{', '.join(follows)}}},",
+                  f"        {_string(one.title)}, {_string(one.unit)}}},"]
+    return "\n".join([*lines, "};"]) + "\n"
+
+
+def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
+                  grbl: Sequence[GrblSetting] = GRBL_SETTINGS) -> str:
     """Reference of the settings, in Markdown."""
     lines = [
         "# Settings", "",
-        "Numbers by which a machine and its gap are set up. `$$` lists them, `$number=value` "
-        "changes one, and a [machine's file](machine-file.md) gives them in its table "
-        "`[settings]`. All values are whole numbers; both ends of a range are allowed. After "
-        "power-on every setting has its default.", "",
+        "Numbers by which a machine and its gap are set up. `$$` lists them as `$number=value`, "
+        "and such a line changes one. `$ES` tells what each is called, its unit and its range, and "
+        "`$ES=number` tells that of one setting. A [machine's file](machine-file.md) gives them in "
+        "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
+        "After power-on every setting has its default.", "",
         "No setting changes while a program runs. Those marked *rest* guard the machine: they "
-        "also stay as they are while it moves or machines (" + filled("error {alarm_busy}).", table,
-                                                                      faults)]
+        "also stay as they are while it moves or machines (" + filled(
+            "`error:{error_busy}`).", table, faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
                   "| setting | name | unit | default | range | changes | meaning |",
@@ -89,16 +135,32 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS) ->
             f"| {grouped(one.lowest)} to {grouped(one.highest)} "
             f"| {'rest' if one.guards else 'no program'} | {filled(one.meaning, table, faults)} |"
             for one in table if one.group == group]
+    lines += ["", "## Numbers of grbl", "",
+              "Numbers below `$400` are those of grbl 1.1, with its meaning, for the senders that "
+              "read them. They cannot be set: they are fixed, or follow from the settings above.",
+              "", "| setting | title | unit | follows from | meaning |", f"|{' --- |' * 5}"]
+    numbers = {one.name: one.number for one in table}
+    lines += [f"| `${one.number}` | {one.title} | {one.unit} "
+              f"| {', '.join(f'`${numbers[name]}`' for name in one.follows) or 'fixed'} "
+              f"| {filled(one.meaning, table, faults)} |" for one in grbl]
     return "\n".join(lines) + "\n"
 
 
 def faults_header(table: Sequence[Fault]) -> str:
     """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
-    lines = ["#pragma once", "", "/* Numbers of `error:N` and `ALARM:N`. */"]
+    lines = ["#pragma once", "",
+             "/* Our numbers: told as they are, but where grbl has one (below). */"]
     lines += _enum("fault_code", ["FAULT_NONE = 0", *(
         f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
     lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
                     for one in table if one.spoken)]
+    for line, what, numbers in (
+            ("error:N", "ERRORS", {one.name: one.grbl_error for one in table}),
+            ("ALARM:N", "ALARMS", {one.name: one.grbl_alarm for one in table})):
+        rows = [f"    {{FAULT_{name.upper()}, {number}}}" for name, number in numbers.items()
+                if number]
+        lines += ["", f"/* Numbers of grbl for `{line}`. */", f"#define FAULT_{what} \\",
+                  ", \\\n".join(rows)]
     return "\n".join(lines) + "\n"
 
 
@@ -117,15 +179,19 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
         "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came "
         "while it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
-        "is gone. Both have the same numbers. In front of each the controller says where it was "
-        "and what exactly was wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "is gone. In front of each the controller says where it was and what exactly was wrong, as "
+        "`[MSG:…]` or as the event `alarm`.", "",
+        "The numbers are ours, from 100 on. Where grbl 1.1 has one of the same meaning, that one "
+        "is told instead: it stands behind ours.", "",
         "A program that is refused before anything has moved is *rejected* (exit status 4); after "
         "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
     for part, title in PARTS.items():
         lines += ["", f"## {title}"]
         for one in table:
             if one.part == part:
-                lines += ["", f"### {one.number}: {one.sentence}", "",
+                told = "".join((f", `error:{one.grbl_error}`" if one.grbl_error else "",
+                                f", `ALARM:{one.grbl_alarm}`" if one.grbl_alarm else ""))
+                lines += ["", f"### {one.number}{told}: {one.sentence}", "",
                           f"Cause: {filled(one.cause, settings, table)}", "",
                           f"What to do: {filled(one.remedy, settings, table)}"]
             if one.part == part and one.name == "trip":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from host.link.brief import Expander
 from softcore.image import host_library
 from softcore.tables.events import numbered
+from softcore.tables.faults import FAULTS
 from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
@@ -82,6 +83,11 @@ class Fault:
     line: int
     column: int
     sentence: str
+
+    @property
+    def name(self) -> str:
+        """Its name in the table of faults."""
+        return next(fault.name for fault in FAULTS if fault.number == self.code)
 
 
 def library(sanitize: str = "undefined") -> ctypes.CDLL:

@@ -17,6 +17,7 @@ import time
 
 from host.tape.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
+from softcore.tables.settings import assign
 from testbench import programs
 from testbench.firmware import STATES, Checker, Machine
 
@@ -67,11 +68,12 @@ def whole(rng, rows, sanitize):
     if rng.random() < 0.9:
         machine.unlock()
     machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
-    machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$", "$22=1")))
+    machine.line(rng.choice(("G36 R300 L1 H600 E60 Q.1", "G92 Z.05", "G00 X1", "$$",
+                             assign("tv", 1))))
     if rng.random() < 0.2:
         for line in PLAN:
             machine.line(line, PLAN_PASSES if line.startswith("$BP") else 100)
-        machine.line(rng.choice(("G39 P1", "$BP50,1,3", "$55=500")))
+        machine.line(rng.choice(("G39 P1", "$BP50,1,3", assign("current_step_ma", 500))))
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):
@@ -98,7 +100,7 @@ def _disturb(rng, machine):
     elif kind == 1:
         machine.send(programs.damage(rng, programs.block(rng)).encode() + b"\n")
     elif kind == 2:
-        machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$7=3\n", b"$\n", b"$BI4,9\n",
+        machine.send(rng.choice((b"$X\n", b"$$\n", b"$P\n", b"$407=3\n", b"$\n", b"$BI4,9\n",
                                  b"G39 P1\n", b"$BP50,100,3\n")))
     elif kind == 3:
         machine.library.gk_event(rng.randrange(10), rng.randrange(6), rng.randrange(1 << 31),

@@ -10,10 +10,10 @@ check, and those of this host always do::
     @17 G00 X1*5A3C
 
 The check is the CRC of everything before the ``*``, in four hexadecimal digits; the answer names
-the number, ``ok @17`` or ``error:37 @17``. Numbers begin with 0 after every greeting, and each is
+the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting, and each is
 the last one and 1, modulo 65536. The same number again is answered as before, and not carried out
 again. Anything else, a wrong check, and a line in which the receiver saw an error are refused whole
-by ``error:8``, with the number if it could be read, and such a line may be sent again: so it is
+by ``error:108``, with the number if it could be read, and such a line may be sent again: so it is
 here, and if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
@@ -41,8 +41,8 @@ Between the frames of a tape numbered lines are heard, others are not.
 it up, the gateware has the line, and tells that by itself, about every second, until the controller
 is switched off and on::
 
-    ALARM:55 memory parity at 0x00012340
-    ALARM:55 watchdog: the processor does not answer
+    ALARM:155 memory parity at 0x00012340
+    ALARM:155 watchdog: the processor does not answer
 
 It may come in the middle of a line, which then is not to be read.
 
@@ -60,7 +60,7 @@ from host import alarms
 from host.errors import ALARM, UsageError, UserError
 from host.link.brief import Expander
 from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
-from softcore.tables.faults import named
+from softcore.tables.faults import error_line
 
 TAKEN, AGAIN = 0x06, 0x15
 PAYLOAD = 64
@@ -81,7 +81,7 @@ LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
-_DAMAGED_LINE = f"error:{named('line').number}"
+_DAMAGED_LINE = error_line("line")
 _HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # as the gateware says it; the firmware's has no text
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
@@ -300,7 +300,7 @@ class Link:
                 self._open.remove(sent)
         if sent.answer != "ok":
             answer = _ANSWER.fullmatch(sent.answer)
-            known = alarms.sentence(int(answer[2])) if answer else ""
+            known = alarms.refusal(int(answer[2])) if answer else ""
             why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), known)
             raise RefusedError(line, why or sent.answer)
 

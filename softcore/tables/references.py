@@ -12,7 +12,7 @@ __all__ = ["filled", "plain"]
 
 def filled(text: str, settings: Sequence[Setting] = SETTINGS,
            faults: Sequence[Fault] = FAULTS) -> str:
-    """A sentence with the numbers for ``{setting}`` and ``{alarm_fault}``.
+    """A sentence with the numbers for ``{setting}``, ``{alarm_fault}`` and ``{error_fault}``.
 
     Raises
     ------
@@ -20,7 +20,8 @@ def filled(text: str, settings: Sequence[Setting] = SETTINGS,
         If there is none of that name.
     """
     numbers = {setting.name: setting.number for setting in settings}
-    numbers |= {f"alarm_{fault.name}": fault.number for fault in faults}
+    numbers |= {f"alarm_{fault.name}": fault.alarm for fault in faults}
+    numbers |= {f"error_{fault.name}": fault.error for fault in faults}
     return text.format_map(numbers)
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller's settings: the only place a number, a range or a default is written down.
+"""The controller's own settings: the only place a number, a range or a default is written down.
+
+Their numbers begin at ``FIRST``: those below are grbl's, see ``softcore.tables.grbl``.
 
 ``python -m softcore.generate`` makes the firmware's table (``base/settings_table.c``) and the page
 ``docs/reference/settings.md`` of it; the host reads it. Plain data: imports nothing from Amaranth.
@@ -9,7 +11,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["GROUPS", "SETTINGS", "Setting", "assign", "named", "of_number"]
+__all__ = ["FIRST", "GROUPS", "SETTINGS", "Setting", "assign", "named", "of_number"]
+
+FIRST = 400
 
 LARGEST_ERROR = (1 << 17) - 1   # pulses: range of the gateware's error counter
 LARGEST_GAIN = 400              # 1/s: what the gateware's model of the drive can express
@@ -34,7 +38,7 @@ Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "
 class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
-    ``title`` is what ``$$`` tells behind the value, with the ``unit``; ``meaning`` is for the page,
+    ``title`` is what ``$ES`` tells of it, with the ``unit``; ``meaning`` is for the page,
     with ``{name}`` for the number of another setting and ``{alarm_name}`` for that of an alarm.
     No setting changes while a program runs. One that ``guards`` the machine stays as it is while
     the machine moves or machines, too. ``switches_off`` names the guard that the value 0 switches
@@ -72,152 +76,153 @@ def _travel(number: int, end: str, axis: str) -> Setting:
 
 
 SETTINGS: tuple[Setting, ...] = (
-    _set(0, "short_needed", "short: shorted pulses needed", "pulses", (4, 1, 32), "detector",
+    _set(400, "short_needed", "short: shorted pulses needed", "pulses", (4, 1, 32), "detector",
          "The gap is shorted when so many of the last pulses (`${short_window}`) were shorted."),
-    _set(1, "short_window", "short: of the last pulses", "pulses", (5, 1, 32), "detector",
+    _set(401, "short_window", "short: of the last pulses", "pulses", (5, 1, 32), "detector",
          "How many of the last pulses are looked at for `${short_needed}`."),
-    _set(2, "short_duration_us", "short: or shorted for so long (0 never)", "us", (0, 0, 300_000),
+    _set(402, "short_duration_us", "short: or shorted for so long (0 never)", "us", (0, 0, 300_000),
          "detector", "The gap is shorted, too, when no sample was clear for so long. 0: never."),
-    _set(3, "clear_needed", "short: clear samples that end it", "samples", (3, 1, 255), "detector",
+    _set(403, "clear_needed", "short: clear samples that end it", "samples", (3, 1, 255),
+         "detector",
          "A short is over after so many clear samples in a row."),
-    _set(4, "blanking_ns", "gap: pulse start to comparators read", "ns", (3000, 0, 1_000_000),
+    _set(404, "blanking_ns", "gap: pulse start to comparators read", "ns", (3000, 0, 1_000_000),
          "detector", "The comparators at the gap are not looked at for so long after a pulse "
          "begins."),
-    _set(5, "sense_on_ns", "sensing pulse on-time", "ns", (10_000, 100, 1_000_000), "detector",
+    _set(405, "sense_on_ns", "sensing pulse on-time", "ns", (10_000, 100, 1_000_000), "detector",
          "On-time of the weak pulses that look for contact."),
-    _set(6, "sense_off_ns", "sensing pulse off-time", "ns", (40_000, 100, 1_000_000), "detector",
+    _set(406, "sense_off_ns", "sensing pulse off-time", "ns", (40_000, 100, 1_000_000), "detector",
          "Pause between these pulses."),
-    _set(7, "gain_pulses", "depth that ends a series of shorts", "pulses", (10, 1, 65_535),
+    _set(407, "gain_pulses", "depth that ends a series of shorts", "pulses", (10, 1, 65_535),
          "motion", "Shorts belong to one series until the machine has come so much further than "
          "the first of them. A pulse is 0.1 µm."),
-    _set(8, "repeats", "shorts in a series that halt (0 no bound)", "shorts", (20, 0, 255),
+    _set(408, "repeats", "shorts in a series that halt (0 no bound)", "shorts", (20, 0, 255),
          "motion", "Alarm {alarm_halt_series} comes at so many shorts in a series. 0: it never "
          "comes.",
          switches_off="repeats"),
-    _set(9, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
+    _set(409, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
          "How long the axes rest at the retractable limit, still short, before alarm "
          "{alarm_halt_limit} or {alarm_halt_floor}."),
-    _set(10, "start_speed_um_s", "start/stop speed", "um/s", (10_000, 1, 1_000_000), "motion",
+    _set(410, "start_speed_um_s", "start/stop speed", "um/s", (10_000, 1, 1_000_000), "motion",
          "Speed from which the machine starts and stops at once, without a ramp."),
-    _set(11, "acceleration_mm_s2", "acceleration", "mm/s2", (1000, 1, 100_000), "motion",
+    _set(411, "acceleration_mm_s2", "acceleration", "mm/s2", (1000, 1, 100_000), "motion",
          "Acceleration along the path above the start/stop speed."),
-    _set(12, "highest_speed_mm_min", "highest speed and rapid feed", "mm/min", (1800, 1, 60_000),
+    _set(412, "highest_speed_mm_min", "highest speed and rapid feed", "mm/min", (1800, 1, 60_000),
          "motion", "Speed of G00, and the highest that a program may ask for."),
-    _set(13, "follow_stopped", "lag at rest", "pulses",
+    _set(413, "follow_stopped", "lag at rest", "pulses",
          (LARGEST_ERROR, 1, LARGEST_ERROR), "axes",
          "At rest an axis that is further than this from its command trips the interlock."),
-    _set(14, "follow_moving", "lag in motion", "pulses",
+    _set(414, "follow_moving", "lag in motion", "pulses",
          (LARGEST_ERROR, 1, LARGEST_ERROR), "axes",
          "In motion an axis that is further than this from its command trips the interlock."),
-    _set(15, "soft_limit_um", "upper end of the jump axis, machine frame", "um",
+    _set(415, "soft_limit_um", "upper end of the jump axis, machine frame", "um",
          (100_000, 0, FARTHEST), "travel", "Upper soft limit of the axis along which a sinker "
          "jumps. The lower of this and that axis's own upper end counts."),
-    _set(16, "step_axes", "axes with step/direction output, mask", "", (0, 0, 7), "axes",
+    _set(416, "step_axes", "axes with step/direction output, mask", "", (0, 0, 7), "axes",
          "Axes driven by step pulses: the sum of 1 for X, 2 for Y, 4 for Z. Such an axis has no "
          "coder, and nothing tells whether it has moved."),
-    _set(17, "reversed_encoders", "axes whose encoder counts down, mask", "", (0, 0, 7), "axes",
+    _set(417, "reversed_encoders", "axes whose encoder counts down, mask", "", (0, 0, 7), "axes",
          "Axes whose coder counts down when they go up: the sum of 1 for X, 2 for Y, 4 for Z."),
-    _set(18, "step_width_ns", "step pulse width", "ns", (1000, 1, 100_000), "axes",
+    _set(418, "step_width_ns", "step pulse width", "ns", (1000, 1, 100_000), "axes",
          "How long a step pulse is high."),
-    _set(19, "step_space_ns", "step pulse space", "ns", (1000, 1, 100_000), "axes",
+    _set(419, "step_space_ns", "step pulse space", "ns", (1000, 1, 100_000), "axes",
          "How long it is low at least before the next one."),
-    _set(20, "step_setup_ns", "direction before step", "ns", (1000, 1, 100_000), "axes",
+    _set(420, "step_setup_ns", "direction before step", "ns", (1000, 1, 100_000), "axes",
          "How long the direction stands before the first step."),
-    _set(21, "window", "lag up to which an axis is in position", "pulses",
+    _set(421, "window", "lag up to which an axis is in position", "pulses",
          (1, 1, 4095), "axes", "An axis that is as near to its command as this has arrived."),
-    _set(22, "tv", "tape: TV check", "", (0, 0, 1), "program",
+    _set(422, "tv", "tape: TV check", "", (0, 0, 1), "program",
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
-    _set(23, "block_skip", "blocks with / are skipped", "", (1, 0, 1), "program",
+    _set(423, "block_skip", "blocks with / are skipped", "", (1, 0, 1), "program",
          "1: blocks that begin with `/` are skipped. 0: they are carried out.", guards=False),
-    _set(24, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
+    _set(424, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
          "1: M01 stops as M00 does. 0: it does nothing.", guards=False),
-    _set(25, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
+    _set(425, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
          "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T for so long."),
-    _set(26, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
+    _set(426, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
          "1: fluid below its level stops the machine while it discharges. 0: it does not.",
          switches_off="fluid"),
-    _set(27, "settle_ns", "gap: ignition to comparators read", "ns", (1000, 0, 100_000),
+    _set(427, "settle_ns", "gap: ignition to comparators read", "ns", (1000, 0, 100_000),
          "detector", "The comparators are not looked at for so long after a spark ignites."),
-    _set(28, "confirm_ns", "gap: arc or short so long is cut off", "ns", (500, 0, 100_000),
+    _set(428, "confirm_ns", "gap: arc or short so long is cut off", "ns", (500, 0, 100_000),
          "detector", "A pulse is cut off when it was an arc or a short for so long."),
-    _set(29, "delay_least_ns", "gap: shortest ignition delay of a good pulse", "ns",
+    _set(429, "delay_least_ns", "gap: shortest ignition delay of a good pulse", "ns",
          (0, 0, 1_000_000), "detector",
          "A pulse that ignites sooner counts as an arc, if `${criteria}` says that the delay tells "
          "arcs."),
-    _set(30, "criteria", "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does", "",
+    _set(430, "criteria", "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does", "",
          (0, 0, 7), "detector", "How pulses are judged, as a sum: 1: ignition is seen by the "
          "current, too. 2: a short ignition delay tells an arc. 4: missing noise tells an arc. "
          "With 2 and 4 together both must."),
-    _set(31, "servo_period_us", "servo: time between steps", "us", (20_000, 1, 300_000), "gap",
+    _set(431, "servo_period_us", "servo: time between steps", "us", (20_000, 1, 300_000), "gap",
          "How often the servo takes a step, forward or back (G95 P1).", guards=False),
-    _set(32, "servo_mode", "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative", "",
+    _set(432, "servo_mode", "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative", "",
          (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good ones "
          "clear the counts. 1: only those in a row. 2: those of a window of `${servo_window}`. 3: "
          "each good pulse takes `${servo_weight}` off.", guards=False),
-    _set(33, "servo_window", "servo: pulses of a window (total)", "pulses", (50, 1, 255), "gap",
+    _set(433, "servo_window", "servo: pulses of a window (total)", "pulses", (50, 1, 255), "gap",
          "Pulses of a window in the mode 2 of `${servo_mode}`.", guards=False),
-    _set(34, "servo_weight", "servo: weight of a good pulse (relative)", "", (1, 0, 15), "gap",
+    _set(434, "servo_weight", "servo: weight of a good pulse (relative)", "", (1, 0, 15), "gap",
          "How much a good pulse takes off in the mode 3 of `${servo_mode}`.", guards=False),
-    _set(35, "no_discharge_um", "servo: way without a discharge (0 no bound)", "um",
+    _set(435, "no_discharge_um", "servo: way without a discharge (0 no bound)", "um",
          (2000, 0, 1_000_000), "gap", "Alarm {alarm_no_discharge} comes when the servo has gone so "
          "far without a discharge. 0: it never comes.", switches_off="no discharge"),
-    _set(36, "fluid_mode", "fluid: 0 class by hand, 1 as measured, 2 by hand and measured", "",
+    _set(436, "fluid_mode", "fluid: 0 class by hand, 1 as measured, 2 by hand and measured", "",
          (0, 0, 2), "gap", "Which class of the fluid is in force. 0: that of `${fluid_class}`. 1: "
          "the measured one. 2: that of `${fluid_class}`, and the measured one is told."),
-    _set(37, "fluid_class", "fluid: class by hand, 0 highest resistance", "", (0, 0, 3), "gap",
+    _set(437, "fluid_class", "fluid: class by hand, 0 highest resistance", "", (0, 0, 3), "gap",
          "Class of the fluid, entered by hand."),
-    *(_set(38 + k, f"fluid_threshold_{k}", f"fluid: code between the classes {k} and {k + 1}",
+    *(_set(438 + k, f"fluid_threshold_{k}", f"fluid: code between the classes {k} and {k + 1}",
            "codes", (code, 0, 4095), "gap", f"Code of the converter between the classes {k} and "
            f"{k + 1} of the fluid. The three must fall.")
       for k, code in enumerate((3670, 2819, 707))),
-    _set(41, "fluid_hysteresis", "fluid: hysteresis", "codes", (20, 0, 255), "gap",
+    _set(441, "fluid_hysteresis", "fluid: hysteresis", "codes", (20, 0, 255), "gap",
          "How far the code must go beyond a threshold before the class changes."),
-    _set(42, "fluid_lowest", "fluid: lowest code of a sound cell", "codes", (40, 0, 4095), "gap",
+    _set(442, "fluid_lowest", "fluid: lowest code of a sound cell", "codes", (40, 0, 4095), "gap",
          "Below it the wire to the cell counts as shorted (alarm {alarm_fluid})."),
-    _set(43, "fluid_highest", "fluid: highest code of a sound cell", "codes", (4030, 0, 4095),
+    _set(443, "fluid_highest", "fluid: highest code of a sound cell", "codes", (4030, 0, 4095),
          "gap", "Above it the wire to the cell counts as broken (alarm {alarm_fluid})."),
-    _set(44, "no_progress_s", "servo: time at the front without progress (0 no bound)", "s",
+    _set(444, "no_progress_s", "servo: time at the front without progress (0 no bound)", "s",
          (600, 0, 86_400), "gap", "Alarm {alarm_no_progress} comes when the machine has machined "
          "at the front of the path for so long without coming further. 0: it never comes.",
          switches_off="no progress"),
-    _set(45, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
+    _set(445, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
          (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the gap "
          "voltage.", guards=False),
-    _set(46, "law_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
+    _set(446, "law_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
          "Gain of G95 P2: feed for each volt that the mean differs from the reference.",
          guards=False),
-    _set(47, "law_gain_feed", "feed P3: gain", "um/min per V", (100, 1, 1_000_000), "gap",
+    _set(447, "law_gain_feed", "feed P3: gain", "um/min per V", (100, 1, 1_000_000), "gap",
          "Gain of G95 P3: change of the feed F for each volt that the mean differs from the "
          "reference.", guards=False),
-    _set(48, "law_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
+    _set(448, "law_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
          "G95 P4 takes a mean over each such distance.", guards=False),
-    _set(49, "law_longest_ms", "feed P4: longest time of a unit distance", "ms", (1000, 1, 60_000),
+    _set(449, "law_longest_ms", "feed P4: longest time of a unit distance", "ms", (1000, 1, 60_000),
          "gap", "G95 P4 takes the mean after so long if the distance takes longer.", guards=False),
-    _set(50, "law_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
+    _set(450, "law_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
          "G95 P4 takes Ex for this if it is less.", guards=False),
-    _set(51, "law_ratio_lowest", "feed P4: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
+    _set(451, "law_ratio_lowest", "feed P4: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
          "G95 P4 keeps Es/Ex from falling below this.", guards=False),
-    _set(52, "law_ratio_highest", "feed P4: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
+    _set(452, "law_ratio_highest", "feed P4: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
          "G95 P4 keeps Es/Ex from rising above this.", guards=False),
-    _set(53, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
+    _set(453, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
          (0, 0, 1), "gap", "Where G95 P4 has its no-load voltage from. 0: from the condition. 1: "
          "from the gap, whenever it is open for long enough.", guards=False),
-    _set(54, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
+    _set(454, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
          (3000, 0, 100_000), "program", "An arc whose ends differ more in their distance from the "
          "centre is refused (alarm {alarm_arc}). In inches 2.54 times as much is allowed.",
          guards=False),
-    _set(55, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
+    _set(455, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
          "program", "Current of one step of the power supply. Conditions must be entered anew with "
          "a C after it has changed."),
-    _set(56, "loop_gain", "velocity gain of the position loop", "1/s", (50, 1, LARGEST_GAIN),
+    _set(456, "loop_gain", "velocity gain of the position loop", "1/s", (50, 1, LARGEST_GAIN),
          "loop", "Gain of the drives' position loop. It bounds speeds on arcs, and the coders are "
          "checked against it."),
-    _set(57, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
+    _set(457, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
          (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes leads inside. The speed is "
          "kept so low that it is no more than this. 0: there is no such bound."),
-    *(_travel(58 + k, "lower", axis) for k, axis in enumerate("XYZ")),
-    *(_travel(61 + k, "upper", axis) for k, axis in enumerate("XYZ")),
+    *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
+    *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
 )
 
 

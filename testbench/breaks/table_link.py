@@ -95,6 +95,13 @@ LINK = (
          "a report tells a lost position", f"{TALK} {MACHINE}"),
     ),
     *breaks_of(
+        "softcore/firmware/base/grbl.c", "unit/firmware/test_settings.py",
+        ("return settings_get(SET_ACCELERATION_MM_S2) * 1000;", "return 1000000;",
+         "what grbl's settings tell follows ours"),
+        ("    if (row == GRBL_ROWS)\n        return false;\n    const",
+         "    return false;\n    const", "who sets one is told what to set"),
+    ),
+    *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
         ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
          "        value > SETTINGS_TABLE_ROWS[which].highest",

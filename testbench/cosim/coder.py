@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from host.link.link import HOLD, RESUME
 from rtl.motion.retraction import State
+from softcore.tables.faults import alarm_number
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import AXES, Session
 
@@ -175,7 +176,7 @@ def judge(name: str, axis: str, fault: str, found: Outcome, healthy: Outcome, be
     assert found.safe is not None, f"{what}: not found"
     assert found.alarm, f"{what}: no alarm"
     text = found.alarm["text"]
-    assert found.alarm["code"] == 40
+    assert found.alarm["code"] == alarm_number("trip")
     assert f"axis {axis.upper()}" in text, f"{what}: {text}"
     assert any(words in text for words in FAULTS[fault][1]), f"{what}: {text}"
     assert "the position is lost" in text, text

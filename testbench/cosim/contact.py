@@ -7,6 +7,7 @@ import math
 from host.machines import machine as machines
 from rtl.motion.retraction import State
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
 
@@ -14,7 +15,7 @@ __all__ = ["WAYS", "bridged", "out_again", "touches", "with_hole"]
 
 WATCHED = ("pp", "completed", "ramp_above", "path_status_state", "path_position", "gap_on",
            "gap_sense", "safe", "retraction_control_run")
-CONTACT, TRIP = 52, 40
+CONTACT, TRIP = alarm_number("contact"), alarm_number("trip")
 CONTACT_BIT = numbers()["contact"]
 
 LAG_UM = 200            # of the axes at the start/stop speed: 10 mm/s over a gain of 50 1/s

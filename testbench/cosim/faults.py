@@ -6,6 +6,8 @@ import pytest
 from host.link.link import RefusedError
 from softcore.image import target_image
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from softcore.top import Top
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
@@ -33,7 +35,8 @@ FAULTS = {
     "encoder": ("force.encoder_jump", 4, (), 40 + PADS, "illegal transition (axis Z)", False),
     "coder": ("force.encoder_cut", 4, (), 40_000, "coder of axis Z: both phases are silent", False),
     # The encoder stands still, and Er grows with the feed to a bound narrowly above the lag.
-    "following_moving": ("force.encoder_cut", 4, ("$14=1100",), 10_000, "in motion above its limit "
+    "following_moving": ("force.encoder_cut", 4, (assign("follow_moving", 1100),), 10_000,
+                         "in motion above its limit "
                          "(axis Z)", False),
 }
 
@@ -87,7 +90,7 @@ def tripped(session: Session, cause: str) -> dict:
     assert safe - begun <= clocks, safe - begun
     _check_safe(job, safe)
     assert job.probe("safety_latched") == 1 << NUMBER[cause]
-    assert alarm["code"] == 40
+    assert alarm["code"] == alarm_number("limit" if cause.startswith("limit") else "trip")
     assert said in alarm["text"]
     # The controller counts clocks from the end of its reset.
     assert safe - alarm["cycle"] == Top.RESET_CLOCKS + 1

@@ -3,6 +3,7 @@
 
 from host.link.link import RefusedError
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.station import Session
@@ -86,7 +87,7 @@ def stuck(session: Session, kind: str, when: str, delay: int = 0) -> dict:
     session.set(force, value)
     clocks = _tripped(job, begun)
     alarm = job.alarm()
-    assert alarm["code"] == 40
+    assert alarm["code"] == alarm_number("trip")
     assert SAID in alarm["text"]
     assert "the position is kept" in alarm["text"]
     assert job.probe("axis_z_position") == session.positions()["z"]

@@ -4,6 +4,7 @@
 Each of these was found as it is told here, at a controller that did otherwise.
 """
 
+from softcore.tables.faults import error_line
 from testbench.cosim.terminal import Terminal
 from testbench.native.station import Session
 
@@ -27,7 +28,7 @@ def broken_character(session: Session, at: int) -> dict:
     if at == 9:
         session.send(b"\n")     # it was the line's end that was hit
     terminal.run(0.3)
-    assert terminal.answers(said) == ["error:8"]
+    assert terminal.answers(said) == [error_line("line")]
     assert terminal.lines[-2].startswith("[MSG:")
     assert session.probe("axis_z_command") == 0
     terminal.enter("G00 Z-0.01")
@@ -63,7 +64,7 @@ def strange_character(session: Session) -> dict:
     assert terminal.answers(said) == ["ok"]
     session.send(b"G00 \xb9X1\nG04 P1\n")
     terminal.run(0.05)
-    assert terminal.answers(said) == ["ok", "error:8", "ok"]
+    assert terminal.answers(said) == ["ok", error_line("line"), "ok"]
     assert session.probe("axis_x_command") == 0
     return {"cycle": session.cycle}
 
@@ -101,6 +102,6 @@ def burst(session: Session, piece: bytes) -> dict:
     terminal.run(0.1)
     answers = terminal.answers(said)
     assert len(answers) <= count + 2
-    assert "error:8" in answers or piece in (b"?", b"\n", b"\xff")
+    assert error_line("line") in answers or piece in (b"?", b"\n", b"\xff")
     check_cut(terminal)
     return {"cycle": session.cycle}

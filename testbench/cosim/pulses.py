@@ -4,6 +4,7 @@
 from itertools import pairwise
 
 from host.machines import machine as machines
+from softcore.tables.settings import assign
 from testbench.cosim.job import Data, Job, program
 from testbench.native.simulation import Simulation
 
@@ -11,7 +12,9 @@ __all__ = ["WAYS", "clocks_a_pulse"]
 
 MACHINE = machines.load("sinker")
 # Stepping axes, whose own speed bounds nothing; soon at full speed, and no bound on arcs.
-FAST = ("$16=7", "$17=0", "$18=1", "$19=1", "$11=100000", "$12=60000", "$57=0")
+FAST = (assign("step_axes", 7), assign("reversed_encoders", 0), assign("step_width_ns", 1),
+        assign("step_space_ns", 1), assign("acceleration_mm_s2", 100_000),
+        assign("highest_speed_mm_min", 60_000), assign("arc_deviation_nm", 0))
 WAYS = {"line": "G01 X5 Y3 F3000", "arc": "G03 X5 Y3 R1000 F3000",
         "helix": "G03 X5 Y3 Z3 R1000 F3000"}
 

@@ -9,6 +9,8 @@ import math
 from itertools import pairwise
 
 from rtl.motion.retraction import State
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from testbench.cosim.checks import check_reactions, check_return, check_returns, pulses
 from testbench.cosim.job import HEIGHT_MM, MM, Data, Job, program
 from testbench.native.station import Session
@@ -150,7 +152,7 @@ def before_first_point(session: Session, bound: str) -> dict:
     """
     ceiling = 0.13 if bound == "ceiling" else None
     data = Data(limit=0.12, changeover=0.02, ceiling=ceiling)
-    job = Job(session, *(["$15=50"] if bound == "soft" else []))
+    job = Job(session, *([assign("soft_limit_um", 50)] if bound == "soft" else []))
     job.start(program(data, "G01 X0.2 F60", "Z0"))
     job.reach(300, pace(session, 60))
     job.short(True)
@@ -194,7 +196,7 @@ def never_clearing(session: Session, speed: float) -> dict:
     job.reach(4000, pace(session, 120))
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 41
+    assert alarm["code"] == alarm_number("halt_limit")
     assert alarm["text"] == "Block 7: still short at the retractable limit."
     one, = job.record.excursions()
     limit = one.first - pulses(data.limit)

@@ -5,6 +5,8 @@ from itertools import pairwise
 
 from host.link.link import HOLD, RESUME, RETRACT
 from rtl.motion.retraction import State
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from testbench.cosim.checks import check_return, check_returns, pulses
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.retractions import at_limit, clear_after, figures, pace
@@ -28,7 +30,7 @@ def _hold(job):
 def series(session: Session) -> dict:
     """Shorts that return: one series until 1 um of new depth is gained, and at last the alarm."""
     data = Data(changeover=0.02, limit=0.2)
-    job = Job(session, "$8=3")
+    job = Job(session, assign("repeats", 3))
     job.start(program(data, "G01 Z-0.4 F60"))
     coordinate, firsts = 1000, []
     # Depth gained after each: within the series, then just enough to end it, then within again.
@@ -50,7 +52,7 @@ def series(session: Session) -> dict:
     assert firsts[3] - firsts[0] >= 10
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 43
+    assert alarm["code"] == alarm_number("halt_series")
     assert "too many shorts in series" in alarm["text"]
     assert len(job.told("retraction_start")) == len(firsts)
     assert job.probe("path_position") == job.probe("path_front")
@@ -76,7 +78,7 @@ def rapid(session: Session) -> dict:
         job.until(lambda: not left() or job.probe("path_status_state") == State.HALTED.value,
                   "the front", step=16)
     alarm = job.alarm()
-    assert alarm["code"] == 43, alarm
+    assert alarm["code"] == alarm_number("halt_series"), alarm
     assert len(job.told("retraction_start")) == 20
     assert len(job.told("resume")) == 20
     longest = job.record.longest_step(begun)
@@ -92,7 +94,7 @@ def ceiling_wins(session: Session) -> dict:
     job.reach(3600, pace(session, 120))
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 42
+    assert alarm["code"] == alarm_number("halt_floor")
     assert job.probe("axis_z_command") == -pulses(0.1 + 0.05)
     highest = max(value for _, value in job.record.changes(
         "axis_z_command", job.record.excursions()[0].begin))
@@ -222,7 +224,7 @@ def no_data(session: Session) -> dict:
     job.reach(1000, pace(session, 120))
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 44
+    assert alarm["code"] == alarm_number("halt_no_data")
     assert "without retraction data" in alarm["text"]
     assert not job.told("retraction_start")
     assert job.probe("path_position") == job.probe("path_command") == job.probe("path_front")

@@ -3,6 +3,8 @@
 
 from itertools import pairwise
 
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
@@ -10,7 +12,7 @@ from testbench.native.station import Session
 __all__ = ["TROUBLES", "both_ways", "cell", "never_down", "stuck_open", "stuck_short",
            "thresholds", "widens_beyond"]
 
-PERIOD = "$31=2000"     # us between servo steps: 50 pulses of condition 100
+PERIOD = assign("servo_period_us", 2000)     # us between servo steps: 50 pulses of condition 100
 STEP = 50               # path pulses, of every built-in condition
 WIDE_UM, NARROW_UM = 300, 8
 DEPTH_MM = 0.4
@@ -82,7 +84,7 @@ def widens_beyond(session: Session) -> dict:
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     _gap(job, NARROW_UM, debris=1)
     alarm = job.alarm()
-    assert alarm["code"] == 48
+    assert alarm["code"] == alarm_number("halt_servo")
     front = job.probe("path_front")
     # 518 pulses: ten steps of 50, and no eleventh.
     assert front - job.probe("path_command") == 10 * STEP
@@ -94,9 +96,10 @@ def widens_beyond(session: Session) -> dict:
 def stuck_open(session: Session) -> dict:
     """No discharge comes: not a step further than allowed without one."""
     # Firmware looks now and then: with longer between steps than it takes for that.
-    job = _start(session, "$31=10000", "$35=150", data=Data())
+    job = _start(session, assign("servo_period_us", 10_000), assign("no_discharge_um", 150),
+                 data=Data())
     alarm = job.alarm()
-    assert alarm["code"] == 50
+    assert alarm["code"] == alarm_number("no_discharge")
     assert "no discharge on the last 150 um of the way" in alarm["text"]
     way = job.probe("path_front")
     assert pulses(0.15) < way <= pulses(0.15) + STEP, way
@@ -106,9 +109,9 @@ def stuck_open(session: Session) -> dict:
 
 def never_down(session: Session) -> dict:
     """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
-    job = _start(session, "G10 W0 Y0", "$44=1", data=Data())
+    job = _start(session, "G10 W0 Y0", assign("no_progress_s", 1), data=Data())
     alarm = job.alarm()
-    assert alarm["code"] == 51
+    assert alarm["code"] == alarm_number("no_progress")
     assert "no progress in 1 s of machining at the front" in alarm["text"]
     assert job.probe("path_front") == job.probe("path_command") == 0
     began, = job.told("block", text=f"G01 Z-{DEPTH_MM} F600")
@@ -125,7 +128,7 @@ def stuck_short(session: Session) -> dict:
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == 41
+    assert alarm["code"] == alarm_number("halt_limit")
     assert job.probe("path_front") - job.probe("path_command") == pulses(data.limit)
     told, = job.told("retraction_start")
     assert told["cause"] == "short"
@@ -138,7 +141,7 @@ def cell(session: Session, trouble: str) -> dict:
     """The fluid's class cannot be known any more: one alarm, and again while it is so."""
     force, value, said = TROUBLES[trouble]
     session.set("force.fluid_ohm_cm", 4e4)
-    job = _start(session, "$36=1", data=Data())
+    job = _start(session, assign("fluid_mode", 1), data=Data())
     told = job.wait("fluid_class")
     assert (told["class"], told["presets"]) == (2, {"dame": 8, "open": 3, "ok": 22})
     assert {kind: job.probe(f"servo_presets_{kind}") for kind in told["presets"]} == (
@@ -151,11 +154,12 @@ def cell(session: Session, trouble: str) -> dict:
 
 def thresholds(session: Session) -> dict:
     """Thresholds out of order, told before anything moves."""
-    job = Job(session, PERIOD, "$39=500", "$36=1", watched=WATCHED)
+    job = Job(session, PERIOD, assign("fluid_threshold_1", 500), assign("fluid_mode", 1),
+              watched=WATCHED)
     _unknown(job, "the thresholds of the fluid's classes are out of order")
     assert job.probe("path_front") == 0
     # In order again, and it goes.
-    job.link.command("$39=2819")
+    job.link.command(assign("fluid_threshold_1", 2819))
     job.make_ready()
     job.events.clear()
     _gap(job, WIDE_UM)
@@ -167,7 +171,7 @@ def thresholds(session: Session) -> dict:
 def _unknown(job, said):
     """The alarm, and once more when the operator unlocks and machines on, all being as before."""
     alarm = job.alarm()
-    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    assert (alarm["code"], said in alarm["text"]) == (alarm_number("fluid"), True), alarm
     _locked(job)
     way = job.probe("path_front")
     assert way < WAY
@@ -177,6 +181,6 @@ def _unknown(job, said):
     # A tape's path begins at 0.
     job.start(program("G95 P1", f"G01 Z-{DEPTH_MM} F600"))
     alarm = job.alarm()
-    assert (alarm["code"], said in alarm["text"]) == (49, True), alarm
+    assert (alarm["code"], said in alarm["text"]) == (alarm_number("fluid"), True), alarm
     assert job.probe("path_front") == 0
     _locked(job)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from host.link.link import RETRACT
 from host.machines import machine as machines
 from rtl.motion.retraction import State
+from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.wander import WATCHED, Train
 from testbench.native.simulation import Simulation
@@ -19,7 +20,7 @@ LOOK_CLOCKS = 20_000    # between two looks at a condition
 ENDS = 20               # blocks at either end of a path that are not counted
 RADIUS_MM = 5
 # Neither speed nor acceleration is what bounds the way.
-FAST = ("$11=30000", "$12=6000")
+FAST = (assign("acceleration_mm_s2", 30_000), assign("highest_speed_mm_min", 6000))
 
 
 @dataclass

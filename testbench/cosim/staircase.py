@@ -3,6 +3,7 @@
 
 from itertools import pairwise
 
+from softcore.tables.settings import assign
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import HEIGHT_MM, Data, Job, program
 from testbench.native.station import Session
@@ -100,7 +101,7 @@ def steps_under_servo(session: Session) -> dict:
     # With the times of C100, which arcs follow in a foul gap.
     rows = [f"G10 C{number} I{ip} P15 Q25 R25" for number, ip in IP.items() if number > 900]
     steps = [(depth, 900 + IP[number]) for depth, number in STEPS]
-    job = Job(session, "$31=2000", *rows, watched=WATCHED)
+    job = Job(session, assign("servo_period_us", 2000), *rows, watched=WATCHED)
     session.set("force.gap_um", 300)
     job.start(program(Data(limit=0.3), *series(steps), "G95 P1", "G01 Z-0.25 F600", condition=912))
     job.until(lambda: job.probe("path_front") >= 1800, "a way of DOWN")

@@ -8,6 +8,7 @@ a change only of registers that lead to no port: they stand for the others of th
 import pytest
 
 from host.machines import machine as machines
+from softcore.tables.faults import alarm_number
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation
@@ -33,7 +34,7 @@ def test_a_bit_trips_with_its_reason(register, bit, said):
         session.poke(register, job.probe(register) ^ 1 << bit)
         begun = session.cycle
         alarm = job.alarm()
-        assert alarm["code"] == 40
+        assert alarm["code"] == alarm_number("trip")
         assert alarm["text"].endswith("a guarded register of the gateware is damaged "
                                       f"({said}); the position is lost.")
         assert job.record.rises("safe", begun)[0] - begun <= CLOCKS

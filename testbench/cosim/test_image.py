@@ -4,6 +4,7 @@
 import pytest
 
 from host.machines import machine as machines
+from softcore.tables.faults import alarm_line
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation
@@ -54,6 +55,6 @@ def test_two_bits_of_a_word_that_is_not_used_are_found(job, name):
     assert not job.probe("safety_status_safe"), "what is sound stays unnoticed"
     for bit in 3, 17:
         job.session.flip(address, bit)
-    job.until(lambda: "ALARM:55" in job.said, "the alarm", seconds=ROUND_S)
+    job.until(lambda: alarm_line("guard") in job.said, "the alarm", seconds=ROUND_S)
     assert job.probe("safety_status_safe")
     assert "the firmware in memory is not what was loaded" in job.told("alarm")[-1]["text"]

@@ -13,6 +13,7 @@ from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import load
 from softcore.soc import MEMORY_SIZE
+from softcore.tables.faults import alarm_line, alarm_number
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.cosim.tapes import TAPES
@@ -78,7 +79,7 @@ def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
         assert len(told) == 2
         assert told[0] == told[1]
         code, _, place = told[0].partition(" memory parity at 0x")
-        assert code == "ALARM:55"
+        assert code == alarm_line("guard")
         assert int(place, 16) in flipped
         # Nothing but power brings it back, neither the operator's reset nor a line; and that only
         # if what is damaged is cleared when firmware starts. Code and stack are not.
@@ -104,7 +105,7 @@ def test_a_run_ends_with_the_alarm():
 
         job = Run(MACHINE, load(TAPES / "sink_shallow_deep.nc"), Piped(session), watch=damage)
         assert job.execute() == "alarm"
-        assert job.alarm["code"] == 55
+        assert job.alarm["code"] == alarm_number("guard")
         assert job.alarm["text"].startswith("memory parity at 0x0000")
         assert job.events[-1]["event"] == "alarm"
         assert job.events[-1]["line"] > 0

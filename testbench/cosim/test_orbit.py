@@ -20,7 +20,7 @@ STRAIGHT_MM = 0.5       # down before the orbit
 LIMIT_MM = 3.0
 TURN_PULSES = 3180
 ORBIT = 7500, 34_000    # path coordinates: off the corners at its start and its end
-DEVIATION_UM = 2.0      # setting 57
+DEVIATION_UM = 2.0      # setting 457
 NEAR = 3000             # pulses of the path along which the electrode may lag
 
 

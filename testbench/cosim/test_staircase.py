@@ -8,6 +8,7 @@ from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import load
+from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Job, program
 from testbench.cosim.record import Record
 from testbench.cosim.staircase import IP
@@ -37,7 +38,8 @@ def test_every_step_comes_at_its_depth_and_with_its_current():
 def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
     tables = MACHINE.tables | {"source": MACHINE.tables["source"] | {"step_a": 0.5}}
     with Simulation(machine=tables, clock_hz=MACHINE.clock_hz, seed=1, trace=False) as session:
-        job = Job(session, "$55=500", "G10 C900 I5.33 P40 Q40", watched=("gap_ma", "gap_level"))
+        job = Job(session, assign("current_step_ma", 500), "G10 C900 I5.33 P40 Q40",
+                  watched=("gap_ma", "gap_level"))
         job.start(program("G39 Z0.05 C900", "G01 Z0 F300", condition=120))
         job.finish()
     assert [event["ip"] for event in job.told("condition")] == [4, 5.333]

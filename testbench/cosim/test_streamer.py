@@ -14,7 +14,8 @@ import pytest
 from host.link.serve import Pty
 from host.machines import machine as machines
 from host.run import simulation
-from softcore.tables.settings import SETTINGS
+from softcore.tables.grbl import GRBL_SETTINGS
+from softcore.tables.settings import FIRST, SETTINGS
 from testbench.live import serving
 from testbench.punch import TAPES
 
@@ -131,14 +132,15 @@ def contour(blocks):
 
 def assert_downloaded(sender):
     """Settings, stored places and the parser's state are what the controller has at power-on."""
-    defaults = {one.number: str(one.default) for one in SETTINGS}
-    read = {number: row["val"].split()[0] for number, row in sender.streamer.settings.items()}
-    assert {number: value for number, value in read.items() if number in defaults} == defaults
+    # Like the parser's state: it takes them apart in the form of grbl 0.9 alone.
+    read = dict(line[1:].split("=") for line in sender.told("$"))
+    assert read.items() >= {str(one.number): str(one.default) for one in SETTINGS}.items()
+    assert {str(one.number) for one in GRBL_SETTINGS} == {
+        number for number in read if int(number) < FIRST}
     places = sender.streamer.settings_hash
     assert set(places) == {*(f"G{number}" for number in (*range(54, 60), 28, 30, 92)),
                            "TLO", "PRB"}
     assert all(set(place) == {0.0} for place in places.values())
-    # It reads that state in the form of grbl 0.9 alone, and hands this line on.
     assert sender.told("[GC:") == ["[GC:G80 G54 G17 G21 G90 G94 M5 M9 T0 F0.000 S0]"]
 
 

@@ -20,7 +20,7 @@ EARLIEST = PERIOD // 8
 PINS = 1            # clock to the pads' registers
 LOOP = 0x6F.to_bytes(4, "little")   # jump to itself
 WATCHDOG = 1 << numbers()["watchdog"]
-SENTENCE = "ALARM:55 watchdog: the processor does not answer"
+SENTENCE = "ALARM:155 watchdog: the processor does not answer"
 
 
 def machining(session):

@@ -14,6 +14,7 @@ from itertools import pairwise
 from host.link.link import HOLD, RESUME, RETRACT, RefusedError
 from host.tape.tape import encode
 from rtl.motion.retraction import State
+from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.firmware import Arc, Checker, Move
 from testbench.models.arc import Curve
@@ -339,7 +340,7 @@ def wander(session: Session, program_seed: int, count: int = 8, size: float = 60
     train = Train(places(tape.rows))
     assert train.way[-1] == tuple(target)
     # No series of shorts is too long, and a short may stand at the limit for a while.
-    job = Job(session, "$8=0", "$9=300000", watched=WATCHED)
+    job = Job(session, assign("repeats", 0), assign("settle_us", 300_000), watched=WATCHED)
     job.start(tape)
     job.wait("retraction_set")
     train.take(session.changes())

@@ -7,6 +7,7 @@ from host.link.link import GREETING, HOLD, PAYLOAD, RESET, Link, RefusedError, f
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import encode
 from softcore.linkmap import REALTIME
+from softcore.tables.settings import assign
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.retractions import pace
 from testbench.cosim.terminal import Terminal
@@ -15,7 +16,9 @@ from testbench.native.station import AXES, Session
 __all__ = ["jammed_reader", "mad_host", "nobody_presses", "off_the_switch", "reset_in_motion",
            "settings_in_a_cut"]
 
-GUARDS = ("$26=0", "$14=131071", "$16=4", "$17=4", "$56=10", "$58=0", "$15=0", "$21=4095")
+GUARDS = (assign("fluid_required", 0), assign("follow_moving", 131_071), assign("step_axes", 4),
+          assign("reversed_encoders", 4), assign("loop_gain", 10), assign("low_x_um", 0),
+          assign("soft_limit_um", 0), assign("window", 4095))
 
 
 def refused(job: Job, line: str) -> str:
@@ -130,7 +133,7 @@ def mad_host(session: Session, count: int, choice: int) -> dict:
     single = [bytes([one.byte]) for one in REALTIME]
     rows = encode(program(Data(), "G01 Z-0.05 F600", "G00 X0.1")).rows
     lines = [b"$X\n", b"M03\n", b"C130\n", b"$POSITION=HERE\n", b"G91 G01 X0.01 F600\n", b"$X=1\n",
-             b"$26=0\n", b"G38 P50 L0.1\n", b"$RESUME\n", b"$RETRACT\n", b"$ARM\n",
+             b"$426=0\n", b"G38 P50 L0.1\n", b"$RESUME\n", b"$RETRACT\n", b"$ARM\n",
              b"@1 M03*0000\n"]
     sent = 0
     while sent < count:

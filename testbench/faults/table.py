@@ -131,7 +131,7 @@ CLASSES = (
     FaultClass(
         "F2", "contact with the discharge off", "the work stands in the way",
         "the gap, without C and M03",
-        "halt within 8 clocks with alarm 52, or trip above the start/stop speed; never program end",
+        "halt within 8 clocks with alarm 152, or trip above the start/stop speed; never the end",
         (Scene("G01 at F120", contact.touches, _way("feed")),
          Scene("G00", contact.touches, _way("rapid")), Scene("G03", contact.touches, _way("arc")),
          Scene("wire, G01 aside", contact.touches,
@@ -150,7 +150,7 @@ CLASSES = (
          Scene("bytes from 0x80 on", line.strange_character),
          Scene("3 kB of short lines in a cut", line.burst, {"piece": line.PIECES[0]}))),
     FaultClass(
-        "F5", "settings under fire", "`$26=0`, `$16=4`, `$17=4` and five more",
+        "F5", "settings under fire", "`$426=0`, `$416=4`, `$417=4` and five more",
         "the link, machining", "refused; what they guard is in force", (SETTINGS,)),
     FaultClass(
         "F6", "the place after a reset in motion", "Ctrl-X, and the supply gone for some clocks",

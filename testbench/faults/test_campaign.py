@@ -25,7 +25,7 @@ MACHINE = machines.load("sinker")
 SHORT = ("F5", "F6", "F7", "C16", "C19")
 SHORT_CASES = {"eight settings that guard, M03 on and in a cut", "Ctrl-X in a cut",
                "nobody presses `arm`", "any phase", "a frame torn in two"}
-HEARD = "[E:alarm,809532,7,0,0,-99,40,it is broken, and safe]\r\nALARM:40\r\n"
+HEARD = "[E:alarm,809532,7,0,0,-99,140,it is broken, and safe]\r\nALARM:140\r\n"
 
 
 def seen(**other):

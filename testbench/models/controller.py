@@ -62,7 +62,7 @@ class Controller:
     def hold(self, place, cut=b""):
         """The memory reads wrong at ``place``, in the middle of a line: nothing else comes."""
         self.held = True
-        self.out.extend(cut + b"\r\nALARM:55 memory parity at 0x%08X\r\n" % place)
+        self.out.extend(cut + b"\r\nALARM:155 memory parity at 0x%08X\r\n" % place)
 
     def drain(self, count):
         self.buffered = max(0, self.buffered - count)
@@ -104,7 +104,7 @@ class Controller:
     def _line(self, line, cut):
         if not line.startswith(b"@"):
             if cut or self.guarded:
-                self.say("error:8")
+                self.say("error:108")
             else:
                 self._obey(line.decode(), "")
             return
@@ -112,12 +112,12 @@ class Controller:
         number, space, command = text[1:].partition(b" ")
         if cut or not (star and space and number.isdigit() and len(check) == 4
                        and b"%04X" % crc16(text) == check):
-            self.say("error:8")
+            self.say("error:108")
         elif self.answer is not None and line == self.last:
             if self.answer:
                 self.say(self.answer)
         elif int(number) != self.number:
-            self.say(f"error:8 @{int(number)}")
+            self.say(f"error:108 @{int(number)}")
         else:
             self.guarded = True
             self.number = (self.number + 1) % 65536

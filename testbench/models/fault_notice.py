@@ -4,10 +4,10 @@
 
 def sentence(place):
     """Bytes that tell of a memory that reads wrong at ``place``."""
-    return f"\r\nALARM:55 memory parity at 0x{place:08X}\r\n".encode()
+    return f"\r\nALARM:155 memory parity at 0x{place:08X}\r\n".encode()
 
 
-SILENT = b"\r\nALARM:55 watchdog: the processor does not answer\r\n"
+SILENT = b"\r\nALARM:155 watchdog: the processor does not answer\r\n"
 
 
 def beginnings(held, period, count):

@@ -6,10 +6,12 @@
 #include "app/events.h"
 #include "app/execute.h"
 #include "app/image_watch.h"
+#include "app/listing.h"
 #include "app/machine.h"
 #include "app/profile.h"
 #include "app/program.h"
 #include "base/alarm.h"
+#include "base/grbl.h"
 #include "base/settings.h"
 #include "base/text.h"
 #include "gap/gap.h"
@@ -35,7 +37,6 @@
 #define OFFSET_WIRES OFFSET_SET /* D0 is none */
 #define OFFSET_ROWS (OFFSET_WIRES + PLAN_WIRES)
 
-static uint32_t listing;    /* next row of `$$`, SETTINGS when none is asked for */
 static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
@@ -49,7 +50,7 @@ static bool hold_came;
 static void restart(void) {
     line_open = false;
     greets = true;
-    listing = SETTINGS;
+    listing_stop();
     offset_row = OFFSET_ROWS;
     unlocked_rows = 0;
     roughing_stop();
@@ -125,11 +126,11 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
         while (ROWS[i].begin[at] && at + 1 < length && (line[at + 1] & ~0x20) == (ROWS[i].begin[at] & ~0x20))
             at++;
         if (!ROWS[i].begin[at]) {
-            fault_at(f, FAULT_REFUSED, 0, "%s", ROWS[i].says);
+            fault_at(f, FAULT_COMMAND, 0, "%s", ROWS[i].says);
             return;
         }
     }
-    fault_at(f, FAULT_REFUSED, 0, "this $ command is not in this version");
+    fault_at(f, FAULT_COMMAND, 0, "this $ command is not in this version");
 }
 
 static bool is_free(fault *f) {
@@ -171,7 +172,7 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
-    if (!settings_read(line, length, &number, &value, f))
+    if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f))
         return;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
@@ -245,14 +246,32 @@ static void tell_modes(void) {
                 um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
 }
 
+static bool begins_list(const char *line, uint32_t length) {
+    static const char *const LISTS[] = {
+        [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
+    for (unsigned kind = 0; kind < sizeof LISTS / sizeof *LISTS; kind++)
+        if (says(line, length, LISTS[kind])) {
+            listing_begin((listing_kind)kind);
+            return true;
+        }
+    return false;
+}
+
+/* `$ES=n`: true if there is one to tell. */
+static bool begins_words(const char *line, uint32_t length, fault *f) {
+    uint32_t at = 4, number;
+    if (!settings_read_number(line, length, &at, &number) || at < length)
+        return fault_at(f, FAULT_SETTING, at, "the words of a setting are asked for by $ES=number");
+    return listing_begin_one(number) ||
+           fault_at(f, FAULT_SETTING, 0, "setting %u does not exist", number);
+}
+
 /* A line that begins with `$`. */
 __attribute__((noinline)) static void command(const char *line, uint32_t length) {
     fault f = {0};
     char c = length > 1 ? line[1] : '\0';
-    if (length == 2 && c == '$') {
-        listing = 0;
+    if (begins_list(line, length))
         return; /* answered at the end of the list */
-    }
     if (length == 2 && c == '#') {
         offset_row = 0;
         return;
@@ -260,6 +279,11 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     if (c == 'B') {
         roughing_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
+    }
+    if (length > 3 && says(line, 4, "$ES=")) {
+        if (!begins_words(line, length, &f))
+            answer(&f);
+        return;
     }
     if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
@@ -276,7 +300,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $G $N $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -307,14 +331,6 @@ __attribute__((noinline)) static bool take_line(void) {
     else
         line_open = true;
     return true;
-}
-
-__attribute__((noinline)) static void tell_setting(void) {
-    const settings_table_row *row = &SETTINGS_TABLE_ROWS[listing];
-    output_line("$%u=%u (%s%s%s)", (uint32_t)row->number, settings_get((setting)listing), row->title,
-                *row->unit ? ", " : "", row->unit);
-    if (++listing == SETTINGS)
-        answer(0);
 }
 
 /* `$#`: offsets as grbl tells them, mm in the machine frame; the wire offsets that have been entered. */
@@ -365,8 +381,9 @@ bool commands_serve(void) {
         tell_status();
     } else if (unlocked_rows) {
         tell_unlocked();
-    } else if (listing < SETTINGS) {
-        tell_setting();
+    } else if (listing_open()) {
+        if (listing_tell())
+            answer(0);
     } else if (offset_row < OFFSET_ROWS) {
         tell_offset();
     } else if (roughing_busy()) {

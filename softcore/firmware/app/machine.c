@@ -107,8 +107,8 @@ __attribute__((noinline)) void machine_tell_alarm(void) {
     if (last->what.line)
         alarm_set_line(last->what.line);
     output_event(EVENT_WORD_ALARM, last->cycle, alarm_line(), last->position, EVENT_FORMAT_ALARM,
-                 (uint32_t)last->what.code, sentence);
-    output_line("ALARM:%u", (uint32_t)last->what.code);
+                 fault_alarm(last->what.code), sentence);
+    output_line("ALARM:%u", fault_alarm(last->what.code));
     alarm_told();
 }
 

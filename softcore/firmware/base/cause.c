@@ -99,8 +99,10 @@ static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned ax
 
 /* Piece by piece into the fault: a text that was made elsewhere would be written twice. */
 bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes) {
-    fault_at(f, FAULT_TRIP, 0, "%s", begin);
-    if (f->code == FAULT_TRIP) {
+    bool limit = cause == CAUSE_LIMIT_LOW || cause == CAUSE_LIMIT_HIGH;
+    bool first = f->code == FAULT_NONE;
+    fault_at(f, limit ? FAULT_LIMIT : FAULT_TRIP, 0, "%s", begin);
+    if (first) {
         size_t at = __builtin_strlen(f->text);
         print_cause(f->text + at, sizeof f->text - at, cause, axes);
     }

@@ -10,8 +10,9 @@
 /* "axis Z", "axes X and Z"; of a mask, bit 0 X. Returns the length. */
 size_t cause_axes(char *buffer, size_t size, unsigned axes);
 
-/* Note a trip (FAULT_TRIP) by a cause of `CAUSE_...`, with the axes that raised it and what the gateware
-   knows beside, as it is now. The text begins as said. Returns false, as fault_at does. */
+/* Note a trip (FAULT_TRIP, or FAULT_LIMIT) by a cause of `CAUSE_...`, with the axes that raised it and
+   what the gateware knows beside, as it is now. The text begins as said. Returns false, as fault_at
+   does. */
 bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes);
 
 /* May the counted position differ from the true one after it? And after any of these, by bit, also

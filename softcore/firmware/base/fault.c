@@ -17,6 +17,27 @@ bool fault_at(fault *f, fault_code code, uint32_t column, const char *format, ..
     return false;
 }
 
+typedef struct {
+    uint8_t code, number;
+} grbl_number;
+
+static uint32_t told(const grbl_number *rows, size_t count, fault_code code) {
+    for (size_t row = 0; row < count; row++)
+        if (rows[row].code == code)
+            return rows[row].number;
+    return code;
+}
+
+uint32_t fault_error(fault_code code) {
+    static const grbl_number ROWS[] = {FAULT_ERRORS};
+    return told(ROWS, sizeof ROWS / sizeof *ROWS, code);
+}
+
+uint32_t fault_alarm(fault_code code) {
+    static const grbl_number ROWS[] = {FAULT_ALARMS};
+    return told(ROWS, sizeof ROWS / sizeof *ROWS, code);
+}
+
 size_t fault_sentence(const fault *f, char *buffer, size_t size) {
     size_t at = 0;
     if (f->line)

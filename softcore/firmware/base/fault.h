@@ -19,5 +19,9 @@ typedef struct {
    conditions. The line is filled in by whoever knows it. */
 bool fault_at(fault *f, fault_code code, uint32_t column, const char *format, ...);
 
+/* Numbers of `error:N` and `ALARM:N`: those of grbl where it has the same. */
+uint32_t fault_error(fault_code code);
+uint32_t fault_alarm(fault_code code);
+
 /* One sentence: the place, then what was wrong. */
 size_t fault_sentence(const fault *f, char *buffer, size_t size);

@@ -1,56 +1,59 @@
 /* Generated from softcore/tables/faults.py by `python -m softcore.generate`; do not edit. */
 #pragma once
 
-/* Numbers of `error:N` and `ALARM:N`. */
+/* Our numbers: told as they are, but where grbl has one (below). */
 typedef enum {
     FAULT_NONE = 0,
-    FAULT_NO_START = 1,
-    FAULT_PARITY = 2,
-    FAULT_BLANK = 3,
-    FAULT_CODE = 4,
-    FAULT_TV = 5,
-    FAULT_TOO_LONG = 6,
-    FAULT_NO_END = 7,
-    FAULT_LINE = 8,
-    FAULT_CHARACTER = 10,
-    FAULT_NUMBER = 11,
-    FAULT_OVERFLOW = 12,
-    FAULT_DUPLICATE = 13,
-    FAULT_CONFLICT = 14,
-    FAULT_UNKNOWN = 15,
-    FAULT_COMMENT = 16,
-    FAULT_PLACE = 17,
-    FAULT_MISSING = 18,
-    FAULT_REFUSED = 19,
-    FAULT_ARC = 20,
-    FAULT_CORNER = 21,
-    FAULT_FEED = 30,
-    FAULT_MODE = 31,
-    FAULT_RETRACTION = 32,
-    FAULT_CONDITION = 33,
-    FAULT_TRAVEL = 34,
-    FAULT_HISTORY = 35,
-    FAULT_SETTING = 36,
-    FAULT_LOCKED = 37,
-    FAULT_BUSY = 38,
-    FAULT_TABLE = 39,
-    FAULT_TRIP = 40,
-    FAULT_HALT_LIMIT = 41,
-    FAULT_HALT_FLOOR = 42,
-    FAULT_HALT_SERIES = 43,
-    FAULT_HALT_NO_DATA = 44,
-    FAULT_FIN = 45,
-    FAULT_EVENTS = 46,
-    FAULT_RESET = 47,
-    FAULT_HALT_SERVO = 48,
-    FAULT_FLUID = 49,
-    FAULT_NO_DISCHARGE = 50,
-    FAULT_NO_PROGRESS = 51,
-    FAULT_CONTACT = 52,
-    FAULT_NOT_ARMED = 53,
-    FAULT_POSITION_LOST = 54,
-    FAULT_GUARD = 55,
-    FAULT_STUCK = 56,
+    FAULT_NO_START = 101,
+    FAULT_PARITY = 102,
+    FAULT_BLANK = 103,
+    FAULT_CODE = 104,
+    FAULT_TV = 105,
+    FAULT_TOO_LONG = 106,
+    FAULT_NO_END = 107,
+    FAULT_LINE = 108,
+    FAULT_CHARACTER = 110,
+    FAULT_NUMBER = 111,
+    FAULT_OVERFLOW = 112,
+    FAULT_DUPLICATE = 113,
+    FAULT_CONFLICT = 114,
+    FAULT_UNKNOWN = 115,
+    FAULT_COMMENT = 116,
+    FAULT_PLACE = 117,
+    FAULT_MISSING = 118,
+    FAULT_REFUSED = 119,
+    FAULT_ARC = 120,
+    FAULT_CORNER = 121,
+    FAULT_MODAL = 122,
+    FAULT_COMMAND = 123,
+    FAULT_FEED = 130,
+    FAULT_MODE = 131,
+    FAULT_RETRACTION = 132,
+    FAULT_CONDITION = 133,
+    FAULT_TRAVEL = 134,
+    FAULT_HISTORY = 135,
+    FAULT_SETTING = 136,
+    FAULT_LOCKED = 137,
+    FAULT_BUSY = 138,
+    FAULT_TABLE = 139,
+    FAULT_TRIP = 140,
+    FAULT_LIMIT = 157,
+    FAULT_HALT_LIMIT = 141,
+    FAULT_HALT_FLOOR = 142,
+    FAULT_HALT_SERIES = 143,
+    FAULT_HALT_NO_DATA = 144,
+    FAULT_FIN = 145,
+    FAULT_EVENTS = 146,
+    FAULT_RESET = 147,
+    FAULT_HALT_SERVO = 148,
+    FAULT_FLUID = 149,
+    FAULT_NO_DISCHARGE = 150,
+    FAULT_NO_PROGRESS = 151,
+    FAULT_CONTACT = 152,
+    FAULT_NOT_ARMED = 153,
+    FAULT_POSITION_LOST = 154,
+    FAULT_GUARD = 155,
+    FAULT_STUCK = 156,
 } fault_code;
 
 #define FAULT_TEXT_HALT_LIMIT \
@@ -75,3 +78,28 @@ typedef enum {
     "the position is lost; $POSITION=HERE takes what is counted for true"
 #define FAULT_TEXT_STUCK \
     "nothing moves, although the path goes on"
+
+/* Numbers of grbl for `error:N`. */
+#define FAULT_ERRORS \
+    {FAULT_TOO_LONG, 11}, \
+    {FAULT_CHARACTER, 1}, \
+    {FAULT_NUMBER, 2}, \
+    {FAULT_DUPLICATE, 25}, \
+    {FAULT_UNKNOWN, 20}, \
+    {FAULT_PLACE, 36}, \
+    {FAULT_MISSING, 28}, \
+    {FAULT_REFUSED, 20}, \
+    {FAULT_ARC, 33}, \
+    {FAULT_MODAL, 21}, \
+    {FAULT_COMMAND, 3}, \
+    {FAULT_FEED, 22}, \
+    {FAULT_MODE, 31}, \
+    {FAULT_SETTING, 3}, \
+    {FAULT_LOCKED, 9}, \
+    {FAULT_BUSY, 8}
+
+/* Numbers of grbl for `ALARM:N`. */
+#define FAULT_ALARMS \
+    {FAULT_TRAVEL, 2}, \
+    {FAULT_LIMIT, 1}, \
+    {FAULT_RESET, 3}

@@ -59,13 +59,15 @@ static void apply_loop(void) {
         hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
 }
 
+static uint32_t upper_end_um(unsigned axis) {
+    uint32_t high = values[SET_HIGH_X_UM + axis];
+    return axis == hal_jump_axis() ? at_most(high, values[SET_SOFT_LIMIT_UM]) : high;
+}
+
 static void apply_travel(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        uint32_t high = values[SET_HIGH_X_UM + axis];
-        if (axis == hal_jump_axis())
-            high = at_most(high, values[SET_SOFT_LIMIT_UM]);
         limits.low[axis] = -units_pulses_of_um(values[SET_LOW_X_UM + axis]);
-        limits.high[axis] = units_pulses_of_um(high);
+        limits.high[axis] = units_pulses_of_um(upper_end_um(axis));
         hal_axis_limits(axis, limits.low[axis], limits.high[axis]);
     }
 }
@@ -122,8 +124,12 @@ void settings_init(void (*between)(void)) {
 uint32_t settings_get(setting which) { return values[which]; }
 
 setting settings_find(uint32_t number) {
-    unsigned which = 0;
-    while (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number)
+    if (number < SETTINGS_FIRST || number > SETTINGS_LAST)
+        return SETTINGS;
+    unsigned which = number - SETTINGS_FIRST; /* its row, if there is no gap */
+    if (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number == number)
+        return (setting)which;
+    for (which = 0; which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number;)
         which++;
     return (setting)which;
 }
@@ -172,7 +178,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     return true;
 }
 
-static bool read_unsigned(const char *line, uint32_t length, uint32_t *at, uint32_t *value) {
+bool settings_read_number(const char *line, uint32_t length, uint32_t *at, uint32_t *value) {
     uint32_t from = *at;
     *value = 0;
     while (*at < length && line[*at] >= '0' && line[*at] <= '9' && *at - from < 9)
@@ -182,8 +188,8 @@ static bool read_unsigned(const char *line, uint32_t length, uint32_t *at, uint3
 
 bool settings_read(const char *line, uint32_t length, uint32_t *number, uint32_t *value, fault *f) {
     uint32_t at = 1;
-    return (read_unsigned(line, length, &at, number) && at < length && line[at++] == '=' &&
-            read_unsigned(line, length, &at, value) && at == length) ||
+    return (settings_read_number(line, length, &at, number) && at < length && line[at++] == '=' &&
+            settings_read_number(line, length, &at, value) && at == length) ||
            fault_at(f, FAULT_SETTING, at, "a setting reads $number=value");
 }
 
@@ -216,6 +222,7 @@ uint32_t settings_highest_speed(void) { return highest_speed; }
 uint32_t settings_highest_rate(void) { return highest_rate; }
 
 const travel_range *settings_travel(void) { return &limits; }
+uint32_t settings_travel_um(unsigned axis) { return values[SET_LOW_X_UM + axis] + upper_end_um(axis); }
 
 const travel_range *settings_travel_now(void) {
     static travel_range off;

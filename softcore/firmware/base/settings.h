@@ -31,6 +31,9 @@ bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of 
 /* Is it one of servo, fluid or feed? After a change of it gap_settings is to be called. */
 bool settings_of_gap(uint32_t number);
 
+/* A whole number at `at`, which moves behind it; false if there is none. */
+bool settings_read_number(const char *line, uint32_t length, uint32_t *at, uint32_t *value);
+
 /* A line `$n=value`, and what it says. */
 bool settings_read(const char *line, uint32_t length, uint32_t *number, uint32_t *value, fault *f);
 bool settings_enter(uint32_t number, uint32_t value, fault *f);
@@ -41,5 +44,6 @@ uint32_t settings_acceleration(void);
 uint32_t settings_highest_speed(void);  /* um/min, */
 uint32_t settings_highest_rate(void);   /* and its rate */
 uint32_t settings_curve_rate(uint32_t radius);  /* highest one on an arc; radius in pulses */
-const travel_range *settings_travel(void);    /* the soft limits */
+const travel_range *settings_travel(void);    /* the soft limits, */
+uint32_t settings_travel_um(unsigned axis);     /* and how far they are apart */
 const travel_range *settings_travel_now(void); /* ... and the limit switches that are just being left */

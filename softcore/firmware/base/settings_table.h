@@ -71,6 +71,10 @@ typedef enum {
     SETTINGS,
 } setting;
 
+/* Their numbers, mostly without a gap. */
+#define SETTINGS_FIRST 400u
+#define SETTINGS_LAST 463u
+
 /* What has to be done again after a change. */
 typedef enum {
     GROUP_DETECTOR,
@@ -81,6 +85,7 @@ typedef enum {
     GROUP_SIDE,
     GROUP_GAP,
     GROUP_PROGRAM,
+    SETTINGS_GROUPS,
 } setting_group;
 
 typedef struct {
@@ -94,3 +99,4 @@ typedef struct {
 } settings_table_row;
 
 extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];
+extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];

@@ -84,7 +84,7 @@ static bool find_groups(context *c) {
             continue;
         }
         if (c->g[row->group] >= 0)
-            return fault_at(c->f, FAULT_CONFLICT, code.column, "G%u and G%u exclude each other",
+            return fault_at(c->f, FAULT_MODAL, code.column, "G%u and G%u exclude each other",
                             (uint32_t)c->g[row->group] / 10, (uint32_t)code.tenths / 10);
         c->g[row->group] = (int16_t)code.tenths;
         c->column[row->group] = code.column;
@@ -160,7 +160,7 @@ static bool judge_auxiliary(context *c) {
             p->m[passed++] = (int32_t)m;
         }
         if (clash)
-            return fault_at(c->f, FAULT_CONFLICT, code.column,
+            return fault_at(c->f, FAULT_MODAL, code.column,
                             "M%u and another M code exclude each other", m);
     }
     if (passed < BLOCK_CODES)

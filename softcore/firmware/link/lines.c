@@ -103,9 +103,9 @@ lines_counts lines_count(void) { return counts; }
 
 static void say(uint32_t code, bool has_number, uint32_t number) {
     if (code && has_number)
-        output_line("error:%u @%u", code, number);
+        output_line("error:%u @%u", fault_error((fault_code)code), number);
     else if (code)
-        output_line("error:%u", code);
+        output_line("error:%u", fault_error((fault_code)code));
     else if (has_number)
         output_line("ok @%u", number);
     else

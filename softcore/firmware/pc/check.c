@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "base/grbl.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "gap/depth_series.h"
@@ -82,8 +83,9 @@ static void follow_series(const plan *p) {
 static bool assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
     if (length < 2 || line[1] < '0' || line[1] > '9')
-        return fault_at(f, FAULT_REFUSED, 0, "of the lines with $ a check takes settings only");
-    if (!settings_read(line, length, &number, &value, f) || !settings_enter(number, value, f))
+        return fault_at(f, FAULT_COMMAND, 0, "of the lines with $ a check takes settings only");
+    if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f) ||
+        !settings_enter(number, value, f))
         return false;
     if (assignments == CHECK_SETTINGS)
         return fault_at(f, FAULT_SETTING, 0, "a check takes no more than %u settings",

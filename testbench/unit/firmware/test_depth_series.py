@@ -3,6 +3,8 @@
 
 import pytest
 
+from softcore.tables.faults import alarm_number, error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Checker, Fault, Machine, events
 from testbench.programs import punched
 
@@ -122,7 +124,7 @@ def test_end_of_program_reset_and_alarm_end_a_series(machine):
 def test_what_is_staged_waits_for_a_pulse_that_goes_on(machine):
     machine.library.gk_pulse_lasts(0)
     machine.library.gk_speed(0)
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=800)
     machine.library.gk_pulse_lasts(1)
     machine.library.gk_go(1200)
@@ -143,7 +145,7 @@ def test_what_is_staged_waits_for_a_pulse_that_goes_on(machine):
 
 def test_a_class_that_changes_while_a_step_is_staged(machine):
     machine.library.gk_speed(0)
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=800)
     for number, presets in ((1, (5, 5, 18)), (2, (8, 3, 22))):
         machine.event("fluid_class", number, number << 4, 3000)
@@ -161,33 +163,37 @@ def test_depths_are_of_the_frame_in_which_they_are_said(machine):
     assert switched(machine.lines)[1:] == [(140, 9000, 9000), (130, 6000, 8000)]
 
 
-@pytest.mark.parametrize(("blocks", "code", "words"), [
-    (["C150", "G39 Z-1 C777"], 33, "Block 3, character 9: the machining condition C777 is not in"),
-    (["G39 Z-1 C130"], 33, "Block 2, character 1: G39 without a machining condition (C) before it"),
-    (["C150", *SERIES[:2], "G39 Z-.2 C120"], 33,
+@pytest.mark.parametrize(("blocks", "name", "words"), [
+    (["C150", "G39 Z-1 C777"], "condition",
+     "Block 3, character 9: the machining condition C777 is not in"),
+    (["G39 Z-1 C130"], "condition",
+     "Block 2, character 1: G39 without a machining condition (C) before it"),
+    (["C150", *SERIES[:2], "G39 Z-.2 C120"], "condition",
      "Block 5, character 5: a step of G39 must lie deeper than the one before it, at -0.2000 mm."),
-    (["C150", "G92 Z1", "G39 Z.5 C140", "G92 Z0", "G39 Z-.4 C140"], 33, "before it, at -0.5000 mm"),
-    (["C150", "G39 Z-1"], 18, "a step of G39 needs its depth Z and its condition C"),
-    (["C150", "G39 C100"], 18, "a step of G39 needs its depth Z and its condition C"),
-    (["C150", "G39 Z-1 C130 M03"], 17, "Block 3, character 14: a G39 block carries no other word"),
-    (["C150", "G39 Z-1 C130 F5"], 17, "a G39 block carries no other word"),
-    (["C150", "G39 Z-1 X5 C130"], 17, "a G39 block carries no other word"),
-    (["C150", "G01 G39 Z-1 C130"], 14, "G1 and G39 exclude each other"),
-    (["C150", "G10 D1 R.1", "G41 D1", "G39 Z-1 C130"], 14,
+    (["C150", "G92 Z1", "G39 Z.5 C140", "G92 Z0", "G39 Z-.4 C140"], "condition",
+     "before it, at -0.5000 mm"),
+    (["C150", "G39 Z-1"], "missing", "a step of G39 needs its depth Z and its condition C"),
+    (["C150", "G39 C100"], "missing", "a step of G39 needs its depth Z and its condition C"),
+    (["C150", "G39 Z-1 C130 M03"], "place",
+     "Block 3, character 14: a G39 block carries no other word"),
+    (["C150", "G39 Z-1 C130 F5"], "place", "a G39 block carries no other word"),
+    (["C150", "G39 Z-1 X5 C130"], "place", "a G39 block carries no other word"),
+    (["C150", "G01 G39 Z-1 C130"], "conflict", "G1 and G39 exclude each other"),
+    (["C150", "G10 D1 R.1", "G41 D1", "G39 Z-1 C130"], "conflict",
      "G39 and a wire offset (G41, G42) exclude each other"),
-    (["C150", *(f"G39 Z-{n} C100" for n in range(1, 34))], 33,
+    (["C150", *(f"G39 Z-{n} C100" for n in range(1, 34))], "condition",
      "Block 35, character 5: no more than 32 steps fit a series (G39)"),
-    (["G10 C900 I1 P20 Q60 V9", "C900 G95 P2", "G39 Z-1 C130"], 33,
+    (["G10 C900 I1 P20 Q60 V9", "C900 G95 P2", "G39 Z-1 C130"], "condition",
      "Block 4, character 5: G95 P2 needs a reference voltage Vs, V of G10, which the condition C1"),
-    (["G10 C900 I1 P20 Q60 V9", "C900", "G39 Z-1 C130", "G95 P2"], 33,
+    (["G10 C900 I1 P20 Q60 V9", "C900", "G39 Z-1 C130", "G95 P2"], "condition",
      "Block 5, character 1: G95 P2 needs a reference voltage Vs, V of G10, which the condition C1"),
 ])
-def test_steps_that_make_no_sense_are_refused(machine, blocks, code, words):
+def test_steps_that_make_no_sense_are_refused(machine, blocks, name, words):
     found = Checker().check(punched([*blocks, "M02"]))
-    assert found.code == code
+    assert found.name == name
     assert words in found.sentence
     told = events(machine.tape(punched([*blocks, "M02"]), passes=9000), "alarm")[0]
-    assert told[1] == str(code)
+    assert told[1] == str(alarm_number(name))
     assert words in ",".join(told[2:])
 
 
@@ -201,7 +207,7 @@ def test_a_machine_without_a_jump_axis_has_no_series():
     wire.unlock()
     assert wire.line("C500")[-1] == "ok"
     lines = wire.line("G39 Z-1 C510")
-    assert lines[-1] == "error:19"
+    assert lines[-1] == error_line("refused")
     assert "G39 is for machines with a jump axis (sinkers)" in lines[0]
 
 
@@ -211,7 +217,7 @@ def test_a_machine_without_a_jump_axis_has_no_series():
     (750, "I1.5", 3, 1500), (500, "I0", 0, 0),
 ])
 def test_currents_go_by_steps_of_the_power_supply(machine, step_ma, words, level, milli_ip):
-    assert machine.line(f"$55={step_ma}") == ["ok"]
+    assert machine.line(assign("current_step_ma", step_ma)) == ["ok"]
     assert machine.line(f"G10 C900 {words} P40 Q40") == ["ok"]
     lines = machine.line("C900")
     assert lines[-1] == "ok"
@@ -223,24 +229,25 @@ def test_currents_go_by_steps_of_the_power_supply(machine, step_ma, words, level
     (1500, "I1.5"), (1500, "I21"), (1500, "I4.02"), (500, "I.3"), (500, "I7"), (1500, "I99999"),
 ])
 def test_currents_that_the_power_supply_does_not_have_are_refused(machine, step_ma, words):
-    machine.line(f"$55={step_ma}")
+    machine.line(assign("current_step_ma", step_ma))
     lines = machine.line(f"G10 C900 {words} P40 Q40")
-    assert lines[-1] == "error:39"
+    assert lines[-1] == error_line("table")
 
 
 def test_a_condition_for_which_the_supply_has_no_step_is_refused(machine):
-    machine.line("$55=1000")
+    machine.line(assign("current_step_ma", 1000))
     assert machine.line("C110")[-1] == "ok"
     lines = machine.line("C100")
-    assert lines[-1] == "error:33"
+    assert lines[-1] == error_line("condition")
     assert "the power supply cannot give the current of the condition C100" in lines[0]
-    machine.line("$55=500")
+    machine.line(assign("current_step_ma", 500))
     assert machine.line("C130")[-1] == "ok"
-    assert machine.line("C140")[-1] == "error:33", "27 steps; the gateware lets 20 through"
+    refused = error_line("condition")
+    assert machine.line("C140")[-1] == refused, "27 steps; the gateware lets 20 through"
 
 
 UNSEEN = ("[MSG:MDI, character 1: a pulse of C901 takes 6 us, and the gap is looked "
-          "at after 51000 ns only ($4, $27).]")
+          "at after 51000 ns only ($404, $427).]")
 SHORTER = "G10 C901 I3 P6 Q10 R10"
 
 
@@ -252,8 +259,8 @@ def by_hand(machine, *lines):
 
 def test_machining_begins_only_if_all_that_is_to_come_is_seen(machine):
     """Settings may change between the G39 and the M03, both entered by hand."""
-    by_hand(machine, DATA, SHORTER, "C150", "G39 Z-.1 C901", "$4=50000")
-    assert machine.line("M03") == [UNSEEN, "error:33"]
+    by_hand(machine, DATA, SHORTER, "C150", "G39 Z-.1 C901", assign("blanking_ns", 50_000))
+    assert machine.line("M03") == [UNSEEN, error_line("condition")]
     by_hand(machine, "G39", "M03")
 
 
@@ -261,25 +268,27 @@ def test_machining_goes_on_only_if_the_condition_that_was_reached_is_seen(machin
     by_hand(machine, DATA, SHORTER, "C150", "G39 Z-.1 C901", "M03", "G01 Z-.2 F60")
     machine.run(20_000)
     assert machine.power["level"] == 3
-    by_hand(machine, "M05", "$4=50000")
-    assert machine.line("M03") == [UNSEEN, "error:33"]
+    by_hand(machine, "M05", assign("blanking_ns", 50_000))
+    assert machine.line("M03") == [UNSEEN, error_line("condition")]
     # A row that is entered anew is not in force before its next C.
     by_hand(machine, "G10 C901 P100")
-    assert machine.line("M03") == [UNSEEN, "error:33"]
+    assert machine.line("M03") == [UNSEEN, error_line("condition")]
     by_hand(machine, "C901", "M03")
 
 
 def test_the_supply_has_the_step_that_conditions_were_judged_by(machine):
-    by_hand(machine, DATA, "$55=4500", "G10 C901 I60 P60 Q10 R10", "C901", "$55=1500")
-    assert machine.line("M03")[-1] == "error:33"
+    by_hand(machine, DATA, assign("current_step_ma", 4500), "G10 C901 I60 P60 Q10 R10", "C901",
+            assign("current_step_ma", 1500))
+    assert machine.line("M03")[-1] == error_line("condition")
     assert "M03 needs a C anew" in machine.lines[-2]
     by_hand(machine, "C150", "M03")
 
 
-@pytest.mark.parametrize("setting", ["$4=50000", "$27=50000", "$55=750"])
+@pytest.mark.parametrize("setting", [assign("blanking_ns", 50_000), assign("settle_ns", 50_000),
+                                     assign("current_step_ma", 750)])
 def test_what_conditions_are_judged_by_stays_while_machining(machine, setting):
     by_hand(machine, DATA, "C150", "M03")
     number = setting[1:setting.index("=")]
     assert machine.line(setting) == [
-        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
-    by_hand(machine, "$33=40", "M05", setting)
+        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", error_line("busy")]
+    by_hand(machine, assign("servo_window", 40), "M05", setting)

@@ -46,7 +46,7 @@ def compare(checker, blocks):
         ended = expected and expected[-1][0].stop == "end"
         assert not ended, (result, blocks)
         if len(expected) == len(blocks):
-            assert result.code == 7, "the end word is gone"
+            assert result.name == "no_end", "the end word is gone"
         assert result.line == len(expected) + 2, (result, blocks)
         assert result.sentence.startswith(f"Block {result.line}")
         assert result.sentence.endswith(".")
@@ -89,98 +89,98 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     assert rejected > 500
 
 
-@pytest.mark.parametrize(("block", "code", "column"), [
-    ("G01 X1 X2 F5",                   13, 8),    # duplicate
-    ("G01 G00 X1 F5",                  14, 5),    # two of a group
-    ("G01 G1 X1 F5",                   13, 5),    # the same twice
-    ("G90 G91",                        14, 5),
-    ("G02 X1 Y1 F5",                   18, 5),
-    ("N10 G03 Z1 F5",                  18, 9),
-    ("G02 X1 I1 R5 F5",                14, 11),
-    ("G02 X1 K1 F5",                   17, 8),
-    ("G18 G02 X1 J1 F5",               17, 12),
-    ("G19 G02 Y1 I1 F5",               17, 12),
-    ("G02 X1 I0 J0 F5",                20, 8),
-    ("G02 X1 R0 F5",                   20, 8),
-    ("G02 I1000.1 F5",                 20, 5),
-    ("G02 X1 R-1000.1 F5",             20, 8),
-    ("G02 X1 R40000 F5",               20, 8),
-    ("G02 R5 F5",                      20, 5),
-    ("G02 X0 Y0 R5 F5",                20, 11),
-    ("G02 X10 R4.998 F5",              20, 9),
-    ("G02 X20000 Y20000 R4.998 F5",    20, 19),
-    ("G02 X10 I5.002 F5",              20, 9),
-    ("G02 X20000 Y-9000 J-5. F5",      20, 19),
-    ("G02 X.005 Y.0005 I5 F5",         20, 18),   # a tenth of its length
-    ("G02 X1 Y1 R1",                   30, 1),    # no feed
-    ("G02 X26843 I.1 F5",              20, 12),
-    ("G10 P7 X1",                      39, 5),
-    ("G10 P1",                         18, 0),
-    ("G10 D0 R1",                      39, 5),
-    ("G10 D16 R1",                     39, 5),
-    ("G10 D1",                         18, 0),
-    ("G10 D1 R-1",                     39, 8),
-    ("G10 D1 R100.1",                  39, 8),
-    ("G10",                            18, 0),
-    ("G41",                            18, 1),
-    ("G42 D3",                         39, 5),
-    ("D1",                             17, 1),
-    ("G36 R-5 L1 H5 E5 Q.5",           11, 5),
-    ("G38.2 Z-1 F5",                   19, 1),
-    ("G95 P0",                         11, 5),
-    ("G95 P5",                         11, 5),
-    ("G95 P2 C100",                    33, 1),    # without a reference
-    ("C100 G95 P4 M03",                33, 6),
-    ("G95",                            18, 1),
-    ("G95 P1 G04",                     14, 1),
-    ("G77",                            15, 1),    # unknown
-    ("G1.5 X1",                        15, 1),
-    ("A5",                             15, 1),
-    ("X1",                             31, 1),    # no mode
-    ("G01 X1",                         30, 1),    # no feed
-    ("G01 X1 F0",                      30, 8),
-    ("G01 X1 F1801",                   30, 8),
-    ("G01 X1 F-5",                     11, 9),
-    ("G01 X F5",                       11, 7),
-    ("G01 X1.2.3 F5",                  11, 9),
-    ("G01 X1,5 F5",                    10, 7),
-    ("G01 X1 5 F5",                    10, 8),
-    ("G01 X1234567890123 F5",          12, 18),
-    ("G01 X26844 F5",                  12, 5),
-    ("N1.5",                           11, 1),
-    ("N123456789",                     12, 1),
-    ("M03",                            33, 1),
-    ("C7",                             33, 1),
-    ("M03 M05 C100",                   14, 5),
-    ("M00 M30",                        14, 5),
-    ("M3.1 C100",                      11, 1),
-    ("P5",                             17, 1),
-    ("G04",                            18, 0),
-    ("G04 P1 X1",                      14, 5),
-    ("G04 X-1",                        12, 5),
-    ("G92",                            18, 0),
-    ("G36 R5",                         32, 0),    # incomplete
-    ("G36 R5 L1 H5 E5 Q2",             32, 17),
-    ("G36 R0 L1 H5 E5 Q1",             32, 5),
-    ("G36 R5 L0 H5 E5 Q0",             32, 8),
-    ("G36 R5 L1 H5 E5 Q1 F5",          17, 20),
-    ("G36 R5 L1 H5 E5 Q1 M08",         17, 20),
-    ("G36 G90 R5 L1 H5 E5 Q1",         17, 5),
-    ("G37",                            32, 0),
-    ("G38 P5 L1 R5 H5",                32, 0),
-    ("G38 L1",                         18, 0),
-    ("G1 G4 P1",                       14, 4),
-    ("(open",                          16, 1),
-    ("N10 G1 (open",                   16, 8),
-    ("G1 ) X1",                        10, 4),
-    ("G1 / X1",                        10, 4),
-    ("T70000",                         12, 1),
-    ("M7000",                          15, 1),
-    ("M06 M07 M10 M11 M12 M13 M14",    14, 25),
+@pytest.mark.parametrize(("block", "name", "column"), [
+    ("G01 X1 X2 F5",                   "duplicate", 8),    # duplicate
+    ("G01 G00 X1 F5",                  "modal", 5),    # two of a group
+    ("G01 G1 X1 F5",                   "duplicate", 5),    # the same twice
+    ("G90 G91",                        "modal", 5),
+    ("G02 X1 Y1 F5",                   "missing", 5),
+    ("N10 G03 Z1 F5",                  "missing", 9),
+    ("G02 X1 I1 R5 F5",                "conflict", 11),
+    ("G02 X1 K1 F5",                   "place", 8),
+    ("G18 G02 X1 J1 F5",               "place", 12),
+    ("G19 G02 Y1 I1 F5",               "place", 12),
+    ("G02 X1 I0 J0 F5",                "arc", 8),
+    ("G02 X1 R0 F5",                   "arc", 8),
+    ("G02 I1000.1 F5",                 "arc", 5),
+    ("G02 X1 R-1000.1 F5",             "arc", 8),
+    ("G02 X1 R40000 F5",               "arc", 8),
+    ("G02 R5 F5",                      "arc", 5),
+    ("G02 X0 Y0 R5 F5",                "arc", 11),
+    ("G02 X10 R4.998 F5",              "arc", 9),
+    ("G02 X20000 Y20000 R4.998 F5",    "arc", 19),
+    ("G02 X10 I5.002 F5",              "arc", 9),
+    ("G02 X20000 Y-9000 J-5. F5",      "arc", 19),
+    ("G02 X.005 Y.0005 I5 F5",         "arc", 18),   # a tenth of its length
+    ("G02 X1 Y1 R1",                   "feed", 1),    # no feed
+    ("G02 X26843 I.1 F5",              "arc", 12),
+    ("G10 P7 X1",                      "table", 5),
+    ("G10 P1",                         "missing", 0),
+    ("G10 D0 R1",                      "table", 5),
+    ("G10 D16 R1",                     "table", 5),
+    ("G10 D1",                         "missing", 0),
+    ("G10 D1 R-1",                     "table", 8),
+    ("G10 D1 R100.1",                  "table", 8),
+    ("G10",                            "missing", 0),
+    ("G41",                            "missing", 1),
+    ("G42 D3",                         "table", 5),
+    ("D1",                             "place", 1),
+    ("G36 R-5 L1 H5 E5 Q.5",           "number", 5),
+    ("G38.2 Z-1 F5",                   "refused", 1),
+    ("G95 P0",                         "number", 5),
+    ("G95 P5",                         "number", 5),
+    ("G95 P2 C100",                    "condition", 1),    # without a reference
+    ("C100 G95 P4 M03",                "condition", 6),
+    ("G95",                            "missing", 1),
+    ("G95 P1 G04",                     "conflict", 1),
+    ("G77",                            "unknown", 1),    # unknown
+    ("G1.5 X1",                        "unknown", 1),
+    ("A5",                             "unknown", 1),
+    ("X1",                             "mode", 1),    # no mode
+    ("G01 X1",                         "feed", 1),    # no feed
+    ("G01 X1 F0",                      "feed", 8),
+    ("G01 X1 F1801",                   "feed", 8),
+    ("G01 X1 F-5",                     "number", 9),
+    ("G01 X F5",                       "number", 7),
+    ("G01 X1.2.3 F5",                  "number", 9),
+    ("G01 X1,5 F5",                    "character", 7),
+    ("G01 X1 5 F5",                    "character", 8),
+    ("G01 X1234567890123 F5",          "overflow", 18),
+    ("G01 X26844 F5",                  "overflow", 5),
+    ("N1.5",                           "number", 1),
+    ("N123456789",                     "overflow", 1),
+    ("M03",                            "condition", 1),
+    ("C7",                             "condition", 1),
+    ("M03 M05 C100",                   "modal", 5),
+    ("M00 M30",                        "modal", 5),
+    ("M3.1 C100",                      "number", 1),
+    ("P5",                             "place", 1),
+    ("G04",                            "missing", 0),
+    ("G04 P1 X1",                      "conflict", 5),
+    ("G04 X-1",                        "overflow", 5),
+    ("G92",                            "missing", 0),
+    ("G36 R5",                         "retraction", 0),    # incomplete
+    ("G36 R5 L1 H5 E5 Q2",             "retraction", 17),
+    ("G36 R0 L1 H5 E5 Q1",             "retraction", 5),
+    ("G36 R5 L0 H5 E5 Q0",             "retraction", 8),
+    ("G36 R5 L1 H5 E5 Q1 F5",          "place", 20),
+    ("G36 R5 L1 H5 E5 Q1 M08",         "place", 20),
+    ("G36 G90 R5 L1 H5 E5 Q1",         "place", 5),
+    ("G37",                            "retraction", 0),
+    ("G38 P5 L1 R5 H5",                "retraction", 0),
+    ("G38 L1",                         "missing", 0),
+    ("G1 G4 P1",                       "conflict", 4),
+    ("(open",                          "comment", 1),
+    ("N10 G1 (open",                   "comment", 8),
+    ("G1 ) X1",                        "character", 4),
+    ("G1 / X1",                        "character", 4),
+    ("T70000",                         "overflow", 1),
+    ("M7000",                          "unknown", 1),
+    ("M06 M07 M10 M11 M12 M13 M14",    "conflict", 25),
 ])
-def test_each_error_is_named_with_its_place(checker, block, code, column):
+def test_each_error_is_named_with_its_place(checker, block, name, column):
     fault = checker.check(programs.punched([block, "M02"]))
-    assert (fault.code, fault.line, fault.column) == (code, 2, column), fault.sentence
+    assert (fault.name, fault.line, fault.column) == (name, 2, column), fault.sentence
     place = f"Block 2{' (N10)' if block.startswith('N10') else ''}"
     assert fault.sentence.startswith(place + (f", character {column}: " if column else ": "))
 
@@ -273,7 +273,7 @@ def test_travel_holds_on_the_whole_arc(checker, block, reach):
             result = checker.check(punched(to, f"G91 {block}"))
             assert isinstance(result, Fault) == (beyond > 0), (to, block)
             if beyond:
-                assert (result.code, result.line) == (34, 3)
+                assert (result.name, result.line) == ("travel", 3)
                 assert "beyond the travel" in result.sentence
 
 

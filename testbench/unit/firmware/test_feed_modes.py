@@ -3,6 +3,8 @@
 
 import pytest
 
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -81,47 +83,56 @@ def test_the_law_is_on_for_feed_motion_alone(machine):
     assert machine.gap["convert"] == 0
 
 
-@pytest.mark.parametrize(("blocks", "code", "words"), [
-    (["C130", "G95 P2"], 33, "character 1: G95 P2 needs a reference voltage Vs, V of G10, which "
+@pytest.mark.parametrize(("blocks", "name", "words"), [
+    (["C130", "G95 P2"], "condition",
+     "character 1: G95 P2 needs a reference voltage Vs, V of G10, which "
                              "the condition C130 does not have."),
-    (["G95 P4", "C130"], 33, "character 1: G95 P4 needs a reference drop Es, U of G10, which the "
+    (["G95 P4", "C130"], "condition",
+     "character 1: G95 P4 needs a reference drop Es, U of G10, which the "
                              "condition C130 does not have."),
-    (["G10 C130 U5", "C130 G95 P3"], 33, "character 6: G95 P3 needs a reference voltage Vs"),
-    ([DATA, ROW, "C900 G95 P4 M03", "G01 Z-1 F60", "C130", "Z-2"], 33,
+    (["G10 C130 U5", "C130 G95 P3"], "condition",
+     "character 6: G95 P3 needs a reference voltage Vs"),
+    ([DATA, ROW, "C900 G95 P4 M03", "G01 Z-1 F60", "C130", "Z-2"], "condition",
      "Block 6, character 1: G95 P4 needs"),
-    ([DATA, ROW, "C900 G95 P4", "G01 Z-1 F60"], 31, "Block 5: under servo (G95) there is no way"),
-    ([ROW, "C900 G95 P4 M03", "G01 Z-1 F60"], 32, "Block 4: G95 needs retraction data"),
-    ([ROW, "G10 C900 P1"], 39, "Block 3: the reference V must be below the mean without "
+    ([DATA, ROW, "C900 G95 P4", "G01 Z-1 F60"], "mode",
+     "Block 5: under servo (G95) there is no way"),
+    ([ROW, "C900 G95 P4 M03", "G01 Z-1 F60"], "retraction", "Block 4: G95 needs retraction data"),
+    ([ROW, "G10 C900 P1"], "table", "Block 3: the reference V must be below the mean without "
                                "discharges, 1311 mV"),
-    (["G10 C900 P20 Q60 U20"], 39, "the reference U must be below the mean without discharges, "
+    (["G10 C900 P20 Q60 U20"], "table",
+     "the reference U must be below the mean without discharges, "
                                    "20000 mV"),
-    ([ROW, "G10 C900 V0", "C900 G95 P2"], 33, "needs a reference voltage"),
+    ([ROW, "G10 C900 V0", "C900 G95 P2"], "condition", "needs a reference voltage"),
 ])
-def test_a_law_without_what_it_needs_is_refused(machine, blocks, code, words):
+def test_a_law_without_what_it_needs_is_refused(machine, blocks, name, words):
     told, said = first_alarm(machine.tape(punched([*blocks, "M02"]), passes=4000))
-    assert told == str(code)
+    assert told == str(alarm_number(name))
     assert words in said
 
 
 def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
-    machine.line("$51=4001")
+    machine.line(assign("law_ratio_lowest", 4001))
     assert machine.line(ROW) == ["ok"]
     lines = machine.tape(punched(["C900 G95 P3", "G95 P4", "M02"]), passes=4000)
     assert first_alarm(lines) == [
-        "36", "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
+        str(alarm_number("setting")),
+        "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
 
 
 @pytest.mark.parametrize("law", [2, 3, 4])
 def test_standing_at_the_front_for_ever_is_an_alarm(machine, law):
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     under(machine, law, passes=300)
     machine.library.gk_speed(0)
     lines = machine.run(3000)
-    assert first_alarm(lines) == ["51", "Block 7: no progress in 1 s of machining at the front."]
+    assert first_alarm(lines) == [str(alarm_number("no_progress")),
+                                  "Block 7: no progress in 1 s of machining at the front."]
 
 
 def test_settings_reach_the_law(machine):
-    for line in ("$48=25", "$49=50", "$50=1000", "$51=1000", "$52=2000"):
+    for line in (assign("law_unit_um", 25), assign("law_longest_ms", 50),
+                 assign("law_least_mv", 1000), assign("law_ratio_lowest", 1000),
+                 assign("law_ratio_highest", 2000)):
         assert machine.line(line) == ["ok"]
     under(machine, 4)
     found = machine.law
@@ -131,7 +142,7 @@ def test_settings_reach_the_law(machine):
 
 
 def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     under(machine, 4)
     machine.event("fluid_class", 3, 3 << 4, 200)
     machine.run(200)
@@ -147,7 +158,7 @@ def mean(machine, volts, *, opens=0, discharges=0):
 
 
 def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
-    machine.line("$53=1")
+    machine.line(assign("law_no_load", 1))
     under(machine, 4)
     machine.library.gk_discharges(1)
     machine.run(20)
@@ -190,7 +201,8 @@ def test_a_silent_converter_stops_the_machine_if_it_is_in_use(machine, law):
     if law == 1:
         assert not events(lines, "alarm")
     else:
-        assert first_alarm(lines) == ["49", "Block 7: the converter does not answer."]
+        assert first_alarm(lines) == [str(alarm_number("fluid")),
+                                      "Block 7: the converter does not answer."]
     assert ("discharge" in machine.flags) == (law == 1)
 
 

@@ -3,6 +3,8 @@
 
 import pytest
 
+from softcore.tables.faults import alarm_number, error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Checker, Fault, Machine, events
 from testbench.programs import punched
 
@@ -40,25 +42,26 @@ def test_condition_reaches_supply_and_comparators(machine):
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
     """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
     refused = ("a pulse of C900 takes 4 us, and the gap is looked at after 4000 ns "
-               "only ($4, $27).")
+               "only ($404, $427).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
-    assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", "error:33"]
+    assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", error_line("condition")]
     assert machine.line("C130")[-1] == "ok"
-    assert machine.line("G39 Z-1 C900") == [f"[MSG:MDI, character 9: {refused}]", "error:33"]
+    assert machine.line("G39 Z-1 C900") == [f"[MSG:MDI, character 9: {refused}]",
+                                            error_line("condition")]
     assert machine.line("G10 C900 P5") == ["ok"]
     assert machine.line("C900")[-1] == "ok"
-    assert machine.line("C510")[-1] == "error:33", "3 us"
+    assert machine.line("C510")[-1] == error_line("condition"), "3 us"
 
 
 def test_the_longest_numbers_fit_the_sentence(machine):
     assert machine.line("G10 C99999999 I1 P1100 Q40") == ["ok"]
-    for line in ("$4=1000000", "$27=100000"):
+    for line in (assign("blanking_ns", 1_000_000), assign("settle_ns", 100_000)):
         assert machine.line(line) == ["ok"]
     assert machine.line("C99999999")[0] == (
         "[MSG:MDI, character 1: a pulse of C99999999 takes 1100 us, and the gap is looked at "
-        "after 1100000 ns only ($4, $27).]")
-    machine.line("$4=600")
-    machine.line("$27=300")
+        "after 1100000 ns only ($404, $427).]")
+    machine.line(assign("blanking_ns", 600))
+    machine.line(assign("settle_ns", 300))
     assert machine.line("C510")[-1] == "ok"
 
 
@@ -66,14 +69,14 @@ def test_machining_does_not_begin_unseen(machine):
     """The setting has changed since the condition."""
     assert machine.line("G10 C900 I1 P5 Q40") == ["ok"]
     assert machine.line("C900")[-1] == "ok"
-    machine.line("$27=2000")
-    assert machine.line("M03")[-1] == "error:33"
-    machine.line("$27=1999")
+    machine.line(assign("settle_ns", 2000))
+    assert machine.line("M03")[-1] == error_line("condition")
+    machine.line(assign("settle_ns", 1999))
     assert machine.line("M03")[-1] == "ok"
 
 
 def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     run(machine, "C130", "M02")
     before = machine.power
     for number in (1, 2, 3, 0):
@@ -96,7 +99,7 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.gap["reference"][0] == reference(96)
     assert machine.gap["presets"] == (4, 5, 6), "the condition's own"
     assert machine.gap["step"] == 20
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 2, 2 << 4, 2300)
     machine.run(200)
     assert machine.gap["presets"] == (4, 5, 6)
@@ -106,17 +109,19 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.power["level"] == 3
 
 
-@pytest.mark.parametrize(("block", "code", "column"), [
-    ("G10", 18, 0), ("G10 C901 P5", 18, 0), ("G10 C130 I64", 39, 10), ("G10 C130 I1.5", 39, 10),
-    ("G10 C130 P0", 39, 10), ("G10 C130 K2", 39, 10), ("G10 C130 L0", 39, 10),
-    ("G10 C130 E40 H50", 39, 5), ("G10 C130 E99", 39, 10), ("G10 C130 X-1", 39, 10),
-    ("G10 C130 X256", 39, 10), ("G10 W1 H49", 39, 8),
-    ("G10 W4", 39, 5), ("G10 W1 H101", 39, 8), ("G10 C130 F5", 17, 10), ("G10 C130 M03", 17, 10),
+@pytest.mark.parametrize(("block", "name", "column"), [
+    ("G10", "missing", 0), ("G10 C901 P5", "missing", 0), ("G10 C130 I64", "table",
+                                                           10), ("G10 C130 I1.5", "table", 10),
+    ("G10 C130 P0", "table", 10), ("G10 C130 K2", "table", 10), ("G10 C130 L0", "table", 10),
+    ("G10 C130 E40 H50", "table", 5), ("G10 C130 E99", "table", 10), ("G10 C130 X-1", "table", 10),
+    ("G10 C130 X256", "table", 10), ("G10 W1 H49", "table", 8),
+    ("G10 W4", "table", 5), ("G10 W1 H101", "table", 8), ("G10 C130 F5", "place",
+                                                          10), ("G10 C130 M03", "place", 10),
 ])
-def test_rows_that_make_no_sense_are_refused(machine, block, code, column):
+def test_rows_that_make_no_sense_are_refused(machine, block, name, column):
     kept = machine.gap
     lines = machine.line(block)
-    assert lines[-1] == f"error:{code}"
+    assert lines[-1] == error_line(name)
     assert (f"character {column}:" in lines[0]) == (column > 0)
     assert machine.gap == kept
 
@@ -124,7 +129,7 @@ def test_rows_that_make_no_sense_are_refused(machine, block, code, column):
 def test_no_more_rows_than_there_is_room_for(machine):
     for number in range(16):
         assert machine.line(f"G10 C{900 + number} P1 Q1") == ["ok"]
-    assert machine.line("G10 C916 P1 Q1")[-1] == "error:39"
+    assert machine.line("G10 C916 P1 Q1")[-1] == error_line("table")
     assert machine.line("G10 C915 P2") == ["ok"]
 
 
@@ -142,7 +147,7 @@ def test_rows_travel_with_the_tape_that_enters_them(machine):
     assert machine.line("C130")[-1] == "ok", "kept up to the next program's start"
     assert machine.power["level"] == 9
     assert level(machine, "C130") == 6, "as built in"
-    assert level(machine, "C900") == "alarm 33"
+    assert level(machine, "C900") == "alarm 133"
 
 
 def test_rows_entered_by_hand_stay(machine):
@@ -166,11 +171,11 @@ def test_each_tape_has_the_room_that_lines_by_hand_leave(machine):
     for first in (910, 920):
         rows = [f"G10 C{first + number} I{number} {NEW}" for number in range(6)]
         assert level(machine, *rows, f"C{first + 5}") == 5
-    assert level(machine, *rows, f"G10 C800 {NEW}") == "alarm 39"
+    assert level(machine, *rows, f"G10 C800 {NEW}") == "alarm 139"
     assert machine.line("$X") == ["ok"]
     # A tape's row takes room of its own; by hand instead of it, it does not.
     assert level(machine, *rows[1:], "G10 C909 I7", "C909") == 7
-    assert machine.line(f"G10 C800 {NEW}")[-1] == "error:39"
+    assert machine.line(f"G10 C800 {NEW}")[-1] == error_line("table")
     assert machine.line("G10 C909 I8") == ["ok"]
     assert machine.line(f"G10 C800 {NEW}") == ["ok"]
     assert level(machine, "C909") == 8
@@ -182,7 +187,7 @@ def test_classes_travel_with_the_tape_too(machine):
     assert machine.gap["presets"] == (7, 6, 14)
     run(machine, "C130", "M02")
     assert machine.gap["presets"] == PATENT[0]
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 1, 1 << 4, 3000)
     machine.run(200)
     assert machine.gap["presets"] == (9, 5, 18), "entered by hand"
@@ -192,12 +197,12 @@ def test_check_knows_the_rows_entered_by_hand_but_no_other_tapes():
     checker = Checker()
     with_row, without = (punched([*row, "C900", "M02"]) for row in ([f"G10 C900 {NEW}"], []))
     assert not isinstance(checker.check(with_row), Fault)
-    assert checker.check(without).code == 33
+    assert checker.check(without).name == "condition"
     assert checker.enter(f"G10 C900 {NEW}") == ""
     for _ in range(2):
         assert not isinstance(checker.check(without), Fault)
     checker.forget()
-    assert checker.check(without).code == 33
+    assert checker.check(without).name == "condition"
 
 
 def test_servo_is_on_for_feed_motion_alone(machine):
@@ -217,12 +222,12 @@ def test_servo_is_on_for_feed_motion_alone(machine):
 def test_servo_without_discharge_pulses_is_refused(machine):
     lines = run(machine, DATA, "C130", "G95 P1", "G01 Z-1 F60", "M02")
     assert events(lines, "alarm")[0][1:] == [
-        "31", "Block 5: under servo (G95) there is no way without M03."]
+        str(alarm_number("mode")), "Block 5: under servo (G95) there is no way without M03."]
     assert machine.axes[2] == 0
 
 
 def test_a_long_way_without_a_discharge_is_an_alarm(machine):
-    machine.line("$35=500")
+    machine.line(assign("no_discharge_um", 500))
     machine.library.gk_speed(15)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=150)
     assert "discharge" in machine.flags
@@ -231,7 +236,7 @@ def test_a_long_way_without_a_discharge_is_an_alarm(machine):
     assert at > 0
     lines = machine.run(4000)
     assert events(lines, "alarm")[0][1:] == [
-        "50", "Block 6: no discharge on the last 500 um of the way."]
+        str(alarm_number("no_discharge")), "Block 6: no discharge on the last 500 um of the way."]
     assert 5000 < -machine.axes[2] - at < 5000 + 2 * 30 * 4
     assert "discharge" not in machine.flags
 
@@ -239,7 +244,7 @@ def test_a_long_way_without_a_discharge_is_an_alarm(machine):
 @pytest.fixture
 def stuck(machine):
     """Under servo in the middle of a way, where it stands; a second may go by without progress."""
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M05", "M02"]), passes=250)
     machine.library.gk_speed(0)
@@ -252,7 +257,8 @@ def no_progress(machine, seconds):
     """Whether so long brings the alarm."""
     found = events(machine.run(round(seconds * SECOND)), "alarm")
     assert [alarm[1:] for alarm in found] in ([], [
-        ["51", "Block 6: no progress in 1 s of machining at the front."]])
+        [str(alarm_number("no_progress")),
+         "Block 6: no progress in 1 s of machining at the front."]])
     return bool(found)
 
 
@@ -262,7 +268,7 @@ def test_a_long_time_without_progress_is_an_alarm(stuck):
     assert no_progress(stuck, 0.02)
     assert "discharge" not in stuck.flags
     assert stuck.axes[2] == at
-    assert stuck.line("G00 Z1")[-1] == "error:37"
+    assert stuck.line("G00 Z1")[-1] == error_line("locked")
 
 
 def test_back_and_forth_is_no_progress_but_a_pulse_further_is(stuck):
@@ -277,7 +283,7 @@ def test_back_and_forth_is_no_progress_but_a_pulse_further_is(stuck):
 
 
 def test_without_a_bound_the_servo_may_stand_for_ever(machine):
-    assert machine.line("$44=0") == ["ok"]
+    assert machine.line(assign("no_progress_s", 0)) == ["ok"]
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M02"]), passes=250)
     machine.library.gk_speed(0)
@@ -303,7 +309,7 @@ def test_hold_and_retraction_are_no_time_at_the_front(stuck):
     ("M03", "G94", "G01 Z-20 F60"), ("M03", "G01 Z-.1 F60", "G00 Z-20"),
 ], ids=["dwell", "pause", "after M05", "before M03", "before the way", "G94", "G00"])
 def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
-    machine.line("$44=1")
+    machine.line(assign("no_progress_s", 1))
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", *blocks, "M02"]), passes=300)
     machine.library.gk_speed(0)
@@ -318,10 +324,10 @@ def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
 def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, words):
     machine.event("fluid_class", 0, flag, 0)
     assert not events(machine.run(200), "alarm"), "the class is set by hand"
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 0, flag, 0)
     alarm, = events(machine.run(200), "alarm")
-    assert alarm[1] == "49"
+    assert alarm[1] == str(alarm_number("fluid"))
     assert words in alarm[2]
     machine.unlock()
     machine.library.gk_fluid(flag)
@@ -331,7 +337,7 @@ def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, 
 
 
 def test_machining_waits_until_the_class_is_known(machine):
-    machine.line("$36=1")
+    machine.line(assign("fluid_mode", 1))
     machine.library.gk_fluid(0)
     run(machine, DATA, "C130 M03", "G01 Z-1 F6", "M02")
     assert machine.axes[2] == 0
@@ -347,8 +353,9 @@ def test_halt_of_the_servo_has_its_sentence(machine):
     machine.tape(punched([DATA, "G01 Z-1 F6", "M02"]), passes=60)
     machine.event("halt", 5)
     assert events(machine.run(200), "alarm")[0][1:] == [
-        "48", "Block 3: the servo would go back beyond the retractable limit or the ceiling or the "
-              "soft limit."]
+        str(alarm_number("halt_servo")),
+        "Block 3: the servo would go back beyond the retractable limit or the ceiling or the "
+        "soft limit."]
 
 
 def test_end_of_machining_in_the_block_of_the_motion_acts_after_it(machine):
@@ -360,19 +367,19 @@ def test_end_of_machining_in_the_block_of_the_motion_acts_after_it(machine):
 def test_servo_needs_retraction_data(machine):
     lines = run(machine, "C130", "G95 P1", "M03", "G01 Z-1 F60", "M02")
     assert events(lines, "alarm")[0][1:] == [
-        "32", "Block 5: G95 needs retraction data (G36) before it."]
+        str(alarm_number("retraction")), "Block 5: G95 needs retraction data (G36) before it."]
 
 
 def test_measuring_with_a_detector_that_was_known_to_be_broken_is_an_alarm(machine):
-    machine.line("$36=2")
+    machine.line(assign("fluid_mode", 2))
     for text in (DATA, "C130", "M03"):
         assert machine.line(text)[-1] == "ok"
     machine.library.gk_fluid(SILENT)
     machine.event("fluid_class", 0, SILENT, 0)
     assert not events(machine.run(200), "alarm")
     assert "discharge" in machine.flags
-    assert machine.line("$36=1")[-1] == "error:38", "it guards the machine"
-    for text in ("M05", "$36=1"):
+    assert machine.line(assign("fluid_mode", 1))[-1] == error_line("busy"), "it guards the machine"
+    for text in ("M05", assign("fluid_mode", 1)):
         assert machine.line(text)[-1] == "ok"
-    assert events(machine.line("M03"), "alarm")[0][1] == "49"
+    assert events(machine.line("M03"), "alarm")[0][1] == str(alarm_number("fluid"))
     assert "discharge" not in machine.flags

@@ -6,6 +6,7 @@ import ctypes
 import pytest
 
 from softcore.image import image_digest
+from softcore.tables.faults import alarm_line, error_line
 from testbench.firmware import Machine
 
 WORDS = 200
@@ -45,18 +46,18 @@ def test_a_word_that_differs_is_found_and_told(words, rng, place, bits):
     load(machine, bent, image_digest(words))
     machine.run(200)
     assert "safe" in machine.flags
-    assert machine.lines.count("ALARM:55") == 1
+    assert machine.lines.count(alarm_line("guard")) == 1
     assert any("alarm" in line and TEXT in line for line in machine.lines)
     # Not even when the word is as it was: what has run meanwhile is not known.
     load(machine, words, image_digest(words))
     machine.run(200)
-    assert machine.line("$X")[-2:] == [f"[MSG:{TEXT}.]", "error:55"]
+    assert machine.line("$X")[-2:] == [f"[MSG:{TEXT}.]", error_line("guard")]
     assert "safe" in machine.flags
-    assert machine.lines.count("ALARM:55") == 1
+    assert machine.lines.count(alarm_line("guard")) == 1
 
 
 def test_words_that_change_places_are_found(words):
     machine = ready(words, image_digest(words))
     load(machine, [*words[:50], words[51], words[50], *words[52:]], image_digest(words))
     machine.run(200)
-    assert "ALARM:55" in machine.lines
+    assert alarm_line("guard") in machine.lines

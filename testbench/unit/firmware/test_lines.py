@@ -6,9 +6,12 @@ import re
 import pytest
 
 from host.link.link import LONGEST_LINE
+from softcore.tables.faults import error_line
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
+DAMAGED = error_line("line")
+LOCKED = "[MSG:the machine is locked; unlock it with $X.]"
 REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 STALE = "what came before it was damaged, and a part of it may be missing"
 
@@ -51,24 +54,23 @@ def answers(lines):
 def named(lines):
     """What a refused line was told, of the only one."""
     told, answer = lines
-    assert answer.startswith("error:8")
+    assert answer.startswith(DAMAGED)
     return re.fullmatch(r"\[MSG:(?:A line|Line @\d+) is refused: (.+)\.\]", told)[1]
 
 
 # ---- numbers
 
 def test_numbered_lines_are_answered_by_their_number(machine, sender):
-    for number, (line, answer) in enumerate([("G91 G00 X1", "ok"), ("G77", "error:15"),
-                                             ("$I", "ok"), ("$99=1", "error:36"), ("", "ok"),
-                                             ("(*12AB) G04 P1", "ok")]):
+    lines = {"G91 G00 X1": "ok", "G77": error_line("unknown"), "$I": "ok",
+             "$499=1": error_line("setting"), "": "ok", "(*12AB) G04 P1": "ok"}
+    for sender.number, (line, answer) in enumerate(lines.items()):
         machine.send(sender.bytes(line))
-        assert machine.run(200)[-1] == f"{answer} @{number}"
-        sender.number += 1
+        assert machine.run(200)[-1] == f"{answer} @{sender.number}"
     assert machine.axes[0] == 10_000
 
 
 def test_a_line_that_comes_again_is_answered_again_and_not_carried_out(machine, sender):
-    for line, answer in (("G91 G00 X1", "ok"), ("G77", "error:15"), ("$RESUME", "ok")):
+    for line, answer in (("G91 G00 X1", "ok"), ("G77", error_line("unknown")), ("$RESUME", "ok")):
         sent = sender.bytes(line)
         assert sender(line)[-1] == answer
         for _ in range(3):
@@ -114,7 +116,7 @@ def test_a_line_out_of_sequence_is_refused(machine, sender, number):
     machine.send(Machine.numbered(number, "G00 X2"))
     lines = machine.run(200)
     assert named(lines) == "its number is not the next"
-    assert lines[-1] == f"error:8 @{number}"
+    assert lines[-1] == f"error:108 @{number}"
     assert sender("G00 X3")[-1] == "ok"
     assert machine.axes[0] == 40_000
 
@@ -146,8 +148,7 @@ def test_numbers_begin_anew_after_a_reset(machine, sender):
     b"@5\n", b"@ G00 X1*1234\n", b"@0G00 X1*1234\n", b"@0 G00 X1\n", b"@0 G00 X1*12345\n",
     b"@0 G00 X1*123\n", b"@0 G00 X1*12G4\n", b"@000000 G00 X1*1234\n", b"@x G00 X1*1234\n",
     b"@65536 G00 X1*1234\n", b"@0 $X*bb94\n", b"@0*1234\n", b"@@0 G00 X1*1234\n",
-    b"@0@1 G00 X1*1234\n",
-])
+    b"@0@1 G00 X1*1234\n"])
 def test_a_line_of_wrong_form_is_refused(machine, line):
     machine.send(line)
     assert named(machine.run(200)) == "number and check are not of the form @17 text*5A3C"
@@ -181,7 +182,7 @@ def test_whatever_bit_is_bent_nothing_else_is_carried_out(machine, sender):
                 assert machine.axes == (place, 0, 0)
                 sender.number += 1
                 continue
-            assert {"error:8"} <= {line.split(" ")[0] for line in answers(lines)}, (line, lines)
+            assert {DAMAGED} <= {line.split(" ")[0] for line in answers(lines)}, (line, lines)
     assert became_realtime > 5
     assert sender("G00 X.01")[-1] == "ok"
 
@@ -209,7 +210,7 @@ def test_whatever_byte_is_lost_or_doubled_nothing_else_is_carried_out(machine, s
             sender.number += 1
             assert len(answers(lines)) == 1
         else:
-            assert {"error:8"} <= {line.split(" ")[0] for line in answers(lines)}, (line, lines)
+            assert {DAMAGED} <= {line.split(" ")[0] for line in answers(lines)}, (line, lines)
     assert sender("G00 X.01")[-1] == "ok"
 
 
@@ -273,11 +274,11 @@ def test_an_over_long_line_is_refused_whole_also_when_its_end_comes_late(machine
     machine.send(b"\n")
     lines = machine.run(300)
     fits = length <= LONGEST_LINE
-    assert lines[-1] == ("ok" if fits else "error:6")
+    assert lines[-1] == ("ok" if fits else error_line("too_long"))
     assert machine.axes[0] == (10_000 if fits else 0)
     machine.send(sender.bytes(line))
     lines = machine.run(300)
-    assert lines[-1] == ("ok @0" if fits else "error:8 @0")
+    assert lines[-1] == ("ok @0" if fits else "error:108 @0")
     assert fits or lines[-2] == "[MSG:Line @0 is refused: it has too many characters.]"
 
 
@@ -404,7 +405,7 @@ def test_orders_are_heard_between_the_frames_of_a_tape(machine, sender):
     machine.send(b"!")
     machine.run(10)
     assert "ok" in sender("$RETRACT")
-    assert sender("G00 X1")[-1] == "error:38"
+    assert sender("G00 X1")[-1] == error_line("busy")
 
 
 def test_an_order_goes_before_lines_that_wait(machine, sender):
@@ -426,7 +427,7 @@ def test_an_order_is_refused_of_a_locked_machine():
     machine = Machine()
     sender = Sender(machine)
     for order in ("$RESUME", "$RETRACT", "$resume"):
-        assert sender(order) == ["[MSG:the machine is locked; unlock it with $X.]", "error:37"]
+        assert sender(order) == [LOCKED, error_line("locked")]
     machine.send(b"!")
     machine.run(20)
     sender("$RESUME")
@@ -435,8 +436,8 @@ def test_an_order_is_refused_of_a_locked_machine():
     for order in ("$RESUME", "$RETRACT", "$resume"):
         assert sender(order) == ["ok"]
     assert "hold" not in machine.flags
-    assert sender("$RESUM")[-1] == "error:19"
-    assert sender("$RESUMED")[-1] == "error:19"
+    assert sender("$RESUM")[-1] == error_line("command")
+    assert sender("$RESUMED")[-1] == error_line("command")
 
 
 # ---- the flood
@@ -446,9 +447,9 @@ def test_lines_without_room_are_refused_and_answered_in_turn(machine):
     machine.line("G91")
     machine.send(b"".join(b"G00 X.01\n" for _ in range(300)))
     lines = machine.run(8000)
-    count = answers(lines).index("error:8")
+    count = answers(lines).index(DAMAGED)
     assert 40 < count < 300
-    assert answers(lines) == ["ok"] * count + ["error:8"] * (300 - count)
+    assert answers(lines) == ["ok"] * count + [DAMAGED] * (300 - count)
     assert machine.axes[0] == 100 * count
     assert sum("came faster than they were answered" in line for line in lines) == 1
     assert machine.line("G00 X.01") == ["ok"]
@@ -461,7 +462,7 @@ def test_a_line_for_which_there_is_room_again_waits_for_what_was_refused(machine
     assert 0 < machine.axes[0] < 5000, "some have been taken"
     machine.send(b"G00 Y1\n")
     lines = machine.run(8000)
-    assert answers(lines)[-1] == "error:8"
+    assert answers(lines)[-1] == DAMAGED
     assert machine.axes[1] == 0
     assert machine.line("G00 Y1") == ["ok"]
 
@@ -469,9 +470,9 @@ def test_a_line_for_which_there_is_room_again_waits_for_what_was_refused(machine
 def test_what_is_refused_for_want_of_room_may_be_sent_again(machine, sender):
     machine.send(b"".join(Machine.numbered(number, "G91 G00 X.01") for number in range(60)))
     lines = machine.run(3000)
-    count = answers(lines).index("error:8")
+    count = answers(lines).index(DAMAGED)
     assert 10 < count < 60
-    assert answers(lines) == [f"ok @{number}" for number in range(count)] + ["error:8"] * (
+    assert answers(lines) == [f"ok @{number}" for number in range(count)] + [DAMAGED] * (
         60 - count)
     sender.number = count
     assert sender("G91 G00 X.01")[-1] == "ok"
@@ -488,7 +489,7 @@ def test_a_number_that_found_no_room_is_not_told(machine):
     machine.run(4000)
     machine.send(b"00*1234\n")
     assert named(machine.run(100)) == "its check is wrong"
-    assert machine.lines[-1] == "error:8"
+    assert machine.lines[-1] == DAMAGED
 
 
 def test_status_is_told_whatever_waits(machine):

@@ -6,6 +6,8 @@ import ctypes
 import pytest
 
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number, error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -36,7 +38,7 @@ def test_out_of_reset_nothing_moves_before_the_position_is_taken(block):
     assert machine.line("$X")[-1] == "ok"
     machine.library.gk_arm()
     enter(machine, "G36 R300 L1 H600 E60 Q0.1", "C130", "G92 X5")
-    assert machine.line(block)[-1] == "error:54"
+    assert machine.line(block)[-1] == error_line("position_lost")
     assert LOST in machine.lines[-2]
     assert machine.axes == (0, 0, 0)
     assert "|Lost" in machine.line("?")[-1]
@@ -48,7 +50,7 @@ def test_a_tape_is_rejected_where_it_would_move():
     machine.line("$X")
     machine.tape(punched(["G21 G90", "G00 X1", "M02"]), passes=2000)
     (alarm,) = events(machine.lines, "alarm")
-    assert alarm[1] == "54"
+    assert alarm[1] == str(alarm_number("position_lost"))
     assert alarm[2].startswith("Block 3: the position is lost")
     assert machine.axes == (0, 0, 0)
 
@@ -58,19 +60,19 @@ def test_only_the_whole_word_takes_the_position(line):
     machine = Machine()
     machine.line("$X")
     assert machine.line(line)[-1].startswith("error:")
-    assert machine.line("G00 X1")[-1] == "error:54"
+    assert machine.line("G00 X1")[-1] == error_line("position_lost")
 
 
 def test_a_locked_machine_does_not_take_it():
     machine = Machine()
-    assert machine.line("$POSITION=HERE")[-1] == "error:37"
+    assert machine.line("$POSITION=HERE")[-1] == error_line("locked")
 
 
 def test_a_machine_that_moves_does_not_take_it(machine):
     machine.library.gk_speed(0)
     enter(machine, "G01 X1 F60")
     assert machine.line("$POSITION=HERE") == [
-        "[MSG:the machine moves, or a program runs.]", "error:38"]
+        "[MSG:the machine moves, or a program runs.]", error_line("busy")]
     machine.library.gk_speed(50)
     machine.run(2000)
     enter(machine, "$POSITION=HERE")
@@ -79,7 +81,7 @@ def test_a_machine_that_moves_does_not_take_it(machine):
 def test_pulses_on_their_way_are_motion_too(machine):
     """The ramp still holds some although the path has been commanded to its end."""
     machine.library.gk_moving(1)
-    assert machine.line("$POSITION=HERE")[-1] == "error:38"
+    assert machine.line("$POSITION=HERE")[-1] == error_line("busy")
     assert machine.line("?")[-1].startswith("<Run|")
     machine.library.gk_moving(0)
     machine.state("stopping")
@@ -94,7 +96,8 @@ def test_a_locked_machine_comes_to_rest_before_it_is_unlocked(machine):
     machine.library.gk_moving(1)
     machine.event("halt", 1)
     machine.run(300)
-    assert machine.line("$X") == ["[MSG:the machine is still coming to rest.]", "error:37"]
+    assert machine.line("$X") == ["[MSG:the machine is still coming to rest.]",
+                                  error_line("locked")]
     machine.library.gk_moving(0)
     enter(machine, "$X")
 
@@ -124,7 +127,7 @@ def test_the_first_of_two_alarms_is_told(machine):
     machine.send(b"\x18")
     lines = machine.run(2000)
     (alarm,) = events(lines, "alarm")
-    assert alarm[1:] == ["47", "reset by the operator during motion."]
+    assert alarm[1:] == [str(alarm_number("reset")), "reset by the operator during motion."]
     assert not [line for line in lines if line.startswith("[MSG")]
 
 
@@ -138,11 +141,11 @@ def test_what_a_trip_does_to_the_position(machine, cause):
     lost = cause in LOSES
     assert alarm[2].endswith(f"the position is {'lost' if lost else 'kept'}.")
     assert machine.line("$X")[-1] == "ok"
-    assert machine.line("G00 X1")[-1] == ("error:54" if lost else "ok")
+    assert machine.line("G00 X1")[-1] == (error_line("position_lost") if lost else "ok")
 
 
 def test_axes_driven_by_steps_lose_it_at_any_trip(machine):
-    enter(machine, "$16=1")
+    enter(machine, assign("step_axes", 1))
     machine.library.gk_trip(CAUSE["estop"], 0)
     assert events(machine.run(200), "alarm")[0][2].endswith("the position is lost.")
 
@@ -151,10 +154,10 @@ def test_a_miscount_that_comes_later_than_the_trip_loses_it_too(machine):
     machine.library.gk_trip(CAUSE["estop"], 0)
     machine.run(200)
     machine.library.gk_live(1 << CAUSE["encoder"])
-    assert machine.line("$X")[-1] == "error:40"
+    assert machine.line("$X")[-1] == error_line("trip")
     machine.library.gk_live(0)
     assert machine.line("$X")[-1] == "ok"
-    assert machine.line("G00 X1")[-1] == "error:54"
+    assert machine.line("G00 X1")[-1] == error_line("position_lost")
 
 
 # ---- arming
@@ -164,7 +167,8 @@ def test_the_discharge_needs_a_hand_at_the_machine():
     machine = Machine()
     enter(machine, "$X", "$POSITION=HERE", *BURNS[:2])
     assert machine.line("M03") == [
-        "[MSG:the discharge is not armed: press the button ARM at the machine.]", "error:53"]
+        "[MSG:the discharge is not armed: press the button ARM at the machine.]",
+        error_line("not_armed")]
     machine.library.gk_arm()
     enter(machine, "M03")
     assert "discharge" in machine.flags
@@ -175,7 +179,7 @@ def test_a_tape_that_is_not_armed_ends_at_its_m03():
     enter(machine, "$X", "$POSITION=HERE")
     machine.tape(punched([*BURNS, "G01 X1 F60", "M02"]), passes=2000)
     (alarm,) = events(machine.lines, "alarm")
-    assert alarm[1] == "53"
+    assert alarm[1] == str(alarm_number("not_armed"))
     assert alarm[2].startswith("Block 4: the discharge is not armed")
     assert machine.axes == (0, 0, 0)
 
@@ -194,47 +198,51 @@ def test_alarms_resets_and_trips_disarm(machine, how):
     assert "discharge" not in machine.flags
     assert "|Armed" not in machine.line("?")[-1]
     enter(machine, "$X")
-    assert machine.line("M03")[-1] == "error:53"
+    assert machine.line("M03")[-1] == error_line("not_armed")
 
 
 # ---- what guards the machine
 
 
-@pytest.mark.parametrize("setting", ["$0=32", "$4=50000", "$8=0", "$10=1000000", "$13=2000",
-                                     "$16=4", "$17=4", "$26=0", "$35=0", "$44=0", "$56=60"])
+@pytest.mark.parametrize("setting", [assign("short_needed", 32), assign("blanking_ns", 50_000),
+                                     assign("repeats", 0), assign("start_speed_um_s", 1_000_000),
+                                     assign("follow_stopped", 2000),
+                                     assign("step_axes", 4), assign("reversed_encoders", 4),
+                                     assign("fluid_required", 0), assign("no_discharge_um", 0),
+                                     assign("no_progress_s", 0), assign("loop_gain", 60)])
 def test_what_guards_the_machine_stays_while_it_machines(machine, setting):
     enter(machine, *BURNS)
     number = setting[1:].partition("=")[0]
     assert machine.line(setting) == [
-        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", "error:38"]
-    enter(machine, "$33=40", "M05", setting)
+        f"[MSG:setting {number} guards the machine: M05 and rest come first.]", error_line("busy")]
+    enter(machine, assign("servo_window", 40), "M05", setting)
 
 
 def test_what_guards_the_machine_stays_while_it_moves(machine):
     machine.library.gk_moving(1)
-    assert machine.line("$17=4")[-1] == "error:38"
-    enter(machine, "$33=40")
+    assert machine.line(assign("reversed_encoders", 4))[-1] == error_line("busy")
+    enter(machine, assign("servo_window", 40))
     machine.library.gk_moving(0)
-    enter(machine, "$17=4")
+    enter(machine, assign("reversed_encoders", 4))
 
 
 def test_what_guards_the_machine_reaches_the_gateware(machine):
     words = (ctypes.c_uint32 * 7)()
-    enter(machine, "$13=300", "$14=4000")
+    enter(machine, assign("follow_stopped", 300), assign("follow_moving", 4000))
     machine.library.gk_guards(words)
     assert [*words] == [1, *[300, 4000] * 3]
-    enter(machine, "$26=0")
+    enter(machine, assign("fluid_required", 0))
     machine.library.gk_guards(words)
     assert words[0] == 0
-    enter(machine, "$26=1")
+    enter(machine, assign("fluid_required", 1))
     machine.library.gk_guards(words)
     assert words[0] == 1
 
 
 def test_what_is_masked_is_told_in_every_report(machine):
     assert "|Off" not in machine.line("?")[-1]
-    enter(machine, "$26=0", "$44=0", "$16=5")
+    enter(machine, assign("fluid_required", 0), assign("no_progress_s", 0), assign("step_axes", 5))
     assert machine.line("?")[-1].endswith("|Off:fluid,no progress,coder X,coder Z>")
-    enter(machine, "$8=0", "$35=0", "$16=7")
+    enter(machine, assign("repeats", 0), assign("no_discharge_um", 0), assign("step_axes", 7))
     assert machine.line("?")[-1].endswith(
         "|Off:repeats,fluid,no discharge,no progress,coder X,coder Y,coder Z>")

@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import pytest
 
+from softcore.tables.faults import alarm_number
+from softcore.tables.settings import assign
 from testbench.firmware import Arc, Machine, Move, events
 from testbench.models.arc import Piece
 from testbench.programs import punched
@@ -131,7 +133,7 @@ def test_window_covers_both_sides(machine):
 
 
 def test_before_the_first_point_lies_the_way_up_to_the_soft_limit(machine):
-    machine.line("$15=3000")
+    machine.line(assign("soft_limit_um", 3000))
     machine.line("G00 Z1")
     load(machine, "G01 X1 F60", "M02")
     assert machine.bound("behind") == machine.bound("floor") == -20_000
@@ -188,7 +190,7 @@ def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine, limi
     machine.tape(punched([DATA.format(limit=limit, more=""), "G91 G01 F60", *blocks, "M02"]),
                  passes=20_000)
     alarm = events(machine.lines, "alarm")[0]
-    assert alarm[1] == "35"
+    assert alarm[1] == str(alarm_number("history"))
     assert "limit" in alarm[2]
     # One unit is kept free for an arc, the virtual block before the first point takes another.
     assert machine.axes[0] == (RING - 2) * 100
@@ -376,7 +378,7 @@ def test_blocks_are_numbered_by_their_first_segment(machine):
 
 def test_tangent_junctions_do_not_bound_the_speed(machine):
     """Line, quarter, line: only the last junction is a corner; inside the arc there is none."""
-    machine.line("$57=0")
+    machine.line(assign("arc_deviation_nm", 0))
     radius = 40_000
     program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0),
                                 line(1000, 0, 0)])
@@ -411,7 +413,7 @@ def speed_on_arc(radius, *settings, clock_hz=50_000_000):
 @pytest.mark.parametrize(("radius", "speed"), [(2500, 15.8), (500, 10.0)])
 def test_speed_on_an_arc_is_bounded_by_the_acceleration(radius, speed):
     """It is the speed squared over the radius, here 1 m/s2, and up to 10 mm/s there is no bound."""
-    assert speed_on_arc(radius, "$57=0") == pytest.approx(speed, rel=0.002)
+    assert speed_on_arc(radius, assign("arc_deviation_nm", 0)) == pytest.approx(speed, rel=0.002)
 
 
 @pytest.mark.parametrize(("radius", "gain", "deviation_um"), [
@@ -419,7 +421,7 @@ def test_speed_on_an_arc_is_bounded_by_the_acceleration(radius, speed):
 ])
 def test_lag_of_the_servo_leads_inside_an_arc_by_the_deviation_at_most(radius, gain, deviation_um):
     """The lag of a loop of first order, in closed form."""
-    speed = speed_on_arc(radius, f"$56={gain}", f"$57={deviation_um * 1000:.0f}")
+    speed = speed_on_arc(radius, assign("loop_gain", gain), f"$457={deviation_um * 1000:.0f}")
     radius_um = radius / 10
     inside = radius_um * (1 - 1 / math.hypot(1, speed * 1000 / radius_um / gain))
     assert inside <= deviation_um
@@ -428,7 +430,7 @@ def test_lag_of_the_servo_leads_inside_an_arc_by_the_deviation_at_most(radius, g
 
 def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():
     """In the simulation's slow clock: a piece of 1/32 of a turn in 22 000 clocks."""
-    speed = speed_on_arc(500, "$57=0", clock_hz=2_000_000)
+    speed = speed_on_arc(500, assign("arc_deviation_nm", 0), clock_hz=2_000_000)
     assert speed == pytest.approx(math.tau * 0.05 / 32 / 22_000 * 2_000_000, rel=0.01)
 
 

@@ -8,6 +8,8 @@ import pytest
 from host.roughing.basic import read_all
 from host.roughing.roughing import condition, program
 from host.roughing.staircase import Job, plan
+from softcore.tables.faults import error_line
+from softcore.tables.settings import assign
 from testbench.firmware import ACTS, Checker, Machine, events
 from testbench.planner import lines
 from testbench.programs import punched
@@ -145,7 +147,7 @@ def test_a_plan_outlives_a_reset_and_other_data_but_not_another_planning(machine
     machine.unlock()
     assert machine.line("$BD0,1")[-1] == "ok"
     assert machine.line("G39 P1")[-1] == "ok"
-    assert machine.line(PLAN)[-1] == "error:39"
+    assert machine.line(PLAN)[-1] == error_line("table")
     assert machine.line("G39 P1")[-1] == "ok", "nothing was planned instead"
 
 
@@ -156,43 +158,45 @@ def test_while_a_planning_is_not_over_there_is_nothing(machine):
     machine.send(b"\x18")
     machine.run(400)
     machine.unlock()
-    assert machine.line("G39 P1") == [f"[MSG:MDI, character 5: {NOTHING}]", "error:33"]
-    assert machine.line("$BP70,40,15", PASSES)[-1] == "error:39"
-    assert machine.line("G39 P1")[-1] == "error:33"
+    assert machine.line("G39 P1") == [f"[MSG:MDI, character 5: {NOTHING}]", error_line("condition")]
+    assert machine.line("$BP70,40,15", PASSES)[-1] == error_line("table")
+    assert machine.line("G39 P1")[-1] == error_line("condition")
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     assert machine.line("G39 P1")[-1] == "ok"
 
 
 def test_a_supply_that_lacks_a_current_has_no_series(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
-    machine.line("$55=1000")
-    assert machine.line("G39 P1")[-1] == "error:33", "planned for another supply"
+    machine.line(assign("current_step_ma", 1000))
+    assert machine.line("G39 P1")[-1] == error_line("condition"), "planned for another supply"
     assert machine.line(PLAN, PASSES)[-2:] == [
         "[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]", "ok"]
-    assert machine.line("G39 P1")[-1] == "error:33"
-    machine.line("$55=750")
+    assert machine.line("G39 P1")[-1] == error_line("condition")
+    machine.line(assign("current_step_ma", 750))
     assert machine.line(PLAN, PASSES)[-2] == "[MSG:IP 6 to 15.0000 mm]"
     assert events(machine.line("G39 P1"), "condition") == [["condition", "908", "8000"]]
     assert machine.power["level"] == 16
-    machine.line("$55=1500")
+    machine.line(assign("current_step_ma", 1500))
     machine.line("G10 C130 I5")
     assert "not set to all" in machine.line(PLAN, PASSES)[-2], "C130 has another current by hand"
 
 
-@pytest.mark.parametrize(("block", "code", "words"), [
-    ("G39 P1", 33, f"MDI, character 5: {NOTHING}"),
-    ("G39 P2", 11, "MDI, character 5: G39 takes P1 only: what has been planned last."),
-    ("G39 P1.5", 11, "G39 takes P1 only"),
-    ("G39 P-1", 11, "MDI, character 6: the word P takes no sign."),
-    ("G39 P1 Z-1", 14, "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
-    ("G39 P1 C100", 14, "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
-    ("G39 P1 M03", 17, "a G39 block carries no other word"),
+@pytest.mark.parametrize(("block", "name", "words"), [
+    ("G39 P1", "condition", f"MDI, character 5: {NOTHING}"),
+    ("G39 P2", "number", "MDI, character 5: G39 takes P1 only: what has been planned last."),
+    ("G39 P1.5", "number", "G39 takes P1 only"),
+    ("G39 P-1", "number", "MDI, character 6: the word P takes no sign."),
+    ("G39 P1 Z-1", "conflict",
+     "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
+    ("G39 P1 C100", "conflict",
+     "MDI, character 8: G39 P1 takes depths and conditions from what has been"),
+    ("G39 P1 M03", "place", "a G39 block carries no other word"),
 ])
-def test_bad_words_get_one_sentence(block, code, words):
+def test_bad_words_get_one_sentence(block, name, words):
     ready = Machine()
     ready.unlock()
     said = ready.line(block)
-    assert said[-1] == f"error:{code}"
+    assert said[-1] == error_line(name)
     assert words in said[0]
     assert len(said) == 2
 
@@ -202,15 +206,15 @@ def test_a_law_needs_its_reference_in_every_step(machine):
     for line in ("G10 C900 I1 P20 Q60 V9", "C900", "G95 P2"):
         assert machine.line(line)[-1] == "ok"
     said = machine.line("G39 P1")
-    assert said[-1] == "error:33"
+    assert said[-1] == error_line("condition")
     assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in said[0]
 
 
 def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
-    machine.line("$4=1000000")
-    assert machine.line("G39 P1")[-1] == "error:33"
-    machine.line("$4=3000")
+    machine.line(assign("blanking_ns", 1_000_000))
+    assert machine.line("G39 P1")[-1] == error_line("condition")
+    machine.line(assign("blanking_ns", 3000))
     assert machine.line("G39 P1")[-1] == "ok"
 
 
@@ -238,7 +242,7 @@ def test_a_checked_tape_is_refused_for_what_is_wrong_without_a_plan_too(checker,
 def test_settings_by_hand_are_in_force_in_a_check(checker):
     rows = punched(["G10 C900 I6.5 P20 Q60", "C900", "M02"])
     assert "1500 mA each" in checker.check(rows).sentence
-    assert checker.enter("$55=750") == ""
+    assert checker.enter(assign("current_step_ma", 750)) == ""
     assert isinstance(checker.check(rows), list)
     assert checker.enter("G10 C901 I.5 P20 Q60") == ""
     assert isinstance(checker.check(rows), list), "a line by hand leaves them"
@@ -247,9 +251,9 @@ def test_settings_by_hand_are_in_force_in_a_check(checker):
 
 
 @pytest.mark.parametrize(("line", "why"), [
-    ("$55", "MDI, character 3: a setting reads $number=value."),
-    ("$55=7x", "MDI, character 5: a setting reads $number=value."),
-    ("$55=0", "setting 55 does not exist or is out of range."),
+    ("$455", "MDI, character 4: a setting reads $number=value."),
+    ("$455=7x", "MDI, character 6: a setting reads $number=value."),
+    ("$455=0", "setting 455 does not exist or is out of range."),
     ("$999=1", "setting 999 does not exist or is out of range."),
     ("$BP70,110,15", "of the lines with $ a check takes settings only."),
     ("$", "of the lines with $ a check takes settings only."),
@@ -265,5 +269,5 @@ def test_what_is_planned_anew_says_nothing_of_what_is_in_force(machine):
     assert "ok" in machine.line("G39 P1")
     assert "[MSG:IP 12 to 1.3980 mm]" in machine.line("$BP70,150,15", PASSES)[1]
     said = machine.line("G95 P2")
-    assert said[-1] == "error:33"
+    assert said[-1] == error_line("condition")
     assert "which the condition C908 does not have" in said[0]

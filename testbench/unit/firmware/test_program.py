@@ -5,6 +5,8 @@ from itertools import pairwise
 
 import pytest
 
+from softcore.tables.faults import alarm_number, error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import damage, program, punched
 
@@ -108,7 +110,7 @@ def test_damaged_block_leaves_the_held_move_undone(machine):
 
 def test_wire_offset_is_for_tapes(machine):
     machine.line("G10 D1 R.1")
-    assert machine.line("G41 D1 G00 X1")[-1] == "error:19"
+    assert machine.line("G41 D1 G00 X1")[-1] == error_line("refused")
     assert machine.axes == (0, 0, 0)
 
 
@@ -153,7 +155,7 @@ def test_discharge_returns_after_the_stop(machine):
 
 def test_optional_stop(machine):
     assert names(run(machine, "M01", "M02"))[-1] == "end"
-    machine.line("$24=1")
+    machine.line(assign("optional_stop", 1))
     assert names(run(machine, "M01", "M02"))[-1] == "pause"
 
 
@@ -215,14 +217,14 @@ def test_damaged_tapes_stop_where_the_model_stands(rng):
 
 def test_alarm_ends_the_tape_and_unlock_allows_another(machine):
     run(machine, "G77", "M02")
-    assert machine.line("G92 X0")[-1] == "error:37"
+    assert machine.line("G92 X0")[-1] == error_line("locked")
     assert events(run(machine, "M02"), "alarm") == []
     assert "[MSG:the machine is locked; unlock it with $X first.]" in machine.lines
     assert machine.line("$X") == ["ok"]
     assert names(run(machine, "G00 X1", "M02"))[-1] == "end"
 
 
-@pytest.mark.parametrize(("detail", "code"), [(1, 41), (2, 42), (3, 43), (4, 44)])
+@pytest.mark.parametrize(("detail", "code"), [(1, 141), (2, 142), (3, 143), (4, 144)])
 def test_halt_of_the_gateware_is_an_alarm(machine, detail, code):
     machine.library.gk_speed(0)
     run(machine, DATA, "C100 M03", "G01 Z-1 F6", "M02")
@@ -262,7 +264,7 @@ def test_trip_is_an_alarm_and_position_is_taken_anew(machine, cause, words):
     assert 0 < stopped < 10_000
     machine.library.gk_live(1 << cause)
     assert "|Er:5,5,5|" in machine.line("?")[-1]
-    assert machine.line("$X")[-1] == "error:40"
+    assert machine.line("$X")[-1] == error_line("trip")
     machine.library.gk_live(0)
     assert machine.line("$X")[-1] == "ok"
     assert "|Er:0,0,0|" in machine.line("?")[-1], "taken over before the drives are enabled"
@@ -276,7 +278,7 @@ def test_machine_side_that_does_not_answer(machine):
     machine.library.gk_fin(0xFFFFFFFF)
     lines = run(machine, "M77", "G00 X1", "M02")
     assert events(lines, "alarm")[0][1:] == [
-        "45", "Block 2: the machine side did not answer M77 in time."]
+        str(alarm_number("fin")), "Block 2: the machine side did not answer M77 in time."]
     assert machine.axes[0] == 0
 
 
@@ -294,7 +296,7 @@ def test_reset_during_motion_is_an_alarm(machine):
     run(machine, "G01 X1 F6", "M02", passes=20)
     machine.send(b"\x18")
     lines = machine.run(100)
-    assert events(lines, "alarm")[0][1] == "47"
+    assert events(lines, "alarm")[0][1] == str(alarm_number("reset"))
     assert lines[-1].startswith("Grbl ")
 
 
@@ -354,7 +356,7 @@ def test_processor_sleeps_only_when_there_is_nothing_to_do(machine):
 def test_block_skip(machine):
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 0
-    machine.line("$23=0")
+    machine.line(assign("block_skip", 0))
     run(machine, "/ G00 X1", "M02")
     assert machine.axes[0] == 10_000
 
@@ -374,7 +376,7 @@ def test_lines_by_hand_move_too(machine):
     assert machine.line("G00 X1") == ["ok"]
     assert machine.line("G01 X2 F60 (slow)") == ["ok"]
     assert machine.axes[0] == 20_000
-    assert machine.line("X A1")[-1] == "error:11"
+    assert machine.line("X A1")[-1] == error_line("number")
     assert machine.line("?")[-1].startswith("<Idle|MPos:2.0000,0.0000,0.0000|")
     assert names(run(machine, "G91 G00 X1", "M02"))[-1] == "end"
     assert machine.axes[0] == 30_000

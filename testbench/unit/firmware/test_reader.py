@@ -9,7 +9,7 @@ from testbench.programs import punched
 
 PROGRAM = ["N10 G21 G90", "N20 C130", "N30 G36 R300 L.5 H600 E60 Q.1", "N40 M03",
            "N50 G01 Z-.5 F6 (DEEP)", "N60 M30"]
-NO_START, PARITY, BLANK, CODE, TV, TOO_LONG, NO_END = range(1, 8)
+NO_START, PARITY, BLANK, CODE, TV, TOO_LONG, NO_END = range(101, 108)
 
 
 @pytest.fixture(scope="module")

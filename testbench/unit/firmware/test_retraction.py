@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import pytest
 
+from softcore.tables.faults import error_line
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -113,7 +114,7 @@ def test_a_speed_may_be_the_highest_and_no_more(machine, letter):
     assert machine.line(f"G36 {' '.join(words)} L5 Q.5")[-1] == "ok"
     assert machine.line(f"G36 {letter}1800.001") == [
         f"[MSG:MDI, character 5: the speed {letter} is above the machine's 1800 mm/min.]",
-        "error:32"]
+        error_line("retraction")]
 
 
 def test_low_speed_above_the_start_stop_speed_gets_its_braking_distance(machine):
@@ -148,7 +149,7 @@ def test_a_machine_without_a_jump_axis_has_no_ceiling():
     wire = Machine(jump_axis=15)
     wire.unlock()
     lines = wire.line("G36 R300 L1 H600 E60 Q.1 Z5")
-    assert lines[-1] == "error:19"
+    assert lines[-1] == error_line("refused")
     assert "character 26: the ceiling Z is for machines with a jump axis (sinkers)" in lines[0]
     assert wire.line("G36 R300 L1 H600 E60 Q.1")[-1] == "ok"
     wire.tape(punched(["G36 L.5", "G36 Z1", "M02"]), passes=400)

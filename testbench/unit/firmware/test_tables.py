@@ -9,14 +9,14 @@ import pytest
 from softcore import image, render
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
-from softcore.tables.faults import FAULTS
+from softcore.tables.faults import FAULTS, error_line
 from softcore.tables.settings import SETTINGS
 from testbench.firmware import Machine, events
 from testbench.unit.project.test_tables import altered
 
 SETTINGS_NEW = altered(SETTINGS, "no_progress_s", number=464, title="new title", unit="min",
                        default=5, highest=7)
-FAULTS_NEW = altered(altered(FAULTS, "locked", number=137), "not_armed", number=153,
+FAULTS_NEW = altered(altered(FAULTS, "locked", grbl_error=7), "not_armed", number=253,
                      sentence="press the button")
 EVENTS_NEW = altered(EVENTS, "resume", number=44, word="on")
 CONDITIONS_NEW = (replace(CONDITIONS[0], number=105), *CONDITIONS[1:])
@@ -29,6 +29,7 @@ def machine(tmp_path_factory):
     sources = folder / "firmware"
     shutil.copytree(image.SOURCES, sources)
     for name, text in (("base/settings_table.c", render.settings_source(SETTINGS_NEW)),
+                       ("base/settings_table.h", render.settings_header(SETTINGS_NEW)),
                        ("base/fault_codes.h", render.faults_header(FAULTS_NEW)),
                        ("hal/event_kinds.h", render.events_header(EVENTS_NEW)),
                        ("gap/built_in.h", render.conditions_header(CONDITIONS_NEW))):
@@ -38,16 +39,17 @@ def machine(tmp_path_factory):
         patch.setattr(image, "SOURCES", sources)
         patch.setattr(image, "BUILD", folder / "build")
         made = Machine()
-    assert made.line("G00 X1")[-1] == "error:137", "it is locked"
+    assert made.line("G00 X1")[-1] == "error:7", "it is locked"
     assert made.line("$X")[-1] == "ok"
     assert made.line("$POSITION=HERE") == ["ok"]
     return made
 
 
 def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
-    assert machine.line("$44=5")[-1] == "error:36"
-    assert machine.line("$464=8")[-1] == "error:36"
-    assert "$464=5 (new title, min)" in machine.line("$$", passes=2000)
+    assert machine.line("$444=5")[-1] == error_line("setting")
+    assert machine.line("$464=8")[-1] == error_line("setting")
+    assert "$464=5" in machine.line("$$", passes=2000)
+    assert machine.line("$ES=464") == ["[SETTING:464|7|new title|min|5|#########0|0|7]", "ok"]
     assert machine.line("$464=0") == ["ok"]
     assert machine.line("?")[-1].endswith("|Off:no progress>")
     assert machine.line("$464=7") == ["ok"]
@@ -55,7 +57,7 @@ def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
 
 def test_a_refusal_has_the_number_and_the_sentence_of_its_row(machine):
     assert machine.line("C110")[-1] == "ok"
-    assert machine.line("M03") == ["[MSG:press the button.]", "error:153"]
+    assert machine.line("M03") == ["[MSG:press the button.]", "error:253"]
 
 
 def test_an_event_has_the_number_and_the_word_of_its_row(machine):
@@ -67,4 +69,4 @@ def test_an_event_has_the_number_and_the_word_of_its_row(machine):
 
 def test_a_condition_has_the_number_of_its_row(machine):
     assert machine.line("C105")[-1] == "ok"
-    assert machine.line("C100")[-1] == "error:33"
+    assert machine.line("C100")[-1] == error_line("condition")

@@ -6,6 +6,8 @@ import ctypes
 import pytest
 
 from softcore.tables.causes import numbers
+from softcore.tables.faults import alarm_number, error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
 from testbench.programs import punched
 
@@ -36,18 +38,21 @@ def alarm(machine, cause, axes=0):
 def test_limits_and_gain_are_written_as_delivered():
     machine = Machine()
     assert words(machine, 0) == words(machine, 1) == (-2_990_000, 2_990_000, 1678)
-    assert words(machine, 2) == (-2_990_000, 1_000_000, 1678), "the jump axis, by setting 15 too"
+    assert words(machine, 2) == (-2_990_000, 1_000_000, 1678), "the jump axis, by setting 415 too"
     assert words(Machine(jump_axis=15), 2) == (-2_990_000, 2_990_000, 1678)
 
 
 def test_settings_of_the_limits(machine):
-    for line in ("$58=1000", "$59=0", "$60=70000", "$61=3000", "$62=4000", "$63=5000", "$56=400"):
+    for line in (assign("low_x_um", 1000), assign("low_y_um", 0), assign("low_z_um", 70_000),
+                 assign("high_x_um", 3000), assign("high_y_um", 4000), assign("high_z_um", 5000),
+                 assign("loop_gain", 400)):
         assert machine.line(line) == ["ok"]
     assert [words(machine, axis) for axis in range(3)] == [
         (-10_000, 30_000, 13_422), (0, 40_000, 13_422), (-700_000, 50_000, 13_422)]
-    assert machine.line("$15=2000") == ["ok"]
+    assert machine.line(assign("soft_limit_um", 2000)) == ["ok"]
     assert words(machine, 2)[1] == 20_000, "the lower of the two bounds the jump axis"
-    assert machine.line("$56=401")[-1] == "error:36", "more than the gateware can express"
+    refused = error_line("setting")
+    assert machine.line("$456=401")[-1] == refused, "more than the gateware can express"
 
 
 @pytest.mark.parametrize(("line", "sentence"), [
@@ -58,23 +63,24 @@ def test_settings_of_the_limits(machine):
     ("G91 G00 X-0.6 Y-2.2 Z-5.2", "Z is beyond the travel"),
 ])
 def test_a_block_beyond_the_limits_is_refused(machine, line, sentence):
-    for setting in ("$58=1000", "$61=2000", "$59=3000", "$62=100", "$60=5000"):
+    for setting in (assign("low_x_um", 1000), assign("high_x_um", 2000), assign("low_y_um", 3000),
+                    assign("high_y_um", 100), assign("low_z_um", 5000)):
         machine.line(setting)
     said = machine.line(line)
-    assert said[-1] == "error:34"
+    assert said[-1] == error_line("travel")
     assert sentence in said[-2]
     assert machine.axes == (0, 0, 0)
 
 
 def test_the_limits_themselves_can_be_reached_and_left(machine):
-    for setting in ("$58=1000", "$61=2000"):
+    for setting in (assign("low_x_um", 1000), assign("high_x_um", 2000)):
         machine.line(setting)
     assert machine.line("G00 X2") == machine.line("G00 X-1") == ["ok"]
     assert machine.axes[0] == -10_000
-    assert machine.line("$58=500") == ["ok"]
-    assert machine.line("G00 X-1.2")[-1] == "error:34"
+    assert machine.line(assign("low_x_um", 500)) == ["ok"]
+    assert machine.line("G00 X-1.2")[-1] == error_line("travel")
     assert machine.line("G00 X-0.8") == ["ok"], "from outside it may come back"
-    assert machine.line("G00 X-0.9")[-1] == "error:34"
+    assert machine.line("G00 X-0.9")[-1] == error_line("travel")
     assert machine.axes[0] == -8000
 
 
@@ -82,15 +88,16 @@ def test_the_limits_themselves_can_be_reached_and_left(machine):
 def test_the_way_off_a_limit_switch(machine, low, high, way, end):
     machine.library.gk_switches(low, high)
     assert alarm(machine, f"limit_{'high' if high else 'low'}", Z) == (
-        40, f"interlock: an axis is on its {end} limit switch (axis Z); the position is kept.")
+        alarm_number("limit"),
+        f"interlock: an axis is on its {end} limit switch (axis Z); the position is kept.")
     said = machine.line("$X")
     assert said == [f"[MSG:On the {end} limit switch of axis Z: only away from it, slowly, without "
                     "discharge.]", "ok"]
     said = machine.line(f"G00 Z{way}")
     assert said == [f"[MSG:MDI, character 5: Z leads further onto its {end} limit switch.]",
-                    "error:34"]
+                    error_line("travel")]
     assert machine.line("C100 M03")[-2:] == [
-        "[MSG:M03 has to wait until the limit switch is left.]", "error:37"]
+        "[MSG:M03 has to wait until the limit switch is left.]", error_line("locked")]
     assert "only a line leads off a limit switch" in machine.line("G18 G02 X1 R1 F60")[-2]
     assert machine.line(f"G00 Z{-way}") == machine.line("G00 X3") == ["ok"]
     assert machine.axes == (30_000, 0, -way * 10_000)
@@ -105,7 +112,7 @@ def test_a_limit_switch_is_not_left_while_something_else_is_wrong(machine):
     machine.library.gk_live(1 << NUMBER["estop"])
     alarm(machine, "estop")
     said = machine.line("$X")
-    assert said == ["[MSG:the interlock stays open: emergency stop.]", "error:40"]
+    assert said == ["[MSG:the interlock stays open: emergency stop.]", error_line("trip")]
 
 
 def test_a_program_does_not_discharge_on_a_limit_switch(machine):
@@ -114,7 +121,7 @@ def test_a_program_does_not_discharge_on_a_limit_switch(machine):
     machine.line("$X")
     lines = machine.tape(punched(["G36 R300 L.5 H600 E60 Q.1", "C100", "G00 Z-1", "M03", "M02"]))
     assert events(lines, "alarm")[-1][1:] == [
-        "37", "Block 5: M03 has to wait until the limit switch is left."]
+        str(alarm_number("locked")), "Block 5: M03 has to wait until the limit switch is left."]
     assert "discharge" not in machine.flags
 
 
@@ -128,7 +135,8 @@ CHECKS = ("", "it does not go as its drive is told", "both phases are silent", "
 def test_a_trip_by_a_coder_names_axis_and_check(machine, axis, check):
     machine.library.gk_check_found(axis, check)
     assert alarm(machine, "coder", 1 << axis) == (
-        40, f"interlock: coder of axis {'XYZ'[axis]}: {CHECKS[check]}; the position is lost.")
+        alarm_number("trip"),
+        f"interlock: coder of axis {'XYZ'[axis]}: {CHECKS[check]}; the position is lost.")
 
 
 @pytest.mark.parametrize(("cause", "axes", "sentence"), [
@@ -153,7 +161,8 @@ def test_a_trip_by_a_coder_names_axis_and_check(machine, axis, check):
                   "position is lost"),
 ])
 def test_a_trip_names_its_axes(machine, cause, axes, sentence):
-    assert alarm(machine, cause, axes) == (40, f"interlock: {sentence}.")
+    code = alarm_number("limit" if cause.startswith("limit") else "trip")
+    assert alarm(machine, cause, axes) == (code, f"interlock: {sentence}.")
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -164,8 +173,9 @@ def test_an_axis_that_is_not_where_the_path_ends_is_an_alarm(machine, axis):
     assert not events(machine.run(5), "alarm"), "on the way nobody can know"
     found, = events(machine.run(400), "alarm")
     assert found[1:] == [
-        "55", f"the command of axis {'XYZ'[axis]} is -0.0003 mm from where the path ends."]
-    assert machine.line("G00 X0")[-1] == "error:37"
+        str(alarm_number("guard")),
+        f"the command of axis {'XYZ'[axis]} is -0.0003 mm from where the path ends."]
+    assert machine.line("G00 X0")[-1] == error_line("locked")
     assert "the position is lost" in machine.line("$X")[0]
 
 
@@ -176,7 +186,7 @@ def test_a_machine_that_stands_where_it_should_move_is_an_alarm(machine):
     machine.library.gk_stuck(1)
     assert not events(machine.run(350), "alarm"), "200 ms, and four pulses"
     found, = events(machine.run(100), "alarm")
-    assert found[1:] == ["56", "nothing moves", " although the path goes on."]
+    assert found[1:] == [str(alarm_number("stuck")), "nothing moves", " although the path goes on."]
 
 
 def test_the_slower_the_feed_the_longer_it_may_take(machine):
@@ -186,7 +196,7 @@ def test_the_slower_the_feed_the_longer_it_may_take(machine):
     machine.library.gk_stuck(1)
     # A pulse in 1.2 million clocks: a pass is 1000.
     assert not events(machine.run(4700), "alarm")
-    assert events(machine.run(1000), "alarm")[0][1] == "56"
+    assert events(machine.run(1000), "alarm")[0][1] == str(alarm_number("stuck"))
 
 
 @pytest.mark.parametrize("reason", ["hold", "end", "events"])

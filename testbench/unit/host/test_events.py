@@ -14,6 +14,8 @@ from host.run.retractions import collect, most_telling
 from host.run.run import Run, count_retractions, write_events
 from host.tape.codes import ISO
 from host.tape.tape import encode
+from softcore.tables.faults import alarm_line, error_line
+from softcore.tables.settings import assign
 from testbench.models.controller import Controller, Pipe
 
 SCALE = Scale(clock_hz=2_000_000)
@@ -53,8 +55,8 @@ PLACE = {"line": 7, "pos": {"x": 0.0, "y": -1.5, "z": 0.0003}}
     ("advance,4000000,7,0,-15000,3,h,4123,1000,600000",
      {"event": "readvance", "phase": "high", "from": 0.4123, "to": 0.1, "speed": 600.0}),
     ("resume,4000000,7,0,-15000,3", {"event": "resume"}),
-    ("alarm,4000000,7,0,-15000,3,32,Block 7 (N40), character 5: L is 0, and must not be.",
-     {"event": "alarm", "code": 32,
+    ("alarm,4000000,7,0,-15000,3,132,Block 7 (N40), character 5: L is 0, and must not be.",
+     {"event": "alarm", "code": 132,
       "text": "Block 7 (N40), character 5: L is 0, and must not be."}),
     ("end,4000000,7,0,-15000,3", {"event": "program_end"}),
 ])
@@ -76,14 +78,14 @@ def test_nonsense_is_refused(line):
 
 def test_blocks_are_counted_as_lines_of_the_source():
     scale = Scale(clock_hz=1, source=lambda block: block - 1)
-    event = parse("[E:alarm,1,7,0,0,0,15,Block 7 (N40), character 5: no. 12 is unknown.]", scale)
+    event = parse("[E:alarm,1,7,0,0,0,115,Block 7 (N40), character 5: no. 12 is unknown.]", scale)
     assert (event["line"], event["text"]) == (6, "Block 6 (N40), character 5: no. 12 is unknown.")
     assert parse("[E:end,1,0,0,0,0]", scale)["line"] == 0, "0 is no block of the tape"
 
 
 MACHINE = Machine("test", tomllib.loads(
     "clock_hz = 2000000\npulses_per_mm = 10000\ninitial_gap_um = 50\nremoval_scale = 1\n"
-    "[settings]\n0 = 4\n"))
+    "[settings]\n400 = 4\n"))
 TAPE = encode("%\nG01 Z-1\nM02\n")
 
 
@@ -131,47 +133,51 @@ def test_run_sets_up_as_an_operator_would():
     run = Run(MACHINE, TAPE, machine, mdi=["g36 r300", "G21"])
     assert run.execute() == "end"
     assert machine.armed
-    assert controller.lines == ["$X", "$POSITION=HERE", "$0=4", "G92 X0 Y0 Z0.0500", "G36 R300",
+    assert controller.lines == ["$X", "$POSITION=HERE", assign("short_needed", 4),
+                                "G92 X0 Y0 Z0.0500", "G36 R300",
                                 "G21"]
     assert controller.tape == TAPE.rows
     assert [event["event"] for event in run.events] == ["program_end"]
 
 
 def test_alarm_before_motion_is_a_rejected_tape():
-    _, machine = ended_by("[E:alarm,5,2,0,0,0,15,Block 2: no.]", "ALARM:15")
+    _, machine = ended_by("[E:alarm,5,2,0,0,0,115,Block 2: no.]", alarm_line("unknown"))
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "rejected"
-    assert run.alarm == {"code": 15, "text": "Block 2: no."}
+    assert run.alarm == {"code": 115, "text": "Block 2: no."}
     assert len(run.events) == 1
 
 
 def test_an_alarm_without_its_event_is_a_whole_event():
-    _, machine = ended_by("[E:block,5,2,0,0,0,G01 Z-1]", "[MSG:Still short.]", "ALARM:41")
+    _, machine = ended_by("[E:block,5,2,0,0,0,G01 Z-1]", "[MSG:Still short.]",
+                          alarm_line("halt_limit"))
     machine.place = -4
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "alarm"
-    assert list(run.events[-1]) == [*parse("[E:alarm,5,2,0,0,0,41,x]", SCALE)]
+    assert list(run.events[-1]) == [*parse("[E:alarm,5,2,0,0,0,141,x]", SCALE)]
     assert run.events[-1] | {"cycle": 0, "t": 0} == {
         "cycle": 0, "t": 0, "event": "alarm", "line": 2, "pos": {"x": 0.0, "y": 0.0, "z": 0.0496},
-        "code": 41, "text": "Still short."}
+        "code": 141, "text": "Still short."}
 
 
 def test_a_held_processor_is_an_alarm_of_the_machine():
     _, machine = ended_by("[E:block,5,2,0,0,0,G01 Z-1]", "[E:block,9",
-                          "ALARM:55 memory parity at 0x00012340")
+                          "ALARM:155 memory parity at 0x00012340")
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "alarm"
-    assert run.alarm == {"code": 55, "text": "memory parity at 0x00012340: the processor is held "
-                                             "until the controller is switched off and on."}
+    assert run.alarm == {"code": 155, "text": "memory parity at 0x00012340: the processor is held "
+                                              "until the controller is switched off and on."}
     assert [event["event"] for event in run.events] == ["block", "alarm"]
     assert run.events[-1]["line"] == 2
 
 
 @pytest.mark.parametrize(("place", "path", "code", "outcome"), [
-    (0,   0, 15, "rejected"),
-    (100, 0, 15, "rejected"),   # an encoder trembles; no block has asked for that
-    (0,   1, 15, "alarm"),      # one pulse, which the axis has not followed yet
-    (0,   0, 41, "alarm"),      # no fault of the tape's
+    (0,   0, 115, "rejected"),
+    (100, 0, 115, "rejected"),   # an encoder trembles; no block has asked for that
+    (0,   1, 115, "alarm"),      # one pulse, which the axis has not followed yet
+    (0,   0, 141, "alarm"),     # no fault of the tape's
+    (0,   0, 2, "rejected"),    # a number of grbl: the target is beyond the travel
+    (0,   0, 3, "alarm"),       # ... and the operator's reset
 ])
 def test_a_tape_is_rejected_only_before_its_first_pulse(place, path, code, outcome):
     _, machine = ended_by(f"[E:alarm,5,2,0,0,0,{code},Block 2: no.]")
@@ -225,12 +231,12 @@ def test_lines_by_hand_may_declare_another_zero():
 
 def test_refused_set_up_says_why():
     def script(controller, line):
-        if line.startswith("$0"):
-            controller.say("[MSG:setting 0 is out of range]")
-            return "error:36"
+        if line.startswith("$400"):
+            controller.say("[MSG:setting 400 is out of range]")
+            return error_line("setting")
         return "ok"
-    with pytest.raises(UsageError, match=r"^machine test: settings\.0 is refused by the "
-                                         r"controller: setting 0 is out of range$"):
+    with pytest.raises(UsageError, match=r"^machine test: settings\.400 is refused by the "
+                                         r"controller: setting 400 is out of range$"):
         Run(MACHINE, TAPE, Simulated(Controller(script=script))).execute()
 
 
@@ -238,7 +244,7 @@ def test_a_refused_line_by_hand_says_why():
     def script(controller, line):
         if line == "G77":
             controller.say("[MSG:MDI, character 1: the code G77 is unknown.]")
-            return "error:15"
+            return error_line("unknown")
         return "ok"
     with pytest.raises(UsageError, match=r'^the line "g77" entered by hand is refused by the '
                                          r"controller: MDI, character 1: the code G77 is unknown"):

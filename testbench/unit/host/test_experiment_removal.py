@@ -30,6 +30,7 @@ from host.experiments.removal import (
 )
 from host.machines import machine
 from host.tape.tape import decode
+from softcore.tables.settings import assign
 
 WIRE = machine.load("wire")
 WAY = 1.0
@@ -167,9 +168,9 @@ def test_gain_is_tried_on_another_stock():
 
 def test_references_and_gains():
     # Es 2 V at 12 mm/min: 6 mm/min for a volt. P2 stands at twice the drop.
-    assert settings_for(Trial(PLAN, "step", "P3", 1, gain=0.5)) == ["$46=6000", "$47=3000",
-                                                                   "$53=1"]
-    assert settings_for(Trial(PLAN, "step", "P3", 1))[1] == "$47=1"
+    assert settings_for(Trial(PLAN, "step", "P3", 1, gain=0.5)) == [
+        assign("law_gain_zero", 6000), assign("law_gain_feed", 3000), assign("law_no_load", 1)]
+    assert settings_for(Trial(PLAN, "step", "P3", 1))[1] == assign("law_gain_feed", 1)
     for law, voltage, feed in (("P2", "18.000", 24), ("P4", "20.000", 12)):
         text, _ = decode(tape_for(Trial(PLAN, "step", law, 1)).rows)
         assert f"V{voltage} U2.000" in text

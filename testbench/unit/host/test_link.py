@@ -24,6 +24,8 @@ from host.link.link import (
     stuffed,
 )
 from softcore.linkmap import REALTIME, STUFFED
+from softcore.tables.faults import error_line
+from softcore.tables.settings import assign
 from testbench.models.controller import Controller, Pipe, crc16, unstuffed
 
 
@@ -78,7 +80,8 @@ def test_frames_cover_the_tape_in_sequence(rng, length):
     assert b"".join(unstuffed(data[1:-1])[2:-2] for _, data in cut[1:-1]) == rows
 
 
-@pytest.mark.parametrize("line", ["G36 R300", "$8=19", '(SAYS "A")', "Y" * LONGEST_LINE])
+@pytest.mark.parametrize("line", ["G36 R300", assign("repeats", 19), '(SAYS "A")',
+                                  "Y" * LONGEST_LINE])
 def test_a_line_that_can_be_entered_by_hand(line):
     check_line(line)
 
@@ -111,7 +114,7 @@ def test_greeting_is_awaited():
         link.await_greeting()
 
 
-@pytest.mark.parametrize(("answer", "said"), [("error:37", r"The machine is locked\."),
+@pytest.mark.parametrize(("answer", "said"), [(error_line("locked"), r"The machine is locked\."),
                                               ("error:999", "error:999")])
 def test_a_refusal_without_its_sentence_is_told_by_its_number(answer, said):
     link, _ = talk(Controller(script=lambda controller, line: answer))
@@ -122,7 +125,7 @@ def test_a_refusal_without_its_sentence_is_told_by_its_number(answer, said):
 def test_lines_are_answered_and_the_rest_is_heard():
     def script(controller, line):
         controller.say("[MSG:Speed is too high]" if "R0" in line else "[MSG:Fine]")
-        return "error:22" if "R0" in line else "ok"
+        return error_line("feed") if "R0" in line else "ok"
 
     controller = Controller(script=script)
     link, heard = talk(controller)

@@ -64,7 +64,7 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
     for text, name in ((SINKER.replace("tick_us = 8.0", f"tick_us = {value}"), "tick_us"),
                        (SINKER.replace("filter_ms = 0.5", f"filter_ms = {value}"),
                         "axis.filter_ms"),
-                       (f"{SINKER}\n8 = {value}\n", "settings.8")):
+                       (f"{SINKER}\n408 = {value}\n", "settings.408")):
         path.write_text(text)
         with pytest.raises(UsageError, match=rf"^machine odd: {re.escape(name)} is no number\.$"):
             load(str(path))
@@ -73,7 +73,7 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
 @pytest.mark.parametrize(("line", "said"), [
     ("99 = 1", r"settings\.99 is no setting of the controller; docs/reference/settings\.md lists "
                r"them\."),
-    ("0 = 33", r"settings\.0 \(short_needed\) must be 1 to 32, not 33\."),
+    ("400 = 33", r"settings\.400 \(short_needed\) must be 1 to 32, not 33\."),
 ])
 def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
     path = workdir / "odd.toml"

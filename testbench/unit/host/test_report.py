@@ -22,7 +22,7 @@ EVENTS = [
     {"event": "resume"},
     {"event": "retraction_start", "cause": "operator", "speed": 6.0},
     {"event": "fluid_class", "class": 1, "presets": {"dame": 5, "open": 6, "ok": 18}},
-    {"event": "alarm", "code": 15, "text": "Block 9: <B> is unknown."},
+    {"event": "alarm", "code": 115, "text": "Block 9: <B> is unknown."},
 ]
 EVENTS = [{"cycle": 1000 * n, "t": n / 10, "line": 7, "pos": {"x": 0.0, "y": 0.0, "z": -0.1 * n}}
           | event for n, event in enumerate(EVENTS)]
@@ -165,12 +165,12 @@ def test_same_run_gives_the_same_page():
 
 
 @pytest.mark.parametrize(("changes", "words"), [
-    ({"outcome": "alarm", "alarm": {"code": 15, "text": "Block 9: <B> is unknown."}},
-     "<b>Alarm 15.</b> Block 9: &lt;B&gt; is unknown."),
-    ({"outcome": "alarm", "alarm": {"code": 53, "text": "No."}},
+    ({"outcome": "alarm", "alarm": {"code": 115, "text": "Block 9: <B> is unknown."}},
+     "<b>Alarm 115.</b> Block 9: &lt;B&gt; is unknown."),
+    ({"outcome": "alarm", "alarm": {"code": 153, "text": "No."}},
      "<b>What to do:</b> See that nobody is in danger, press ARM, and start again.</div>"),
     ({"outcome": "stopped"}, "stopped"),
-    ({"outcome": "rejected", "alarm": {"code": 1, "text": "no start"}}, "tape rejected"),
+    ({"outcome": "rejected", "alarm": {"code": 101, "text": "no start"}}, "tape rejected"),
 ])
 def test_every_outcome_has_its_page(changes, words):
     assert words in page(**changes)

@@ -29,6 +29,7 @@ from host.roughing.staircase import Job, Staircase, Step, plan
 from host.tape.codes import EIA, ISO
 from host.tape.tape import encode
 from rtl.controller import Controller
+from softcore.tables.settings import assign
 from testbench.firmware import ITEMS, Checker
 
 DATA = read_all("copper", "steel")
@@ -158,7 +159,7 @@ def test_parts_of_an_ip_have_rows_of_their_own():
 @pytest.mark.parametrize("parts", range(2, 21))
 def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, parts, series):
     """With the setting that it names, and not without; every level that the gateware has."""
-    setting = f"$55={round(1500 / parts)}"
+    setting = assign("current_step_ma", round(1500 / parts))
     ends = [(20, 16, 12, 8, 4), (19, 15, 11, 7, 3), (18, 14, 10, 6, 2), (17, 13, 9, 5, 1)]
     for levels in ends:
         steps = [(level / parts, 300 * n) for n, level in enumerate(levels, 1)]
@@ -219,7 +220,7 @@ def test_the_command_writes_for_a_supply_of_finer_steps(tmp_path):
     target = tmp_path / "job.nc"
     result = gapkeeper(*JOB, "--step", 0.5, "-o", target)
     assert result.returncode == 0, result.stderr
-    assert "It needs the setting $55=750 (one step of the power supply, mA)." in result.stdout
+    assert "It needs the setting $455=750 (one step of the power supply, mA)." in result.stdout
     assert re.search(r"7\.5  +11\.25  +C965 ", result.stdout)
     text = target.read_text()
     assert "G10 C965 I7.5 " in text

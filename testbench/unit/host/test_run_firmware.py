@@ -22,7 +22,7 @@ from testbench.punch import TAPES, broken
 CLOCK_HZ, PULSES_PER_MM, Z = 2_000_000, 10_000, 2
 PASS_S = 1000 / CLOCK_HZ
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
-                            "initial_gap_um": 50, "removal_scale": 1, "settings": {"8": 19}})
+                            "initial_gap_um": 50, "removal_scale": 1, "settings": {"408": 19}})
 
 
 class Firmware:
@@ -163,7 +163,7 @@ def test_a_long_line_by_hand_is_waited_for():
 @pytest.mark.parametrize(("line", "reason"), [
     ("G77",     "MDI, character 1: the code G77 is unknown."),
     ("G36 R0",  "MDI, character 5: R of the retraction data must be above zero."),
-    ("$99=1",   "setting 99 does not exist or is out of range."),
+    ("$499=1",  "setting 499 does not exist or is out of range."),
 ])
 def test_a_line_that_the_controller_refuses_is_a_usage_error(line, reason):
     with pytest.raises(UsageError) as caught:
@@ -173,9 +173,9 @@ def test_a_line_that_the_controller_refuses_is_a_usage_error(line, reason):
 
 
 def test_an_unknown_setting_of_a_machine_is_named():
-    machine = Machine("odd", MACHINE.tables | {"settings": {"99": 1}})
-    with pytest.raises(UsageError, match=r"^machine odd: settings\.99 is refused by the "
-                                         r"controller: setting 99 does not exist"):
+    machine = Machine("odd", MACHINE.tables | {"settings": {"499": 1}})
+    with pytest.raises(UsageError, match=r"^machine odd: settings\.499 is refused by the "
+                                         r"controller: setting 499 does not exist"):
         Run(machine, encode("M02"), Firmware()).execute()
 
 

@@ -21,6 +21,7 @@ from softcore.tables import causes, conditions, events, faults, settings
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
+from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.references import filled, plain
 from softcore.tables.settings import SETTINGS
 
@@ -52,6 +53,32 @@ def test_settings_are_well_formed():
         assert not re.search(r"\$\d|[Aa]larm \d", one.meaning), f"{one.name} cites a bare number"
     for key in ("number", "name", "title"):
         assert len({getattr(one, key) for one in SETTINGS}) == len(SETTINGS), key
+    assert min(one.number for one in SETTINGS) == settings.FIRST
+
+
+def test_settings_of_grbl_are_well_formed():
+    numbers = [one.number for one in GRBL_SETTINGS]
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] < settings.FIRST, "those from there on are ours"
+    for one in GRBL_SETTINGS:
+        assert filled(one.meaning).endswith("."), one.number
+        assert len(one.follows) <= 2, one.number
+        assert all(settings.named(name) for name in one.follows), one.number
+        assert one.source == "constant" or not one.value, one.number
+    # `$ES` has this sign between what it tells.
+    assert not [one.title for one in (*SETTINGS, *GRBL_SETTINGS) if "|" in one.title + one.unit]
+
+
+def test_a_setting_of_grbl_is_changed_in_one_place():
+    table = tuple(replace(one, number=114, title="haste of Y", follows=("repeats",))
+                  if one.number == 111 else one for one in GRBL_SETTINGS)
+    assert "    {114, GRBL_SPEED, 1, {SET_REPEATS, SETTINGS},\n        \"haste of Y\", " in (
+        render.grbl_source(table))
+    page = render.settings_page(altered(SETTINGS, "repeats", number=508), grbl=table)
+    assert cells(page, "`$114`")[1:4] == ["haste of Y", "mm/min", "`$508`"]
+    assert "`$111`" not in page
+    assert cells(page, "`$10`")[3] == "fixed"
+    assert f"#define GRBL_ROWS {len(table) - 1}u" in render.grbl_header(table[1:])
 
 
 def test_a_setting_is_changed_in_one_place():
@@ -61,19 +88,19 @@ def test_a_setting_is_changed_in_one_place():
            '        "new title", "min", "no progress"},' in render.settings_source(table)
     assert cells(render.settings_page(table), "`$464`") == [
         "`$464`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
-    assert "| `$44` |" not in render.settings_page(table)
+    assert "| `$444` |" not in render.settings_page(table)
     assert settings.assign("no_progress_s", 7, table) == "$464=7"
     with pytest.raises(ValueError, match=r"^setting 464 \(no_progress_s\) must be 0 to 7, not 8$"):
         settings.assign("no_progress_s", 8, table)
 
 
 def test_a_setting_more_is_one_more_everywhere():
-    table = (*SETTINGS, replace(SETTINGS[0], number=99, name="fresh"))
+    table = (*SETTINGS, replace(SETTINGS[0], number=499, name="fresh"))
     assert "    SET_FRESH,\n    SETTINGS,\n" in render.settings_header(table)
     assert "[SET_FRESH] = {" in render.settings_source(table)
-    assert cells(render.settings_page(table), "`$99`")[1] == "`fresh`"
-    assert settings.of_number(99, table).name == "fresh"
-    assert settings.of_number(99) is None
+    assert cells(render.settings_page(table), "`$499`")[1] == "`fresh`"
+    assert settings.of_number(499, table).name == "fresh"
+    assert settings.of_number(499) is None
 
 
 def test_no_setting_of_an_unknown_name():
@@ -82,10 +109,10 @@ def test_no_setting_of_an_unknown_name():
 
 
 def test_a_meaning_follows_the_number_that_it_cites():
-    table = altered(SETTINGS, "short_window", number=401)
-    page = render.settings_page(table, altered(FAULTS, "halt_series", number=143))
-    assert "(`$401`)" in cells(page, "`$0`")[-1]
-    assert cells(page, "`$8`")[-1].startswith("Alarm 143 comes ")
+    table = altered(SETTINGS, "short_window", number=501)
+    page = render.settings_page(table, altered(FAULTS, "halt_series", number=243))
+    assert "(`$501`)" in cells(page, "`$400`")[-1]
+    assert cells(page, "`$408`")[-1].startswith("Alarm 243 comes ")
 
 
 # ---- alarms and errors
@@ -102,20 +129,43 @@ def test_faults_are_well_formed():
             assert not re.search(r"[`\]{}]", plain(filled(text))), one.name
     for key in ("number", "name", "sentence"):
         assert len({getattr(one, key) for one in FAULTS}) == len(FAULTS), key
-    assert 0 not in [one.number for one in FAULTS], "that is no fault"
+    assert min(one.number for one in FAULTS) >= faults.FIRST
+    # What the page calls alarms is told by number alone: no two have the same.
+    assert len({one.alarm for one in FAULTS}) == len(FAULTS)
+    # Numbers of grbl 1.1: errors 1 to 38, alarms 1 to 10; 0 for none.
+    assert {one.grbl_error for one in FAULTS} < set(range(39))
+    assert {one.grbl_alarm for one in FAULTS} < set(range(11))
+
+
+def test_numbers_of_grbl_are_told_where_it_has_the_same():
+    assert faults.error_line("locked") == "error:9"
+    assert faults.alarm_line("travel") == "ALARM:2"
+    assert faults.error_line("travel") == "error:134"
+    assert faults.alarm_line("stuck") == "ALARM:156"
+    assert faults.of_error(9).name == "locked"
+    assert faults.of_alarm(9) is None
+    table = altered(altered(FAULTS, "locked", grbl_error=0), "stuck", grbl_alarm=7, grbl_error=5)
+    header = render.faults_header(table)
+    assert "FAULT_LOCKED, 9" not in header
+    errors, alarms = header.split("#define FAULT_ERRORS")[1].split("#define FAULT_ALARMS")
+    assert "{FAULT_STUCK, 5}" in errors
+    assert "{FAULT_STUCK, 7}" in alarms
+    page = render.faults_page(table)
+    assert "### 156, `error:5`, `ALARM:7`: nothing moves" in page
+    assert "### 137: the machine is locked" in page
 
 
 def test_a_fault_is_changed_in_one_place():
-    table = altered(FAULTS, "stuck", number=156, sentence="it stands", cause="A cause.",
+    table = altered(FAULTS, "stuck", number=256, sentence="it stands", cause="A cause.",
                     remedy="Push; see `${repeats}`.")
     header = render.faults_header(table)
-    assert "    FAULT_STUCK = 156,\n" in header
+    assert "    FAULT_STUCK = 256,\n" in header
     assert '#define FAULT_TEXT_STUCK \\\n    "it stands"\n' in header
-    page = render.faults_page(table, altered(SETTINGS, "repeats", number=408))
-    assert "### 156: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$408`.\n" in page
-    assert "### 56:" not in page
-    assert faults.coded(156, table).sentence == "it stands"
-    assert faults.coded(56, table) is None
+    page = render.faults_page(table, altered(SETTINGS, "repeats", number=508))
+    assert "### 256: it stands\n\nCause: A cause.\n\nWhat to do: Push; see `$508`.\n" in page
+    assert "### 156:" not in page
+    assert faults.of_alarm(256, table).sentence == "it stands"
+    assert faults.of_alarm(156, table) is None
 
 
 def test_a_cause_of_a_trip_is_changed_in_one_place():
@@ -134,11 +184,12 @@ def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
     assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
     assert alarms.cause(stuck.number) == stuck.cause
     assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
-    assert "$8 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
+    assert "$408 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
     assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
 
 
-@pytest.mark.parametrize(("code", "machine"), [(1, False), (39, False), (40, True), (56, True),
+@pytest.mark.parametrize(("code", "machine"), [(101, False), (139, False), (140, True),
+                                               (156, True), (1, True), (2, False), (3, True),
                                                (99, True)])
 def test_whose_fault_it_is(code, machine):
     assert alarms.of_machine(code) == machine

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/listing.h"
+
+#include "base/grbl.h"
+#include "base/settings.h"
+#include "link/output.h"
+
+/* Rows of a list: grbl's settings come before ours, so that numbers rise. */
+#define ROWS (GRBL_ROWS + SETTINGS)
+/* grblHAL's types of a value. */
+#define WHOLE "5|#########0"
+#define DECIMAL "6|#########0.000"
+#define GROUP_OF_GRBL 0u    /* grblHAL's root, which needs no name */
+
+static listing_kind list;
+static unsigned next, end;
+
+void listing_stop(void) { next = end; }
+
+void listing_begin(listing_kind kind) {
+    list = kind;
+    next = 0;
+    end = kind == LISTING_GROUPS ? SETTINGS_GROUPS : ROWS;
+}
+
+bool listing_open(void) { return next < end; }
+
+static void tell_value(unsigned row) {
+    char value[GRBL_VALUE];
+    if (row < GRBL_ROWS) {
+        grbl_value(row, value, sizeof value);
+        output_line("$%u=%s", (uint32_t)GRBL_TABLE_ROWS[row].number, value);
+    } else {
+        setting which = (setting)(row - GRBL_ROWS);
+        output_line("$%u=%u", settings_number(which), settings_get(which));
+    }
+}
+
+/* What cannot be set has its value for both ends of its range. */
+static void tell_words(unsigned row) {
+    char value[GRBL_VALUE];
+    if (row < GRBL_ROWS) {
+        const grbl_table_row *one = &GRBL_TABLE_ROWS[row];
+        grbl_value(row, value, sizeof value);
+        output_line("[SETTING:%u|%u|%s|%s|%s|%s|%s]", (uint32_t)one->number, GROUP_OF_GRBL, one->title,
+                    one->unit, one->source == GRBL_CONSTANT ? WHOLE : DECIMAL, value, value);
+    } else {
+        const settings_table_row *one = &SETTINGS_TABLE_ROWS[row - GRBL_ROWS];
+        output_line("[SETTING:%u|%u|%s|%s|" WHOLE "|%u|%u]", (uint32_t)one->number, one->group + 1u,
+                    one->title, one->unit, one->lowest, one->highest);
+    }
+}
+
+bool listing_tell(void) {
+    switch (list) {
+    case LISTING_VALUES: tell_value(next); break;
+    case LISTING_WORDS: tell_words(next); break;
+    default: output_line("[SETTINGGROUP:%u|0|%s]", next + 1u, SETTINGS_TABLE_GROUPS[next]); break;
+    }
+    return ++next == end;
+}
+
+bool listing_begin_one(uint32_t number) {
+    unsigned row = grbl_find(number);
+    if (row == GRBL_ROWS)
+        row += settings_find(number);
+    if (row == ROWS)
+        return false;
+    list = LISTING_WORDS;
+    next = row;
+    end = row + 1;
+    return true;
+}
