@@ -32,6 +32,9 @@ def unstuffed(data: bytes) -> bytes:
     return bytes(found)
 
 
+STALLED_MS = 20   # without a byte a frame has stopped half-way
+
+
 class Controller:
     """Line and tape mode, with a tape buffer of ``room`` bytes that ``drain`` empties.
 
@@ -54,6 +57,7 @@ class Controller:
         self.out = deque()
         self._in = bytearray()
         self._last = None
+        self._quiet_ms = 0                 # since the last byte
         self.say(GREETING)
 
     def say(self, line):
@@ -65,12 +69,17 @@ class Controller:
         self.out.extend(cut + b"\r\nALARM:155 memory parity at 0x%08X\r\n" % place)
 
     def drain(self, count):
+        """Let a millisecond pass: ``count`` bytes of the tape are read, a half frame given up."""
         self.buffered = max(0, self.buffered - count)
+        self._quiet_ms += 1
+        if self._quiet_ms > STALLED_MS and self._in[:1] == b"\x02":
+            self._in.clear()
 
     def feed(self, data):
         """Take bytes; real-time ones before all others."""
         if self.held:
             return
+        self._quiet_ms = 0
         for byte in data:
             if byte in b"?!~\x18\xb0":
                 self._realtime(byte)
