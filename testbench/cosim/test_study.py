@@ -159,15 +159,16 @@ def test_actions_move_the_electrode_and_choose_the_pause(sinking):
     assert observation[AT["z_um"]] == pytest.approx(
         100 - (1 + 0.5 + 1 - 1) * MOST_UM, abs=0.2)     # from where it stood at first
     assert observation[AT["deepest_um"]] < observation[AT["z_um"]]
-    clocks = []
+    found = []
     for pause in (-1, 0, 1):
         for _ in range(8):
             observation, *_ = environment.step([0, pause])
-        clocks.append((sum(observation[AT[name]] for name in ("open", "ok", "dame", "short")),
-                       observation[AT["pause_us"]]))
-    assert [pause for _, pause in clocks] == [PAUSES_US[0], PAUSES_US[2], PAUSES_US[-1]]
-    for pulses, pause_us in clocks:
+        found.append((sum(observation[AT[name]] for name in ("open", "ok", "dame", "short")),
+                      observation[AT["pause_us"]], observation[AT["gap_v"]]))
+    assert [pause for _, pause, _ in found] == [PAUSES_US[0], PAUSES_US[2], PAUSES_US[-1]]
+    for pulses, pause_us, gap_v in found:
         assert pulses == pytest.approx(STEP_S * 1e6 / (15 + pause_us), abs=2)
+        assert gap_v == pytest.approx(80 * 15 / (15 + pause_us), rel=0.1)   # hardly any ignite
 
 
 def test_a_short_is_left_whatever_the_agent_wants_and_costs_reward(sinking):
@@ -185,6 +186,10 @@ def test_a_short_is_left_whatever_the_agent_wants_and_costs_reward(sinking):
     assert observation[AT["busy"]] == 1
     assert observation[AT["z_um"]] > 150
     assert info["retractions"] == 1
+    sent = []
+    bench.send = sent.append
+    environment.step([1, 1])
+    assert not sent             # its actions are dropped meanwhile
 
 
 def test_removal_is_rewarded_by_its_depth(sinking):
