@@ -78,7 +78,7 @@ def test_lines_move_the_machine_and_are_refused_with_the_controllers_words():
             machine.command(line)
         sent = machine.send("G01 Z-0.02 F60")
         assert sent.answer is None
-        machine.step(0.1)
+        machine.step(0.2)       # of which 20 ms are motion: the lag of 20 um dies away at 50/s
         assert sent.answer == "ok"
         assert machine.positions_mm()["z"] == pytest.approx(-0.02, abs=0.0002)
         assert machine.lags_mm()["z"] == pytest.approx(0, abs=0.0002)
