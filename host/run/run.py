@@ -130,7 +130,7 @@ class Run:
         LinkError
             If it falls silent.
         """
-        self._set_up()
+        self.set_up()
         self.began = True
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
@@ -160,7 +160,8 @@ class Run:
                                + np.maximum(heard_s - heard[-1], 0))
         return found
 
-    def _set_up(self) -> None:
+    def set_up(self) -> None:
+        """Do what an operator does before the tape; ``execute`` begins with it."""
         self.link.await_greeting()
         self.link.command("$X")
         if isinstance(self.simulation, Controller):

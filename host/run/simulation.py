@@ -26,6 +26,7 @@ class Native(Protocol):
     @property
     def cycle(self) -> int: ...
     def send(self, data: bytes) -> None: ...
+    def run(self, clocks: int) -> None: ...
     def receive(self, clocks: int) -> bytes: ...
     def press_arm(self) -> None: ...
     def button_arm(self, down: bool) -> None: ...
@@ -33,6 +34,8 @@ class Native(Protocol):
     def errors(self) -> dict[str, int]: ...
     def discharges(self) -> dict[str, int]: ...
     def probe(self, name: str) -> int: ...
+    def get(self, name: str) -> float: ...
+    def set(self, name: str, value: float) -> None: ...
     def trace(self) -> Columns: ...
     def workpiece(self) -> Columns: ...
     def close(self) -> None: ...
@@ -58,6 +61,10 @@ class Simulation:
     def read(self, timeout_s: float) -> bytes:
         """Let the machine run until it says something, at most ``timeout_s`` of its time."""
         return self._native.receive(max(1, round(timeout_s * self.clock_hz)))
+
+    def run(self, clocks: int) -> None:
+        """Let the machine run; what it says waits for ``read``."""
+        self._native.run(clocks)
 
     def time_s(self) -> float:
         """Seconds of the machine's time since reset."""
@@ -86,6 +93,18 @@ class Simulation:
     def discharges(self) -> dict[str, int]:
         """Discharge pulses so far, by class."""
         return self._native.discharges()
+
+    def signal(self, name: str) -> int:
+        """Present value of a signal inside the controller."""
+        return self._native.probe(name)
+
+    def get(self, name: str) -> float:
+        """Number of the machine's file, or a reading of the machine (``read.gap_um``)."""
+        return self._native.get(name)
+
+    def set(self, name: str, value: float) -> None:
+        """Change a number of the machine, or force something upon it (``force.short``)."""
+        self._native.set(name, value)
 
     def front(self) -> int:
         """Furthest path coordinate commanded, in pulses; a tape begins at 0."""

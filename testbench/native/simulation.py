@@ -3,6 +3,7 @@
 
 import ctypes
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -80,9 +81,10 @@ class Simulation(Session):
     def __init__(self, *, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
                  trace: bool = True, progress: Callable[[str], None] = lambda _: None,
                  code: Path | None = None, image: Path | None = None):
-        code = code or library(clock_hz, progress, machine.get("kind", "sinker"))
-        if image is None:
-            image = target_image(progress=progress)
+        with ThreadPoolExecutor(1) as pool:     # two compilers that need nothing of each other
+            compiled = pool.submit(target_image, progress=progress) if image is None else None
+            code = code or library(clock_hz, progress, machine.get("kind", "sinker"))
+            image = compiled.result() if compiled else image
         self._code = ctypes.CDLL(str(code))
         declare(self._code, _FUNCTIONS)
         self._handle = self._code.gk_create(seed)

@@ -58,6 +58,7 @@ bool Plant::get(const std::string& name, double& value) {
         {"read.depth_um", sinker_.depth_um()},
         {"read.debris", gap_->debris()},
         {"read.gap_v", gap_->voltage()},
+        {"read.gap_v_clocks", gap_->voltage_sum()},
         {"read.gap_a", gap_->current()},
         {"read.fluid_ohm_cm", gap_->fluid_ohm_cm()},
         {"read.open_reference_v", reference_v_[0]},

@@ -10,7 +10,7 @@ from testbench.unit.project.test_house import DOOR, ROOT, SOURCES, name_of, tree
 MODULES = {name_of(path).removesuffix(".py").removesuffix("/__init__").replace("/", "."): path
            for path in SOURCES if path.parent != ROOT}
 HOST_ROOMS = {"host.experiments", "host.link", "host.machines", "host.roughing", "host.run",
-              "host.tape"}
+              "host.study", "host.tape"}
 ((DOORKEEPER, _),) = DOOR
 # From a room of the gateware to those below it. A module that stands alone is a room.
 BELOW = {

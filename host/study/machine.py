@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated machine in a Python program: step it, speak to its controller, read and change it.
+
+The controller is the real gateware with the real firmware, every clock of it. All time is the
+machine's, and the same seed with the same calls gives the same run.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from host.errors import UsageError
+from host.link.link import Sent
+from host.machines import machine as machines
+from host.run import simulation
+from host.run.events import Event
+from host.run.run import Run
+from host.run.workpiece import Columns
+from host.tape.tape import Tape, encode, load
+
+__all__ = ["SimulatedMachine"]
+
+EMPTY = "M02"   # a tape for those who send lines
+
+
+class SimulatedMachine:
+    """A simulated machine and its controller, switched on; nothing has happened yet.
+
+    What has changed since it was built last is built first. Use it in a ``with`` statement, or
+    ``close`` it.
+
+    Parameters
+    ----------
+    machine : str
+        A built-in machine (sinker, small, wire), or a TOML file of one.
+    seed : int
+        Of everything random, 0 to 2**64 - 1.
+    clock_hz : int or None
+        Clock of the controller; the file's if not given.
+    trace : bool
+        Keep a sample of the run for every millisecond; see ``trace``.
+    waves : Path or None
+        Folder for waveforms.
+    progress : callable
+        Told of every step that takes long, in one sentence.
+
+    Raises
+    ------
+    UsageError
+        If there is no such machine.
+    UserError
+        If it cannot be built.
+    """
+
+    def __init__(self, machine: str = "sinker", *, seed: int = 1, clock_hz: int | None = None,
+                 trace: bool = True, waves: Path | None = None,
+                 progress: Callable[[str], None] = lambda _: None) -> None:
+        self.machine = machines.load(machine)
+        self.clock_hz = clock_hz or self.machine.clock_hz
+        self._simulation = simulation.start(
+            self.machine, clock_hz=self.clock_hz, seed=seed, waves=waves, trace=trace,
+            progress=progress)
+        self._job = Run(self.machine, encode(EMPTY), self._simulation)
+        self._ready = self._closed = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 where: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Switch it off. Trace, events, positions and discharges can still be read."""
+        if not self._closed:
+            self._closed = True
+            self._simulation.close()
+
+    # ---- time
+
+    @property
+    def clock(self) -> int:
+        """Clocks since it was switched on."""
+        return self._simulation.cycle
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since it was switched on."""
+        return self._simulation.time_s()
+
+    def step(self, seconds: float) -> None:
+        """Let the machine live on for so long, to the clock."""
+        self._need_on()
+        end = self.clock + round(seconds * self.clock_hz)
+        if not self._ready:     # its greeting is for `set_up` to hear
+            self._simulation.run(end - self.clock)
+        while (left := end - self.clock) > 0:
+            self._job.link.poll(left / self.clock_hz)
+
+    # ---- the controller
+
+    def set_up(self) -> None:
+        """Do what an operator does first: unlock, arm, zero the axes, enter the file's settings."""
+        self._need_fresh()
+        self._ready = True
+        self._job.set_up()
+
+    def run_tape(self, tape: str | Path | Tape, *, until_s: float | None = None) -> str:
+        """Set up and run a tape; ``events`` and ``alarm`` tell of it.
+
+        Parameters
+        ----------
+        tape : str, Path or Tape
+            File of a text or of punched rows, or the tape itself (``host.tape.tape.encode``).
+        until_s : float or None
+            Of the machine's time, ends it early.
+
+        Returns
+        -------
+        str
+            ``end``, ``stopped`` (by ``until_s``), ``alarm`` or ``rejected``.
+
+        Raises
+        ------
+        TapeError
+            If the text cannot be punched.
+        UsageError
+            If the machine has been set up already.
+        """
+        self._need_fresh()
+        punched = tape if isinstance(tape, Tape) else load(Path(tape))
+        self._job = Run(self.machine, punched, self._simulation, until_s=until_s)
+        self._ready = True
+        return self._job.execute()
+
+    def command(self, line: str) -> None:
+        """Send a line, and let the machine live on until the controller has answered it.
+
+        Raises
+        ------
+        RefusedError
+            If the controller refuses it, with its own sentence.
+        """
+        self._need_ready()
+        self._job.link.command(line)
+
+    def send(self, line: str) -> Sent:
+        """Send a line, and wait for nothing: its ``answer`` comes in a later ``step``."""
+        self._need_ready()
+        return self._job.link.send_line(line)
+
+    def status(self) -> dict[str, str]:
+        """Fields of a status report that the controller is asked for, the state as ``state``."""
+        self._need_ready()
+        return self._job.link.status()
+
+    @property
+    def events(self) -> list[Event]:
+        """What the controller has told so far, as ``events.jsonl`` has it."""
+        return self._job.events
+
+    @property
+    def alarm(self) -> dict[str, object] | None:
+        """Code and text of the alarm that stopped the machine, or None."""
+        return self._job.alarm
+
+    # ---- the machine
+
+    def get(self, name: str) -> float:
+        """Number of the machine's file (``gap.area_mm2``), or a reading (``read.gap_um``).
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name.
+        """
+        self._need_on()
+        return self._simulation.get(name)
+
+    def set(self, name: str, value: float) -> None:
+        """Change a number of the machine's file, or force something on it (``force.short``).
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name.
+        """
+        self._need_on()
+        self._simulation.set(name, value)
+
+    def signal(self, name: str) -> int:
+        """Present value of a signal inside the controller, of ``testbench.native.probes``.
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name.
+        """
+        self._need_on()
+        try:
+            return self._simulation.signal(name)
+        except KeyError:
+            raise ValueError(f"the controller has no signal {name!r}") from None
+
+    def positions_mm(self) -> dict[str, float]:
+        """Where the axes are by their coders, from where they were switched on."""
+        return self._in_mm(self._simulation.positions())
+
+    def lags_mm(self) -> dict[str, float]:
+        """How far the axes are behind their commands."""
+        return self._in_mm(self._simulation.errors())
+
+    def _in_mm(self, pulses: dict[str, int]) -> dict[str, float]:
+        return {axis: number / self.machine.pulses_per_mm for axis, number in pulses.items()}
+
+    def discharges(self) -> dict[str, int]:
+        """Discharge pulses so far, as the gateware has judged them: open, ok, dame, short."""
+        return self._simulation.discharges()
+
+    def trace(self) -> Columns:
+        """Samples of the run, one each millisecond, as arrays by name: those of ``trace.npz``."""
+        return self._simulation.trace()
+
+    def workpiece(self) -> Columns:
+        """Plan of what is left of a wire machine's workpiece."""
+        return self._simulation.workpiece()
+
+    def _need_on(self) -> None:
+        if self._closed:
+            raise UsageError("the simulated machine is switched off.")
+
+    def _need_ready(self) -> None:
+        self._need_on()
+        if not self._ready:
+            raise UsageError("the simulated machine is not set up: call set_up() first.")
+
+    def _need_fresh(self) -> None:
+        self._need_on()
+        if self._ready:
+            raise UsageError("the simulated machine is set up already: this needs a fresh one.")

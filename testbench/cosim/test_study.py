@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated machine in Python programs: by hand, as an environment, and on its page."""
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from host.errors import UsageError, UserError
+from host.link.link import RefusedError
+from host.study.environment import FEATURES, LEAST_UM, MOST_UM, PAUSES_US, STEP_S, Sinking
+from host.study.machine import SimulatedMachine
+from testbench.study import policy, step_cost
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "how-to" / "study-control.md"
+AT = {name: index for index, name in enumerate(FEATURES)}
+START = ("G21 G91 G94", "G36 R300 L0.5 H600 E60 Q0.1", "C100", "M03")
+
+
+def blocks(text):
+    """The Python of a page."""
+    return re.findall(r"^```python\n(.*?)^```", text, flags=re.M | re.S)
+
+
+@pytest.fixture
+def sinking():
+    made = []
+
+    def make(**options):
+        made.append(Sinking(**options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def test_the_code_of_the_page_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    names = {}
+    for number, text in enumerate(blocks(PAGE.read_text(encoding="utf-8")), start=1):
+        exec(compile(text, f"{PAGE.name}, block {number}", "exec"), names)
+    assert number == 4
+    assert names["outcome"] == "stopped"
+    assert set(names["trace"]) >= {"t", "z", "gap_v", "open", "ok"}
+    assert all(len(column) == len(names["trace"]["t"]) > 900 for column in names["trace"].values())
+    assert names["trace"]["ok"].sum() > 100
+    assert names["block"].answer == "ok"
+    # Both have come near enough to remove something, by another way each.
+    assert names["own_info"]["removed_mm3"] > 0.05
+    assert names["servo_info"]["removed_mm3"] > 0.05
+    assert names["own"] > 0
+    assert names["own"] != names["servo"]
+    assert capsys.readouterr().out.count("\n") == 5
+
+
+# ---- the machine
+
+def test_a_step_is_so_many_clocks_before_and_after_the_set_up():
+    with SimulatedMachine("small", trace=False) as machine:
+        machine.step(0.0015)
+        assert machine.clock == 3000
+        machine.set_up()
+        before = machine.clock
+        machine.step(0.0125)
+        assert machine.clock == before + 25_000
+        assert machine.time_s == machine.clock / 2e6
+
+
+def test_lines_move_the_machine_and_are_refused_with_the_controllers_words():
+    with SimulatedMachine("small") as machine:
+        machine.set_up()
+        for line in START:
+            machine.command(line)
+        sent = machine.send("G01 Z-0.02 F60")
+        assert sent.answer is None
+        machine.step(0.2)       # of which 20 ms are motion: the lag of 20 um dies away at 50/s
+        assert sent.answer == "ok"
+        assert machine.positions_mm()["z"] == pytest.approx(-0.02, abs=0.0002)
+        assert machine.lags_mm()["z"] == pytest.approx(0, abs=0.0002)
+        assert machine.signal("path_front") == 200
+        with pytest.raises(RefusedError, match="G43"):
+            machine.command("G43 H1")
+    assert machine.trace()["z"][-1] == pytest.approx(-200, abs=2)
+    assert machine.discharges()["open"] > 1000
+
+
+def test_an_alarm_is_told():
+    with SimulatedMachine("small", trace=False) as machine:
+        machine.set_up()
+        assert machine.alarm is None
+        machine.set("force.estop", 1)
+        machine.step(0.05)
+        assert "emergency stop" in machine.alarm["text"]
+        assert machine.events[-1]["event"] == "alarm"
+
+
+def test_what_cannot_be_asked_is_refused():
+    with SimulatedMachine("small", trace=False) as machine:
+        for ask in (lambda: machine.command("G21"), lambda: machine.send("G21"), machine.status):
+            with pytest.raises(UsageError, match=r"not set up: call set_up\(\) first"):
+                ask()
+        with pytest.raises(ValueError, match=r"'gap\.nothing'"):
+            machine.get("gap.nothing")
+        with pytest.raises(ValueError, match=r"'gap\.nothing'"):
+            machine.set("gap.nothing", 1)
+        with pytest.raises(ValueError, match="no signal 'nothing'"):
+            machine.signal("nothing")
+        machine.set_up()
+        for ask in (machine.set_up, lambda: machine.run_tape(ROOT / "tapes" / "sink_servo.nc")):
+            with pytest.raises(UsageError, match="set up already"):
+                ask()
+    for ask in (lambda: machine.step(1), lambda: machine.get("read.gap_um"), machine.status):
+        with pytest.raises(UsageError, match="switched off"):
+            ask()
+
+
+# ---- the environment
+
+def test_gymnasium_finds_nothing_wrong_with_the_environment(sinking):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(sinking(), skip_render_check=True)
+
+
+def test_a_seed_gives_the_same_trace_and_another_one_another(sinking):
+    def trace(seed):
+        environment = sinking(trace=True)
+        # Near enough for sparks: what is random.
+        observation, _ = environment.reset(seed=seed)
+        environment.bench.set("force.gap_um", 25)
+        rewards = []
+        for _ in range(6):
+            observation, reward, *_ = environment.step(policy(observation))
+            rewards.append(reward)
+        environment.close()
+        return rewards, environment.bench.trace()
+
+    (first, one), (second, two), (third, three) = trace(3), trace(3), trace(4)
+    assert first == second
+    assert one.keys() == two.keys()
+    assert all(np.array_equal(one[name], two[name]) for name in one)
+    assert first != third
+    assert not np.array_equal(one["ok"], three["ok"])
+
+
+def test_actions_move_the_electrode_and_choose_the_pause(sinking):
+    environment = sinking()
+    observation, _ = environment.reset(seed=1)
+    assert environment.observation_space.contains(observation)
+    for way in (1.0, 0.5, 3.0, -1.0, 0.9 * LEAST_UM / MOST_UM):     # what is too much is bounded
+        observation, *_ = environment.step([way, -1])
+    for _ in range(4):
+        observation, *_ = environment.step([0, -1])
+    assert observation[AT["z_um"]] == pytest.approx(
+        100 - (1 + 0.5 + 1 - 1) * MOST_UM, abs=0.2)     # from where it stood at first
+    assert observation[AT["deepest_um"]] < observation[AT["z_um"]]
+    found = []
+    for pause in (-1, 0, 1):
+        for _ in range(8):
+            observation, *_ = environment.step([0, pause])
+        found.append((sum(observation[AT[name]] for name in ("open", "ok", "dame", "short")),
+                      observation[AT["pause_us"]], observation[AT["gap_v"]]))
+    assert [pause for _, pause, _ in found] == [PAUSES_US[0], PAUSES_US[2], PAUSES_US[-1]]
+    for pulses, pause_us, gap_v in found:
+        assert pulses == pytest.approx(STEP_S * 1e6 / (15 + pause_us), abs=2)
+        assert gap_v == pytest.approx(80 * 15 / (15 + pause_us), rel=0.1)   # hardly any ignite
+
+
+def test_a_short_is_left_whatever_the_agent_wants_and_costs_reward(sinking):
+    environment = sinking()
+    environment.reset(seed=1)
+    bench = environment.bench
+    before = bench.discharges()
+    bench.set("force.short", 1)
+    observation, reward, *_ = environment.step([1, -1])
+    shorted = bench.discharges()["short"] - before["short"]
+    assert shorted >= 3
+    assert reward == pytest.approx(-environment.damage_um * shorted)
+    for _ in range(3):
+        observation, _, _, _, info = environment.step([1, -1])
+    assert observation[AT["busy"]] == 1
+    assert observation[AT["z_um"]] > 150
+    assert info["retractions"] == 1
+    sent = []
+    bench.send = sent.append
+    environment.step([1, 1])
+    assert not sent             # its actions are dropped meanwhile
+
+
+def test_removal_is_rewarded_by_its_depth(sinking):
+    environment = sinking(damage_um=0.0)
+    _, info = environment.reset(seed=1)
+    environment.bench.set("force.gap_um", 25)
+    began, total = info["removed_mm3"], 0.0
+    for _ in range(5):
+        _, reward, _, _, info = environment.step([0, -1])
+        total += reward
+    assert total == pytest.approx(1000 * (info["removed_mm3"] - began) / 10)    # of 10 mm2
+    assert total > 0.5
+
+
+def test_an_episode_ends_at_its_depth_with_an_alarm_or_after_its_steps(sinking):
+    environment = sinking(depth_mm=0.002)
+    _, ended, steps = environment.reset(seed=1), False, 0
+    while not ended:
+        observation, _, ended, truncated, info = environment.step([1, -1])
+        steps += 1
+    assert 20 <= steps <= 25    # 0.1 mm to the workpiece at 5 um a step, and the lag
+    assert not truncated
+    assert "alarm" not in info
+    assert observation[AT["z_um"]] == pytest.approx(-2, abs=5)
+    environment.steps = 2
+    environment.reset(seed=1)
+    environment.bench.set("force.estop", 1)
+    *_, ended, truncated, info = environment.step([0, -1])
+    assert (ended, truncated) == (True, False)
+    assert "emergency stop" in info["alarm"]
+    environment.reset(seed=1)
+    assert [environment.step([0, -1])[2:4] for _ in range(2)] == [(False, False), (False, True)]
+
+
+def test_environments_that_cannot_be_are_refused(sinking):
+    for options in ({"depth_mm": 0}, {"steps": 0}, {"damage_um": -1}):
+        with pytest.raises(ValueError, match="depth_mm must be above 0"):
+            sinking(**options)
+    with pytest.raises(UsageError, match="of the kind wire, and sinks nothing"):
+        sinking(machine="wire")
+    with pytest.raises(UserError, match=r"call reset\(\) first"):
+        sinking().step([0, 0])
+
+
+def test_a_step_does_what_its_bytes_do_natively():
+    cost = step_cost(12)
+    assert cost.ends[0] == cost.ends[1]
+    assert cost.environment_s > 0
+    assert cost.native_s > 0
