@@ -51,7 +51,7 @@ def test_a_random_client_on_the_firmware(seed):
 
 
 def test_a_random_client_on_the_machine(seed):
-    on_the_machine(seed, 60)
+    on_the_machine(seed, 50)
 
 
 @pytest.mark.soak
