@@ -258,16 +258,27 @@ def tape_check(
              "data for what the tape leaves out, or a setting (`$455=750`). May be given several "
              "times.",
     )] = None,
+    machine: Annotated[str | None, typer.Option(
+        metavar="NAME|FILE", show_default="none",
+        help="Judge clock, settings and travel of this machine too, from where it stands at the "
+             "start: sinker, small, wire, or a TOML file.")] = None,
 ) -> None:
-    """Check a tape with the controller's own reader, without a machine.
+    """Check a tape with the controller's own reader.
 
     The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
-    The first fault is named by block and character; exit status 4.
+    The first fault is named by block and character, and by the line of a text; exit status 4. Of
+    a tape without fault is told what other controls would read otherwise.
     """
+    from host.machines import machine as machines
     from host.tape.check import check
+    from host.tape.notes import notes
     from host.tape.tape import load
-    blocks = check(load(source), mdi or [])
-    _say(f"{source}: {counted(blocks, 'block')}, no fault found")
+    tape, chosen = load(source), machines.load(machine) if machine else None
+    blocks = check(tape, mdi or [], chosen)
+    judged = f"for the machine {chosen.name}" if chosen else "travel not judged (--machine)"
+    _say(f"{source}: {counted(blocks, 'block')}, no fault found; {judged}")
+    for note in notes(tape):
+        _say(f"  {note}")
 
 
 @app.command()

@@ -21,13 +21,14 @@ class TapeError(UserError):
     """A tape or part program cannot be punched or read.
 
     ``block`` and ``character`` count from 1; block 1 is the one that starts the tape. A position
-    that is not known is 0.
+    that is not known is 0. ``of_text`` says that lines of a text are counted instead of blocks.
     """
 
     status = REJECTED
 
-    def __init__(self, reason: str, block: int = 0, character: int = 0):
+    def __init__(self, reason: str, block: int = 0, character: int = 0, *, of_text: bool = False):
         self.block, self.character = block, character
-        where = f"Block {block}, character {character}: " if character else (
-            f"Block {block}: " if block else "")
+        name = "Line" if of_text else "Block"
+        where = f"{name} {block}, character {character}: " if character else (
+            f"{name} {block}: " if block else "")
         super().__init__(f"{where}{reason}")

@@ -31,6 +31,7 @@ class Line(Protocol):
     """One end of a line of bytes that a client may hold or leave."""
 
     url: str    # by which a client reaches it, as pyserial names ports
+    gone: int   # clients that have left so far
 
     def take(self, most: int) -> bytes:
         """What the client has sent, at most so much; at once, and nothing if there is none."""
@@ -80,6 +81,7 @@ class Tcp:
 
     def __init__(self, host: str, port: int, say: Say) -> None:
         self.say = say
+        self.gone = 0
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
             self._listener = socket.create_server((host, port), family=family)
@@ -156,6 +158,7 @@ class Tcp:
             self._client.close()
         self._client = None
         self._unread.clear()
+        self.gone += 1
         self.say(why)
 
 
@@ -172,6 +175,7 @@ class Pty:
 
     def __init__(self, say: Say) -> None:
         self.say = say
+        self.gone = 0
         try:
             self._master, client = os.openpty()
         except OSError as error:
@@ -213,5 +217,6 @@ class Pty:
 
     def _is_open(self, now: bool) -> None:
         if now != self._open:
+            self.gone += not now
             self.say("a client has opened it." if now else "the client has closed it.")
         self._open = now

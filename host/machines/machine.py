@@ -130,6 +130,12 @@ class Machine:
         return {"x": 0.0, "y": 0.0, "z": self.number("initial_gap_um") / 1000}
 
     @property
+    def start_line(self) -> str:
+        """Block that declares the place where the program starts, entered there by hand."""
+        x, y, z = (f"{place:.4f}" if place else "0" for place in self.start_mm.values())
+        return f"G92 X{x} Y{y} Z{z}"
+
+    @property
     def initial_gap_mm(self) -> float:
         """Height of the electrode over the top of the workpiece when the program starts."""
         return self.start_mm["z"]

@@ -23,7 +23,6 @@ AXES = "xyz"
 UM_PER_MM = 1000
 
 _LINE = re.compile(r"\[E:(\w+),(.*)\]")
-_BLOCK_NUMBER = re.compile(r"\b(block|line) (\d+)", re.IGNORECASE)
 
 
 class EventError(UserError):
@@ -34,12 +33,14 @@ class EventError(UserError):
 class Scale:
     """What turns the controller's numbers into a user's.
 
-    ``source`` gives the line in the source text of a tape block's number.
+    ``source`` gives the line in the source text of a tape block's number, ``told`` a sentence of
+    the controller with that line beside the block.
     """
 
     clock_hz: int
     pulses_per_mm: int = 10_000
     source: Callable[[int], int] = int
+    told: Callable[[str], str] = str
 
     def mm(self, pulses: str) -> float:
         """Millimetres of a distance or position."""
@@ -48,10 +49,6 @@ class Scale:
     def line(self, block: int) -> int:
         """Line of the source of a tape block; 0 for what is no block of the tape."""
         return self.source(block) if block > 0 else 0
-
-    def text(self, sentence: str) -> str:
-        """A sentence of the controller, with block numbers of the tape made lines of the source."""
-        return _BLOCK_NUMBER.sub(lambda m: f"{m[1]} {self.line(int(m[2]))}", sentence)
 
 
 def _speed(um_per_min: str) -> float:
@@ -107,7 +104,7 @@ def _read(kind: table.Event, scale: Scale, rest: str | None) -> Event:
                 holder = holder.setdefault(part, {})
             holder[name] = _value(field, scale, text)
     if kind.name == "alarm":
-        event["text"] = scale.text(event["text"])
+        event["text"] = scale.told(event["text"])
     return event
 
 

@@ -25,6 +25,12 @@ BUTTON_S = 0.03     # that the button is held down, and let go
 TELL_S = 10.0       # between two lines on how fast it is
 KEEPS_UP = 0.98     # share of real time that counts as such
 AHEAD_S = 0.005     # a client that sends without a pause may let the machine be early by so much
+# Of the machine's time, behind a client: no other is heard or spoken to. A frame that it has left
+# open is given up in 50 ms, and what is asked for in a few; see softcore/firmware/link.
+UNPLUGGED_S = 0.1
+# What the plug does to the line: no character, by which a line that is left open is refused whole
+# instead of being completed by the next client.
+GLITCH = b"\xff"
 FORGIVEN_S = 0.05   # the machine makes no more than this up: it would run too fast for its client
 
 Say = Callable[[str], None]
@@ -57,6 +63,8 @@ class Live:
         self._origin_s = clock() - machine.time_s()  # of the machine's time, moved when it is late
         self._told = clock(), machine.time_s()
         self._slow = False
+        self._gone = line.gone
+        self._plugged_s = 0.0   # machine's time from which a client is heard again
         self._button = False
         self._turn_s = 0.0      # machine's time at which the button may be moved again
         self._presses = 0       # asked for, and not begun
@@ -70,14 +78,19 @@ class Live:
 
         The first bytes for the client end a step.
         """
+        plugged = self.machine.time_s() >= self._plugged_s
         # As much as the line carries in that time: the rest waits where the client has sent it.
-        data = self.line.take(int(most_s / self.machine.byte_s) + 2)
+        data = self.line.take(int(most_s / self.machine.byte_s) + 2) if plugged else b""
         if data:
             self.machine.write(data)
         self._move_button()
         said = self.machine.read(most_s)
-        if said:
+        if said and plugged:
             self.line.give(said)
+        if self.line.gone != self._gone:
+            self._gone = self.line.gone
+            self._plugged_s = self.machine.time_s() + UNPLUGGED_S
+            self.machine.write(GLITCH)
         self._keep_time()
 
     def _move_button(self) -> None:

@@ -12,6 +12,7 @@ from host import alarms
 from host.run import figures
 from host.run.events import Event
 from host.run.retractions import Retraction, collect, most_telling
+from host.run.summary import discharged
 from host.run.workpiece import Columns
 from softcore.tables.settings import of_number
 
@@ -101,7 +102,7 @@ def _tiles(summary: dict[str, Any], retractions: list[Retraction],
            wire: bool) -> list[tuple[str, str, str]]:
     shorts = [one.start["latency_cycles"] for one in retractions if one.cause == "short"]
     pulses = summary["discharges"]
-    total = sum(pulses.values())
+    burnt, total = discharged(pulses), sum(pulses.values())
     counts = summary["retractions"]
     cut = ([("deepest", f"{_number(summary['max_depth_mm'])} mm",
              "below Z 0 at the program's start")] if not wire else
@@ -120,8 +121,10 @@ def _tiles(summary: dict[str, Any], retractions: list[Retraction],
                    if counts[cause]) or "none was needed"),
         ("slowest reaction", f"{_number(max(shorts))} clocks" if shorts else DASH,
          "from the sample that completed a short to the last forward pulse"),
-        ("discharges", _number(total),
-         f"{_number(100 * pulses['ok'] / total, 1)} % good" if total else "none"),
+        ("discharges", _number(burnt),
+         (f"{_number(100 * pulses['ok'] / burnt, 1)} % good; " if burnt else "")
+         + f"of {_number(total)} pulses {_number(pulses['open'])} were open and "
+           f"{_number(pulses['short'])} short" if total else "no pulse was given"),
         *speed,
     ]
 

@@ -108,7 +108,7 @@ class Run:
 
     def __post_init__(self) -> None:
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
-                                  self.tape.line)
+                                  self.tape.line, self.tape.told)
         self.link = Link(self.simulation, self._hear)
         self._message = ""
         self._heard_s = 0.0
@@ -177,8 +177,7 @@ class Run:
         for number, value in self.machine.settings.items():
             self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
         if self.at_start:
-            x, y, z = (f"{place:.4f}" if place else "0" for place in self.machine.start_mm.values())
-            self.link.command(f"G92 X{x} Y{y} Z{z}")
+            self.link.command(self.machine.start_line)
         for line in self.mdi:
             self._enter(line.upper(), f'the line "{line}" entered by hand')
         status = self.link.status()

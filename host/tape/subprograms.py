@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Subprograms written out: the controller takes the moves one after another, as a tape has them.
 
-``M98 P2000 L3`` carries out the subprogram O2000 three times; M99 is its end. Subprograms stand
-behind the end word (M02 or M30) of the program, in the same file, and may call others. So the way
-back of a retraction leads through calls as through any other blocks.
+``M98 P2000 L3`` carries out the subprogram O2000 three times, and so does ``M98 P32000``; M99 is
+its end. Subprograms stand behind the end word (M02 or M30) of the program, in the same file, and
+may call others. So the way back of a retraction leads through calls as through any other blocks.
 
 Ref: calls and returns as on most controls since Fanuc's series 6.
 """
@@ -64,7 +64,7 @@ class _Program:
     passes: int = 0
 
     def fault(self, index: int, reason: str, column: int = 0) -> TapeError:
-        return TapeError(reason, index + self.first, column)
+        return TapeError(reason, index + self.first, column, of_text=True)
 
     def find(self, end: int) -> None:
         """Note the subprograms behind the main program's end."""
@@ -100,10 +100,7 @@ class _Program:
         if times and int(times[1]) > MOST_TIMES:
             raise self.fault(index, f"a call (M98) is repeated at most {MOST_TIMES} times, by L.",
                              times.start() + 1)
-        number = int(which[1])
-        if number not in self.subprograms:
-            raise self.fault(index, f"there is no subprogram O{number} behind the program's end "
-                             "(M02 or M30); repeats are given by L.", which.start() + 1)
+        number, repeats = self.called(index, which, times)
         if number in running:
             raise self.fault(index, f"the subprogram O{number} calls itself.", column)
         if len(running) == DEEPEST:
@@ -113,8 +110,26 @@ class _Program:
             raise self.fault(index, "a block with a call (M98) has no other P or L.", column)
         if rest.strip():
             self.put(index, rest)
-        for _ in range(int(times[1]) if times else 1):
+        for _ in range(repeats):
             self.run(self.subprograms[number], number, (*running, number))
+
+    def called(self, index: int, which: re.Match[str],
+               times: re.Match[str] | None) -> tuple[int, int]:
+        """Number of the subprogram that a call names, and how often it is to run.
+
+        Without L, what stands before the last four digits of P may be the repeats, as Fanuc has it.
+        """
+        number, repeats = int(which[1]), int(times[1]) if times else 1
+        before, last = divmod(number, 10_000)
+        if before and not times and last in self.subprograms:
+            if number in self.subprograms:
+                raise self.fault(index, f"P{which[1]} may be O{number}, or O{last:04d} {before} "
+                                 "times; say which by L.", which.start() + 1)
+            return last, before
+        if number not in self.subprograms:
+            raise self.fault(index, f"there is no subprogram O{number} behind the program's end "
+                             "(M02 or M30); repeats are given by L.", which.start() + 1)
+        return number, repeats
 
     def run(self, begin: int, number: int, running: tuple[int, ...]) -> None:
         """One pass of a subprogram."""

@@ -6,6 +6,7 @@ Texts are in upper case, as both codes have one case only; what is written small
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from host.errors import TapeError, UsageError
 from host.tape.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
 from host.tape.subprograms import COMMENT, ends_program, written_out
 
+# A word and whatever follows, as a line that no program is does not begin.
+_BLOCK = re.compile(r"\s*(?:/\s*)?[A-Za-z:]\s*[+-]?(?:\d|\.\d)")
+_PLACE = re.compile(r"^Block (\d+)(?: \(N\d+\))?")  # as the controller begins a sentence
 _LINE_END = re.compile(r"\r\n|\r|\n")    # and nothing else that Unicode takes for one
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
 
@@ -33,6 +37,12 @@ class Tape:
         """Line of the source of a block; the start of the tape is block 1."""
         return self.lines[block - 1] if 0 < block <= len(self.lines) else block
 
+    def told(self, sentence: str) -> str:
+        """A sentence of the controller on a block of this tape, with the line of the source."""
+        if not self.lines:
+            return sentence
+        return _PLACE.sub(lambda found: f"{found[0]}, line {self.line(int(found[1]))}", sentence)
+
 
 def _punchable(line: str, code: Code, *, kept: bool) -> str:
     """A line in capitals; what its code cannot punch in comments is a space there.
@@ -48,13 +58,47 @@ def _punchable(line: str, code: Code, *, kept: bool) -> str:
         char if char in code.punch and char != "%" else " " for char in found[0][1:]), line)
 
 
+def _stands_alone(line: str) -> bool:
+    return line.strip() == "%"
+
+
+def _begin(lines: Sequence[str]) -> int:
+    """Index of the program's first line: behind the ``%`` that starts it, if there is one.
+
+    What precedes that is leader, which no machine reads.
+
+    Raises
+    ------
+    TapeError
+        If the leader may be blocks of a program, or more than a ``%`` starts it.
+    """
+    first = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
+    if first == len(lines):
+        raise TapeError("the text is empty: there is nothing to punch.", 1, of_text=True)
+    if lines[first].strip().startswith("%") and not _stands_alone(lines[first]):
+        raise TapeError("% must stand alone on its line; a name of the program is written O and a "
+                        "number, on the next.", first + 1, lines[first].index("%") + 2,
+                        of_text=True)
+    start = next((n for n, line in enumerate(lines) if _stands_alone(line)), None)
+    if start is None or any(ends_program(line) for line in lines[first:start]):
+        return first
+    if not any(line.strip() for line in lines[start + 1:]):
+        return first
+    for number, line in enumerate(lines[first:start], start=first + 1):
+        if _BLOCK.match(COMMENT.sub("", line)):
+            raise TapeError("a block stands before the % that starts the program; what precedes "
+                            "that is not carried out, so take the block out, or put it behind.",
+                            number, of_text=True)
+    return start + 1
+
+
 def encode(text: str, code: Code = ISO) -> Tape:
     """Punch a text.
 
     Leader, trailer, and the ``%`` at the start and at the end are added if the text lacks them. The
-    end word is not: that a program ends there is for its author to say. What stands behind the
-    second ``%`` is no part of the program. In comments a space stands for what the code has not.
-    Calls of subprograms are written out: see ``host.tape.subprograms``.
+    end word is not: that a program ends there is for its author to say. What stands before the
+    first ``%`` and behind the second is no part of the program. In comments a space stands for
+    what the code has not. Calls of subprograms are written out: see ``host.tape.subprograms``.
 
     Raises
     ------
@@ -62,35 +106,27 @@ def encode(text: str, code: Code = ISO) -> Tape:
         If the code has no row for a character, or a ``%`` stands inside the program.
     """
     lines = _LINE_END.split(text)
-    first = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
+    first = _begin(lines)
     lines = lines[first:]
     while lines and not lines[-1].strip():
         lines.pop()
-    if not lines:
-        raise TapeError("the text is empty: there is nothing to punch.")
-    if lines[0].strip().startswith("%"):
-        if lines[0].strip() != "%":
-            raise TapeError("% must stand alone on the first line; a name of the program is "
-                            "written O and a number, on the next.", first + 1,
-                            lines[0].index("%") + 2)
-        lines = lines[1:]
-        first += 1
-    end = next((n for n, line in enumerate(lines) if line.strip() == "%"), len(lines))
+    end = next((n for n, line in enumerate(lines) if _stands_alone(line)), len(lines))
     over = next((n + 1 for n, line in enumerate(lines[:end]) if ends_program(line)), end)
     # Behind the end word only subprograms are of use.
     lines = [_punchable(line, code, kept=n < over) for n, line in enumerate(lines[:end])]
 
     rows = bytearray([BLANK] * FEED_ROWS + [code.start, code.end_of_block])
-    numbers = [first]
+    numbers = [first or 1]      # a text without a start has its line 1 behind it
     for index, line in written_out(lines, first + 1):
         number = first + 1 + index
         for column, char in enumerate(line, start=1):
             if char == "%":
                 raise TapeError("% starts and ends a tape and cannot stand inside the program.",
-                                number, column)
+                                number, column, of_text=True)
             if char not in code.punch:
                 shown = f'"{char}"' if char.isprintable() else f"character U+{ord(char):04X}"
-                raise TapeError(f"{code.title} tape has no code for {shown}.", number, column)
+                raise TapeError(f"{code.title} tape has no code for {shown}.", number, column,
+                                of_text=True)
             rows.append(code.punch[char])
         rows.append(code.end_of_block)
         numbers.append(number)
@@ -164,7 +200,8 @@ def decode(rows: bytes) -> tuple[str, Code]:
         else:
             char = _read_row(code, row, block, character)
             if char == "%" and block > 1:
-                raise TapeError("rewind stop before the end word (M02 or M30).", block, character)
+                raise TapeError("the program ends without its end word (M02 or M30).", block,
+                                character)
             line += char
     else:
         raise TapeError("the tape ends before the end word (M02 or M30).", block, character + 1)
@@ -193,8 +230,10 @@ def load(path: Path) -> Tape:
 def text_of(path: Path, data: bytes) -> str:
     """Text of a part program's bytes, without the mark that some editors put before it."""
     if b"\0" in data:
-        raise TapeError(f"{path} is no text that can be read (byte {data.index(0) + 1} is zero; "
-                        "UTF-16?); punched tapes have the ending .ptp.")
+        before = _LINE_END.split(data[:data.index(0)].decode("latin-1"))
+        raise TapeError(f"a byte of {path.name} is zero, so that it is no text (UTF-16?); save it "
+                        "as UTF-8. Punched tapes have the ending .ptp.", len(before),
+                        len(before[-1]) + 1, of_text=True)
     try:
         return data.decode().removeprefix("\ufeff")
     except UnicodeDecodeError:

@@ -124,7 +124,8 @@ def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
         controller.port.close()
     behind.close()
     assert here.outcome == there.outcome == "alarm"
-    assert here.alarm["text"] == "Block 11 (N90), character 5: the word B is unknown."
+    assert here.alarm["text"] == (
+        "Block 11 (N90), line 11, character 5: the word B is unknown.")
     assert {"retraction_set", "condition", "aux", "block"} <= {e["event"] for e in here.events}
     assert_same(there.events, here.events)
     assert controller.front() > 100

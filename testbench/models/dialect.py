@@ -23,7 +23,7 @@ TIMES = {100: (15, 25), 110: (30, 30), 120: (60, 40), 130: (100, 50), 140: (150,
          150: (200, 100), 500: (5, 40), 510: (3, 30)}   # of the conditions, us
 CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
-CODES = 6               # G words, and M words, of a block
+CODES = {"G": 12, "M": 6}           # words of a block
 ITEMS = "RLHEQZ"
 FINE = 64               # parts of a pulse in which centres are given
 RADIUS_MM = 1000        # largest of an arc
@@ -36,7 +36,7 @@ GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 4: "once",
           92: "once", 94: "feed", 95: "feed", 53: "frame",
           **dict.fromkeys((28, 30, *map(Decimal, ("28.1", "30.1", "92.1"))), "once")}
 # Change nothing on this machine; 80 ends the mode of motion.
-SILENT = {49, 61, 64, 80, Decimal("91.1"), 98, 99}
+SILENT = {49, 50, 61, 64, 69, 80, Decimal("91.1"), 98, 99}
 NOT_THE_MACHINES = {70, 71, 72, 73, 98, 99}     # M codes that are not for the machine side
 ALONE = 10, 36, 37, 38, 39
 STEPS = 32              # of a series of conditions by depth
@@ -114,7 +114,8 @@ class Dialect:
             value = value_of(letter, sign, digits)
             if letter in codes:
                 require(value * 10 == int(value * 10) and value * 10 <= 65535, "code")
-                require(value not in codes[letter] and len(codes[letter]) < CODES, "code twice")
+                require(value not in codes[letter], "code twice")
+                require(len(codes[letter]) < CODES[letter], "codes")
                 codes[letter].append(value)
             else:
                 require(letter not in words, "word twice")
@@ -127,6 +128,7 @@ class Dialect:
         groups = {}
         for code in g_codes:
             if code in SILENT:
+                require(code != 50 or not {"X", "Y", "Z"} & set(words), "place by G50")
                 continue
             require(code in GROUPS, f"G{code}")
             require(GROUPS[code] not in groups, "group")
@@ -197,6 +199,7 @@ class Dialect:
     def _dwell(self, words, meaning):
         meaning.act = "dwell"
         require(("P" in words) != ("X" in words), "dwell")
+        require("P" not in words or words["P"].as_tuple().exponent == 0, "ms with decimals")
         seconds = words.pop("P") / 1000 if "P" in words else words.pop("X")
         require(seconds >= 0 and not (seconds == 0 and str(seconds).startswith("-")), "negative")
         meaning.dwell = self._clocks(seconds)

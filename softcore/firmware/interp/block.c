@@ -104,6 +104,7 @@ static bool read_number(block *b, char letter, word *w, fault *f) {
 static bool add_code(block *b, char letter, const word *w, fault *f) {
     code_word *list = letter == 'G' ? b->g : b->m;
     uint8_t *count = letter == 'G' ? &b->g_count : &b->m_count;
+    uint32_t most = letter == 'G' ? BLOCK_G_CODES : BLOCK_CODES;
     units_number number = w->number;
     if (number.digits >= CODE_DIGITS)
         return fault_at(f, FAULT_UNKNOWN, w->column, "the code after %c is unknown", letter);
@@ -120,9 +121,9 @@ static bool add_code(block *b, char letter, const word *w, fault *f) {
     for (unsigned i = 0; i < *count; i++)
         if (list[i].tenths == tenths)
             return fault_at(f, FAULT_DUPLICATE, w->column, "the same %c code stands twice", letter);
-    if (*count == BLOCK_CODES)
-        return fault_at(f, FAULT_CONFLICT, w->column, "more than %u %c codes in the block",
-                        (uint32_t)BLOCK_CODES, letter);
+    if (*count == most)
+        return fault_at(f, FAULT_CONFLICT, w->column, "more than %u %c codes in the block", most,
+                        letter);
     list[(*count)++] = (code_word){(uint16_t)tenths, w->column};
     return true;
 }

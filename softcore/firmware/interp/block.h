@@ -9,7 +9,8 @@
 #include "base/fault.h"
 #include "base/units.h"
 
-#define BLOCK_CODES 6   /* G words, and M words, of a block */
+#define BLOCK_CODES 6       /* M words of a block */
+#define BLOCK_G_CODES 12    /* and G words: posts begin with ten of them */
 
 typedef struct {
     units_number number;
@@ -25,7 +26,7 @@ typedef struct {
 typedef struct {
     uint32_t present;           /* bit 0 is A */
     word words[26];             /* by letter; G and M stand in their lists, `:` is O */
-    code_word g[BLOCK_CODES], m[BLOCK_CODES];
+    code_word g[BLOCK_G_CODES], m[BLOCK_CODES];
     uint8_t g_count, m_count;
     bool skipped;               /* begins with `/` and block skip is on */
     /* Progress. */

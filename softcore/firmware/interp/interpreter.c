@@ -26,9 +26,9 @@ static const g_row G_ROWS[] = {
     {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
     {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {280, G_ONCE},
     {281, G_ONCE}, {300, G_ONCE}, {301, G_ONCE}, {360, G_ONCE}, {370, G_ONCE}, {380, G_ONCE},
-    {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {530, G_FRAME},
+    {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {500, G_SILENT}, {530, G_FRAME},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
-    {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
+    {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {690, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
     {910, G_DISTANCE}, {911, G_SILENT}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
     {980, G_SILENT}, {990, G_SILENT},
 };
@@ -54,6 +54,7 @@ static const refused_row REFUSED[] = {
     {591, 599, "more work offsets (G59.1) are not in this version; there are G54 to G59"},
     {650, 669, "macro calls (G65, G66) are not in this version; write the moves out"},
     {680, 689, "turned coordinates (G68) are not in this version; turn the part in the CAM program"},
+    {700, 719, "G70 and G71 are G20 and G21 here; a lathe's cycles are not in this version"},
     {730, 769, "canned cycles (G73 to G76) are not in this version; write the moves out"},
     {810, 899, "canned cycles (G81 to G89) are not in this version; write the moves out"},
     {901, 901, "centres from the zero (G90.1) are not in this version; I, J, K count from the start"},
@@ -63,22 +64,30 @@ static const refused_row REFUSED[] = {
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
 };
 
+static bool refuse_code(context *c, code_word code) {
+    for (unsigned k = 0; k < sizeof REFUSED / sizeof *REFUSED; k++)
+        if (code.tenths >= REFUSED[k].first && code.tenths <= REFUSED[k].last)
+            return fault_at(c->f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
+    return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
+                    (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+}
+
 static bool find_groups(context *c) {
     for (unsigned group = 0; group < G_GROUPS; group++)
         c->g[group] = -1;
     for (unsigned i = 0; i < c->b->g_count; i++) {
         code_word code = c->b->g[i];
-        for (unsigned k = 0; k < sizeof REFUSED / sizeof *REFUSED; k++)
-            if (code.tenths >= REFUSED[k].first && code.tenths <= REFUSED[k].last)
-                return fault_at(c->f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
         const g_row *row = G_ROWS;
         const g_row *end = G_ROWS + sizeof G_ROWS / sizeof *G_ROWS;
         while (row < end && row->tenths != code.tenths)
             row++;
         if (row == end)
-            return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
-                            (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+            return refuse_code(c, code);
         if (row->group == G_SILENT) {
+            /* Elsewhere it sets the place, and the words would be a motion here. */
+            if (code.tenths == 500 && c->b->present & AXIS_LETTERS)
+                return fault_at(c->f, FAULT_REFUSED, code.column,
+                                "G50 with X, Y or Z is not in this version; set a place by G92");
             c->blending = c->blending || code.tenths == 640;
             c->p->after.mode = code.tenths == 800 ? MODE_NONE : c->p->after.mode;
             continue;
@@ -111,6 +120,10 @@ static bool judge_dwell(context *c) {
     if (!ms == !seconds)
         return fault_at(c->f, ms ? FAULT_CONFLICT : FAULT_MISSING, ms ? ms->column : 0,
                         "G04 needs its time, as P (ms) or X (s)");
+    /* Decimals would be seconds, as grbl and LinuxCNC count them. */
+    if (ms && ms->number.decimals)
+        return fault_at(c->f, FAULT_NUMBER, ms->column,
+                        "P of G04 counts whole ms; seconds are written X");
     const word *w = ms ? ms : seconds;
     if (w->negative || !units_clocks(w->number, ms != 0, &c->p->dwell))
         return fault_at(c->f, FAULT_OVERFLOW, w->column, "the time of G04 is out of range");

@@ -117,7 +117,7 @@ static reader_result data_byte(reader *r, uint8_t byte, fault *f) {
         return READER_BLOCK;
     }
     if (c == '%') {
-        fault_at(f, FAULT_NO_END, r->column, "rewind stop before the end word (M02 or M30)");
+        fault_at(f, FAULT_NO_END, r->column, "the program ends without its end word (M02 or M30)");
         return damaged(r, f);
     }
     if (c == 1)

@@ -307,8 +307,9 @@ lines_part lines_byte(uint8_t byte) {
     bool follows = c == '\n' && returned; /* the second half of CR LF */
     returned = c == '\r';
     if (c == '\n' || c == '\r') {
-        if (!now.length && before == GOOD && (follows || judge_plain() != GOOD))
-            return LINES_MORE; /* no line that is blank is worth a refusal */
+        /* Between frames, and where numbers are, it may be what is left of one, or come twice. */
+        if (!now.length && before == GOOD && (follows || guarded || tape_due()))
+            return LINES_MORE;
         return now.numbered ? end_numbered() : end_plain();
     }
     if (byte >= 0x80) {

@@ -17,10 +17,13 @@
 #include "interp/reader.h"
 #include "roughing/result.h"
 
-/* The default machine of the simulation: a tape is judged for it. */
-#define CHECK_CLOCK_HZ 2000000
-#define CHECK_PULSES_PER_MM 10000
-#define CHECK_JUMP_AXIS 2
+/* What a tape is judged for: without a machine, the clock and the axes of the built-in sinker, and no
+   end of the travel. */
+static const struct check_machine {
+    uint32_t clock_hz, pulses_per_mm, jump_axis;
+    bool travel;
+} SINKER = {2000000, 10000, 2, false};
+static struct check_machine judged;
 #define CHECK_SETTINGS 64       /* entered by hand */
 
 /* What lines by hand have left. */
@@ -39,18 +42,33 @@ static modal fresh(void) {
 static void nothing(void) {}
 
 static void prepare(void) {
-    units_init(CHECK_CLOCK_HZ, CHECK_PULSES_PER_MM);
+    units_init(judged.clock_hz, judged.pulses_per_mm);
     settings_init(nothing);
     for (unsigned i = 0; i < assignments; i++)
         settings_set(assigned[i].number, assigned[i].value);
     result_presume();
 }
 
-void gk_check_forget(void) {
+static const travel_range *travel(void) {
+    return judged.travel ? settings_travel() : &TRAVEL_ALL;
+}
+
+static void forget(void) {
     assignments = 0;
     prepare();
     gap_init();
     entered = fresh();
+}
+
+void gk_check_forget(void) {
+    judged = SINKER;
+    forget();
+}
+
+void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis) {
+    gk_boot(clock_hz, pulses_per_mm, jump_axis); /* whose travel depends on the axis of jumps */
+    judged = (struct check_machine){clock_hz, pulses_per_mm, jump_axis, true};
+    forget();
 }
 
 static bool parse(block *words, const char *text, uint32_t length, fault *f) {
@@ -64,9 +82,10 @@ static bool parse(block *words, const char *text, uint32_t length, fault *f) {
 
 static bool judge(const block *words, const modal *state, bool by_hand, plan *p, fault *f) {
     plan_result result = PLAN_FAULT;
-    if (interpreter_block(words, state, by_hand, settings_highest_speed(), &TRAVEL_ALL, CHECK_JUMP_AXIS, p, f))
+    if (interpreter_block(words, state, by_hand, settings_highest_speed(), travel(),
+                          judged.jump_axis, p, f))
         do
-            result = interpreter_arc_step(p, &TRAVEL_ALL, f);
+            result = interpreter_arc_step(p, travel(), f);
         while (result == PLAN_MORE);
     return result == PLAN_DONE;
 }
@@ -173,7 +192,7 @@ static bool compensate(const block *words, plan *p, fault *f) {
         return false;
     plan_result result;
     do
-        result = wire_offset_step(&TRAVEL_ALL, f);
+        result = wire_offset_step(travel(), f);
     while (result == PLAN_MORE);
     if (result == PLAN_FAULT)
         return false;

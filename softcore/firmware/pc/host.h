@@ -33,8 +33,10 @@ typedef struct {
 } gk_record;
 
 /* Enter a line by hand before a check, such as the defaults of the retraction data, or a setting. 0, or -1 with one
-   sentence in `message`. gk_check_forget takes back what was entered. */
+   sentence in `message`. gk_check_forget takes back what was entered, and the machine; gk_check_machine
+   says of which machine clock, scale and travel are to be judged, and takes back what was entered. */
 void gk_check_forget(void);
+void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 int gk_check_line(const char *line, char *message, uint32_t size);
 
 /* Blocks of a tape that has no fault; or -1, with one sentence in `message`. */

@@ -92,6 +92,18 @@ def test_lines_are_answered_in_turn(machine):
         "a blank line counts, the second half of CR LF does not"
 
 
+def test_a_blank_line_behind_a_damaged_frame_has_its_answer(machine):
+    """A sender may begin by one. Where lines have numbers it may be an end that came twice."""
+    machine.send(bytes([0x02, 5, 1, 0x41]))
+    machine.run(200)    # until the frame is given up
+    for line in ("", "G04 P1"):
+        code = "error:" if not line else "ok"
+        assert machine.line(line)[-1].startswith(code), line
+    machine.send(Machine.numbered(0, "G04 P1"))
+    machine.run(400)
+    assert machine.line("") == []
+
+
 def test_what_senders_for_grbl_ask_first(machine):
     assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,15,255]", "ok"]
     assert machine.line("$G") == ["[GC:G80 G54 G17 G21 G90 G94 M5 M9 T0 F0.000 S0]", "ok"]

@@ -231,7 +231,8 @@ def test_lines_by_hand_complete_the_data_of_a_checked_tape(program):
     assert (alone.returncode, alone.stdout) == (4, "")
     given = gapkeeper("tape", "check", program, "--mdi", "g36 l0.5 h600", "--mdi", "G36 E60 Q0.1")
     assert (given.returncode, given.stderr) == (0, "")
-    assert given.stdout == f"{program}: 2 blocks, no fault found\n"
+    assert given.stdout == (f"{program}: 2 blocks, no fault found; travel not judged "
+                            "(--machine)\n")
 
 
 @pytest.mark.parametrize(("line", "message"), [
@@ -269,7 +270,7 @@ def test_what_cannot_be_punched_is_one_sentence(workdir):
     program.write_text("%\nG01 ; FAST\nM02\n")
     result = gapkeeper("tape", "encode", "--code", "eia", "-o", workdir / "bad.ptp", program)
     assert (result.returncode, result.stdout) == (4, "")
-    assert result.stderr == ('gapkeeper: Block 2, character 5: EIA RS-244 tape has no code for '
+    assert result.stderr == ('gapkeeper: Line 2, character 5: EIA RS-244 tape has no code for '
                              '";".\n')
     assert not (workdir / "bad.ptp").exists()
 
@@ -290,7 +291,8 @@ def test_names_of_files_may_be_in_capitals_and_one_is_one(workdir):
     source.write_text("M02\n")
     assert gapkeeper("tape", "encode", "-o", punched, source).returncode == 0
     for path in (source, punched):
-        assert gapkeeper("tape", "check", path).stdout == f"{path}: 1 block, no fault found\n"
+        said = gapkeeper("tape", "check", path).stdout
+        assert said == f"{path}: 1 block, no fault found; travel not judged (--machine)\n"
     run = gapkeeper("run", punched, "--out", workdir / "out")
     assert run.returncode == 0
     assert "</span>M02" in (workdir / "out" / "report.html").read_text(encoding="utf-8")
@@ -303,7 +305,7 @@ def test_a_text_that_cannot_be_punched_is_a_rejected_run(workdir):
     assert result.returncode == 4
     summary = json.loads((workdir / "out" / "summary.json").read_text())
     assert summary["outcome"] == "rejected"
-    assert summary["alarm"]["text"].startswith("Block 2, character 5: ISO 840 tape has no code")
+    assert summary["alarm"]["text"].startswith("Line 2, character 5: ISO 840 tape has no code")
 
 
 def test_a_fault_of_the_program_is_no_traceback(workdir):
@@ -400,7 +402,7 @@ def test_a_run_stops_at_its_time(workdir):
 def test_one_pulse_of_motion_tells_an_alarm_from_a_rejected_tape(workdir, height, status, outcome):
     result, summary, events, _ = run_text(workdir, f"%\nG90\nG00 Z{height}\nG04 P50\nB2\nM02\n")
     assert (result.returncode, summary["outcome"]) == (status, outcome)
-    assert events[-1]["text"] == "Block 5, character 1: the word B is unknown."
+    assert events[-1]["text"] == "Block 5, line 5, character 1: the word B is unknown."
 
 
 def test_depth_and_trace_keep_the_frame_in_which_the_program_began(workdir):
@@ -421,7 +423,7 @@ def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
         workdir, f"%\nG90\nG01 Z{height} F600\nM02\n", *options)
     assert (result.returncode, summary["outcome"]) == (3, "alarm")
     assert summary["alarm"]["code"] == alarm_number("contact")
-    assert events[-1]["text"].startswith("Block 3: contact with the discharge off;")
+    assert events[-1]["text"].startswith("Block 3, line 3: contact with the discharge off;")
     assert 0.1 < summary["pressed_mm"] <= 0.2
     assert summary["pressed_mm"] == pytest.approx(-trace["gap_um"].min() / 1000, abs=1e-6)
     said = f"The electrode was pressed {summary['pressed_mm']:.3f} mm into the workpiece: "

@@ -77,9 +77,11 @@ def test_nonsense_is_refused(line):
 
 
 def test_blocks_are_counted_as_lines_of_the_source():
-    scale = Scale(clock_hz=1, source=lambda block: block - 1)
+    tape = encode("N40 G01 Z-1\n" * 7)
+    scale = Scale(1, source=tape.line, told=tape.told)
     event = parse("[E:alarm,1,7,0,0,0,115,Block 7 (N40), character 5: no. 12 is unknown.]", scale)
-    assert (event["line"], event["text"]) == (6, "Block 6 (N40), character 5: no. 12 is unknown.")
+    assert (event["line"], event["text"]) == (
+        6, "Block 7 (N40), line 6, character 5: no. 12 is unknown.")
     assert parse("[E:end,1,0,0,0,0]", scale)["line"] == 0, "0 is no block of the tape"
 
 
@@ -144,7 +146,7 @@ def test_alarm_before_motion_is_a_rejected_tape():
     _, machine = ended_by("[E:alarm,5,2,0,0,0,115,Block 2: no.]", alarm_line("unknown"))
     run = Run(MACHINE, TAPE, machine)
     assert run.execute() == "rejected"
-    assert run.alarm == {"code": 115, "text": "Block 2: no."}
+    assert run.alarm == {"code": 115, "text": "Block 2, line 2: no."}
     assert len(run.events) == 1
 
 

@@ -72,7 +72,7 @@ class Still:
 class Quiet:
     """A line on which ``waits`` counts what was slept."""
 
-    url = "none"
+    url, gone = "none", 0
 
     def __init__(self, data=b""):
         self.data, self.waited = data, 0.0
@@ -397,6 +397,24 @@ def test_half_a_line_waits_for_its_other_half():
 MOVE = "G91 G01 X0.01 F600"
 WORDS = [MOVE, MOVE, MOVE, MOVE, "$X", "$#", "$L", "$$", "G21", "(a comment)", "G77", "$Q", "M99",
          "G04 P1", "$POSITION=HERE", "@7 broken*0000", "G01 Y", "X0.5.5", "M05"]
+
+
+@pytest.mark.parametrize("left", ["G91 G01 F600 X1", "G91 G01 F600 X", "\x02\x05\x01AB"])
+def test_the_next_client_completes_nothing_that_one_has_left(left):
+    """A sender for grbl begins by a line's end: of half a motion it would make a motion."""
+    machine = firmware()
+    with serving(machine) as (url, _):
+        client = Client(Port(url))
+        for line in ("$X", "$POSITION=HERE"):
+            assert client.ask(line)[-1] == "ok"
+        client.send(left)
+        client.port.close()
+        client = Client(Port(url))
+        client.send("\n5\n")
+        client.lines_until(lambda lines: sum(bool(ANSWER.fullmatch(one)) for one in lines) == 2)
+        assert client.ask("G04 P20")[-1] == "ok"
+        client.port.close()
+    assert set(machine.positions().values()) == {0}
 
 
 @pytest.mark.parametrize("seed", range(3))

