@@ -79,11 +79,57 @@ def c_header() -> str:
     lines += [f"#define REALTIME_DOOR 0x{linkmap.DOOR:02x}u",
               "#define REALTIME_PASSED_OVER(byte) (" + " || ".join(
                   f"(byte) == 0x{byte:02x}u" for byte in sorted(linkmap.PASSED_OVER)) + ")"]
+    # For the model of the link on a computer.
+    lines += [f"#define OVERRIDE_{name.upper()}_{end} {value}"
+              for name, ends in linkmap.OVERRIDES.items()
+              for end, value in zip(("LEAST", "MOST"), ends, strict=True)]
+    lines += [f"#define OVERRIDE_BYTES(row) {' '.join(map(_override, linkmap.OVERRIDE_BYTES))}"]
     lines += [f"#define MARK_{name.upper()} {number}"
               for number, (name, _) in enumerate(linkmap.MARKS)]
     lines += [f"#define {name} 0x{getattr(linkmap, name):02x}u"
               for name in ("FRAME_START", "FRAME_END", "FRAME_ESCAPE", "FRAME_FLIP")]
     return "\n".join(lines) + "\n"
+
+
+def _override(one: linkmap.Override) -> str:
+    """A row of the bytes that change an override: byte, which, the value to set, or 0; the step."""
+    return f"row(0x{one.byte:02x}u, {one.of}, {one.to or 0}, {one.by})"
+
+
+def realtime_page() -> str:
+    """Every real-time byte, and what the overrides do to each kind of feed, as Markdown."""
+    bytes_ = {one.byte: one.doc for one in linkmap.REALTIME}
+    bytes_ |= {linkmap.DOOR: "As `!` (the safety door of grbl)."}
+    bytes_ |= {one.byte: f"Override of {one.doc}." for one in linkmap.OVERRIDE_BYTES}
+    bytes_ |= {byte: f"Nothing: it {why}." if not why.startswith("grbl") else f"Nothing: {why}."
+               for byte, why in linkmap.PASSED_OVER.items()}
+    (low, high), (slow, fast) = linkmap.OVERRIDES["feed"], linkmap.OVERRIDES["rapid"]
+    lines = [
+        "# Real-time bytes", "",
+        "The gateware takes these bytes out of the stream, whatever came before them: in the midst "
+        "of a line, too, which stays whole. Other bytes from 0x80 on mean nothing: between lines "
+        "they are dropped, within a line they refuse it. A frame contains none of them.", "",
+        "| byte | meaning |", "| --- | --- |",
+        *(f"| {_byte(byte)} | {doc} |" for byte, doc in sorted(bytes_.items())),
+        "", "## Overrides", "",
+        f"The feed's goes from {low} to {high} %, that of rapids from {slow} to {fast} %; both "
+        "are 100 % at power-on, after Ctrl-X and after the end of a program. They act at once, in "
+        "a block under way as well, with the ramp's acceleration. `Ov:` of the status report tells "
+        "them; its third number, the spindle's in grbl, is always 100.", "",
+        "| what moves | scaled by the override of | |", "| --- | --- | --- |",
+        *(f"| {what} | {which or 'nothing'} | {why} |" for what, which, why in linkmap.FEEDS),
+        "",
+        "On a guarded link (numbered lines) the overrides, like `~` and 0xB0, do nothing: no bent "
+        "byte makes the machine faster.", "",
+        "0x9E switches the discharge off only in `Hold:0`, and never on: it is on again with the "
+        "order to go on, as after M00, if it is still armed by hand; if not, the hold stays.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _byte(byte: int) -> str:
+    name = {0x18: "Ctrl-X, "}.get(byte, "")
+    return f"`{chr(byte)}`" if 0x20 < byte < 0x7F else f"{name}0x{byte:02X}"
 
 
 def reference() -> str:
@@ -135,6 +181,7 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
           lambda: render.conditions_header(CONDITIONS)),
     _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
     _made(REFERENCE / "pins.md", "constraints/board.py", lambda: pins_page(ulx3s.BOARDS)),
+    _made(REFERENCE / "realtime-bytes.md", "softcore/linkmap.py", realtime_page),
     _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
 ))
 

@@ -5,7 +5,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from softcore.linkmap import DOOR, MARKS, PASSED_OVER, REALTIME
+from softcore.linkmap import DOOR, MARKS, OVERRIDE_BYTES, OVERRIDES, PASSED_OVER, REALTIME
 
 __all__ = ["ENTRY", "NOTES", "LinkDecoder", "mark"]
 
@@ -33,6 +33,9 @@ class LinkDecoder(wiring.Component):
 
     * Each byte but that of the reset leaves a note, until firmware reads the notes. ``DOOR`` counts
       as a `!`. ``PASSED_OVER`` leave nothing.
+    * ``OVERRIDE_BYTES`` change ``override_feed`` and ``override_rapid`` within their bounds, each
+      as it comes, so that none is lost; a release brings both back to 100. A byte in the clock of
+      the release counts from there.
     * ``hold`` is up from a `!` on, until firmware releases it.
     * ``reset`` is up from a Ctrl-X on, until firmware releases it. The queue is emptied
       (``flush``), and gets the mark ``reset`` in the next clock: what came before is gone, and what
@@ -53,7 +56,9 @@ class LinkDecoder(wiring.Component):
         The queue's oldest entry, and whether firmware takes it.
     hold, reset : Out(1)
         What the gateware has begun by itself.
-    release_hold, release_reset, release_strobe : In(1)
+    override_feed : Out(8), override_rapid : Out(7)
+        Overrides in percent.
+    release_hold, release_reset, release_override, release_strobe : In(1)
         Register ``release``.
     notes_strobe : In(1)
         The notes are being read.
@@ -66,8 +71,9 @@ class LinkDecoder(wiring.Component):
             "data": In(8), "done": In(1), "framing": In(1), "room": In(1),
             "entry": Out(ENTRY), "push": Out(1), "flush": Out(1),
             "head": In(ENTRY), "taken": In(1), "hold": Out(1), "reset": Out(1),
-            "release_hold": In(1), "release_reset": In(1), "release_strobe": In(1),
-            "notes_strobe": In(1),
+            "release_hold": In(1), "release_reset": In(1), "release_override": In(1),
+            "release_strobe": In(1), "notes_strobe": In(1),
+            "override_feed": Out(8, init=100), "override_rapid": Out(7, init=100),
         } | {f"notes_{name}": Out(1) for name in NOTES})
         self.told = Signal()  # the mark of the last reset has been taken
 
@@ -80,8 +86,9 @@ class LinkDecoder(wiring.Component):
             also = [DOOR] if realtime.name == "hold" else []
             m.d.comb += came[realtime.name].eq(self.done & self.data.matches(realtime.byte, *also))
         plain = Signal()
-        m.d.comb += plain.eq(self.done & ~Cat(came.values()).any()
-                             & ~self.data.matches(*sorted(PASSED_OVER)))
+        m.d.comb += plain.eq(self.done & ~Cat(came.values()).any() & ~self.data.matches(
+            *sorted(PASSED_OVER), *(one.byte for one in OVERRIDE_BYTES)))
+        self._overrides(m)
 
         flushed = Signal()
         m.d.sync += flushed.eq(self.flush)
@@ -109,3 +116,22 @@ class LinkDecoder(wiring.Component):
                 m.d.sync += self.reset.eq(0)
 
         return m
+
+    def _overrides(self, m):
+        """Each override by its bytes, within its bounds."""
+        for name, (least, most) in OVERRIDES.items():
+            value = getattr(self, f"override_{name}")
+            mine = [one for one in OVERRIDE_BYTES if one.of == name]
+            before, after = Signal.like(value), Signal.like(value)
+            step = Signal(signed(5), name=f"step_{name}")
+            total = Signal(signed(len(value) + 2), name=f"total_{name}")
+            m.d.comb += [
+                before.eq(Mux(self.release_strobe & self.release_override, 100, value)),
+                total.eq(before + step),
+                after.eq(Mux(total > most, most, Mux(total < least, least, total))),
+            ]
+            with m.If(self.done), m.Switch(self.data):
+                for one in mine:
+                    with m.Case(one.byte):
+                        m.d.comb += step.eq(one.by) if one.to is None else after.eq(one.to)
+            m.d.sync += value.eq(after)

@@ -65,7 +65,13 @@ LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
     ("release", "End what a real-time byte has begun, unless it came once more and firmware has "
      "not seen that yet.", (
         Field(name="hold", bits=1, access="w", doc="The feed may go on."),
-        Field(name="reset", bits=1, access="w", doc="The reset has been carried out.")), "write"),
+        Field(name="reset", bits=1, access="w", doc="The reset has been carried out."),
+        Field(name="override", bits=1, access="w", doc="Overrides back to 100 %.")), "write"),
+    ("override", "Overrides as their bytes have set them, one after the other.", (
+        Field(name="feed", bits=8, access="r", unit="%", doc="Of the constant feed."),
+        Field(name="rapid", bits=7, access="r", unit="%", doc="Of rapids."))),
+    ("waiting", "Length of the receive queue.",
+     _value(9, "Entries.", access="r", unit="entry")),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "
@@ -106,6 +112,10 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
                   "5 re-advance low, 6 halted."),
         Field(name="crowded", bits=1, access="r",
               doc="Events wait to be taken, and forward motion for that."))),
+    ("pace", "Feed of a segment that is to be in force at once, see ``pace_slot``.",
+     _value(30, "Rate.", unit=RATE)),
+    ("pace_slot", "Take ``pace`` over, if the machine is in the segment in this slot. The word of "
+     "the slot is to be written before.", _value(8, "The slot."), "write"),
 ))
 
 RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.motion.ramp``.",

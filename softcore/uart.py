@@ -173,6 +173,8 @@ class Uart(wiring.Component):
         The transmit queue has room.
     noted : Out(1)
         There is a note.
+    waiting : Out(range(RECEIVE_DEPTH + 1))
+        Entries in the receive queue.
     taken : In(1)
         After the byte under way the line to the host is that of the notice; what is queued stays.
     notice_data : In(8), notice_valid : In(1), notice_ready : Out(1)
@@ -195,7 +197,9 @@ class Uart(wiring.Component):
             "transmit": In(8), "transmit_strobe": In(1), "ready": Out(1),
             "taken": In(1), "notice_data": In(8), "notice_valid": In(1), "notice_ready": Out(1),
             "hold": Out(1), "reset": Out(1), "noted": Out(1), "notes_strobe": In(1),
-            "release_hold": In(1), "release_reset": In(1), "release_strobe": In(1),
+            "release_hold": In(1), "release_reset": In(1), "release_override": In(1),
+            "release_strobe": In(1), "override_feed": Out(8, init=100),
+            "override_rapid": Out(7, init=100), "waiting": Out(range(RECEIVE_DEPTH + 1)),
         } | {f"notes_{name}": Out(1) for name in NOTES})
 
     def elaborate(self, platform):
@@ -225,8 +229,13 @@ class Uart(wiring.Component):
         ]
         for name in NOTES:
             m.d.comb += getattr(self, f"notes_{name}").eq(getattr(decoder, f"notes_{name}"))
-        for name in ("hold", "reset", "strobe"):
+        for name in ("hold", "reset", "override", "strobe"):
             m.d.comb += getattr(decoder, f"release_{name}").eq(getattr(self, f"release_{name}"))
+        m.d.comb += [
+            self.override_feed.eq(decoder.override_feed),
+            self.override_rapid.eq(decoder.override_rapid),
+            self.waiting.eq(received.level),
+        ]
 
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
         m.submodules.waiting = waiting = EventQueue(width=8, depth=TRANSMIT_DEPTH)

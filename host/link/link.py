@@ -17,9 +17,9 @@ by ``error:108``, with the number if it could be read, and such a line may be se
 here, and if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
-refused, and the single bytes `~` and 0xB0 do nothing, so that no bent byte starts a motion. Their
-work is done by the lines ``$RESUME`` and ``$RETRACT``, at any time: while a tape runs or is being
-sent, and before lines that wait.
+refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing, so that no bent byte
+starts a motion or makes one faster. The work of the first two is done by the lines ``$RESUME`` and
+``$RETRACT``, at any time: while a tape runs or is being sent, and before lines that wait.
 
 **Tape frames** carry punched bytes::
 
@@ -119,9 +119,14 @@ def is_cut(line: str) -> bool:
 
 
 def fields_of(report: str) -> dict[str, str]:
-    """Fields of a status report by name, the state as ``state``."""
+    """Fields of a status report by name.
+
+    The state is ``state``; what follows it, as the 0 of Hold:0, is ``substate``.
+    """
     state, *fields = report.strip("<>").split("|")
-    return {"state": state} | dict(field.partition(":")[::2] for field in fields)
+    state, _, substate = state.partition(":")
+    return {"state": state} | ({"substate": substate} if substate else {}) | dict(
+        field.partition(":")[::2] for field in fields)
 
 
 class BytePipe(Protocol):

@@ -179,6 +179,9 @@ class Motion(wiring.Component):
             path.fast_behind_new.eq(registers.fast_behind),
             path.fast_slot.eq(registers.fast_slot),
             path.fast_strobe.eq(registers.fast_slot_strobe),
+            path.pace.eq(registers.pace),
+            path.pace_slot.eq(registers.pace_slot),
+            path.pace_strobe.eq(registers.pace_slot_strobe),
 
             *self.distributor.follow(path),
             self.distributor.restart.eq(load),

@@ -48,6 +48,10 @@ class SegmentWindow(wiring.Component):
     backwards (forwards) makes its border the next such place ahead (behind), until firmware has
     looked at what there is between them.
 
+    The segment at work has its feed from the ring. A new feed that is written there reaches it by
+    ``pace``: in the clock after the strobe, or after a fetch under way. Nothing else of the segment
+    changes, so the path is the same, and the ramp follows the new feed as any other.
+
     A bit that changes by itself is found. A word of the ring has a parity, looked at whenever it is
     fetched: ``damaged_word`` is then high in the 2nd clock after the one that has it, before a
     pulse can be made of it. The words of the segment at work keep theirs: ``damaged_segment``.
@@ -79,6 +83,9 @@ class SegmentWindow(wiring.Component):
     fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
     fast_strobe : In(1)
         Where the machine must be slow next, as seen from the segment in a slot.
+    pace : In(30), pace_slot : In(range(slots)), pace_strobe : In(1)
+        A feed that is to be in force at once, if the machine is in the segment in this slot. It
+        stays for 12 clocks from the strobe on.
     position, front : Out(signed(32))
         Path coordinates. They wrap.
     slot : Out(range(slots))
@@ -139,6 +146,9 @@ class SegmentWindow(wiring.Component):
             "fast_behind_new": In(signed(32)),
             "fast_slot": In(range(slots)),
             "fast_strobe": In(1),
+            "pace": In(30),
+            "pace_slot": In(range(slots)),
+            "pace_strobe": In(1),
             "position": Out(signed(32)),
             "front": Out(signed(32)),
             "slot": Out(range(slots)),
@@ -322,6 +332,14 @@ class SegmentWindow(wiring.Component):
         # The registers of words 0 to 7: their parity, without the bits that no register has.
         kept = Cat(self.length, self.rate, *travel, shape, self.change, self.divisor)
         parity, known = Signal(name="segment_parity"), Signal()
+        paces = Signal()  # a feed waits for a segment that is there
+        with m.If(paces & self.ready & ~fetch):
+            m.d.sync += paces.eq(0)
+            with m.If(self.pace_slot == self.slot):
+                m.d.sync += [self.rate.eq(self.pace),
+                             parity.eq(parity ^ self.rate.xor() ^ self.pace.xor())]
+        with m.If(self.pace_strobe):
+            m.d.sync += paces.eq(1)
         with m.If(fetching & (step <= line)):
             cut_even, cut_odd = (Mux(step == at, word[30:].xor(), word[32])
                                  for word, at in ((even, 2), (odd, 2)))

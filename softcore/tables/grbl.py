@@ -42,7 +42,7 @@ def _constant(number: int, title: str, value: int, meaning: str) -> GrblSetting:
 
 
 GRBL_SETTINGS: tuple[GrblSetting, ...] = (
-    _constant(10, "status report, mask", 1,
+    _constant(10, "status report, mask", 3,
               "The sum of 1: reports have `MPos`; and 2: they have `Bf`. There is no other kind of "
               "report."),
     _constant(13, "reports in inches", 0, "Reports are in mm, whatever G20 says."),

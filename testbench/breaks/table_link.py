@@ -8,6 +8,8 @@ __all__ = ["LINK"]
 PROGRAM = "unit/firmware/test_program.py"
 MACHINE = "unit/firmware/test_machine.py"
 TALK = "unit/firmware/test_link.py"
+STATUS = "unit/firmware/test_status.py"
+OVERRIDE = "unit/firmware/test_override.py"
 
 LINK = (
     *breaks_of(
@@ -85,14 +87,40 @@ LINK = (
          "what guards stays in motion", MACHINE),
         ("    if (program_running())\n", "    if (program_running() && settings_guard(number))\n",
          "no setting changes in a program", f"{TALK} {MACHINE}"),
-        ("        machine_hold(true);\n", "        machine_hold(false);\n", "a hold holds",
+        ("(void)machine_hold(true, 0);\n", "(void)machine_hold(false, 0);\n", "a hold holds",
          "unit/firmware/test_lines.py"),
-        ("machine_locked() || machine_position_lost())\n        return \"Alarm\"",
-         "machine_locked())\n        return \"Alarm\"", "a lost position is told"),
+        ("    if (lines_guarded()) {\n        hal_overrides", "    if (0) {\n        hal_overrides",
+         "a guarded link has no overrides", OVERRIDE),
+        ("notes & NOTE_STOP && meter_rests()", "notes & NOTE_STOP",
+         "the discharge goes off at rest alone", OVERRIDE),
         ("(is_free(&f) && (tape_runs()", "((tape_runs()",
          "a locked machine runs no line"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/status.c", STATUS,
+        ("machine_locked() || machine_position_lost())\n        return \"Alarm\"",
+         "machine_locked())\n        return \"Alarm\"", "a lost position is told", TALK),
         ("machine_position_lost() ? \"|Lost\" : \"\"", "machine_position_lost() ? \"\" : \"\"",
          "a report tells a lost position", f"{TALK} {MACHINE}"),
+        ("meter_rests() && !machine", "!machine", "Idle is told at rest alone"),
+        (" && !machine_machining()", "", "Idle is not told while it burns"),
+        ("machine_held() || program_paused()", "machine_held()", "a stop is a hold"),
+        ("meter_rests() ? \"Hold:0\"", "path_at_front() ? \"Hold:0\"",
+         "a hold is complete at rest alone"),
+        ("machine_burns() && hal_shorted()", "hal_shorted()",
+         "nobody looks at the gap without the discharge"),
+        ("waiting < room ? room - waiting : 0", "room", "what waits in the queue is not free"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/meter.c", STATUS,
+        ("motion.moving || !motion.in_position) {", "motion.moving) {", "axes may lag at rest"),
+        ("marks[1].place = 0;", "marks[1].place = marks[0].place;",
+         "a path that begins anew is no way"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/override.c", OVERRIDE,
+        ("    if (gap_serves())", "    if (0)", "a servo keeps its feed"),
+        ("    hal_release_override();\n", "", "overrides end with the program"),
     ),
     *breaks_of(
         "softcore/firmware/base/grbl.c", "unit/firmware/test_settings.py",

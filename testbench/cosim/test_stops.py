@@ -111,7 +111,7 @@ def test_stops_within_8_clocks_after_every_prefix(byte, step):
                 assert cut.last(name) - middle <= REACTION, (prefix, name)
             if byte == HOLD:
                 session.send(b"?" + CLOSER + b"\n")
-                cut.until(b"<Hold|")
+                cut.until(b"<Hold:")
                 session.run(4000)
                 cut.enter("$RESUME")
             else:

@@ -32,6 +32,7 @@ class DecoderContract(wiring.Component):
     take: In(1)
     release_hold: In(1)
     release_reset: In(1)
+    release_override: In(1)
     release_strobe: In(1)
     notes_strobe: In(1)
     pick: In(2)
@@ -40,8 +41,8 @@ class DecoderContract(wiring.Component):
         m = Module()
         m.submodules.dut = dut = LinkDecoder()
         m.d.comb += Assume(~ResetSignal("sync"))
-        for name in ("data", "done", "framing", "release_hold", "release_reset", "release_strobe",
-                     "notes_strobe"):
+        for name in ("data", "done", "framing", "release_hold", "release_reset", "release_override",
+                     "release_strobe", "notes_strobe"):
             m.d.comb += getattr(dut, name).eq(getattr(self, name))
         # A serial line's: not both, nor in the next clock.
         came_before = Signal()
@@ -49,13 +50,14 @@ class DecoderContract(wiring.Component):
         m.d.sync += came_before.eq(came)
         m.d.comb += [Assume(~(self.done & self.framing)), Assume(~(came & came_before))]
         realtime = Signal()
-        passed = (self.data >= 0x90) & (self.data <= 0xA1)     # overrides of grbl, not carried out
+        passed = (self.data >= 0x90) & (self.data <= 0xA1)     # overrides, coolant, mist of grbl
         m.d.comb += realtime.eq(Cat(self.data == byte for byte in (
             *BYTE.values(), 0x84, 0x85)).any() | passed)
         queue, level, taken = self._queue(m, dut)
 
         self._entries(m, dut, queue, level, taken, realtime)
         self._stops(m, dut, queue, level, taken)
+        self._overrides(m, dut)
         return m
 
     def _queue(self, m, dut):
@@ -161,6 +163,23 @@ class DecoderContract(wiring.Component):
             Assert(~begun["reset"] | (dut.told == seen["reset"])),
             Assert(~begun["reset"] | seen["reset"] | Mux(
                 flushed, level == 0, (level != 0) & (queue[0] == mark("reset")))),
+        ]
+
+    def _overrides(self, m, dut):
+        """They stay within their bounds, and change only with their bytes or a release."""
+        feed, rapid = dut.override_feed, dut.override_rapid
+        before = Signal.like(Cat(feed, rapid))
+        may = Signal()
+        m.d.sync += [before.eq(Cat(feed, rapid)), may.eq(
+            (self.release_strobe & self.release_override)
+            | (self.done & (self.data >= 0x90) & (self.data <= 0x97)))]
+        started = Signal()
+        m.d.sync += started.eq(1)
+        m.d.comb += [
+            Assert((feed >= 10) & (feed <= 200)),
+            Assert((rapid == 25) | (rapid == 50) | (rapid == 100)),
+            Assert(~started | may | (before == Cat(feed, rapid))),
+            Cover(feed == 121),
         ]
 
 

@@ -6,8 +6,12 @@ from dataclasses import dataclass, field
 
 STATUS, HOLD, RESUME, RESET, RETRACT = 0x3F, 0x21, 0x7E, 0x18, 0xB0
 DOOR = 0x84             # as a hold
-NOTHING = {0x85, *range(0x90, 0xA2)}   # of grbl: overrides, end of a jog
-NOTES = {"status": STATUS, "hold": HOLD, "resume": RESUME, "retract": RETRACT}
+STOP = 0x9E
+NOTHING = {0x85, *range(0x98, 0x9E), 0x9F, 0xA0, 0xA1}   # of grbl: end of a jog, spindle, coolant
+NOTES = {"status": STATUS, "hold": HOLD, "resume": RESUME, "retract": RETRACT, "stop": STOP}
+FEED = {0x91: 10, 0x92: -10, 0x93: 1, 0x94: -1}     # override of the feed, in percent; 0x90: to 100
+RAPID = {0x95: 100, 0x96: 50, 0x97: 25}
+OVERRIDES = {0x90, *FEED, *RAPID}
 FRAMING, OVERRUN, RESET_MARK = 256, 257, 258  # entries that are no bytes
 
 
@@ -20,12 +24,14 @@ class LinkDecoder:
     notes: set = field(default_factory=set)
     mark_due: bool = False       # the queue was emptied in the clock before
     mark_unread: bool = False    # firmware has not come to the mark of the last reset
+    feed: int = 100
+    rapid: int = 100
 
     def clock(self, *, byte=None, framing=False, room=True, head=None, taken=False,
               release=(), read_notes=False):
         """Return ``(entry or None, flush)`` of this clock, and go to the next.
 
-        ``release`` holds ``"hold"``, ``"reset"`` or both.
+        ``release`` holds some of ``"hold"``, ``"reset"`` and ``"override"``.
         """
         entry = None
         byte = HOLD if byte == DOOR else byte
@@ -33,7 +39,8 @@ class LinkDecoder:
             entry = RESET_MARK
         elif framing:
             entry = FRAMING
-        elif byte is not None and byte not in {RESET, *NOTES.values()} | NOTHING:
+        elif byte is not None and byte not in {
+                RESET, *NOTES.values()} | NOTHING | OVERRIDES:
             entry = byte if room else OVERRUN
         flush = byte == RESET
         came = {name for name, value in NOTES.items() if byte == value}
@@ -49,6 +56,12 @@ class LinkDecoder:
                 self.reset = False
             if taken and head == RESET_MARK:
                 self.mark_unread = False
+        if "override" in release:
+            self.feed = self.rapid = 100
+        if byte == 0x90:
+            self.feed = 100
+        self.feed = min(200, max(10, self.feed + FEED.get(byte, 0)))
+        self.rapid = RAPID.get(byte, self.rapid)
         self.notes = came | (set() if read_notes else self.notes)
         self.mark_due = flush
         return entry, flush

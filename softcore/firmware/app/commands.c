@@ -8,8 +8,11 @@
 #include "app/image_watch.h"
 #include "app/listing.h"
 #include "app/machine.h"
+#include "app/meter.h"
+#include "app/override.h"
 #include "app/profile.h"
 #include "app/program.h"
+#include "app/status.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
 #include "base/settings.h"
@@ -30,7 +33,6 @@
 #endif
 
 #define VERSION "0.1"
-#define BYTES_AHEAD 255 /* of lines without an answer: the gateware's queue alone takes them */
 /* Rows of `$#`: work offsets, G28 and G30, G92 with what grbl has behind it, wire offsets. */
 #define OFFSET_PLACES PLAN_SYSTEMS
 #define OFFSET_SET (OFFSET_PLACES + PLAN_PLACES)
@@ -39,7 +41,6 @@
 
 static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
-static enum { STATUS_NONE, STATUS_WANTED, STATUS_BEGUN } status;
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
 static uint32_t ignored;    /* since power-on: bytes that would have moved a guarded machine */
@@ -60,7 +61,7 @@ static void restart(void) {
 void commands_init(void) {
     link_init();
     restart();
-    status = STATUS_NONE;
+    status_init();
     ignored = 0;
 }
 
@@ -73,40 +74,6 @@ static void answer(const fault *f) {
 __attribute__((noinline)) void commands_answer_program(void) {
     if (program_answers())
         answer(program_answer());
-}
-
-static const char *state_name(void) {
-    if (machine_locked() || machine_position_lost())
-        return "Alarm";
-    if (machine_held() || program_paused())
-        return "Hold";
-    return program_running() || !path_at_front() || roughing_busy() ? "Run" : "Idle";
-}
-
-/* In two steps: all of it at once would take too long for one pass of the main loop. */
-__attribute__((noinline)) static void tell_status(void) {
-    static char report[OUTPUT_LINE];
-    static uint32_t length;
-    const int32_t *offset = program_offset();
-    if (status == STATUS_WANTED) {
-        length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|WCO:%p,%p,%p", state_name(),
-                            hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
-                            offset[0], offset[1], offset[2]);
-        status = STATUS_BEGUN;
-        return;
-    }
-    uint32_t counts[4];
-    char masked[SETTINGS_MASKED];
-    hal_gap_counts(counts);
-    settings_masked(masked, sizeof masked);
-    text_print(report + length, sizeof report - length,
-               "|Ln:%u|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>", alarm_line(),
-               hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
-               (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
-               counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
-               *masked ? "|Off:" : "", masked);
-    output_line("%s", report);
-    status = STATUS_NONE;
 }
 
 /* Of grbl's commands those that are not in this version, by name. */
@@ -145,8 +112,8 @@ static void resume(fault *f) {
         fault_at(f, FAULT_BUSY, 0, "a hold came at the same time, and is in force: resume again");
         return;
     }
-    machine_hold(false);
-    program_resume();
+    if (machine_hold(false, f))
+        program_resume();
 }
 
 static void retract(fault *f) {
@@ -154,12 +121,24 @@ static void retract(fault *f) {
         machine_retract();
 }
 
+/* A real-time byte has no answer: why it does nothing. */
+static void say(const fault *f) {
+    if (f->code != FAULT_NOT_ARMED)
+        return;
+    char sentence[OUTPUT_LINE / 2];
+    fault_sentence(f, sentence, sizeof sentence);
+    output_line("[MSG:%s]", sentence);
+}
+
 /* Real-time bytes but the reset and the hold. */
 __attribute__((noinline)) static void obey_notes(uint32_t notes) {
     fault f = {0};
     bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
-    if (notes & NOTE_STATUS && status == STATUS_NONE)
-        status = STATUS_WANTED;
+    if (notes & NOTE_STATUS)
+        status_want();
+    /* As grbl, where the machine rests; the safe direction, so on a guarded link as well. */
+    if (notes & NOTE_STOP && meter_rests())
+        machine_quench();
     if (lines_guarded()) {
         ignored += resumes + retracts;
         return;
@@ -168,6 +147,7 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
         resume(&f);
     if (retracts)
         retract(&f);
+    say(&f);
 }
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
@@ -227,11 +207,11 @@ __attribute__((noinline)) static void tell_unlocked(void) {
         answer(0);
 }
 
-/* As grbl tells it, with our name behind its version; then its options: none, with the bytes that a
-   sender may count ahead. */
+/* As grbl tells it, with our name behind its version; then its options: none, with the blocks and the bytes
+   that `Bf` has at most: of lines without an answer, the gateware's queue alone takes them. */
 static void tell_version(void) {
     output_line("[VER:1.1h:Gapkeeper " VERSION "]");
-    output_line("[OPT:,15,%u]", (uint32_t)BYTES_AHEAD);
+    output_line("[OPT:,%u,%u]", (uint32_t)PATH_LEAD, (uint32_t)STATUS_BYTES);
 }
 
 /* `$G`: modes in the order of grbl. G80 stands for none of G00 to G03; feed in mm/min. */
@@ -377,8 +357,8 @@ bool commands_serve(void) {
             return false;
         greets = false;
         output_line("Grbl 1.1h ['$' for help]"); /* our own name is in `$I` */
-    } else if (status != STATUS_NONE) {
-        tell_status();
+    } else if (status_tell()) {
+        return true;
     } else if (unlocked_rows) {
         tell_unlocked();
     } else if (listing_open()) {
@@ -420,16 +400,29 @@ __attribute__((noinline)) static void obey(link_come order) {
     lines_ordered(&f);
 }
 
+/* On a guarded link no byte makes the machine faster: it was one that has been bent. */
+static void obey_overrides(void) {
+    if (lines_guarded()) {
+        hal_overrides wanted = hal_overrides_read();
+        if (wanted.feed == 100 && wanted.rapid == 100)
+            return;
+        ignored++;
+        hal_release_override();
+    }
+    override_step();
+}
+
 bool commands_step(void) {
     uint32_t notes = hal_notes();
     hold_came = notes & NOTE_HOLD || (link_order_waits() && hold_came);
     if (notes)
         obey_notes(notes);
+    obey_overrides();
     link_come come = link_take();
     if (come > LINK_TAKEN)
         obey(come);
     /* The hold is in force already. It goes last: it may have come last. */
     if (notes & NOTE_HOLD)
-        machine_hold(true);
+        (void)machine_hold(true, 0);
     return link_step(come != LINK_NOTHING);
 }

@@ -3,6 +3,8 @@
 
 #include "app/events.h"
 #include "app/machine.h"
+#include "app/meter.h"
+#include "app/override.h"
 #include "app/program.h"
 #include "base/alarm.h"
 #include "path/path.h"
@@ -23,6 +25,7 @@ void control_reset(void) {
     alarm_outputs_off();
     machine_stop();
     program_abort();
+    override_end();
 }
 
 bool control_unlock(fault *f) {
@@ -33,6 +36,7 @@ bool control_unlock(fault *f) {
     /* A path that begins here also ends the halted state. */
     events_drop();
     path_begin();
+    meter_path_begins();
     program_resynchronise();
     machine_free();
     return true;

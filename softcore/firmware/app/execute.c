@@ -4,11 +4,14 @@
 #include "app/auxiliary.h"
 #include "app/events.h"
 #include "app/machine.h"
+#include "app/meter.h"
+#include "app/override.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "gap/depth_series.h"
+#include "gap/feed_modes.h"
 #include "gap/gap.h"
 #include "link/output.h"
 #include "path/path.h"
@@ -79,11 +82,18 @@ static void commit(void) {
     path_set_bounds(reach, set.given & (1u << ITEM_Z), set.value[ITEM_Z]);
 }
 
+/* Whether overrides scale the feed goes with what drives it, before the next block does. */
+static void serve(unsigned law, const condition_row *judged) {
+    gap_servo(law, judged);
+    override_step();
+}
+
 bool execute_start(void) {
     starting = !starting;
     if (starting) {
         machine_run(false);
-        gap_servo(0, 0);
+        serve(FEED_CONSTANT, 0);
+        meter_path_begins();
         gap_start();
         path_begin();
         return false;
@@ -227,12 +237,13 @@ static part move(fault *f) {
         events_notice(path_next(), line, text, length);
     told = true;
     if (work->corners && !cornered) {
-        path_append(&work->corner, units_rate(work->corner_speed), machine_machining());
+        path_append(&work->corner, units_rate(work->corner_speed), work->corner_rapid,
+                    machine_machining());
         cornered = true;
         machine_run(true);
         return PART_MOVE;
     }
-    path_append(&work->move, units_rate(work->speed), machine_machining());
+    path_append(&work->move, units_rate(work->speed), work->rapid, machine_machining());
     plan_copy(&state, &work->after);
     machine_run(true);
     return work->acts_after ? PART_AFTER : PART_DONE;
@@ -257,7 +268,8 @@ static part stop(void) {
 
 static void end(void) {
     machine_discharge(false);
-    gap_servo(0, 0);
+    serve(FEED_CONSTANT, 0);
+    override_end();
     machine_run(false);
     state.jump.period = 0;
     plan_edit(&state);
@@ -307,7 +319,7 @@ static part advance(fault *f) {
         return PART_ACT;
     case PART_ACT:
         if (work->changes_servo)
-            gap_servo(work->after.served, work->after.condition);
+            serve(work->after.served, work->after.condition);
         if (work->changes_frame)
             output_frame(work->after.offset);
         return act();

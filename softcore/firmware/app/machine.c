@@ -17,12 +17,13 @@
 #define KNOWN 0x706f7331u
 
 static bool locked, held, waits, running, machining;
+static bool quenched;           /* the discharge is off for the rest of a hold */
 static uint32_t place;          /* KNOWN, or else the position is lost: out of reset, too */
 
 
 void machine_init(void) {
     locked = true;
-    held = waits = running = machining = false;
+    held = waits = running = machining = quenched = false;
     place = 0;
     hal_control(false, false);
     hal_discharge(false);
@@ -31,6 +32,7 @@ void machine_init(void) {
 bool machine_locked(void) { return locked; }
 bool machine_held(void) { return held; }
 bool machine_machining(void) { return machining; }
+bool machine_burns(void) { return machining && !quenched; }
 bool machine_goes(void) { return running && !held && !waits; }
 
 bool machine_position_lost(void) { return place != KNOWN; }
@@ -54,11 +56,25 @@ void machine_run(bool run) {
     hal_control(running, held || waits);
 }
 
-void machine_hold(bool hold) {
+bool machine_hold(bool hold, fault *f) {
+    if (!hold && quenched) {
+        if (machining && !machine_allows(true, true, f))
+            return false;
+        quenched = false;
+        hal_discharge(machining);
+    }
     held = hold;
     hal_control(running, held || waits);
     if (!hold)
         hal_release_hold();
+    return true;
+}
+
+void machine_quench(void) {
+    if (!held || !machining)
+        return;
+    quenched = true;
+    hal_discharge(false);
 }
 
 void machine_wait(bool wait) {
@@ -72,7 +88,7 @@ void machine_discharge(bool on) {
     if (machining && !on)
         path_note_work(false);
     machining = on;
-    hal_discharge(on);
+    hal_discharge(machine_burns());
 }
 
 void machine_retract(void) {
@@ -83,7 +99,7 @@ void machine_retract(void) {
 void machine_stop(void) {
     if (machining)
         path_note_work(false);
-    held = waits = running = machining = false;
+    held = waits = running = machining = quenched = false;
 }
 
 void machine_take_alarm(void) {

@@ -10,7 +10,8 @@ void machine_init(void);
 
 bool machine_locked(void);
 bool machine_held(void);
-bool machine_machining(void);
+bool machine_machining(void);           /* the program has it on (M03), */
+bool machine_burns(void);               /* and no order of the operator has it off */
 bool machine_goes(void);                /* path pulses are allowed, and wanted forward */
 
 /* Does the machine's state forbid a block that moves or that switches the discharge on? The sentence
@@ -23,7 +24,10 @@ bool machine_position_lost(void);
 void machine_know_position(void);
 
 void machine_run(bool run);             /* path pulses are allowed */
-void machine_hold(bool hold);           /* false also ends the hold that a `!` began in the gateware */
+/* Hold the feed, or end the hold, that of a `!` in the gateware, too. What machine_quench has switched off
+   goes on with that; false with a fault if it may not, and the hold stays. */
+bool machine_hold(bool hold, fault *f);
+void machine_quench(void);              /* no discharge until the hold ends */
 void machine_wait(bool wait);           /* hold of the program's own: no jump begins, nothing advances */
 void machine_discharge(bool machining);
 void machine_retract(void);             /* operator's order */

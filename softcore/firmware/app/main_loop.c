@@ -6,6 +6,7 @@
 #include "app/events.h"
 #include "app/image_watch.h"
 #include "app/machine.h"
+#include "app/meter.h"
 #include "app/motion_watch.h"
 #include "app/profile.h"
 #include "app/program.h"
@@ -68,6 +69,7 @@ void main_loop_boot(void) {
     path_init();
     machine_init();
     motion_watch_init();
+    meter_init();
     image_watch_init();
     program_init();
     roughing_init();
@@ -111,8 +113,9 @@ static bool serve_link(unsigned task) {
 
 static bool look(unsigned task) {
     motion_watch_step();
+    meter_step();
     image_watch_step();
-    gap_view view = {.machining = machine_machining(), .held = machine_held(),
+    gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};
     return gap_watch(&view) || step(task);
 }

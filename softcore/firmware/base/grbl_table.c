@@ -2,7 +2,7 @@
 #include "base/grbl_table.h"
 
 const grbl_table_row GRBL_TABLE_ROWS[GRBL_ROWS] = {
-    {10, GRBL_CONSTANT, 1, {SETTINGS, SETTINGS},
+    {10, GRBL_CONSTANT, 3, {SETTINGS, SETTINGS},
         "status report, mask", ""},
     {13, GRBL_CONSTANT, 0, {SETTINGS, SETTINGS},
         "reports in inches", ""},

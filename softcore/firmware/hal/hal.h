@@ -37,11 +37,21 @@ int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; 
 #define NOTE_HOLD 2u
 #define NOTE_RESUME 4u
 #define NOTE_RETRACT 8u
+#define NOTE_STOP 16u
 uint32_t hal_notes(void);       /* real-time bytes that have come since it was asked last, by bit */
 
 /* The feed may go on after a `!`; the reset of a Ctrl-X has been carried out. */
 void hal_release_hold(void);
 void hal_release_reset(void);
+
+/* Overrides as their real-time bytes have set them, percent; and back to 100. */
+typedef struct {
+    uint8_t feed, rapid;
+} hal_overrides;
+
+hal_overrides hal_overrides_read(void);
+void hal_release_override(void);
+uint32_t hal_waiting(void);     /* entries in the receive queue */
 bool hal_transmit_ready(void);
 void hal_transmit(uint8_t byte);
 
@@ -80,6 +90,8 @@ typedef struct {
 } hal_motion;
 
 void hal_slot_write(unsigned slot, const hal_segment *segment);
+/* Another rate for the segment of `length` in a slot; in force at once, if the machine is in it. */
+void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate);
 void hal_bound_write(hal_bound bound, int32_t coordinate);
 void hal_fast_slot(unsigned slot);  /* the fast bounds are those seen from this slot */
 void hal_origin(unsigned slot);
@@ -131,6 +143,7 @@ typedef struct {
 void hal_short_write(const hal_short_detector *detector);
 void hal_lag_time(uint32_t clocks);                     /* of the axes behind the ramp */
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
+bool hal_shorted(void);                                 /* Ss, as the last pulses have left it */
 void hal_discriminate(const hal_discriminator *rules);
 /* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);

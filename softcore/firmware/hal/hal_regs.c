@@ -59,12 +59,22 @@ int hal_receive(void) {
 }
 
 _Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
-               NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK,
+               NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK &&
+               NOTE_STOP == LINK_NOTES_STOP_MASK,
                "hal.h and the register table disagree on the notes");
 
 uint32_t hal_notes(void) { return LINK->notes; }
 void hal_release_hold(void) { LINK->release = PUT(1, LINK_RELEASE_HOLD); }
 void hal_release_reset(void) { LINK->release = PUT(1, LINK_RELEASE_RESET); }
+void hal_release_override(void) { LINK->release = PUT(1, LINK_RELEASE_OVERRIDE); }
+
+hal_overrides hal_overrides_read(void) {
+    uint32_t word = LINK->override;
+    return (hal_overrides){.feed = (uint8_t)GET(word, LINK_OVERRIDE_FEED),
+                           .rapid = (uint8_t)GET(word, LINK_OVERRIDE_RAPID)};
+}
+
+uint32_t hal_waiting(void) { return LINK->waiting; }
 
 bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
 void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
@@ -98,6 +108,15 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
     PATH->slot_data = segment->length << segment->shift;
     write_arc_state(&segment->start);
     write_arc_state(&segment->end);
+}
+
+/* The ring first: what is fetched meanwhile has the new rate. */
+void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate) {
+    PATH->slot_select = slot;
+    PATH->slot_data = length;
+    PATH->slot_data = rate;
+    PATH->pace = rate;
+    PATH->pace_slot = slot;
 }
 
 void hal_bound_write(hal_bound bound, int32_t coordinate) {
@@ -200,6 +219,8 @@ void hal_gap_counts(uint32_t counts[4]) {
     counts[2] = GAP->dame_count;
     counts[3] = GAP->short_count;
 }
+
+bool hal_shorted(void) { return GAP->status & GAP_STATUS_SHORTED_MASK; }
 
 void hal_discriminate(const hal_discriminator *rules) {
     GAP->settle = rules->settle;

@@ -39,12 +39,16 @@ typedef volatile struct {
     const uint32_t status; /* State of the link. */
     const uint32_t notes; /* Real-time bytes that came since the last read. Reading clears them. */
     uint32_t release; /* End what a real-time byte has begun, unless it came once more and firmware has not seen that yet. */
+    const uint32_t override; /* Overrides as their bytes have set them, one after the other. */
+    const uint32_t waiting; /* Length of the receive queue. [entry] */
 } link_regs;
 _Static_assert(offsetof(link_regs, receive) == 0x0, "");
 _Static_assert(offsetof(link_regs, transmit) == 0x4, "");
 _Static_assert(offsetof(link_regs, status) == 0x8, "");
 _Static_assert(offsetof(link_regs, notes) == 0xc, "");
 _Static_assert(offsetof(link_regs, release) == 0x10, "");
+_Static_assert(offsetof(link_regs, override) == 0x14, "");
+_Static_assert(offsetof(link_regs, waiting) == 0x18, "");
 #define LINK_RECEIVE_DATA_SHIFT 0
 #define LINK_RECEIVE_DATA_MASK 0x000000ffu
 #define LINK_RECEIVE_MARK_SHIFT 8
@@ -67,10 +71,20 @@ _Static_assert(offsetof(link_regs, release) == 0x10, "");
 #define LINK_NOTES_RESUME_MASK 0x00000004u
 #define LINK_NOTES_RETRACT_SHIFT 3
 #define LINK_NOTES_RETRACT_MASK 0x00000008u
+#define LINK_NOTES_STOP_SHIFT 4
+#define LINK_NOTES_STOP_MASK 0x00000010u
 #define LINK_RELEASE_HOLD_SHIFT 0
 #define LINK_RELEASE_HOLD_MASK 0x00000001u
 #define LINK_RELEASE_RESET_SHIFT 1
 #define LINK_RELEASE_RESET_MASK 0x00000002u
+#define LINK_RELEASE_OVERRIDE_SHIFT 2
+#define LINK_RELEASE_OVERRIDE_MASK 0x00000004u
+#define LINK_OVERRIDE_FEED_SHIFT 0
+#define LINK_OVERRIDE_FEED_MASK 0x000000ffu
+#define LINK_OVERRIDE_RAPID_SHIFT 8
+#define LINK_OVERRIDE_RAPID_MASK 0x00007f00u
+#define LINK_WAITING_VALUE_SHIFT 0
+#define LINK_WAITING_VALUE_MASK 0x000001ffu
 #define LINK ((link_regs *)0x80000100u)
 
 /* The path: its window of segments and where the machine is on it. Coordinates are path pulses and wrap at 32 bits. */
@@ -89,6 +103,8 @@ typedef volatile struct {
     const int32_t front; /* Furthest path coordinate commanded. [pulse] */
     const uint32_t slot; /* Slot of the segment in which the machine is. */
     const uint32_t status; /* State of the motion. */
+    uint32_t pace; /* Feed of a segment that is to be in force at once, see ``pace_slot``. [2**-32 pulse/clock] */
+    uint32_t pace_slot; /* Take ``pace`` over, if the machine is in the segment in this slot. The word of the slot is to be written before. */
 } path_regs;
 _Static_assert(offsetof(path_regs, slot_select) == 0x0, "");
 _Static_assert(offsetof(path_regs, slot_data) == 0x4, "");
@@ -104,6 +120,8 @@ _Static_assert(offsetof(path_regs, position) == 0x28, "");
 _Static_assert(offsetof(path_regs, front) == 0x2c, "");
 _Static_assert(offsetof(path_regs, slot) == 0x30, "");
 _Static_assert(offsetof(path_regs, status) == 0x34, "");
+_Static_assert(offsetof(path_regs, pace) == 0x38, "");
+_Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
 #define PATH_SLOT_SELECT_VALUE_SHIFT 0
 #define PATH_SLOT_SELECT_VALUE_MASK 0x000000ffu
 #define PATH_FAST_SLOT_VALUE_SHIFT 0
@@ -122,6 +140,10 @@ _Static_assert(offsetof(path_regs, status) == 0x34, "");
 #define PATH_STATUS_STATE_MASK 0x00000078u
 #define PATH_STATUS_CROWDED_SHIFT 7
 #define PATH_STATUS_CROWDED_MASK 0x00000080u
+#define PATH_PACE_VALUE_SHIFT 0
+#define PATH_PACE_VALUE_MASK 0x3fffffffu
+#define PATH_PACE_SLOT_VALUE_SHIFT 0
+#define PATH_PACE_SLOT_VALUE_MASK 0x000000ffu
 #define PATH ((path_regs *)0x80000200u)
 
 /* Accelerator/decelerator; see ``rtl.motion.ramp``. */
@@ -756,8 +778,14 @@ _Static_assert(offsetof(law_regs, feed) == 0x2c, "");
 #define REALTIME_RESUME 0x7eu
 #define REALTIME_RESET 0x18u
 #define REALTIME_RETRACT 0xb0u
+#define REALTIME_STOP 0x9eu
 #define REALTIME_DOOR 0x84u
-#define REALTIME_PASSED_OVER(byte) ((byte) == 0x85u || (byte) == 0x90u || (byte) == 0x91u || (byte) == 0x92u || (byte) == 0x93u || (byte) == 0x94u || (byte) == 0x95u || (byte) == 0x96u || (byte) == 0x97u || (byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9eu || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
+#define REALTIME_PASSED_OVER(byte) ((byte) == 0x85u || (byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
+#define OVERRIDE_FEED_LEAST 10
+#define OVERRIDE_FEED_MOST 200
+#define OVERRIDE_RAPID_LEAST 25
+#define OVERRIDE_RAPID_MOST 100
+#define OVERRIDE_BYTES(row) row(0x90u, feed, 100, 0) row(0x91u, feed, 0, 10) row(0x92u, feed, 0, -10) row(0x93u, feed, 0, 1) row(0x94u, feed, 0, -1) row(0x95u, rapid, 100, 0) row(0x96u, rapid, 50, 0) row(0x97u, rapid, 25, 0)
 #define MARK_FRAMING 0
 #define MARK_OVERRUN 1
 #define MARK_RESET 2

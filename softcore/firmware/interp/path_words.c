@@ -202,7 +202,8 @@ bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t) 
         if (after->served && !retraction_complete(&set))
             return fault_at(c->f, FAULT_RETRACTION, 0, "G95 needs retraction data (G36) before it");
     }
-    c->p->speed = after->mode == MODE_RAPID ? highest_speed : after->feed;
+    c->p->rapid = after->mode == MODE_RAPID;
+    c->p->speed = c->p->rapid ? highest_speed : after->feed;
     if (c->p->moves && !c->p->speed)
         return fault_at(c->f, FAULT_FEED, c->column[G_MOTION], "G0%u without a feed F",
                         (uint32_t)after->mode - 1);

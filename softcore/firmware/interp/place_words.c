@@ -42,6 +42,7 @@ bool place_words_go(context *c, unsigned number, uint32_t highest_speed, const t
     if (moves(&p->corner) && !p->corners)
         p->move = p->corner;
     p->speed = p->corner_speed = highest_speed;
+    p->rapid = p->corner_rapid = true;
     if (p->moves) {
         after->served = FEED_CONSTANT;
         p->changes_servo = c->before->served != FEED_CONSTANT;

@@ -66,6 +66,7 @@ typedef struct {
     bool moves;
     path_move move;
     uint32_t speed;                 /* um/min */
+    bool rapid, corner_rapid;       /* ... and that of the corner, are those of G00 */
     bool corners;                   /* before the move goes round a corner, or over a point (G28): */
     path_move corner;
     uint32_t corner_speed;

@@ -367,8 +367,7 @@ static bool is_used_up(const path_move *m) {
     vector last = last_radius();
     return !vector_within(from, to, m->ccw, sector) || !vector_within(from, to, m->ccw, last) ||
            (trimmed && meets && vector_cross(from, sector) &&
-            (!is_circle(m) || vector_cross(from, last)) &&
-            vector_within(from, sector, m->ccw, last));
+            (!is_circle(m) || vector_cross(from, last)) && vector_within(from, sector, m->ccw, last));
 }
 
 /* Both ends of the held move are known now. */
@@ -400,6 +399,7 @@ static bool finish_move(fault *f) {
     shift_move(&fresh->corner, end, next_shift);
     fresh->corners = leads_away(&fresh->corner);
     fresh->corner_speed = fresh->speed < p->speed ? fresh->speed : p->speed;
+    fresh->corner_rapid = fresh->rapid && p->rapid;
     return true;
 }
 

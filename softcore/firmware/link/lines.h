@@ -43,6 +43,8 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
 
 void lines_answer(const fault *f);      /* to the line taken last */
 
+uint32_t lines_free(void);              /* characters that the queue of lines has room for */
+
 /* Lines since power-on. What may be the rest of a damaged frame counts with that. */
 typedef struct {
     uint32_t accepted, refused;

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define OUTPUT_QUEUE 4096       /* bytes; a power of two */
-#define OUTPUT_LINE 320         /* longest line with its end */
+#define OUTPUT_LINE 400         /* longest line with its end */
 #define OUTPUT_RESERVE 1024     /* kept free for alarms and answers */
 
 void output_init(void);

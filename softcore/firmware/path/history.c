@@ -7,7 +7,8 @@
 
 /* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
    until it is known. The two highest bits of the last word tell them apart, in both directions, and a
-   line that leads away from the work. */
+   line that leads away from the work. The highest bit of the first word tells a rapid: a delta is shorter
+   than 2**30 pulses, as a segment is. */
 typedef struct {
     uint32_t word[4];
 } unit;
@@ -17,6 +18,10 @@ enum { LINE, ARC, ARC_REST, LINE_AWAY };
 #define KIND(word) ((word) >> 30)
 #define VALUE(word) ((word) & ((1u << 30) - 1))
 #define SENSE 4u            /* of the word that holds the plane */
+#define RAPID (1u << 31)
+#define DELTA(word) ((int32_t)((word) << 1) >> 1)
+
+#define FACTOR 30           /* bits of an override's factor below one */
 
 /* An arc made ready; the two sides of the window work on different ones. */
 typedef struct {
@@ -42,6 +47,8 @@ static uint32_t oldest, next;   /* ring holds the blocks [oldest, next) */
 static int32_t end[HAL_AXES];   /* of the last of them */
 static bow bows[BOWS];
 static unsigned last_bow;
+static uint32_t feed_percent, rapid_percent;
+static uint32_t feed_factor, rapid_factor;
 
 static unit *unit_of(uint32_t number) { return &ring[number % PATH_RING]; }
 static bool is_arc(uint32_t block) { return KIND(unit_of(block)->word[3]) == ARC; }
@@ -63,13 +70,14 @@ uint32_t history_next(void) { return next; }
 bool history_empty(void) { return oldest == next; }
 bool history_has_room(void) { return next - oldest <= PATH_RING - 2; }
 
-uint32_t history_append(const path_move *move, uint32_t rate, bool away) {
+uint32_t history_append(const path_move *move, uint32_t rate, bool rapid, bool away) {
     uint32_t block = next, kind = move->arc ? ARC : away ? LINE_AWAY : LINE;
     unit *u = unit_of(next++);
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        u->word[axis] = (uint32_t)move->delta[axis];
+        u->word[axis] = (uint32_t)move->delta[axis] & ~RAPID;
         end[axis] += move->delta[axis];
     }
+    u->word[0] |= rapid ? RAPID : 0;
     u->word[3] = kind << 30 | rate;
     if (move->arc)
         *unit_of(next++) = (unit){{(uint32_t)move->centre[0], (uint32_t)move->centre[1],
@@ -83,7 +91,31 @@ int32_t history_end(unsigned axis) { return end[axis]; }
 void history_prepend(unsigned axis, int32_t travel, uint32_t rate) {
     unit *u = unit_of(--oldest);
     *u = (unit){{0, 0, 0, (uint32_t)LINE << 30 | rate}};
-    u->word[axis] = (uint32_t)travel;
+    u->word[axis] = (uint32_t)travel & ~RAPID;
+}
+
+static uint32_t factor_of(uint32_t percent) {
+    return percent == 100 ? 1u << FACTOR : (uint32_t)units_quotient((uint64_t)percent << FACTOR, 100);
+}
+
+bool history_override(uint32_t feed, uint32_t rapid) {
+    if (feed == feed_percent && rapid == rapid_percent)
+        return false;
+    feed_percent = feed;
+    rapid_percent = rapid;
+    feed_factor = factor_of(feed);
+    rapid_factor = factor_of(rapid);
+    return true;
+}
+
+uint32_t history_rate(uint32_t block) {
+    const unit *u = unit_of(block);
+    uint32_t rate = VALUE(u->word[3]), factor = u->word[0] & RAPID ? rapid_factor : feed_factor;
+    if (factor == 1u << FACTOR)
+        return rate;
+    uint32_t most = settings_highest_rate();
+    uint64_t scaled = (uint64_t)rate * factor >> FACTOR;
+    return !scaled ? 1 : scaled < most ? (uint32_t)scaled : most;
 }
 
 void history_drop(void) { oldest = after(oldest); }
@@ -117,7 +149,7 @@ uint32_t history_oldest_length(void) {
         return VALUE(unit_of(oldest + 1)->word[3]);
     hal_segment line = {0};
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        line.delta[axis] = (int32_t)unit_of(oldest)->word[axis];
+        line.delta[axis] = DELTA(unit_of(oldest)->word[axis]);
     return length_of(line.delta);
 }
 
@@ -141,7 +173,7 @@ static bow *bow_of(uint32_t block) {
                           .plane = (move_plane)(rest->word[2] & ~SENSE),
                           .centre = {(int32_t)rest->word[0], (int32_t)rest->word[1]}};
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            move.delta[axis] = (int32_t)u->word[axis];
+            move.delta[axis] = DELTA(u->word[axis]);
         bows[i].block = block;
         bows[i].ready = false;
         bows[i].known = 0;
@@ -170,7 +202,7 @@ bool history_ready(path_place at) { return !is_arc(at.block) || bow_of(at.block)
 
 bool history_make(path_place at, hal_segment *move, path_segment *s) {
     const unit *u = unit_of(at.block);
-    *s = (path_segment){.at = at, .rate = VALUE(u->word[3])};
+    *s = (path_segment){.at = at, .rate = history_rate(at.block)};
     if (is_arc(at.block)) {
         bow *b = bow_of(at.block);
         if (!b || !arc_piece_ready(&b->arc, at.piece))
@@ -185,7 +217,7 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
     } else {
         *move = (hal_segment){0};
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            move->delta[axis] = (int32_t)u->word[axis];
+            move->delta[axis] = DELTA(u->word[axis]);
         move->length = length_of(move->delta);
         move->away = s->away = KIND(u->word[3]) == LINE_AWAY;
         direction_of(move, s->from);
@@ -197,8 +229,9 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         s->way[axis] = (int8_t)(way[axis] / (1 << 9));
     move->rate = s->rate;
-    if (move->highest && s->rate > move->highest)
-        s->rate = move->highest;
+    s->bound = move->highest;
+    if (s->bound && s->rate > s->bound)
+        s->rate = s->bound;
     s->length = move->length;
     return true;
 }

@@ -29,7 +29,8 @@ typedef struct {
 typedef struct {
     path_place at;
     int32_t start;              /* coordinate where it begins */
-    uint32_t length, rate;      /* the rate at the front at most */
+    uint32_t length, rate;      /* the rate at the front at most, */
+    uint32_t bound;             /* ... and what its curve allows, 0 for no bound */
     bool tight;                 /* the highest speed is too much for its curve */
     bool corner;                /* the junction at its end is taken at the start/stop speed, */
     bool slows;                 /* or so only forward, because the next feed is lower */
@@ -46,8 +47,16 @@ uint32_t history_next(void);        /* and of the next one to be appended */
 bool history_empty(void);
 bool history_has_room(void);        /* for any block */
 
-/* Append a block, if there is room; returns its number. A line may lead away from the work. */
-uint32_t history_append(const path_move *move, uint32_t rate, bool away);
+/* Append a block, if there is room; returns its number. A line may be a rapid, and may lead away from
+   the work. */
+uint32_t history_append(const path_move *move, uint32_t rate, bool rapid, bool away);
+
+/* Percentages of the rates of feed and rapids that segments are made with from now on; false if they are
+   those of before. */
+bool history_override(uint32_t feed, uint32_t rapid);
+
+/* The rate of a block's segments, the override in it. */
+uint32_t history_rate(uint32_t block);
 
 /* Where the axes are told to be at the end of all that was appended. */
 int32_t history_end(unsigned axis);

@@ -4,6 +4,7 @@
 #include "base/settings.h"
 #include "base/units.h"
 #include "path/approach.h"
+#include "path/crossing.h"
 #include "path/history.h"
 
 /* Numbers begin here so that the virtual segment has one too; a multiple of the slots. */
@@ -16,6 +17,9 @@
 
 /* Segments looked at per step when the floor is worked out anew; a line takes its length's root. */
 #define SCAN 4
+
+/* Segments that get another rate per step. */
+#define PACES 16
 
 /* What is known of a segment when it is loaded for the first time, until it is entered. */
 typedef struct {
@@ -54,6 +58,10 @@ static struct {
     int32_t start;      /* coordinate and jump axis there */
     int32_t from;
 } scan;
+static struct {
+    uint32_t next;              /* segments of the window from here on have rates of before */
+    bool active;
+} pace;
 
 static path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
 static entry *entry_of(uint32_t number) { return &entries[number % ENTRIES]; }
@@ -76,13 +84,14 @@ static void forget(void) {
     low = high = loaded = entered = FIRST_NUMBER;
     oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
     fresh = (path_place){FIRST_NUMBER, 0};
-    scan.active = fast.known = false;
+    scan.active = fast.known = pace.active = false;
 }
 
 void path_init(void) {
     limit = 0;
     ceiling = known = virtual_segment = false;
     approach_init();
+    (void)history_override(100, 100);
     forget();
 }
 
@@ -108,65 +117,20 @@ static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
     return false;
 }
 
+/* Above the start/stop speed a lower feed has to be reached before the junction, */
+static void join_rates(uint32_t number) {
+    path_segment *a = in_window(number);
+    a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
+}
+
 /* What the junction between two segments of the window allows. */
 static void join(uint32_t number) {
     path_segment *a = in_window(number);
     const path_segment *b = in_window(number + 1);
-    /* Above the start/stop speed a lower feed, too, has to be reached before the junction. */
-    a->slows = b->rate < a->rate && a->rate > settings_start_rate();
+    join_rates(number);
     /* Within an arc the highest speed is the same. */
     a->corner = a->at.block != b->at.block &&
                 (a->tight || b->tight || is_corner(b->from, a->to));
-}
-
-/* Has the major axis of a piece made `steps` after `count` pulses? */
-static bool major_made(const hal_segment *s, uint32_t steps, uint32_t count) {
-    uint64_t whole = (uint64_t)s->length << s->shift;
-    int64_t paced = (int64_t)((uint64_t)count * s->start.pace);
-    if (count)
-        paced += (int64_t)s->change * ((int64_t)count * (count - 1) / 2);
-    return 2 * paced >= (int64_t)((2 * (uint64_t)steps - 1) * whole);
-}
-
-/* Has the minor axis made `steps` when the major one has made `count`? The error is that of the
-   gateware's recurrence, added up. */
-static bool minor_made(const hal_segment *s, uint32_t steps, uint32_t count) {
-    int64_t n = count, m = (int64_t)steps - 1;
-    int64_t across = s->start.across + 2 * MOVE_FINE * m;
-    int64_t error = s->start.error + n * (s->start.along + MOVE_FINE * n) +
-                    m * ((int64_t)s->start.across + MOVE_FINE * m);
-    int64_t middle = error + across / 2 + MOVE_FINE / 4;
-    return s->outward ? middle < 0 : middle >= 0;
-}
-
-/* The least count up to `most` for which a step has been made. */
-static uint32_t least(const hal_segment *s, uint32_t steps, uint32_t most,
-                      bool (*made)(const hal_segment *, uint32_t, uint32_t)) {
-    uint32_t below = 0;
-    while (most - below > 1) {
-        uint32_t middle = below + (most - below) / 2;
-        if (made(s, steps, middle))
-            most = middle;
-        else
-            below = middle;
-    }
-    return most;
-}
-
-/* Path pulses into `move` after which its jump axis, beginning `drop` above the ceiling, is no
-   longer above it: of a line the least k with floor((2 k m + n) / 2n) >= drop. */
-static uint32_t crossing(const hal_segment *move, uint32_t drop, unsigned axis) {
-    if (move->arc && (axis == move->major || axis == move->minor)) {
-        int32_t travel = move->delta[move->major];
-        uint32_t steps = travel < 0 ? 0u - (uint32_t)travel : (uint32_t)travel;
-        if (axis == move->minor)
-            drop = least(move, drop, steps, minor_made);
-        return least(move, drop, move->length, major_made);
-    }
-    uint32_t magnitude = 0u - (uint32_t)move->delta[axis];
-    uint64_t numerator = (uint64_t)move->length * (2 * drop - 1);
-    uint64_t divisor = 2 * (uint64_t)magnitude;
-    return (uint32_t)((numerator + divisor - 1) / divisor);
 }
 
 /* Floor of a segment that begins at `from` and ends at `to` on the jump axis. */
@@ -177,7 +141,7 @@ static int32_t floor_of(const hal_segment *move, int32_t start, int32_t from, in
         return floor;
     if (to > height)
         return moved(start, move->length);
-    return moved(start, crossing(move, (uint32_t)(from - height), axis));
+    return moved(start, crossing_of(move, (uint32_t)(from - height), axis));
 }
 
 static int32_t jump_travel(const hal_segment *move) {
@@ -256,8 +220,32 @@ path_room path_has_room(void) {
     return history_has_room() ? PATH_ROOM : PATH_WAIT;
 }
 
-uint32_t path_append(const path_move *move, uint32_t rate, bool discharge) {
-    return history_append(move, rate, !discharge && approach_leads_away(move));
+uint32_t path_append(const path_move *move, uint32_t rate, bool rapid, bool discharge) {
+    return history_append(move, rate, rapid, !discharge && approach_leads_away(move));
+}
+
+void path_override(uint32_t feed, uint32_t rapid) {
+    if (!history_override(feed, rapid))
+        return;
+    pace.next = low;
+    pace.active = true;
+}
+
+/* What is loaded gets its new rate; what is loaded meanwhile has it. */
+static void renew_rates(void) {
+    if (pace.next < low)
+        pace.next = low;
+    for (unsigned count = 0; count < PACES && pace.next < high; count++, pace.next++) {
+        path_segment *s = in_window(pace.next);
+        uint32_t rate = history_rate(s->at.block);
+        hal_slot_pace(pace.next % HAL_SLOTS, s->length, rate);
+        s->rate = s->bound && rate > s->bound ? s->bound : rate;
+        if (pace.next > low)
+            join_rates(pace.next - 1);
+    }
+    pace.active = pace.next < high;
+    /* Between the borders where feeds are lower the machine may now be fast, or no longer. */
+    fast.known = fast.known && pace.active;
 }
 
 static void finish_scan(int32_t floor) {
@@ -458,6 +446,10 @@ bool path_step(void) {
         return false;
     if (low == high)
         return move_window(low, false);
+    if (pace.active) {
+        renew_rates();
+        return true;
+    }
     hal_motion_state state = hal_motion_read().state;
     bool moving = move_window(current(), state != MOTION_FRONT && state < MOTION_HIGH);
     update_corners(current());
@@ -496,4 +488,10 @@ bool path_at_front(void) {
 uint32_t path_pace(void) {
     bool on = known && low != high && hal_position() != bounds[BOUND_AHEAD];
     return on ? in_window(current())->rate : 0;
+}
+
+uint32_t path_free(void) {
+    /* The one in which the machine stands counts as gone: nothing follows it, or it is being left. */
+    uint32_t used = known ? history_next() - front_block() : 0;
+    return used <= 1 ? PATH_LEAD : used <= PATH_LEAD ? PATH_LEAD + 1 - used : 0;
 }

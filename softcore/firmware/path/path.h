@@ -33,7 +33,11 @@ path_room path_has_room(void);
 
 /* Append a move and grant it; returns the block's number. With the discharge off it may lead away from
    the work. */
-uint32_t path_append(const path_move *move, uint32_t rate, bool discharge);
+uint32_t path_append(const path_move *move, uint32_t rate, bool rapid, bool discharge);
+
+/* Percentages of every feed and every rapid from now on, in the segment at work as well: in force after
+   a few steps. Retractions have speeds of their own. */
+void path_override(uint32_t feed, uint32_t rapid);
 
 /* The discharge goes off, or the electrode has `touched`: the work is where the segment in which the
    machine is leads to, unless it leads away itself. What touches before the machine has moved says
@@ -61,6 +65,8 @@ uint32_t path_entered_slot(unsigned slot);
 
 uint32_t path_next(void);           /* number of the next block to be appended */
 uint32_t path_reached(void);        /* blocks with lower numbers have been entered */
+uint32_t path_free(void);           /* units that may be appended before the machine goes on; of
+                                       PATH_LEAD. A line takes one, an arc two */
 
 /* Is the lowest point of a retraction given by the ceiling or the soft limit (and not by the
    beginning of the path)? */

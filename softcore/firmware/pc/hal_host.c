@@ -30,7 +30,8 @@ static int32_t lost_pulses[HAL_AXES]; /* of the commands: a fault of the gatewar
 static hal_retraction data;
 static uint32_t period;
 static uint32_t fin_passes, busy_passes;
-static bool late, under_way;
+static bool late, under_way, lags;
+static unsigned paced;              /* slot */
 static bool damaged;               /* the path, until it is forgotten */
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
@@ -248,7 +249,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     period = 0;
     fin_passes = 1;
     busy_passes = 0;
-    under_way = damaged = watch_closed = watch_asks = false;
+    under_way = lags = damaged = watch_closed = watch_asks = false;
     queue_head = queue_tail = 0;
     pets = sleeps = unwatched = answers = 0;
     host_gap_boot();
@@ -274,6 +275,8 @@ void gk_speed(uint32_t pulses) { speed = pulses; }
 void gk_stuck(uint32_t on) { stuck = on; }
 void gk_state(uint32_t value) { state = (hal_motion_state)value; }
 void gk_moving(uint32_t on) { under_way = on; }
+void gk_lags(uint32_t on) { lags = on; }
+uint32_t gk_pace_slot(void) { return paced; }
 void gk_creep(int32_t pulses) { creep = pulses; }
 void gk_stored(int32_t pulses) { stored = pulses; }
 void gk_live(uint32_t causes) { live = causes; }
@@ -353,6 +356,11 @@ uint32_t hal_pulses_per_mm(void) { return pulses_per_mm; }
 unsigned hal_jump_axis(void) { return jump_axis; }
 
 void hal_slot_write(unsigned number, const hal_segment *segment) { slots[number] = *segment; }
+void hal_slot_pace(unsigned number, uint32_t length, uint32_t rate) {
+    slots[number].length = length;
+    slots[number].rate = rate;
+    paced = number;
+}
 void hal_fast_slot(unsigned number) { (void)number; }
 void hal_bound_write(hal_bound bound, int32_t coordinate) {
     if (bound <= BOUND_BEHIND)
@@ -382,7 +390,7 @@ unsigned hal_slot(void) {
     return end ? (slot + 1) % HAL_SLOTS : slot;
 }
 hal_motion hal_motion_read(void) {
-    return (hal_motion){.moving = under_way, .in_position = true, .crowded = !speed && !stuck,
+    return (hal_motion){.moving = under_way, .in_position = !lags, .crowded = !speed && !stuck,
                         .state = state};
 }
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
@@ -482,17 +490,6 @@ void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t 
     guards[1 + 2 * axis] = stopped;
     guards[2 + 2 * axis] = moving;
     (void)window;
-}
-void hal_axis_mode(unsigned axis, bool step, bool reverse) {
-    (void)axis;
-    (void)step;
-    (void)reverse;
-}
-void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
-    (void)axis;
-    (void)width;
-    (void)space;
-    (void)setup;
 }
 void hal_axis_adopt(unsigned axis) {
     if (safe)

@@ -26,3 +26,15 @@ void gk_axis_words(uint32_t axis, int32_t words[3]) {
 }
 
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }
+
+void hal_axis_mode(unsigned axis, bool step, bool reverse) {
+    (void)axis;
+    (void)step;
+    (void)reverse;
+}
+void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
+    (void)axis;
+    (void)width;
+    (void)space;
+    (void)setup;
+}

@@ -21,12 +21,14 @@ static bool pending;
 static int32_t depth, deepest;
 static uint8_t switches;
 static uint32_t discharges, opens;
+static bool touches;            /* Ss */
 static gk_gap gap;
 static uint32_t fluid_state = HAL_FLUID_KNOWN;
 static hal_law law;
 static hal_law_state law_state;
 
 void host_gap_boot(void) {
+    touches = false;
     discharges = opens = 0;
     staged = in_force = (condition){0};
     armed = waits = pending = false;
@@ -106,6 +108,8 @@ void hal_gap_counts(uint32_t counts[4]) {
     counts[2] = counts[3] = 0;
     counts[1] = discharges;
 }
+bool hal_shorted(void) { return touches; }
+void gk_shorted(uint32_t on) { touches = on; }
 void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,

@@ -13,12 +13,14 @@ static uint8_t said[BYTES];
 static uint32_t said_head, said_tail;
 static bool hold, reset, reset_told;
 static uint32_t notes;
+static hal_overrides override;
 
 void host_link_boot(void) {
     head = tail = said_head = said_tail = 0;
     depth = BYTES;
     hold = reset = reset_told = false;
     notes = 0;
+    override = (hal_overrides){100, 100};
 }
 
 bool host_link_held(void) { return hold || reset; }
@@ -27,6 +29,25 @@ void gk_queue(uint32_t entries) { depth = entries; }
 static void push(unsigned entry) {
     if (head - tail < depth)
         queue[head++ % BYTES] = (uint16_t)entry;
+}
+
+static uint8_t within(int32_t value, int32_t least, int32_t most) {
+    return (uint8_t)(value < least ? least : value > most ? most : value);
+}
+
+/* The bytes of overrides, each as it comes. */
+static bool overrides(uint8_t byte) {
+    enum { feed_LEAST = OVERRIDE_FEED_LEAST, feed_MOST = OVERRIDE_FEED_MOST,
+           rapid_LEAST = OVERRIDE_RAPID_LEAST, rapid_MOST = OVERRIDE_RAPID_MOST };
+    switch (byte) {
+#define ROW(code, of, to, by) \
+    case code: \
+        override.of = within((to) ? (to) : override.of + (by), of##_LEAST, of##_MOST); \
+        return true;
+        OVERRIDE_BYTES(ROW)
+#undef ROW
+    default: return false;
+    }
 }
 
 static void come(uint8_t byte) {
@@ -39,6 +60,7 @@ static void come(uint8_t byte) {
         break;
     case REALTIME_RESUME: notes |= NOTE_RESUME; break;
     case REALTIME_RETRACT: notes |= NOTE_RETRACT; break;
+    case REALTIME_STOP: notes |= NOTE_STOP; break;
     case REALTIME_RESET:
         reset = true;
         reset_told = false;
@@ -46,7 +68,7 @@ static void come(uint8_t byte) {
         push(HAL_MARK | MARK_RESET);
         break;
     default:
-        if (REALTIME_PASSED_OVER(byte))
+        if (REALTIME_PASSED_OVER(byte) || overrides(byte))
             break;
         push(head - tail < depth - 1 ? byte : HAL_MARK | MARK_OVERRUN);
         break;
@@ -86,6 +108,10 @@ uint32_t hal_notes(void) {
 
 void hal_release_hold(void) { hold = hold && notes & NOTE_HOLD; }
 void hal_release_reset(void) { reset = reset && !reset_told; }
+void hal_release_override(void) { override = (hal_overrides){100, 100}; }
+hal_overrides hal_overrides_read(void) { return override; }
+uint32_t gk_override(void) { return (uint32_t)override.feed << 8 | override.rapid; }
+uint32_t hal_waiting(void) { return head - tail; }
 
 bool hal_transmit_ready(void) { return said_head - said_tail < BYTES; }
 

@@ -104,7 +104,11 @@ int32_t gk_go(int32_t pulses);
 void gk_creep(int32_t pulses);
 void gk_stored(int32_t pulses); /* commanded and not yet made; below zero on the way back */
 void gk_state(uint32_t state);  /* hal_motion_state */
-void gk_moving(uint32_t on);    /* pulses are still on their way */
+void gk_moving(uint32_t on);    /* pulses are still on their way, */
+void gk_lags(uint32_t on);      /* and the axes not yet in position */
+void gk_shorted(uint32_t on);   /* the gap, Ss */
+uint32_t gk_override(void);     /* of the feed << 8 | of rapids, percent */
+uint32_t gk_pace_slot(void);    /* slot whose rate was changed last */
 void gk_event(uint32_t kind, uint32_t detail, uint32_t first, uint32_t second);
 void gk_trip(uint32_t cause, uint32_t axes);    /* of CAUSE_GUARD: what hal_damage says */
 void gk_arm(void);              /* a hand presses the button */

@@ -248,7 +248,7 @@ def test_overrides_of_grbl_do_nothing_wherever_they_come(machine, byte):
 def test_the_safety_door_of_grbl_is_a_hold(machine):
     machine.send(b"\x84")
     machine.run(20)
-    assert machine.line("?")[-1].startswith("<Hold|")
+    assert machine.line("?")[-1].startswith("<Hold:0|")
     machine.send(b"~")
     machine.run(20)
     assert machine.line("?")[-1].startswith("<Idle|")

@@ -63,8 +63,9 @@ def test_status_report_has_the_form_of_grbl(machine):
     assert machine.line("G00 X-1.5")[-1] == "ok"
     machine.send(b"?")
     (report,) = machine.run(100)
-    assert re.fullmatch(r"<Idle\|MPos:-1\.5000,0\.0000,0\.0000\|WCO:0\.0000,0\.0000,-0\.0500"
-                        r"\|Ln:0\|Er:0,0,0\|Rt:0,0\|Gap:0,0,0,0\|Armed>", report)
+    assert re.fullmatch(r"<Idle\|MPos:-1\.5000,0\.0000,0\.0000\|Bf:56,255\|Ln:0\|FS:0\.000,0"
+                        r"\|WCO:0\.0000,0\.0000,-0\.0500\|Ov:100,100,100"
+                        r"\|Er:0,0,0\|Rt:0,0\|Gap:0,0,0,0\|Armed>", report)
 
 
 def test_realtime_bytes_inside_a_line(machine):
@@ -79,7 +80,7 @@ def test_a_hold_that_came_with_the_order_to_go_on_stays(machine):
     machine.send(b"!$RESUME\n")
     assert machine.run(50) == [
         "[MSG:a hold came at the same time, and is in force: resume again.]", error_line("busy")]
-    assert machine.line("?")[-1].startswith("<Hold|")
+    assert machine.line("?")[-1].startswith("<Hold:0|")
     assert machine.line("$RESUME") == ["ok"]
     assert machine.line("?")[-1].startswith("<Idle|")
 
@@ -105,7 +106,7 @@ def test_a_blank_line_behind_a_damaged_frame_has_its_answer(machine):
 
 
 def test_what_senders_for_grbl_ask_first(machine):
-    assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,15,255]", "ok"]
+    assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,56,255]", "ok"]
     assert machine.line("$G") == ["[GC:G80 G54 G17 G21 G90 G94 M5 M9 T0 F0.000 S0]", "ok"]
     assert machine.line("G55 G18 G20 G91 G01 F1 M8 S70 T12 C100 M3", passes=3000)[-1] == "ok"
     assert machine.line("$g") == ["[GC:G1 G55 G18 G20 G91 G94 M3 M8 T12 F25.400 S70]", "ok"]

@@ -53,7 +53,7 @@ class Operator:
             self.greeted = True
         elif line.startswith("[MSG:") and "refused" in line:
             self.named["line" if "is refused" in line else "crowd"] += 1
-        elif line.startswith("<Hold|") and not self.holds:
+        elif line.startswith("<Hold:") and not self.holds:
             # A byte was bent into a hold: the operator sees that, and goes on.
             self.done["resumed"] += 1
             self.link.press(RESUME)

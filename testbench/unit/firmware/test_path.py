@@ -252,7 +252,8 @@ class Program:
     def feed(self):
         """Append what there is room for."""
         while self.appended < len(self.moves) and self.library.path_has_room() == 0:
-            self.library.path_append(ctypes.byref(self.moves[self.appended]), self.rate, True)
+            self.library.path_append(
+                ctypes.byref(self.moves[self.appended]), self.rate, False, True)
             self.appended += 1
         self.machine.run(20)
 
@@ -346,7 +347,7 @@ def test_five_thousand_blocks_back_to_the_start(machine, rng):
 
 def test_a_line_takes_16_bytes_and_an_arc_32(machine):
     program = Program(machine, [line(100, 0, 0), quarter(50), line(5, 5, 5)])
-    numbers = [machine.library.path_append(ctypes.byref(move), 1 << 20, True)
+    numbers = [machine.library.path_append(ctypes.byref(move), 1 << 20, False, True)
                for move in program.moves]
     numbers.append(machine.library.path_next())
     bytes_of = [16 * (after - before) for before, after in pairwise(numbers)]

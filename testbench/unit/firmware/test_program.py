@@ -139,7 +139,7 @@ def test_stop_waits_for_the_operator_with_the_discharge_off(machine):
     lines = run(machine, "C100 M03", "M00", "G00 X1", "M02")
     assert names(lines)[-1] == "pause"
     assert "discharge" not in machine.flags
-    assert machine.line("?")[-1].startswith("<Hold|")
+    assert machine.line("?")[-1].startswith("<Hold:0|")
     machine.send(b"~")
     lines = machine.run(4000)
     assert names(lines) == ["block", "block", "end"]
@@ -174,7 +174,7 @@ def test_hold_keeps_and_resume_goes_on(machine):
     held = machine.library.gk_position()
     machine.run(1000)
     assert machine.library.gk_position() == held
-    assert machine.line("?")[-1].startswith("<Hold|")
+    assert machine.line("?")[-1].startswith("<Hold:0|")
     machine.send(b"~")
     machine.run(10_000)
     assert machine.axes[0] == 10_000

@@ -21,18 +21,28 @@ def test_the_model_knows_the_same_bytes():
     assert {one.name: one.byte for one in linkmap.REALTIME} == {
         "reset": model.RESET} | model.NOTES
     assert [name for name, _ in linkmap.MARKS] == ["framing", "overrun", "reset"]
+    assert {one.byte for one in linkmap.OVERRIDE_BYTES} == model.OVERRIDES
+    assert set(linkmap.PASSED_OVER) == model.NOTHING
+    assert ({one.byte for one in linkmap.REALTIME if one.byte > 0x7F} | {linkmap.DOOR}
+            | model.OVERRIDES | model.NOTHING) == GRBL | {0xB0}
 
 
 def outputs(ctx, dut):
     """What the decoder shows, as the model says it."""
     return (bool(ctx.get(dut.hold)), bool(ctx.get(dut.reset)),
-            {name for name in model.NOTES if ctx.get(getattr(dut, f"notes_{name}"))})
+            {name for name in model.NOTES if ctx.get(getattr(dut, f"notes_{name}"))},
+            (ctx.get(dut.override_feed), ctx.get(dut.override_rapid)))
+
+
+def told(shadow):
+    """The same of the model."""
+    return shadow.hold, shadow.reset, shadow.notes, (shadow.feed, shadow.rapid)
 
 
 def test_follows_the_model(simulate, rng):
     """Bytes, broken bytes, releases and reads at random, each clock compared."""
     dut, shadow = LinkDecoder(), model.LinkDecoder()
-    seen = set()
+    seen, feeds = set(), set()
 
     async def bench(ctx):
         quiet = False
@@ -40,13 +50,15 @@ def test_follows_the_model(simulate, rng):
             byte = framing = None
             if quiet and rng.random() < 0.6:
                 framing = rng.random() < 0.1
-                byte = rng.choice((*REALTIME, *REALTIME, 0x0A, rng.randrange(256)))
+                byte = rng.choice((*REALTIME, *REALTIME, *rng.choices(
+                    sorted(model.OVERRIDES), k=len(REALTIME)), 0x0A, rng.randrange(256)))
             quiet = byte is None
             inputs = dict(
                 byte=None if framing else byte, framing=bool(framing), room=rng.random() < 0.8,
                 head=rng.choice((model.RESET_MARK, model.RESET, model.FRAMING, 0x41)),
                 taken=rng.random() < 0.3,
-                release=rng.choice(((), (), ("hold",), ("reset",), ("hold", "reset"))),
+                release=rng.choice(((), (), ("hold",), ("reset",), ("hold", "reset")))
+                + ("override",) * (rng.random() < 0.02),
                 read_notes=rng.random() < 0.2)
             ctx.set(dut.data, byte if byte is not None else rng.randrange(256))
             ctx.set(dut.done, byte is not None and not framing)
@@ -56,10 +68,11 @@ def test_follows_the_model(simulate, rng):
             # The strobe alone, and a value without its strobe, release nothing.
             strobe = bool(inputs["release"]) or rng.random() < 0.1
             ctx.set(dut.release_strobe, strobe)
-            for name in ("hold", "reset"):
+            for name in ("hold", "reset", "override"):
                 ctx.set(getattr(dut, f"release_{name}"), name in inputs["release"]
                         or (not strobe and rng.random() < 0.5))
-            assert outputs(ctx, dut) == (shadow.hold, shadow.reset, shadow.notes)
+            assert outputs(ctx, dut) == told(shadow)
+            feeds.add(shadow.feed)
             entry, flush = shadow.clock(**inputs)
             assert ctx.get(dut.push) == (entry is not None)
             assert ctx.get(dut.flush) == flush
@@ -70,6 +83,26 @@ def test_follows_the_model(simulate, rng):
 
     simulate(dut, bench)
     assert {True, False, None, "byte", model.FRAMING, model.OVERRUN, model.RESET_MARK} <= seen
+    assert {100, 101, 99, 110, 90} <= feeds
+
+
+@pytest.mark.parametrize(("press", "times", "feed"), [
+    (0x91, 30, 200), (0x92, 30, 10), (0x93, 7, 107), (0x94, 7, 93), (0x93, 300, 200),
+    (0x94, 300, 10),
+])
+def test_an_override_counts_every_press_up_to_its_bound(simulate, press, times, feed):
+    dut = LinkDecoder()
+
+    async def bench(ctx):
+        ctx.set(dut.data, press)
+        for _ in range(times):
+            ctx.set(dut.done, 1)
+            await ctx.tick()
+            ctx.set(dut.done, 0)
+            await ctx.tick()
+        assert (ctx.get(dut.override_feed), ctx.get(dut.override_rapid)) == (feed, 100)
+
+    simulate(dut, bench)
 
 
 class Line:
@@ -129,8 +162,7 @@ def test_streams_come_out_as_the_model_says(simulate, rng):
             while (entry := shadow.take()) is not None:
                 expected.append(entry)
             assert await line.take(ctx) == expected
-            assert outputs(ctx, line.dut) == (
-                shadow.decoder.hold, shadow.decoder.reset, shadow.decoder.notes)
+            assert outputs(ctx, line.dut) == told(shadow.decoder)
             found.update(expected)
             if rng.random() < 0.5:
                 await line.strobe(ctx, "notes_strobe")
@@ -138,7 +170,7 @@ def test_streams_come_out_as_the_model_says(simulate, rng):
 
     simulate(line.dut, bench, deadline=1e-2)
     assert {model.FRAMING, model.OVERRUN, model.RESET_MARK} <= found
-    assert not found & {*REALTIME, model.DOOR, *model.NOTHING}
+    assert not found & {*REALTIME, model.DOOR, *model.NOTHING, *model.OVERRIDES}
 
 
 def conversations():
@@ -153,7 +185,7 @@ def test_the_model_for_firmware_on_a_computer_is_the_same(rng):
     library, shadow = firmware.library(), model.Receiver()
     library.gk_boot(2_000_000, 10_000, 2)
     library.gk_queue(shadow.depth)
-    names = {1: "status", 2: "hold", 4: "resume", 8: "retract"}
+    names = {1: "status", 2: "hold", 4: "resume", 8: "retract", 16: "stop"}
     held = found = 0
     for _ in range(20_000):
         kind = rng.random()
@@ -172,9 +204,10 @@ def test_the_model_for_firmware_on_a_computer_is_the_same(rng):
             notes = library.hal_notes()
             assert {name for bit, name in names.items() if notes & bit} == shadow.read_notes()
         else:
-            what = rng.choice(("hold", "reset"))
+            what = rng.choice(("hold", "reset", "override"))
             getattr(library, f"hal_release_{what}")()
             shadow.decoder.clock(release=(what,))
+        assert library.gk_override() == shadow.decoder.feed << 8 | shadow.decoder.rapid
         stopped = shadow.decoder.hold or shadow.decoder.reset
         assert bool(library.gk_flags() >> 5 & 1) == stopped
         held += stopped

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/meter.h"
+
+#include "base/units.h"
+#include "hal/hal.h"
+
+/* At rest is what has been in position, and there within so many pulses, for so long: a loop that swings
+   passes through its place faster, and one that creeps up to it goes on for some time. */
+#define REST_US 20000
+#define REST_PULSES 1
+#define SPAN_US 250000  /* over one to two of them the feed is averaged: 0.1 um in it are 0.024 mm/min */
+
+static uint32_t rest_clocks, span_clocks;
+static bool rests;
+static uint32_t moved;      /* clock in which something moved last, */
+static int32_t stood[HAL_AXES]; /* and where the axes were then */
+static struct {
+    uint32_t clock;
+    int32_t place;          /* path coordinate */
+} marks[2];                 /* where the machine was a span ago or longer, and since then */
+
+void meter_path_begins(void) {
+    marks[1].clock = hal_cycle_low();
+    marks[1].place = 0;
+    marks[0] = marks[1];
+}
+
+void meter_init(void) {
+    rest_clocks = units_clocks_of_us(REST_US);
+    span_clocks = units_clocks_of_us(SPAN_US);
+    rests = false;
+    moved = hal_cycle_low();
+    meter_path_begins();
+}
+
+/* Has an axis left the place where it stood? */
+static bool leaves(void) {
+    bool left = false;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t at = hal_axis_position(axis);
+        uint32_t way = (uint32_t)at - (uint32_t)stood[axis] + REST_PULSES;
+        if (way > 2 * REST_PULSES) {
+            stood[axis] = at;
+            left = true;
+        }
+    }
+    return left;
+}
+
+void meter_step(void) {
+    uint32_t now = hal_cycle_low();
+    hal_motion motion = hal_motion_read();
+    if (leaves() || motion.moving || !motion.in_position) {
+        rests = false;
+        moved = now;
+    } else if (now - moved > rest_clocks) {
+        rests = true;
+    }
+    if (now - marks[1].clock > span_clocks) {
+        marks[0] = marks[1];
+        marks[1].clock = now;
+        marks[1].place = hal_position();
+    }
+}
+
+bool meter_rests(void) {
+    hal_motion motion = hal_motion_read();
+    return rests && !motion.moving && motion.in_position;
+}
+
+uint32_t meter_feed(void) {
+    if (meter_rests())
+        return 0;
+    int32_t way = (int32_t)((uint32_t)hal_position() - (uint32_t)marks[0].place);
+    uint32_t pulses = way < 0 ? 0u - (uint32_t)way : (uint32_t)way;
+    return units_speed_of_count(pulses, hal_cycle_low() - marks[0].clock);
+}

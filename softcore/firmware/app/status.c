@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/status.h"
+
+#include "app/auxiliary.h"
+#include "app/machine.h"
+#include "app/meter.h"
+#include "app/program.h"
+#include "base/alarm.h"
+#include "base/settings.h"
+#include "base/text.h"
+#include "hal/hal.h"
+#include "link/lines.h"
+#include "link/output.h"
+#include "path/path.h"
+#include "roughing/commands.h"
+
+/* Small rather than fast: the link is slower than what is said over it. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
+static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS } part;
+
+void status_init(void) { part = PART_NONE; }
+void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
+
+/* As grbl has them. Hold:1 is still coming to rest, or a retraction is under way. */
+static const char *state_name(void) {
+    if (machine_locked() || machine_position_lost())
+        return "Alarm";
+    if (machine_held() || program_paused())
+        return meter_rests() ? "Hold:0" : "Hold:1";
+    bool idle = meter_rests() && !machine_machining() && !program_running() && path_at_front() &&
+                !roughing_busy();
+    return idle ? "Idle" : "Run";
+}
+
+/* What may be sent now without a byte lost: the gateware's queue takes it, and then that of the lines. */
+static uint32_t bytes_free(void) {
+    uint32_t waiting = hal_waiting(), room = lines_free();
+    room = room < STATUS_BYTES ? room : STATUS_BYTES;
+    return waiting < room ? room - waiting : 0;
+}
+
+/* Letters of grbl where they mean the same: P the electrode touches, X Y Z a limit switch is pressed. */
+static void pins(char text[HAL_AXES + 6]) {
+    hal_limits limits = hal_limits_read();
+    bool touches = machine_burns() && hal_shorted();
+    char *at = text;
+    if (touches || limits.low | limits.high)
+        for (const char *name = "|Pn:"; *name;)
+            *at++ = *name++;
+    if (touches)
+        *at++ = 'P';
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        if ((limits.low | limits.high) >> axis & 1)
+            *at++ = "XYZ"[axis];
+    *at = '\0';
+}
+
+bool status_tell(void) {
+    static char report[OUTPUT_LINE];
+    static uint32_t length;
+    uint32_t size = sizeof report - length;
+    switch (part) {
+    case PART_NONE: return false;
+    case PART_PLACE:
+        length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|Bf:%u,%u", state_name(),
+                            hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
+                            path_free(), bytes_free());
+        part = PART_FEED;
+        break;
+    case PART_FEED: {
+        const int32_t *offset = program_offset();
+        hal_overrides override = hal_overrides_read();
+        uint32_t um = meter_feed();
+        bool burns = machine_burns(), fluid = auxiliary_fluid();
+        char on[HAL_AXES + 6];
+        pins(on);
+        length += text_print(report + length, size,
+                             "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", alarm_line(),
+                             um / 1000, um / 100 % 10, um / 10 % 10, um % 10, on, offset[0],
+                             offset[1], offset[2], (uint32_t)override.feed, (uint32_t)override.rapid,
+                             burns || fluid ? "|A:" : "", burns ? "S" : "", fluid ? "F" : "");
+        part = PART_OURS;
+        break;
+    }
+    default: {
+        uint32_t counts[4];
+        char masked[SETTINGS_MASKED];
+        hal_gap_counts(counts);
+        settings_masked(masked, sizeof masked);
+        text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>",
+                   hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
+                   (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
+                   counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
+                   *masked ? "|Off:" : "", masked);
+        output_line("%s", report);
+        part = PART_NONE;
+        length = 0;
+    }
+    }
+    return true;
+}
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

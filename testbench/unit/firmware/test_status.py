@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The status report: states and fields as grbl 1.1 has them, and true."""
+
+import re
+
+import pytest
+
+from host.link.link import fields_of
+from softcore.tables.faults import error_line
+from testbench.firmware import Machine
+from testbench.programs import punched
+
+DATA = "G36 R300 L.5 H600 E60 Q.1"
+STATE = re.compile(r"Idle|Run|Hold:[01]|Alarm")
+GRBL = ("MPos", "Bf", "Ln", "FS", "Pn", "WCO", "Ov", "A")   # in its order; ours follow
+OURS = ("Er", "Rt", "Gap", "Armed", "Lost", "Off")
+REST = 60               # passes in which the machine is taken to rest
+WORK = ("M03", "G01 X1 F60")
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    ready.run(REST)
+    return ready
+
+
+def report(machine, passes=30):
+    """The fields of one report; their form and order are grbl's."""
+    (line,) = (line for line in machine.line("?", passes) if line.startswith("<"))
+    state, *fields = line[1:-1].split("|")
+    assert STATE.fullmatch(state), line
+    names = [field.partition(":")[0] for field in fields]
+    assert names == sorted(names, key=(GRBL + OURS).index), line
+    assert set(GRBL) - {"Pn", "A"} <= set(names)
+    return fields_of(line) | {"state": state}
+
+
+def state(machine):
+    return report(machine)["state"]
+
+
+# ---- states
+
+@pytest.mark.parametrize("what", ["gk_moving", "gk_lags"])
+def test_never_idle_while_something_moves(machine, what):
+    """The ramp is on its way, or the axes are: no program has to run for that."""
+    assert state(machine) == "Idle"
+    getattr(machine.library, what)(1)
+    assert state(machine) == "Run"
+    machine.send(b"!")
+    assert state(machine) == "Hold:1"
+    getattr(machine.library, what)(0)
+    machine.run(1)
+    machine.send(b"~")
+    assert state(machine) == "Run", "an axis that swings passes through its place faster"
+    machine.run(REST)
+    assert state(machine) == "Idle"
+
+
+def test_never_idle_while_it_burns(machine):
+    assert machine.line("C100 M03", 2000)[-1] == "ok"
+    assert "discharge" in machine.flags
+    assert (state(machine), report(machine)["A"]) == ("Run", "S")
+    assert machine.line("M05", 2000)[-1] == "ok"
+    machine.run(REST)
+    assert state(machine) == "Idle"
+    assert "A" not in report(machine)
+
+
+def test_a_hold_at_rest_is_complete_and_a_retraction_in_it_is_not(machine):
+    machine.library.gk_speed(10)
+    machine.tape(punched([DATA, "C100 M03", "G01 X1 F60", "M02"]), passes=10)
+    machine.send(b"!")
+    machine.run(REST)
+    assert state(machine) == "Hold:0"
+    machine.state("retracting")
+    machine.library.gk_moving(1)
+    assert state(machine) == "Hold:1"
+    machine.library.gk_moving(0)
+    machine.run(REST)
+    assert state(machine) == "Hold:0"
+
+
+def test_a_stop_of_the_program_is_a_hold(machine):
+    machine.tape(punched(["M00", "M02"]), passes=400)
+    assert state(machine) == "Hold:0"
+    machine.send(b"~")
+    machine.run(400)
+    assert state(machine) == "Idle"
+
+
+def test_locked_or_lost_is_alarm():
+    machine = Machine()
+    assert state(machine) == "Alarm"
+    machine.line("$X")
+    assert state(machine) == "Alarm"
+    assert "Lost" in report(machine)
+
+
+# ---- fields
+
+def test_the_feed_is_what_the_machine_goes(machine):
+    """By the path coordinate: 20 pulses a pass of a thousand clocks and what the firmware costs."""
+    machine.line("G91", 200)
+    machine.library.gk_speed(20)
+    machine.line("G01 X100 F60", 10)
+    machine.library.gk_moving(1)
+    machine.run(2500)
+    at, clock = machine.library.gk_position(), machine.library.hal_cycle_low()
+    machine.run(500)
+    pulses = machine.library.gk_position() - at
+    seconds = (machine.library.hal_cycle_low() - clock) / 2e6
+    feed, spindle = report(machine)["FS"].split(",")
+    assert float(feed) == pytest.approx(pulses / 10_000 / seconds * 60, rel=0.02)
+    assert spindle == "0"
+    machine.library.gk_speed(0)
+    machine.library.gk_moving(0)
+    machine.run(REST)
+    assert report(machine)["FS"] == "0.000,0"
+
+
+def test_a_path_that_begins_anew_is_no_way(machine):
+    machine.line("G01 X50 F60", 4000)
+    machine.library.gk_moving(1)
+    machine.tape(punched([DATA, "G04 P5000", "M02"]), passes=200)
+    assert report(machine)["FS"] == "0.000,0"
+
+
+def test_blocks_that_are_free_are_taken(machine):
+    """Each ``ok`` takes one; with none left there is no further ``ok``."""
+    machine.library.gk_speed(0)
+    most = int(report(machine)["Bf"].split(",")[0])
+    assert machine.line("$I")[1] == f"[OPT:,{most},255]"
+    machine.line("G91 G01 F60", 200)
+    taken = 0
+    while "ok" in machine.line("X.01", 60):
+        taken += 1
+        free = int(report(machine)["Bf"].split(",")[0])
+        # The first is entered at once: it takes no place.
+        assert free == most - max(0, taken - 1)
+    assert (free, taken) == (0, most + 1)
+
+
+def test_a_sender_that_counts_characters_may_fill_the_queue(machine):
+    """255 bytes without an answer, while the firmware takes none: none is lost, and one more is."""
+    machine.library.gk_queue(256)
+    lines = b"G4P0\n" * 50 + b"$I\n\n\n"
+    assert len(lines) == 255
+    machine.send(lines)
+    assert machine.library.hal_waiting() == 255
+    assert [line for line in machine.run(6000) if line[0] != "["] == ["ok"] * 53
+    machine.send(b"G4P00\n" + b"G4P0\n" * 50)
+    assert machine.run(6000) == ["ok"] * 50
+    assert machine.line("", 400)[-1] == error_line("line"), "the last one came without its end"
+
+
+@pytest.mark.parametrize("line", [b"G04 P1\n", b"\n", b"$I\r\n"])
+def test_as_many_bytes_as_are_free_are_taken(machine, line):
+    """While a line is carried out for long: what is said to be free is, to the last byte."""
+    machine.library.gk_queue(256)
+    assert report(machine)["Bf"] == "56,255"
+    machine.send(b"G04 X3\n")
+    sent, told = 0, []
+    while free := int(report(machine)["Bf"].split(",")[1]):
+        told.append(free)
+        piece = line * 9 if free > 9 * len(line) else b"\n" * free
+        machine.send(piece)
+        sent += piece.count(b"\n")
+    assert (told[0], told[-1] < 20) == (255, True)
+    came = [text for text in machine.run(9000) if text[0] not in "[<"]
+    assert came == ["ok"] * (1 + sent)
+
+
+def test_pins_are_told_where_they_are_true(machine):
+    assert "Pn" not in report(machine)
+    machine.library.gk_shorted(1)
+    assert "Pn" not in report(machine), "without the discharge nobody looks"
+    machine.library.gk_switches(0b001, 0b100)
+    assert report(machine)["Pn"] == "XZ"
+    machine.library.gk_switches(0, 0)
+    machine.line("C100 M03", 2000)
+    assert report(machine)["Pn"] == "P"
+    machine.library.gk_shorted(0)
+    assert "Pn" not in report(machine)
+
+
+def test_the_fluid_is_told(machine):
+    machine.line("M08", 400)
+    assert report(machine)["A"] == "F"
+    machine.line("M09", 400)
+    assert "A" not in report(machine)
