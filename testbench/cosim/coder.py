@@ -140,7 +140,7 @@ def _hold(job):
 SITUATIONS = {
     "rest, then F12": Situation(12, _at_rest, _go, seconds=0.3, held=True),
     "rest, then G00": Situation(900, _at_rest, _go, rapid=True, held=True),
-    "F1": Situation(1, _creeping, seconds=0.5),
+    "F1": Situation(1, _creeping, seconds=1.5),
     "F12": Situation(12, _creeping),
     "F60": Situation(60, _in_motion),
     "F300": Situation(300, _in_motion),
