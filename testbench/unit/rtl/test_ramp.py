@@ -103,7 +103,8 @@ def test_is_a_delay_of_two_clocks_up_to_the_start_stop_speed(simulate, rng, star
     assert received == [clock + 2 for clock in sent]
 
 
-@pytest.mark.parametrize(("up", "down"), [(STEP, STEP - 8), (STEP, STEP + 8), (3 * STEP, 2 * STEP + 1)])
+@pytest.mark.parametrize(("up", "down"), [
+    (STEP, STEP - 8), (STEP, STEP + 8), (3 * STEP, 2 * STEP + 1)])
 def test_slowing_down_ends_wherever_it_began(simulate, up, down):
     """A rate that is no whole number of steps above the lowest, as a bent bit leaves it."""
     dut = Ramp()
