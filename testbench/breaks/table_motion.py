@@ -53,7 +53,7 @@ MOTION = (
     *breaks_of(
         "rtl/motion/ramp.py", "unit/rtl/test_ramp.py",
         ("ramping & (braked | below)", "ramping & below", "a brake slows down"),
-        ("quarters <= (self.start_rate << 2) + self.acceleration", "climbed == self.acceleration",
+        ("lower <= (self.start_rate << 2)", "climbed == self.acceleration",
          "the last step down ends wherever it began"),
         ("apart & ~braked & waiting", "apart & waiting", "a brake ends the way up",
          "formal/test_machine_braking.py::test_the_rate_only_falls_after_a_short"),
