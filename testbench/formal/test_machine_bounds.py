@@ -91,6 +91,7 @@ class Machine(Controller):
     MOTION = BoundedMotion
 
 
+@pytest.mark.soak
 def test_no_retraction_goes_beyond_its_bounds(workdir):
     prove(motion_alone(BoundedMotion), workdir, depth=10)
 
