@@ -35,6 +35,8 @@ class Ramp(wiring.Component):
     stored were in the clock before: so slowing down begins 2 to 5 clocks after the first of
     ``brake``. ``target`` is looked at in that clock only, for the 4 clocks that follow. If nothing
     is stored any more and none can come (``room``), ``rate`` falls back to ``start_rate`` at once.
+    The last step down ends at ``start_rate``, wherever it began: a bit of the rate that has turned
+    over does not keep the ramp from coming to rest.
     The fourth clocks are counted from reset, and again from each such fall, which is one.
 
     ``start_rate`` and ``acceleration`` may change only at rest; they are in force 8 clocks later.
@@ -108,19 +110,21 @@ class Ramp(wiring.Component):
         # In quarters of the unit of rates, in which a step is ``acceleration``.
         quarters = Signal(32)
         upper = Signal(33)    # a step further up
+        lower = Signal(signed(34))  # ... and down
         ramping = Signal()    # above the start/stop speed
-        lowest = Signal()     # ... by one step, if so
+        lowest = Signal()     # ... by one step at most, if so
         climbed = Signal(32)  # rate less start_rate
         above = Signal(32)    # ... but 0 at rest, when start_rate may change: for the recordings
         m.d.comb += [
             self.rate.eq(quarters >> 2),
+            lower.eq(quarters - self.acceleration),
             climbed.eq(quarters - (self.start_rate << 2)),
             above.eq(Mux(ramping, climbed, 0)),
             self.fast.eq(ramping),
         ]
         m.d.sync += [
             upper.eq(quarters + self.acceleration),
-            lowest.eq(climbed == self.acceleration),
+            lowest.eq(lower <= (self.start_rate << 2)),
         ]
 
         below = Signal()          # the target lies below the rate
@@ -159,7 +163,7 @@ class Ramp(wiring.Component):
         with m.If(clocks == 0):
             with m.If(slowing):
                 m.d.sync += [
-                    quarters.eq(quarters - self.acceleration),
+                    quarters.eq(lower),
                     braking.eq(after),
                     ramping.eq(~lowest),
                     apart.eq(1),

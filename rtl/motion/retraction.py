@@ -453,7 +453,7 @@ class Retraction(wiring.Component):
         with m.Switch(self.state):
             with m.Case(State.FRONT):
                 m.d.sync += self.bound.eq(Mux(self.servo, served, self.ahead))
-            with m.Case(State.RETRACTING):
+            with m.Case(State.RETRACTING, State.AT_LIMIT):
                 m.d.sync += self.bound.eq(loaded)
             with m.Case(State.HIGH):
                 m.d.sync += self.bound.eq(high)

@@ -2,23 +2,29 @@
 """Coders that fail: in every situation the machine is in, on every axis, as it is delivered.
 
 A run with the fault is held against the same run without it: how far the axis gets from where it
-would have been until the drives are off, and how far it coasts then.
+would have been until the drives are off, and how far it coasts then. A situation is reached once,
+and every fault is tried on a copy of it.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, field
+from functools import partial
 
 from host.link.link import HOLD, RESUME
 from rtl.motion.retraction import State
 from softcore.tables.faults import alarm_number
 from testbench.cosim.job import Data, Job, program
+from testbench.native.branch import branch
 from testbench.native.station import AXES, Session
 
-__all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "judge",
-           "jump_between_edges"]
+__all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "courses",
+           "judge", "jump_between_edges"]
 
 DEVIATION_UM = 300      # from where it would have been, until the drives are off
 STEP_S = 5e-4           # between two looks at the axes
+AT_REST = 4             # looks
+TRIPPED = alarm_number("trip")
+TOLD_S = 0.02           # an alarm has been told by then
 BRAKE_MM_S2 = 8000      # of a drive that is off
 GAIN_MM_S = 3           # of speed between two looks: 5 m/s2
 DATA = Data(speed=900, limit=0.5, high=900, low=120, changeover=0.1)
@@ -44,14 +50,19 @@ FAULTS = {
 
 @dataclass(frozen=True)
 class Situation:
-    """What the machine does when the coder fails: ``reach`` gets there, ``then`` goes on."""
+    """What the machine does when the coder fails: ``reach`` gets there, ``then`` goes on.
+
+    ``then`` gets the block as well; it takes the same time with the fault and without, unless the
+    fault was told before.
+    """
 
     feed: float                                     # mm/min, of the block
     reach: Callable[[Job], None]
-    then: Callable[[Job], None] = lambda job: None
+    then: Callable[[Job, str], None] = lambda job, way: None
     seconds: float = 0.15                           # until which the axis must have stopped
     rapid: bool = False
     held: bool = False                              # at rest, on hold
+    jumps: bool = False                             # every 40 ms of machining
 
 
 @dataclass
@@ -76,8 +87,18 @@ def _at_rest(job):
     job.run(round(0.3 * job.session.clock_hz))
 
 
-def _go(job):
+def _go(job, way):
     job.press(RESUME)
+
+
+def _set_out_again(job, way):
+    """Unlock after the alarm of a short that stays, and go on by hand, the discharge off."""
+    job.run(round(TOLD_S * job.session.clock_hz))
+    if job.probe("safe"):
+        return  # it was found at rest
+    job.short(False)
+    job.press("$X")
+    job.press(way)
 
 
 def _in_state(state, clocks=0.002):
@@ -92,6 +113,25 @@ def _in_state(state, clocks=0.002):
     return reach
 
 
+def _halted(job):
+    _in_motion(job)
+    job.short(True)
+    job.wait("alarm")
+    job.run(round(TOLD_S * job.session.clock_hz))
+    assert job.probe("path_status_state") == State.HALTED.value
+
+
+def _in_jump(state):
+    def reach(job):
+        _in_motion(job, pulses=6000)  # further than a jump goes
+        for wanted in (State.FRONT, state):
+            job.until(lambda wanted=wanted: job.probe("path_status_state") == wanted.value,
+                      f"{state.name} of a jump")
+        job.run(round(0.01 * job.session.clock_hz))
+        assert job.probe("path_status_state") == state.value
+    return reach
+
+
 def _hold(job):
     _in_motion(job)
     job.press(HOLD)
@@ -100,7 +140,7 @@ def _hold(job):
 SITUATIONS = {
     "rest, then F12": Situation(12, _at_rest, _go, seconds=0.3, held=True),
     "rest, then G00": Situation(900, _at_rest, _go, rapid=True, held=True),
-    "F1": Situation(1, _creeping, seconds=0.5),
+    "F1": Situation(1, _creeping, seconds=1.5),
     "F12": Situation(12, _creeping),
     "F60": Situation(60, _in_motion),
     "F300": Situation(300, _in_motion),
@@ -112,6 +152,9 @@ SITUATIONS = {
     "at limit": Situation(300, _in_state(State.AT_LIMIT, 0.0)),
     "high": Situation(300, _in_state(State.HIGH)),
     "low": Situation(300, _in_state(State.LOW)),
+    "halted, then F300": Situation(300, _halted, _set_out_again, seconds=0.25),
+    "jump": Situation(600, _in_jump(State.RETRACTING), jumps=True),
+    "jump, forward": Situation(600, _in_jump(State.HIGH), jumps=True),
 }
 
 
@@ -129,37 +172,76 @@ def jump_between_edges(session: Session) -> int:
     return begun
 
 
-def course(session: Session, name: str, axis: str, fault: str = "", condition: int = 100,
-           highest: float = 1800) -> tuple[Outcome, int]:
-    """Go to a situation along an axis, let its coder fail, and go on; and the clock of that."""
-    situation = SITUATIONS[name]
-    job = Job(session, watched=("safe",))
-    way = f"G00 {axis.upper()}-2" if situation.rapid else (
+def _block(situation, axis, highest):
+    return f"G00 {axis.upper()}-2" if situation.rapid else (
         f"G01 {axis.upper()}-2 F{min(situation.feed, highest):g}")
+
+
+def _reach(session, situation, axis, condition, highest):
+    """Go to a situation along an axis."""
+    job = Job(session, watched=("safe",))
     if situation.held:
         job.press(HOLD)
-    job.start(program(DATA, way, condition=condition))
+    jumps = [f"G38 P40 L0.5 R{highest:g} H{highest:g}"] if situation.jumps else []
+    job.start(program(DATA, *jumps, _block(situation, axis, highest), condition=condition))
     situation.reach(job)
-    begun = session.cycle
+    return job
+
+
+def _follow(job, situation, axis, way, fault):
+    """Let the coder fail, and go on until all is told and at rest; without a fault to the end."""
+    session = job.session
+    outcome, begun = Outcome(), session.cycle
+    alarms, said = len(job.told("alarm")), len(job.said)
     for force in FAULTS[fault][0] if fault else ():
         session.set(f"force.encoder_{force}", 1 << AXES.index(axis))
-    outcome = Outcome()
 
     def look():
         outcome.looks.append((
             session.cycle, [session.get(f"read.{one}_pulses") for one in AXES],
             [session.get(f"read.{one}_speed_mm_s") for one in AXES]))
 
+    def told():
+        """The alarm; a message with its text where one stands already."""
+        messages = [line for line in job.said[said:] if "interlock:" in line]
+        return next(iter([*job.told("alarm")[alarms:],
+                          *({"code": TRIPPED, "text": line} for line in messages)]), None)
+
+    def over():
+        return told() and not any(any(speeds) for _, _, speeds in outcome.looks[-AT_REST:])
+
     look()
-    situation.then(job)
-    while session.cycle < begun + round(situation.seconds * session.clock_hz):
+    situation.then(job, way)
+    step = round(STEP_S * session.clock_hz)
+    while session.cycle < begun + round(situation.seconds * session.clock_hz) and not over():
+        job.run(step - (session.cycle - begun) % step)
         look()
-        job.run(round(STEP_S * session.clock_hz))
     trips = job.collect().rises("safe", begun)
     outcome.safe = trips[0] if trips else None
-    alarms = job.told("alarm")
-    outcome.alarm = alarms[0] if alarms else None
+    outcome.alarm = told()
     return outcome, begun
+
+
+def course(session: Session, name: str, axis: str, fault: str = "", condition: int = 100,
+           highest: float = 1800) -> tuple[Outcome, int]:
+    """Go to a situation along an axis, let its coder fail, and go on; and the clock of that."""
+    situation = SITUATIONS[name]
+    job = _reach(session, situation, axis, condition, highest)
+    return _follow(job, situation, axis, _block(situation, axis, highest), fault)
+
+
+def courses(session: Session, name: str, axis: str, faults: Iterable[str], condition: int = 100,
+            highest: float = 1800) -> tuple[dict[str, Outcome], int]:
+    """Do the same with each fault, and with none (``""``), from one and the same clock on."""
+    situation = SITUATIONS[name]
+    job = _reach(session, situation, axis, condition, highest)
+    begun = session.cycle
+    way = _block(situation, axis, highest)
+
+    def tried(fault):
+        return asdict(_follow(job, situation, axis, way, fault)[0])
+
+    return {fault: Outcome(**branch(partial(tried, fault))) for fault in ("", *faults)}, begun
 
 
 def judge(name: str, axis: str, fault: str, found: Outcome, healthy: Outcome, begun: int,
@@ -176,15 +258,14 @@ def judge(name: str, axis: str, fault: str, found: Outcome, healthy: Outcome, be
     assert found.safe is not None, f"{what}: not found"
     assert found.alarm, f"{what}: no alarm"
     text = found.alarm["text"]
-    assert found.alarm["code"] == alarm_number("trip")
+    assert found.alarm["code"] == TRIPPED
     assert f"axis {axis.upper()}" in text, f"{what}: {text}"
     assert any(words in text for words in FAULTS[fault][1]), f"{what}: {text}"
     assert "the position is lost" in text, text
     index = AXES.index(axis)
-    pairs = list(zip(found.looks, healthy.looks, strict=True))
-    assert all(one[0] == other[0] for one, other in pairs)
-    away = max(abs(one[1][index] - other[1][index]) / 10 for one, other in pairs
-               if one[0] <= found.safe)
+    there = {clock: places for clock, places, _ in healthy.looks}
+    away = max(abs(places[index] - there[clock][index]) / 10
+               for clock, places, _ in found.looks if clock <= found.safe)
     assert away <= DEVIATION_UM, f"{what}: {away:.0f} um off"
     # On from the last look before the drives were off, and to a stop.
     clock, places, speeds = [one for one in found.looks if one[0] <= found.safe][-1]

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A coder that fails is found in time and named: a few cases, and as a soak the whole matrix."""
+"""A coder that fails is found in time and named: some of the cases, and as a soak the whole matrix.
 
-from functools import cache
+The matrix is every fault in every situation, on every axis of both machines, at 2 and at 50 MHz.
+"""
 
 import pytest
 
 from host.machines import machine as machines
-from testbench.cosim.coder import FAULTS, SITUATIONS, course, judge
+from testbench.cosim.coder import FAULTS, SITUATIONS, courses, judge
 from testbench.native.simulation import Simulation
 
 # Machine: its axes, a condition, the highest speed in mm/min.
@@ -14,45 +15,38 @@ MACHINES = {"sinker": ("xyz", 100, 1800), "wire": ("xy", 500, 900)}
 SEED = 1
 
 
-def run(machine, situation, axis, fault, clock_hz):
+def check(machine, situation, axis, faults, clock_hz=2_000_000):
+    """Try faults in a situation; every one that is not found, named and in time is told."""
     _, condition, highest = MACHINES[machine]
     tables = machines.load(machine).tables
     with Simulation(machine=tables, clock_hz=clock_hz, seed=SEED, trace=False) as session:
-        return course(session, situation, axis, fault, condition, highest)
+        found, begun = courses(session, situation, axis, faults, condition, highest)
+    wrong = []
+    for fault in faults:
+        try:
+            judge(situation, axis, fault, found[fault], found[""], begun, clock_hz)
+        except AssertionError as error:
+            wrong.append(str(error))
+    assert not wrong
 
 
-@cache
-def sound(machine, situation, axis, clock_hz):
-    return run(machine, situation, axis, "", clock_hz)[0]
-
-
-def check(machine, situation, axis, fault, clock_hz=2_000_000):
-    found, begun = run(machine, situation, axis, fault, clock_hz)
-    return judge(situation, axis, fault, found, sound(machine, situation, axis, clock_hz), begun,
-                 clock_hz)
-
-
-@pytest.mark.parametrize(("machine", "situation", "axis", "fault"), [
-    ("sinker", "F300", "z", "cut"), ("sinker", "F12", "z", "b_high"),
-    ("sinker", "rest, then G00", "x", "open"), ("sinker", "retracting", "z", "a_low"),
-    ("wire", "F1200", "y", "swap"), ("wire", "hold", "x", "cut"),
+@pytest.mark.parametrize(("machine", "situation", "axis", "faults"), [
+    ("sinker", "rest, then G00", "x", ("open", "b_low")),
+    ("sinker", "F12", "z", ("b_high", "cut")),
+    ("sinker", "F300", "z", ("cut", "a_high", "both_low")),
+    ("sinker", "retracting", "z", ("a_low", "swap")),
+    ("sinker", "halted, then F300", "y", ("cut", "both_high")),
+    ("wire", "F1200", "y", ("swap", "a_noise")),
+    ("wire", "hold", "x", ("cut", "open")),
 ])
-def test_a_lost_coder_is_found(machine, situation, axis, fault):
-    check(machine, situation, axis, fault)
+def test_a_lost_coder_is_found(machine, situation, axis, faults):
+    check(machine, situation, axis, faults)
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("situation", SITUATIONS)
 @pytest.mark.parametrize(("machine", "axis"), [
     (machine, axis) for machine, (axes, *_) in MACHINES.items() for axis in axes])
-def test_every_fault_in_every_situation(machine, axis, situation, fault):
-    check(machine, situation, axis, fault)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("fault", ["cut", "a_low", "b_high", "open", "swap"])
-@pytest.mark.parametrize("situation", ["rest, then G00", "F12", "F300", "G00", "retracting"])
-@pytest.mark.parametrize("machine", MACHINES)
-def test_at_the_clock_of_a_board(machine, situation, fault):
-    check(machine, situation, MACHINES[machine][0][-1], fault, clock_hz=50_000_000)
+@pytest.mark.parametrize("clock_hz", [2_000_000, 50_000_000])
+def test_every_fault_in_every_situation(clock_hz, machine, axis, situation):
+    check(machine, situation, axis, tuple(FAULTS), clock_hz)

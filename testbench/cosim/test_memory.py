@@ -43,8 +43,10 @@ def region(kind):
     return range(begin, begin + extent & -4, 4)
 
 
-@pytest.mark.parametrize("bit", [0, 32])
-@pytest.mark.parametrize("kind", ["code", "data", "stack", "path"])
+@pytest.mark.parametrize(("kind", "bit"), [
+    ("code", 0), ("data", 32), ("stack", 0), ("path", 32),
+    *(pytest.param(*one, marks=pytest.mark.soak)
+      for one in (("code", 32), ("data", 0), ("stack", 32), ("path", 0)))])
 def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:

@@ -84,11 +84,15 @@ class Flips:
 def measure(count: int, seed: int) -> Flips:
     """Turn so many bits of registers over, and as many of the memory, each in a cut of its own.
 
+    After every other one a short comes: what a bit has done to the retraction shows only there.
+
     Raises
     ------
     testbench.native.branch.BranchError
         If it cannot be tried.
     """
-    tried = run_trials([Trial("registers", turn_over, None, BORNE, count=count),
-                        Trial("memory", bend_memory, None, BORNE, count=count)], seed)
+    tried = run_trials([
+        Trial(name, act, None, BORNE, count=(count + (not short)) // 2, short=short)
+        for name, act in (("registers", turn_over), ("memory", bend_memory))
+        for short in (False, True)], seed)
     return Flips(tuple(one for _, found in tried for one in found))

@@ -18,7 +18,7 @@ from testbench.punch import broken
 
 __all__ = ["CLASSES", "FaultClass"]
 
-NO_EFFECT, TOLD, UNTOLD = Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD
+NO_EFFECT, TOLD = Outcome.NO_EFFECT, Outcome.SAFE_TOLD
 PINS = 6                # clocks from a pin to safe outputs, at 2 MHz
 WATCHDOG = 10_002       # from its last call
 SPLASHES = 100_006      # 50 ms of low fluid
@@ -96,10 +96,9 @@ def _way(name):
 
 
 def _hung(kind):
-    """A processor without a program can say nothing of it."""
+    """A processor without a program can say nothing of it; the gateware does."""
     return Scene(f"processor: its {'clock stands' if kind == 'clock' else 'program is gone'}",
-                 faults.hung, lambda seed: {"kind": kind, "delay": 1237 * seed % 10_000},
-                 (TOLD,) if kind == "clock" else (UNTOLD,))
+                 faults.hung, lambda seed: {"kind": kind, "delay": 1237 * seed % 10_000})
 
 
 def _browned_out(clocks):
@@ -167,7 +166,7 @@ CLASSES = (
         "F8", "bent bits",
         "bits of guarded registers and of the memory; a processor that stands, or lost its program",
         "gateware, processor",
-        "trip within some clocks, or by the watchdog; named, if there is a program to name it",
+        "trip within some clocks, or by the watchdog; named, if need be by the gateware",
         (*GUARDED, Trial("a bit of every word of the main loop", bend_code, WATCHDOG),
          Trial("any bit of the memory", bend_memory, None, (NO_EFFECT, TOLD), count=10),
          _hung("clock"), _hung("memory")),

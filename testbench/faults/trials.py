@@ -20,7 +20,8 @@ __all__ = ["Trial", "run_trials"]
 
 ROUND = 20_000          # clocks in which the phases lie
 LOOK = 4000             # clocks between two looks at where the axes are
-LOOKS = 120             # 0.24 s: the twin ends after 0.16
+LOOKS = 120             # 0.24 s: the twin ends after 0.16; twice as many with a short
+SHORT = range(ROUND // LOOK, ROUND // LOOK + 4)     # looks at which a short is, if there is one
 REST_S = 0.02           # it rests by then
 RESTING = 10            # looks at one place: it rests
 MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 F300", 500)}
@@ -32,7 +33,8 @@ class Trial:
 
     ``act`` gets the job and a source of chance, and may return what it did. From it on outputs must
     be safe within ``deadline`` clocks at 2 MHz; None if the machine need not stop for it at all.
-    ``count`` is how often it is tried.
+    ``count`` is how often it is tried. ``short`` lets a short come after it, and go again: what
+    should have drawn back by then shows whether it can.
     """
 
     name: str
@@ -41,18 +43,22 @@ class Trial:
     expected: tuple[Outcome, ...] = (Outcome.SAFE_TOLD,)
     machine: str = "sinker"
     count: int = 1
+    short: bool = False
 
 
-def _follow(job, begun):
+def _follow(job, begun, short):
     """Run to the end of a trial; the places of the axes at every look."""
     session = job.session
     places = []
-    for index in range(LOOKS):
+    looks = 2 * LOOKS if short else LOOKS
+    for index in range(looks):
         session.run(max(0, begun + index * LOOK - session.cycle))
+        if short:
+            job.short(index in SHORT)
         places.append(session.true_places())
         if session.probe("safe") and places[-1] in places[-RESTING:-RESTING + 1]:
             break  # as it will stay
-    return places + [places[-1]] * (LOOKS - len(places))
+    return places + [places[-1]] * (looks - len(places))
 
 
 def _try(job, trial, rng, begun, way):
@@ -62,7 +68,8 @@ def _try(job, trial, rng, begun, way):
     deed = trial.act(job, rng)
     # Looks before the fault find it where it is by then: not ahead of its way.
     late = session.cycle - begun
-    places = [place for index, place in enumerate(_follow(job, begun)) if index * LOOK >= late]
+    places = [place for index, place in enumerate(_follow(job, begun, trial.short))
+              if index * LOOK >= late]
     seen = look(session, fault, REST_S, away(places, way))
     found = judge(seen, trial.deadline, way[-1])
     return [found.outcome.name, found.clocks, f"{deed}: {found.why}" if deed else found.why]
@@ -88,10 +95,12 @@ def run_trials(trials: Sequence[Trial], seed: int) -> list[tuple[Trial, list[Fou
         job.start(program(Data(), way, condition=condition))
         job.reach(1500, pace(session, 300))
         begun = session.cycle
-        twin = branch(partial(_follow, job, begun))
+        twins = {short: branch(partial(_follow, job, begun, short))
+                 for short in {trial.short for trial in trials}}
         for phase, index, chance in order:
             session.run(begun + phase - session.cycle)
+            trial = trials[index]
             outcome, clocks, why = branch(partial(
-                _try, job, trials[index], random.Random(chance), begun, twin))
+                _try, job, trial, random.Random(chance), begun, twins[trial.short]))
             found[index].append(Found(Outcome[outcome], clocks, why))
     return list(zip(trials, found, strict=True))

@@ -1,38 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on the joined machine: what each block promises holds of all of them together.
-
-Every input is free: registers, coders, comparators, buttons. So nothing that firmware does is
-assumed.
-"""
+"""Proofs on the joined machine: what each block promises holds of all of them together."""
 
 from amaranth import *
 from amaranth.hdl import Assume
-from amaranth.lib import wiring
 
 from rtl.controller import Controller
 from rtl.motion.retraction import State
-from softcore.csr import interfaces
-from softcore.regmap import OWNED
+from testbench.formal.joined import joined
 from testbench.formal.prover import prove
 
 REACTION = 8    # clocks from the sample that completes a short to the last forward pulse
 ENTRY = 4       # ... and to the last that enters the ramp
 LOOK = 12       # ... and so long none may follow
-
-
-class Joined(wiring.Component):
-    """A controller, given as its class, whose every input is free."""
-
-    def __init__(self, controller):
-        self.controller = controller(registers=interfaces(OWNED), clock_hz=2_000_000)
-        super().__init__(self.controller.signature)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.controller = self.controller
-        m.d.comb += Assume(~ResetSignal("sync"))
-        wiring.connect(m, wiring.flipped(self), self.controller)
-        return m
 
 
 class SafeMeansOff(Controller):
@@ -97,8 +76,8 @@ class NothingForwardAfterShort(Controller):
 
 
 def test_safe_means_off(workdir):
-    prove(Joined(SafeMeansOff), workdir, depth=3)
+    prove(joined(SafeMeansOff), workdir, depth=3)
 
 
 def test_no_forward_pulse_after_a_short(workdir):
-    prove(Joined(NothingForwardAfterShort), workdir, depth=LOOK + 2)
+    prove(joined(NothingForwardAfterShort), workdir, depth=LOOK + 2)

@@ -6,8 +6,8 @@ from amaranth.hdl import Assume
 
 from rtl.controller import Controller
 from rtl.members import AXES
+from testbench.formal.joined import joined
 from testbench.formal.prover import prove
-from testbench.formal.test_machine import Joined
 
 
 class CommandsStayWithin(Controller):
@@ -44,4 +44,4 @@ class CommandsStayWithin(Controller):
 
 
 def test_no_command_leaves_the_soft_limits(workdir):
-    prove(Joined(CommandsStayWithin), workdir, depth=3)
+    prove(joined(CommandsStayWithin), workdir, depth=3)

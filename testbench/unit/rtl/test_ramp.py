@@ -103,6 +103,37 @@ def test_is_a_delay_of_two_clocks_up_to_the_start_stop_speed(simulate, rng, star
     assert received == [clock + 2 for clock in sent]
 
 
+@pytest.mark.parametrize(("up", "down"), [
+    (STEP, STEP - 8), (STEP, STEP + 8), (3 * STEP, 2 * STEP + 1)])
+def test_slowing_down_ends_wherever_it_began(simulate, up, down):
+    """A rate that is no whole number of steps above the lowest, as a bent bit leaves it."""
+    dut = Ramp()
+
+    async def bench(ctx):
+        for name, value in (("start_rate", SLOW), ("acceleration", up), ("target", 3 * SLOW),
+                            ("room", 1), ("ready", 1)):
+            ctx.set(getattr(dut, name), value)
+        for clock in range(400):
+            ctx.set(dut.ps, clock % 4 == 0)
+            await ctx.tick()
+        assert ctx.get(dut.fast)
+        ctx.set(dut.acceleration, down)
+        ctx.set(dut.brake, 1)
+        steps = -(-4 * (ctx.get(dut.rate) - SLOW) // down)
+        before = ctx.get(dut.rate)
+        ctx.set(dut.target, 0)
+        for _ in range(4 * steps + 8):
+            ctx.set(dut.ps, ctx.get(dut.pull))
+            await ctx.tick()
+            rate = ctx.get(dut.rate)
+            assert rate <= before or not ctx.get(dut.fast)
+            before = rate
+        assert not ctx.get(dut.fast)
+        assert ctx.get(dut.rate) == SLOW
+
+    simulate(dut, bench, deadline=1)
+
+
 @pytest.mark.parametrize("phase", range(4))
 def test_slowing_down_begins_2_to_5_clocks_after_the_brake(simulate, phase):
     bench = Bench(SLOW, STEP)
