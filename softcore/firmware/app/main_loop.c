@@ -29,8 +29,8 @@
 #define SLEEP_CLOCKS 3000
 
 /* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so long.
-   What can come then without an event, the next segment and the end of the path, is looked at in
-   between, and after some of them what is watched over. The watchdog's interrupt waits for the end of a
+   What can come then without an event, an override, the next segment and the end of the path, is looked at
+   in between, and after some of them what is watched over. The watchdog's interrupt waits for the end of a
    sleep: two must be shorter than its period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
@@ -153,7 +153,7 @@ static bool sleep_for(uint32_t clocks) {
 static bool sleeps_on(unsigned count) {
     uint32_t now = hal_cycle_low();
     bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
-    return !brought && path_goes_on() && events_idle() && !alarm_untold();
+    return !brought && path_goes_on() && events_idle() && !alarm_untold() && !commands_wait();
 }
 
 /* Ends with an event or a byte, or when it is time for a round. */

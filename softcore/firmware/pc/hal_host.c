@@ -432,7 +432,14 @@ void hal_interrupts(bool events) {
 
 void hal_discharge(bool machining) { discharge = machining; }
 
-void hal_sleep(uint32_t clocks) { (void)gk_go(host_sleep(clocks)); }
+static uint8_t says; /* comes in the next sleep, unless 0 */
+void gk_sleep_says(uint8_t byte) { says = byte; }
+void hal_sleep(uint32_t clocks) {
+    (void)gk_go(host_sleep(clocks));
+    if (says)
+        (void)gk_send(&says, 1);
+    says = 0;
+}
 
 void hal_pet(uint8_t key) {
     if (key == 0xc3) {

@@ -150,6 +150,7 @@ uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot 
 /* Nothing ends the next sleeps, so many of them, and the machine goes so far in each; all behind them
    end at once. */
 void gk_sleep_lasts(uint32_t times, int32_t pulses);
+void gk_sleep_says(uint8_t byte);   /* comes over the link in the next sleep */
 /* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */
 void gk_guards(uint32_t words[7]);
 /* What stands for the firmware in memory, at most 256 words, and the digest that it must have. */

@@ -85,9 +85,22 @@ def test_it_sleeps_no_further_when_the_machine_is_at_the_end(machine):
     assert machine.library.gk_sleeps() == before + 9, "9000 pulses were left"
 
 
+@pytest.mark.parametrize("byte", [b"\x91", b"\x97"])
+def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
+    """Its byte wakes nobody."""
+    on_its_way(machine)
+    machine.run(TASKS)
+    before = machine.library.gk_sleeps()
+    machine.run(TASKS - 1)
+    machine.library.gk_sleep_says(byte[0])
+    machine.run(1)
+    assert machine.library.gk_sleeps() == before + 1
+    assert sleeps(machine, 1) == SLEEPS, "it has been obeyed"
+
+
 def test_it_is_watched_over_in_between(machine):
     machine.library.gk_fluid(KNOWN)
-    machine.line("$36=1")
+    assert machine.line("$436=1") == ["ok"]
     on_its_way(machine)
     machine.run(TASKS - 1)
     machine.library.gk_fluid(KNOWN | SILENT)
