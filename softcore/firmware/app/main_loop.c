@@ -28,8 +28,8 @@
    wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
 #define SLEEP_CLOCKS 3000
 
-/* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so long.
-   What can come then without an event, an override, the next segment and the end of the path, is looked at
+/* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so
+   long. What can come then without an event, an override, the next segment and the end of the path, is looked at
    in between, and after some of them what is watched over. The watchdog's interrupt waits for the end of a
    sleep: two must be shorter than its period. */
 #define LONG_SLEEP_CLOCKS 4500
@@ -156,8 +156,9 @@ static bool sleeps_on(unsigned count) {
     return !brought && path_goes_on() && events_idle() && !alarm_untold() && !commands_wait();
 }
 
-/* Ends with an event or a byte, or when it is time for a round. */
-static void rest(void) {
+/* Ends with an event or a byte, or when it is time for a round. Apart from the pass, which has to be
+   quick. */
+__attribute__((noinline)) static void rest(void) {
     bool on = goes_by_itself();
     unsigned count = 0;
     do
