@@ -234,20 +234,28 @@ def _contents(memory):
 
 
 def _rounds(e):
-    """C++ that goes through the parts in order: eight at once are passed by if none is dirty."""
+    """C++ that goes through the parts in order: those that are dirty, and those of every clock."""
     count, early = len(e.parts.parts), e.parts.early
-    out = []
+    out = ["static void (*const PART[])(Controller&) = {"
+           + ", ".join(f"part{index}" for index in range(count)) + "};",
+           "static inline void pass(Controller& s, int at, u64 rest) {",
+           "    while (const u64 found = s.dirty[at] & rest) {",
+           "        const int bit = __builtin_ctzll(found);",
+           "        s.dirty[at] &= ~(1ull << bit);",
+           "        rest &= ~1ull << bit;",
+           "        PART[at * 64 + bit](s);", "    }", "}"]
     for name, first, end in (("settle", 0, early), ("work", early, count)):
         out.append(f"static inline void {name}_parts(Controller& s) {{")
-        for group in range(first // 8, (end + 7) // 8):
-            inside = [index for index in range(group * 8, group * 8 + 8) if first <= index < end]
-            at = inside[0] // 64
-            out.append(f"    if (s.dirty[{at}] & {literal(sum(1 << i % 64 for i in inside))}) {{")
-            for index in inside:
-                one = literal(1 << index % 64)
-                out.append(f"        if (s.dirty[{at}] & {one}) {{ s.dirty[{at}] &= ~{one}; "
-                           f"part{index}(s); }}")
-            out.append("    }")
+        run = []
+        for index in range(first, end + 1):
+            if run and (index == end or index % 64 == 0 or e.always(index)):
+                bits = literal(sum(1 << i % 64 for i in run))
+                out.append(f"    pass(s, {run[0] // 64}, {bits});")
+                run = []
+            if index < end and e.always(index):
+                out.append(f"    part{index}(s);")
+            else:
+                run.append(index)
         out.append("}")
     return [*out, "void Controller::settle() { settle_parts(*this); }",
             "void Controller::edge() {", "    work_parts(*this);",

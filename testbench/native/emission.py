@@ -2,7 +2,8 @@
 """C++ for the parts of a netlist: each worked out only if something that it reads has changed.
 
 A part has a bit in ``dirty``. A clock goes through the bits that are set, in order; a value that
-comes out other than it was sets the bits of its readers. A register that parts behind read, still
+comes out other than it was sets the bits of its readers. Those that something reads in almost every
+clock have none: each clock works them out. A register that parts behind read, still
 in this clock, changes at its end: the part sets a bit of ``pending``.
 """
 
@@ -68,7 +69,7 @@ class Emission(Expressions):
         """
         groups = defaultdict(set)
         for reader in self.parts.readers.get(index, ()):
-            if reader == self._now and self.whole(reader):
+            if self.always(reader) or (reader == self._now and self.whole(reader)):
                 continue
             test, nodes = self.guards[reader]
             groups["" if index in nodes else test].add(reader)
@@ -76,9 +77,13 @@ class Emission(Expressions):
             f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
             for test, readers in groups.items())
 
+    def always(self, part: int) -> bool:
+        """Whether a part is worked out in every clock."""
+        return self.parts.parts[part].name == "busy"
+
     def whole(self, part: int) -> bool:
         """Whether a part marks itself, as long as its registers can change."""
-        return self.parts.parts[part].name in {"processor", "busy"}
+        return self.parts.parts[part].name == "processor"
 
     @staticmethod
     def marks_of(readers) -> str:
@@ -321,11 +326,7 @@ class PartWriter:
             out.append(f"    {mark}" if "" in tests
                        else f"    if ({' | '.join(sorted(tests))}) {{ {mark} }}")
         out += self._write(self.root, 1)
-        for sink in temporary:
-            marks = self.e.marks(sink.index)
-            take = f"s.n{sink.index} = ({kept_as(sink.width)})t{sink.index};"
-            out.append(f"    if (t{sink.index} != s.n{sink.index}) {{ {take} {marks} }}"
-                       if "dirty" in marks else f"    {take}")
+        out += [f"    {self._keep(sink, f't{sink.index}')}" for sink in temporary]
         out.append("}")
         self.e.local = set()
         return out
@@ -346,9 +347,7 @@ class PartWriter:
                 wide = "u128" if node.width > 64 else "u64"
                 out.append(f"{pad}const {wide} v{node.index} = {self.e.value(node)};")
             if node.index in self.kept:
-                kind, name = kept_as(node.width), f"s.n{node.index}"
-                out.append(f"{pad}if (v{node.index} != {name}) {{ {name} = ({kind})v{node.index}; "
-                           f"{self.e.marks(node.index)} }}")
+                out.append(pad + self._keep(node, f"v{node.index}"))
         for kind, select, number, labels in block.choices:
             first = True
             for at, label in enumerate(labels):
@@ -433,8 +432,13 @@ class PartWriter:
             part = self.part.index
             return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; if (x != s.n{index}) "
                     f"s.pending[{part // 64}] |= {literal(1 << part % 64)}; }}"]
-        return [f"{{ const {wide} x = {text}; if (x != s.n{index}) {{ s.n{index} = ({kind})x; "
-                f"{self.e.marks(index)} }} }}"]
+        return [f"{{ const {wide} x = {text}; {self._keep(sink, 'x')} }}"]
+
+    def _keep(self, node, value):
+        """C++ that stores a node's value, and tells its readers if it is another."""
+        name, kind = f"s.n{node.index}", kept_as(node.width)
+        store, marks = f"{name} = ({kind}){value};", self.e.marks(node.index)
+        return f"if ({value} != {name}) {{ {store} {marks} }}" if marks else store
 
     def _memory(self, sink):
         memory, ports = sink.memory, sink.ports

@@ -43,6 +43,7 @@ static unsigned unlocked_rows;  /* of what is told behind an unlock, still to co
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
+static hal_overrides overrides; /* as last looked at */
 static uint32_t ignored;    /* since power-on: bytes that would have moved a guarded machine */
 
 /* A hold was noted in this step: it may have come before what is taken now, or after it. */
@@ -400,10 +401,16 @@ __attribute__((noinline)) static void obey(link_come order) {
     lines_ordered(&f);
 }
 
+bool commands_wait(void) {
+    hal_overrides wanted = hal_overrides_read();
+    return wanted.feed != overrides.feed || wanted.rapid != overrides.rapid;
+}
+
 /* On a guarded link no byte makes the machine faster: it was one that has been bent. */
 static void obey_overrides(void) {
+    hal_overrides wanted = hal_overrides_read();
+    overrides = wanted;
     if (lines_guarded()) {
-        hal_overrides wanted = hal_overrides_read();
         if (wanted.feed == 100 && wanted.rapid == 100)
             return;
         ignored++;

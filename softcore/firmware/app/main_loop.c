@@ -15,6 +15,7 @@
 #include "base/units.h"
 #include "gap/gap.h"
 #include "hal/hal.h"
+#include "link/link.h"
 #include "link/output.h"
 #include "path/path.h"
 #include "roughing/commands.h"
@@ -27,6 +28,14 @@
    wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
 #define SLEEP_CLOCKS 3000
 
+/* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so
+   long. What can come then without an event, an override, the next segment and the end of the path, is looked at
+   in between, and after some of them what is watched over. The watchdog's interrupt waits for the end of a
+   sleep: two must be shorter than its period. */
+#define LONG_SLEEP_CLOCKS 4500
+#define LONG_SLEEPS 16
+#define SLEEPS_A_LOOK 4
+
 /* A task with more to do goes on for so long and so many steps: a short block or a piece of an arc
    takes several, and the three other tasks must not come in between each time. It is little enough
    for the bytes that come meanwhile to fit the gateware's queue. */
@@ -35,6 +44,7 @@
 
 static unsigned turn;
 static bool busy;               /* something was done in this round */
+static bool calm;               /* no event and no byte has ended the last sleep */
 
 /* The second key, unless the last call was just before: the next one is in time as well. */
 static void end(void) {
@@ -55,6 +65,7 @@ void main_loop_interrupt(void) {
 void main_loop_boot(void) {
     turn = 0;
     busy = true;
+    calm = false;
     profile_init();
     alarm_init();
     pet();
@@ -111,30 +122,64 @@ static bool serve_link(unsigned task) {
     return commands_step();
 }
 
-static bool look(unsigned task) {
+/* Is all as it should be? True if it took its time. */
+static bool watch_over(unsigned task) {
+    (void)task;
     motion_watch_step();
     meter_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};
-    return gap_watch(&view) || step(task);
+    return gap_watch(&view);
 }
 
-/* A pass serves the link and one other task. */
+static bool look(unsigned task) { return watch_over(task) || step(task); }
+
+/* The machine goes on by itself, and nothing waits to be told. */
+static bool goes_by_itself(void) {
+    return path_goes_on() && events_idle() && !alarm_untold() && gap_settled() && link_rests();
+}
+
+/* True if nothing has ended it before its time. */
+static bool sleep_for(uint32_t clocks) {
+    uint32_t began = hal_cycle_low();
+    hal_sleep(clocks);
+    bool whole = hal_cycle_low() - began >= clocks;
+    pet(); /* or its time would be missing from the next pass */
+    return whole;
+}
+
+/* Between two long sleeps, after so many: may there be another? */
+static bool sleeps_on(unsigned count) {
+    uint32_t now = hal_cycle_low();
+    bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
+    return !brought && path_goes_on() && events_idle() && !alarm_untold() && !commands_wait();
+}
+
+/* Ends with an event or a byte, or when it is time for a round. Apart from the pass, which has to be
+   quick. */
+__attribute__((noinline)) static void rest(void) {
+    bool on = goes_by_itself();
+    unsigned count = 0;
+    do
+        calm = sleep_for(on ? LONG_SLEEP_CLOCKS : SLEEP_CLOCKS);
+    while (on && calm && ++count < LONG_SLEEPS && sleeps_on(count));
+}
+
+/* A pass serves the link and one other task; the link once in a round if nothing comes. */
 void main_loop_pass(void) {
     uint32_t now = hal_cycle_low();
-    (void)watched(PROFILE_TASKS - 1, serve_link, &now);
     unsigned task = turn++ % PROFILE_TASKS;
+    if (!calm || busy || task == PROFILE_TASKS - 1)
+        (void)watched(PROFILE_TASKS - 1, serve_link, &now);
     uint32_t began = now;
     bool more = watched(task, task ? step : look, &now);
     for (unsigned count = 1; more && task != PROFILE_TASKS - 1 && count < STRETCH_STEPS &&
                              now - began < STRETCH_CLOCKS; count++)
         more = watched(task, step, &now);
     if (task == PROFILE_TASKS - 1) {
-        if (!busy) {
-            hal_sleep(SLEEP_CLOCKS);
-            pet(); /* or its time would be missing from the next pass */
-        }
+        if (!busy)
+            rest();
         busy = false;
     }
 }

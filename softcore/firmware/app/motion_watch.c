@@ -10,7 +10,7 @@
 #include "path/history.h"
 #include "path/path.h"
 
-#define PASSES 8            /* rounds of the main loop from one look to the next */
+#define PASSES 4            /* rounds of the main loop from one look to the next */
 #define STUCK_US 200000     /* longer than anything may keep the front waiting, */
 #define STUCK_PULSES 4      /* and than so many pulses take */
 

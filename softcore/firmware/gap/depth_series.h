@@ -45,6 +45,7 @@ bool depth_series_take_stage(void);
 /* Stage the next step, if the stage is free; true if it took that time. In every round of the main
    loop. */
 bool depth_series_step(void);
+bool depth_series_waits(void);     /* for the gateware to take what was staged last */
 
 /* The gateware tells that it has switched: the step, or a null pointer if that has been told. */
 const depth_step *depth_series_switched(void);

@@ -199,6 +199,8 @@ static bool bring(void) {
     return !stale;
 }
 
+bool gap_settled(void) { return !stale && !depth_series_waits(); }
+
 bool gap_serves(void) { return servo || feed_modes_measures(); }
 
 /* The settings may have come to rely on a detector that has told of its trouble before. */

@@ -34,5 +34,7 @@ typedef struct {
     bool at_front;              /* nothing is left to go; looked at only if gap_serves */
 } gap_view;
 
+bool gap_settled(void);     /* nothing waits until the gateware can take it */
+
 /* In every round: conditions by depth; discharges and depth must come. True if it took its time. */
 bool gap_watch(const gap_view *view);

@@ -41,6 +41,7 @@ void link_init(void) {
 }
 
 uint32_t link_errors(void) { return errors; }
+bool link_rests(void) { return quiet && !frame_open() && output_empty(); }
 bool link_order_waits(void) { return order_end; }
 
 /* The receiver saw an error where the entry stands. */

@@ -24,4 +24,6 @@ bool link_order_waits(void);        /* the next bytes to be taken are the end of
    room, bytes out. True if there was something to do. */
 bool link_step(bool taken);
 
+bool link_rests(void);              /* the line is quiet, and nothing waits to be sent */
+
 uint32_t link_errors(void);         /* that the receiver saw, since power-on */

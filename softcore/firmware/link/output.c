@@ -69,6 +69,7 @@ bool output_step(void) {
     return sent;
 }
 
+bool output_empty(void) { return head == tail && !answer_count; }
 bool output_has_room(void) { return OUTPUT_QUEUE - (head - tail) >= OUTPUT_RESERVE + OUTPUT_LINE; }
 
 /* False if there is no room. */

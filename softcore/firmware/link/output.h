@@ -12,6 +12,7 @@
 
 void output_init(void);
 bool output_step(void);                         /* send what the link takes; true if it took any */
+bool output_empty(void);                        /* everything is sent */
 bool output_has_room(void);                     /* for a few lines, without the reserve */
 void output_line(const char *format, ...);      /* as text_print, with CR LF; dropped if full */
 void output_answer(uint8_t code, uint8_t sequence); /* two bytes for a tape frame */

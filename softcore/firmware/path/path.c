@@ -4,6 +4,7 @@
 #include "base/settings.h"
 #include "base/units.h"
 #include "path/approach.h"
+#include "path/coordinate.h"
 #include "path/crossing.h"
 #include "path/history.h"
 
@@ -65,15 +66,6 @@ static struct {
 
 static path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
 static entry *entry_of(uint32_t number) { return &entries[number % ENTRIES]; }
-
-static int32_t moved(int32_t coordinate, uint32_t length) {
-    return (int32_t)((uint32_t)coordinate + length);
-}
-static int32_t moved_back(int32_t coordinate, uint32_t length) {
-    return (int32_t)((uint32_t)coordinate - length);
-}
-/* Coordinates wrap: compare by difference. */
-static int32_t difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
 static int32_t end_of(uint32_t number) {
     return moved(in_window(number)->start, in_window(number)->length);
@@ -485,9 +477,8 @@ bool path_at_front(void) {
            high == loaded && hal_position() == fresh_start;
 }
 
-uint32_t path_pace(void) {
-    bool on = known && low != high && hal_position() != bounds[BOUND_AHEAD];
-    return on ? in_window(current())->rate : 0;
+static bool is_short_of_end(void) {
+    return known && low != high && hal_position() != bounds[BOUND_AHEAD];
 }
 
 uint32_t path_free(void) {
@@ -495,3 +486,9 @@ uint32_t path_free(void) {
     uint32_t used = known ? history_next() - front_block() : 0;
     return used <= 1 ? PATH_LEAD : used <= PATH_LEAD ? PATH_LEAD + 1 - used : 0;
 }
+
+bool path_goes_on(void) {
+    return is_short_of_end() && fast.known && hal_slot() == fast.at % HAL_SLOTS;
+}
+
+uint32_t path_pace(void) { return is_short_of_end() ? in_window(current())->rate : 0; }

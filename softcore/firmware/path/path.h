@@ -55,6 +55,9 @@ bool path_step(void);
 /* Everything granted has been machined and the machine rests at the front. */
 bool path_at_front(void);
 
+/* The machine is short of the end of what is loaded, in the segment where path_step has last seen it. */
+bool path_goes_on(void);
+
 /* The lower rate at which the front may be going now, if the path goes on; 0 if it does not, as far as
    it is loaded. */
 uint32_t path_pace(void);

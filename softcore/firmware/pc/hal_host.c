@@ -36,7 +36,7 @@ static bool damaged;               /* the path, until it is forgotten */
 static hal_event queue[QUEUE];
 static uint32_t queue_head, queue_tail;
 static bool lost;
-static uint32_t pets, sleeps, unwatched, answers;
+static uint32_t pets, unwatched, answers;
 static uint8_t expected_pet;
 static bool watch_closed, watch_asks;
 static uint32_t guards[1 + 2 * HAL_AXES];  /* as written: see gk_guards */
@@ -251,7 +251,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     busy_passes = 0;
     under_way = lags = damaged = watch_closed = watch_asks = false;
     queue_head = queue_tail = 0;
-    pets = sleeps = unwatched = answers = 0;
+    pets = unwatched = answers = 0;
     host_gap_boot();
     host_image_boot();
     expected_pet = 0xa5;
@@ -312,7 +312,6 @@ void gk_watch(bool closed, bool asks) {
     watch_closed = closed;
     watch_asks = asks;
 }
-uint32_t gk_sleeps(void) { return sleeps; }
 uint32_t gk_unwatched(void) { return unwatched; }
 void gk_guards(uint32_t words[7]) {
     for (unsigned i = 0; i < sizeof guards / sizeof *guards; i++)
@@ -433,9 +432,13 @@ void hal_interrupts(bool events) {
 
 void hal_discharge(bool machining) { discharge = machining; }
 
+static uint8_t says; /* comes in the next sleep, unless 0 */
+void gk_sleep_says(uint8_t byte) { says = byte; }
 void hal_sleep(uint32_t clocks) {
-    (void)clocks;
-    sleeps++;
+    (void)gk_go(host_sleep(clocks));
+    if (says)
+        (void)gk_send(&says, 1);
+    says = 0;
 }
 
 void hal_pet(uint8_t key) {

@@ -80,6 +80,7 @@ bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition
 void host_gap_arm(int32_t depth);    /* the condition is to be switched there */
 void host_clock_boot(void);
 void host_cost(uint32_t clocks);    /* the firmware does something that takes its time */
+int32_t host_sleep(uint32_t clocks);    /* a sleep; returns how far the machine goes meanwhile */
 void host_link_boot(void);
 bool host_link_held(void);   /* a `!` or Ctrl-X lets nothing go forward */
 /* A pulse goes on for so long as this is not 0: what is staged is not taken over. */
@@ -146,6 +147,10 @@ void gk_watch(bool closed, bool asks); /* the watchdog takes no call yet; asks f
 uint32_t gk_answers(void);      /* to that interrupt since boot */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
 uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot */
+/* Nothing ends the next sleeps, so many of them, and the machine goes so far in each; all behind them
+   end at once. */
+void gk_sleep_lasts(uint32_t times, int32_t pulses);
+void gk_sleep_says(uint8_t byte);   /* comes over the link in the next sleep */
 /* What guards the machine: low fluid trips; of each axis, following errors at rest and in motion. */
 void gk_guards(uint32_t words[7]);
 /* What stands for the firmware in memory, at most 256 words, and the digest that it must have. */

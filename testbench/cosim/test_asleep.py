@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processor sleeps as long as nothing asks for it."""
+
+import pytest
+
+from host.machines import machine as machines
+from testbench.cosim.job import Data, Job, program
+from testbench.cosim.retractions import pace
+from testbench.native.simulation import Simulation
+
+MACHINE = machines.load("sinker")
+AWAKE = 0.16        # of the clocks of a steady cut, at most; 0.12 measured
+STEP = 997          # clocks from one look to the next: no period of the firmware's
+LOOKS = 4000
+
+
+@pytest.fixture
+def job():
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        yield Job(session, watched=())
+
+
+def test_it_is_awake_for_little_of_a_steady_cut(job):
+    job.start(program(Data(), "G01 Z-0.9 F6"))
+    job.reach(2000, pace(job.session, 6))
+    awake = 0
+    for _ in range(LOOKS):
+        job.session.run(STEP)
+        awake += not job.session.probe("sleep_left")
+    assert 0.02 < awake / LOOKS < AWAKE, "it watches over the machine"
+    assert not job.session.probe("safety_latched")

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the main loop sleeps: on and on while the machine goes by itself, but not past what comes."""
+
+import pytest
+
+from testbench.firmware import Machine
+from testbench.programs import punched
+
+TASKS = 4           # passes of a round; it sleeps in the last
+SLEEPS = 16         # that follow each other, as in app/main_loop.c
+ROUNDS = 50
+ALWAYS = 1 << 31
+SILENT, KNOWN = 1 << 3, 1 << 4 # of the fluid's state, see hal.h
+DATA = "G36 R300 L.5 H600 E60 Q.1"
+
+
+@pytest.fixture
+def machine():
+    ready = Machine()
+    ready.unlock()
+    ready.library.gk_sleep_lasts(ALWAYS, 0)
+    return ready
+
+
+def to_a_round(machine):
+    """Until a round begins."""
+    before = machine.library.gk_sleeps()
+    while machine.library.gk_sleeps() == before:
+        machine.run(1)
+
+
+def on_its_way(machine):
+    """The discharge is on and the machine stands in the middle of a line, with nothing to tell."""
+    machine.library.gk_speed(0)
+    machine.tape(punched([DATA, "C130", "M03", "G01 Z-1 F6", "M05", "M02"]), passes=400)
+    machine.library.gk_go(1000)
+    machine.run(400)
+    to_a_round(machine)
+    assert machine.flags >= {"run", "discharge"}
+
+
+def sleeps(machine, rounds):
+    before = machine.library.gk_sleeps()
+    machine.run(TASKS * rounds)
+    return (machine.library.gk_sleeps() - before) / rounds
+
+
+def keys(machine):
+    """Calls of the watchdog in the passes of a round before it sleeps."""
+    before = machine.library.gk_pets()
+    machine.run(TASKS - 1)
+    return machine.library.gk_pets() - before
+
+
+def test_it_sleeps_on_while_the_machine_goes_by_itself(machine):
+    on_its_way(machine)
+    pets = machine.library.gk_pets()
+    assert sleeps(machine, ROUNDS) == SLEEPS
+    assert machine.library.gk_pets() - pets > 2 * SLEEPS * ROUNDS, "after each of them"
+    assert machine.library.gk_unwatched() == 0, "all work is between the keys"
+
+
+def test_at_the_front_each_sleep_ends_with_a_round(machine):
+    assert sleeps(machine, ROUNDS) == 1, "idle"
+    machine.tape(punched(["G04 P60000", "M02"]), passes=40)
+    assert sleeps(machine, ROUNDS) == 1, "a dwell is only looked at"
+
+
+@pytest.mark.parametrize("whole", [0, 1, 7])
+def test_what_wakes_it_begins_a_round_that_serves_the_link_in_each_pass(machine, whole):
+    on_its_way(machine)
+    served = keys(machine)
+    machine.run(1)
+    machine.library.gk_sleep_lasts(whole, 0)
+    assert sleeps(machine, 1) == whole + 1
+    assert keys(machine) == 2 * served
+
+
+def test_it_sleeps_no_further_when_the_machine_is_at_the_end(machine):
+    on_its_way(machine)
+    machine.run(TASKS - 1)
+    before = machine.library.gk_sleeps()
+    machine.library.gk_sleep_lasts(ALWAYS, 1000)
+    machine.run(1)
+    assert machine.library.gk_sleeps() == before + 9, "9000 pulses were left"
+
+
+@pytest.mark.parametrize("byte", [b"\x91", b"\x97"])
+def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
+    """Its byte wakes nobody."""
+    on_its_way(machine)
+    machine.run(TASKS)
+    before = machine.library.gk_sleeps()
+    machine.run(TASKS - 1)
+    machine.library.gk_sleep_says(byte[0])
+    machine.run(1)
+    assert machine.library.gk_sleeps() == before + 1
+    assert sleeps(machine, 1) == SLEEPS, "it has been obeyed"
+
+
+def test_it_is_watched_over_in_between(machine):
+    machine.library.gk_fluid(KNOWN)
+    assert machine.line("$436=1") == ["ok"]
+    on_its_way(machine)
+    machine.run(TASKS - 1)
+    machine.library.gk_fluid(KNOWN | SILENT)
+    machine.run(1)
+    assert "discharge" not in machine.flags, "after a few sleeps of those at the round's end"
