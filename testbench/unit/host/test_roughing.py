@@ -29,7 +29,7 @@ from host.roughing.staircase import Job, Staircase, Step, plan
 from host.tape.codes import EIA, ISO
 from host.tape.tape import encode
 from rtl.controller import Controller
-from softcore.tables.settings import assign
+from softcore.tables.settings import assign, named
 from testbench.firmware import ITEMS, Checker
 
 DATA = read_all("copper", "steel")
@@ -160,11 +160,12 @@ def test_parts_of_an_ip_have_rows_of_their_own():
 def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, parts, series):
     """With the setting that it names, and not without; every level that the gateware has."""
     setting = assign("current_step_ma", round(1500 / parts))
+    number, value = setting[1:].split("=")
     ends = [(20, 16, 12, 8, 4), (19, 15, 11, 7, 3), (18, 14, 10, 6, 2), (17, 13, 9, 5, 1)]
     for levels in ends:
         steps = [(level / parts, 300 * n) for n, level in enumerate(levels, 1)]
         text = program(made(*steps, parts=parts), DATA, series=series)
-        assert f"NEEDS SETTING 55 AT {setting[4:]}, MA OF ONE STEP" in text
+        assert f"NEEDS SETTING {number} AT {value}, MA OF ONE STEP" in text
         for code in (ISO, EIA):
             rows = encode(text, code).rows
             checker.forget()
@@ -224,7 +225,7 @@ def test_the_command_writes_for_a_supply_of_finer_steps(tmp_path):
     assert re.search(r"7\.5  +11\.25  +C965 ", result.stdout)
     text = target.read_text()
     assert "G10 C965 I7.5 " in text
-    assert "NEEDS SETTING 55 AT 750," in text
+    assert f"NEEDS SETTING {named('current_step_ma').number} AT 750," in text
 
 
 def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):

@@ -67,7 +67,7 @@ def test_follows_the_model(simulate, rng):
             level, spread = rng.randrange(4096), rng.choice((0, 100, 4095))
             dense, pace = rng.choice((0, 0.02, 0.2, 1)), rng.choice((0, 0.05, 0.3))
             bench.on = rng.random() < 0.97
-            for _ in range(rng.randrange(300)):
+            for _ in range(rng.randrange(400)):
                 if rng.random() < 0.03:
                     bench.discard = rng.random() < 0.2
                     bench.hold = rng.random() < 0.2
