@@ -29,9 +29,9 @@
 #define SLEEP_CLOCKS 3000
 
 /* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so
-   long. What can come then without an event, an override, the next segment and the end of the path, is looked at
-   in between, and after some of them what is watched over. The watchdog's interrupt waits for the end of a
-   sleep: two must be shorter than its period. */
+   long. In between it looks at what comes without an event: an override, the next segment, the end of
+   the path. After some of the sleeps it looks at what it watches over. The watchdog's interrupt waits
+   for the end of a sleep: two sleeps must be shorter than its period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
 #define SLEEPS_A_LOOK 4

@@ -455,8 +455,8 @@ def test_a_random_client_gets_one_answer_a_line_and_the_motion_that_it_asked_for
         report = [""]
         for _ in range(60):
             if report[-1].startswith("<Idle"):
-                break   # before that it is still on its way
-            client.send("?")
+                break   # before that it is still on its way, or held by a `!`
+            client.send("~?")
             report = client.lines_until(lambda came: any(line.startswith("<") for line in came))
         client.port.close()
     assert moves > 10
