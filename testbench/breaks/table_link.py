@@ -89,7 +89,7 @@ LINK = (
          "no setting changes in a program", f"{TALK} {MACHINE}"),
         ("(void)machine_hold(true, 0);\n", "(void)machine_hold(false, 0);\n", "a hold holds",
          "unit/firmware/test_lines.py"),
-        ("    if (lines_guarded()) {\n        hal_overrides", "    if (0) {\n        hal_overrides",
+        ("    if (lines_guarded()) {\n        if (wanted", "    if (0) {\n        if (wanted",
          "a guarded link has no overrides", OVERRIDE),
         ("notes & NOTE_STOP && meter_rests()", "notes & NOTE_STOP",
          "the discharge goes off at rest alone", OVERRIDE),

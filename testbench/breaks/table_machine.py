@@ -105,7 +105,7 @@ MACHINE = (
         "softcore/firmware/path/history.c", "unit/firmware/test_override.py",
         ("u->word[0] & RAPID ? rapid_factor : feed_factor", "feed_factor",
          "rapids have an override of their own"),
-        ("scaled < most ? (uint32_t)scaled : most", "(uint32_t)scaled",
+        ("wanted < most ? (uint32_t)wanted : most", "(uint32_t)wanted",
          "no override goes beyond the highest speed"),
     ),
     *breaks_of(
@@ -201,7 +201,7 @@ MACHINE = (
         ("    hal_pet(PET_START);\n    bool more = work(task);\n",
          "    bool more = work(task);\n    hal_pet(PET_START);\n",
          "the work is between the watchdog's keys"),
-        ("            pet(); /*", "            /*", "the watchdog is called after a sleep"),
+        ("    pet(); /* or", "    /* or", "the watchdog is called after a sleep"),
         ("    if (hal_watch_open())\n", "", "no call comes too soon"),
         ("    if (hal_watch_asked())\n", "", "only what is asked is answered"),
     ),

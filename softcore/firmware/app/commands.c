@@ -358,8 +358,8 @@ bool commands_serve(void) {
             return false;
         greets = false;
         output_line("Grbl 1.1h ['$' for help]"); /* our own name is in `$I` */
-    } else if (status_tell()) {
-        return true;
+    } else if (status_wanted()) {
+        status_tell();
     } else if (unlocked_rows) {
         tell_unlocked();
     } else if (listing_open()) {
@@ -407,7 +407,7 @@ bool commands_wait(void) {
 }
 
 /* On a guarded link no byte makes the machine faster: it was one that has been bent. */
-static void obey_overrides(void) {
+__attribute__((noinline)) static void obey_overrides(void) {
     hal_overrides wanted = hal_overrides_read();
     overrides = wanted;
     if (lines_guarded()) {
@@ -424,7 +424,8 @@ bool commands_step(void) {
     hold_came = notes & NOTE_HOLD || (link_order_waits() && hold_came);
     if (notes)
         obey_notes(notes);
-    obey_overrides();
+    if (commands_wait())
+        obey_overrides();
     link_come come = link_take();
     if (come > LINK_TAKEN)
         obey(come);

@@ -8,9 +8,11 @@
    passes through its place faster, and one that creeps up to it goes on for some time. */
 #define REST_US 20000
 #define REST_PULSES 1
+#define LOOK_US 2000    /* from one look to the next: it costs what a short block can ill spare */
 #define SPAN_US 250000  /* over one to two of them the feed is averaged: 0.1 um in it are 0.024 mm/min */
 
-static uint32_t rest_clocks, span_clocks;
+static uint32_t rest_clocks, span_clocks, look_clocks;
+static uint32_t looked;
 static bool rests;
 static uint32_t moved;      /* clock in which something moved last, */
 static int32_t stood[HAL_AXES]; /* and where the axes were then */
@@ -28,6 +30,7 @@ void meter_path_begins(void) {
 void meter_init(void) {
     rest_clocks = units_clocks_of_us(REST_US);
     span_clocks = units_clocks_of_us(SPAN_US);
+    look_clocks = units_clocks_of_us(LOOK_US);
     rests = false;
     moved = hal_cycle_low();
     meter_path_begins();
@@ -47,8 +50,8 @@ static bool leaves(void) {
     return left;
 }
 
-void meter_step(void) {
-    uint32_t now = hal_cycle_low();
+__attribute__((noinline)) static void look(uint32_t now) {
+    looked = now;
     hal_motion motion = hal_motion_read();
     if (leaves() || motion.moving || !motion.in_position) {
         rests = false;
@@ -61,6 +64,12 @@ void meter_step(void) {
         marks[1].clock = now;
         marks[1].place = hal_position();
     }
+}
+
+void meter_step(void) {
+    uint32_t now = hal_cycle_low();
+    if (now - looked >= look_clocks)
+        look(now);
 }
 
 bool meter_rests(void) {

@@ -58,12 +58,15 @@ static void pins(char text[HAL_AXES + 6]) {
     *at = '\0';
 }
 
-bool status_tell(void) {
+bool status_wanted(void) { return part != PART_NONE; }
+
+/* Apart from the pass, which has to be quick. */
+__attribute__((noinline)) void status_tell(void) {
     static char report[OUTPUT_LINE];
     static uint32_t length;
     uint32_t size = sizeof report - length;
     switch (part) {
-    case PART_NONE: return false;
+    case PART_NONE: break;
     case PART_PLACE:
         length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|Bf:%u,%u", state_name(),
                             hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
@@ -100,7 +103,6 @@ bool status_tell(void) {
         length = 0;
     }
     }
-    return true;
 }
 
 #ifdef __clang__

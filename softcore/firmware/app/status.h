@@ -7,7 +7,8 @@
 
 void status_init(void);
 
-/* A report is wanted; and the next part of it, as all at once would take too long for one pass of the
-   main loop. False if none is wanted. */
+/* Ask for a report; is one asked for; say the next part of it, as all at once would take too long for
+   one pass of the main loop. */
 void status_want(void);
-bool status_tell(void);
+bool status_wanted(void);
+void status_tell(void);

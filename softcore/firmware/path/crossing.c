@@ -38,7 +38,7 @@ static uint32_t least(const hal_segment *s, uint32_t steps, uint32_t most,
 }
 
 /* Of a line the least k with floor((2 k m + n) / 2n) >= drop. */
-uint32_t crossing_of(const hal_segment *move, uint32_t drop, unsigned axis) {
+__attribute__((noinline)) uint32_t crossing_of(const hal_segment *move, uint32_t drop, unsigned axis) {
     if (move->arc && (axis == move->major || axis == move->minor)) {
         int32_t travel = move->delta[move->major];
         uint32_t steps = travel < 0 ? 0u - (uint32_t)travel : (uint32_t)travel;

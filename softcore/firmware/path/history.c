@@ -108,14 +108,16 @@ bool history_override(uint32_t feed, uint32_t rapid) {
     return true;
 }
 
+__attribute__((noinline)) static uint32_t scaled(uint32_t rate, uint32_t factor) {
+    uint32_t most = settings_highest_rate();
+    uint64_t wanted = (uint64_t)rate * factor >> FACTOR;
+    return !wanted ? 1 : wanted < most ? (uint32_t)wanted : most;
+}
+
 uint32_t history_rate(uint32_t block) {
     const unit *u = unit_of(block);
     uint32_t rate = VALUE(u->word[3]), factor = u->word[0] & RAPID ? rapid_factor : feed_factor;
-    if (factor == 1u << FACTOR)
-        return rate;
-    uint32_t most = settings_highest_rate();
-    uint64_t scaled = (uint64_t)rate * factor >> FACTOR;
-    return !scaled ? 1 : scaled < most ? (uint32_t)scaled : most;
+    return factor == 1u << FACTOR ? rate : scaled(rate, factor);
 }
 
 void history_drop(void) { oldest = after(oldest); }

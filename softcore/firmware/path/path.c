@@ -224,7 +224,7 @@ void path_override(uint32_t feed, uint32_t rapid) {
 }
 
 /* What is loaded gets its new rate; what is loaded meanwhile has it. */
-static void renew_rates(void) {
+__attribute__((noinline)) static void renew_rates(void) {
     if (pace.next < low)
         pace.next = low;
     for (unsigned count = 0; count < PACES && pace.next < high; count++, pace.next++) {
