@@ -41,6 +41,7 @@
 
 static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
+static bool reported;           /* a whole report was the last thing said */
 static bool line_open;      /* a block entered by hand has not been answered */
 static bool greets;         /* the greeting is to be said */
 static hal_overrides overrides; /* as last looked at */
@@ -352,14 +353,18 @@ __attribute__((noinline)) static bool serve_planner(void) {
 bool commands_serve(void) {
     if (!output_has_room() || alarm_untold())
         return false;
+    /* Who asks without end must not keep the lines waiting: behind a report the others have a turn. */
+    bool reports = status_wanted() && !reported;
+    reported = false;
     if (greets) {
         /* Before that a sender may be in the middle of something. */
         if (!lines_whole())
             return false;
         greets = false;
         output_line("Grbl 1.1h ['$' for help]"); /* our own name is in `$I` */
-    } else if (status_wanted()) {
+    } else if (reports) {
         status_tell();
+        reported = !status_wanted();
     } else if (unlocked_rows) {
         tell_unlocked();
     } else if (listing_open()) {
@@ -370,7 +375,7 @@ bool commands_serve(void) {
     } else if (roughing_busy()) {
         return serve_planner();
     } else {
-        return !line_open && take_line();
+        return (!line_open && take_line()) || status_wanted();
     }
     return true;
 }
