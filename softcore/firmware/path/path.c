@@ -488,7 +488,7 @@ uint32_t path_free(void) {
 }
 
 bool path_goes_on(void) {
-    return is_short_of_end() && fast.known && hal_slot() == fast.at % HAL_SLOTS;
+    return is_short_of_end() && !pace.active && fast.known && hal_slot() == fast.at % HAL_SLOTS;
 }
 
 uint32_t path_pace(void) { return is_short_of_end() ? in_window(current())->rate : 0; }

@@ -95,6 +95,8 @@ def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
     machine.library.gk_sleep_says(byte[0])
     machine.run(1)
     assert machine.library.gk_sleeps() == before + 1
+    assert sleeps(machine, 1) == 1, "what is loaded has the old rate"
+    machine.run(TASKS)
     assert sleeps(machine, 1) == SLEEPS, "it has been obeyed"
 
 
