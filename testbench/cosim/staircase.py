@@ -66,7 +66,11 @@ def check_levels(record, switches, first, steps):
 
 
 def _short(job, number):
-    """A short that is left after 70 um; it is the so manyth."""
+    """A short while the path goes forward, left after 70 um; it is the so manyth.
+
+    One that came during a jump would belong to the jump, and be no retraction of its own.
+    """
+    job.until(lambda: job.probe("path_status_state") == 0, "motion forward")
     job.short(True)
     front = job.probe("path_front")
     job.until(lambda: job.probe("path_command") <= front - 700, "a way back")
