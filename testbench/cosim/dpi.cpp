@@ -15,13 +15,14 @@ std::unique_ptr<bench::Station> station;
 plant::ToController inputs;
 
 struct Watch {
-    bool on = false, known = false;
+    bool known = false;
     uint64_t last = 0;
 };
 struct Change {
     uint64_t clock, probe, value;
 };
-std::vector<Watch> watches;
+std::vector<Watch> watches;       // by probe
+std::vector<uint64_t> watched;    // a bit for each
 std::vector<Change> changes;
 
 class Unpacker {
@@ -61,10 +62,14 @@ void* bench_station(uint64_t seed) {
 
 void bench_watch(const uint32_t* probes, uint64_t count) {
     watches.clear();
+    watched.clear();
     for (uint64_t i = 0; i < count; ++i) {
-        if (watches.size() <= probes[i])
-            watches.resize(probes[i] + 1);
-        watches[probes[i]].on = true;
+        const size_t at = probes[i];
+        if (watches.size() <= at) {
+            watches.resize(at + 1);
+            watched.resize(at / 64 + 1);
+        }
+        watched[at / 64] |= uint64_t{1} << at % 64;
     }
 }
 uint64_t bench_changes() { return changes.size(); }
@@ -77,12 +82,14 @@ void bench_changes_take(uint64_t* out) {
     changes.clear();
 }
 
-int bench_watching() { return !watches.empty(); }
+unsigned long long bench_watched(int word) {
+    const size_t at = static_cast<size_t>(word);
+    return at < watched.size() ? watched[at] : 0;
+}
 
+// Of a watched probe.
 void bench_probe(int index, unsigned long long value) {
     const size_t at = static_cast<size_t>(index);
-    if (at >= watches.size() || !watches[at].on)
-        return;
     Watch& watch = watches[at];
     if (watch.known && watch.last == value)
         return;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the watched signals did, to the clock, and what a retraction must look like in it."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -60,8 +60,8 @@ class Record:
     def changes(self, name: str, begin: int = 0, end: int | None = None) -> list[tuple[int, int]]:
         """Clock and new value of each change in ``begin`` <= clock < ``end``."""
         clocks, values = self.signals[name]
-        return [(clock, value) for clock, value in zip(clocks, values, strict=True)
-                if clock >= begin and (end is None or clock < end)]
+        span = slice(bisect_left(clocks, begin), None if end is None else bisect_left(clocks, end))
+        return list(zip(clocks[span], values[span], strict=True))
 
     def rises(self, name: str, begin: int = 0, end: int | None = None) -> list[int]:
         """Clocks in which a signal of one bit became 1."""

@@ -17,7 +17,7 @@ from testbench import tools
 from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
 
-__all__ = ["HERE", "PLANT", "STATION", "flat", "includes", "library", "model", "plant_library",
+__all__ = ["HERE", "PLANT", "STATION", "flat", "library", "model", "plant_library",
            "station", "verilog"]
 
 HERE = Path(__file__).parent
@@ -36,7 +36,6 @@ INSIDE = ["-fvisibility=hidden", "-fno-semantic-interposition"]
 NETLIST = ["-O1"]
 # What makes C++ of the flat netlist.
 TRANSLATOR = ("netlist", "parts", "expressions", "emission", "controller")
-RUNTIME = ["verilated.cpp", "verilated_threads.cpp"]
 
 Progress = Callable[[str], None]
 
@@ -45,14 +44,6 @@ def sources() -> list[Path]:
     """Every file that a change of the bench's C++ can be in."""
     return sorted(path for folder in (HERE, PLANT) for path in folder.iterdir()
                   if path.suffix in {".cpp", ".hpp"})
-
-
-def includes(model: Path, *, timing: bool = False) -> list[str]:
-    """Options to compile what Verilator made in ``model``, and the bench."""
-    include = tools.verilator_root() / "include"
-    off = ("COVERAGE", "SC", "TRACE", "TRACE_FST", "TRACE_VCD", "TRACE_SAIF")
-    return ["-DVERILATOR=1", *(f"-DVM_{what}=0" for what in off), f"-DVM_TIMING={int(timing)}",
-            *(f"-I{path}" for path in (model, include, include / "vltstd", PLANT, HERE))]
 
 
 def verilog(clock_hz: int, progress: Progress, kind: str = "sinker") -> list[Path]:

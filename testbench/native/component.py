@@ -2,17 +2,18 @@
 """One component as compiled code, for tests that need millions of its clocks."""
 
 import ctypes
-from importlib.metadata import version
 from pathlib import Path
 
 from amaranth.back import verilog
 from amaranth.lib import wiring
 
 from testbench import tools
-from testbench.native import compiling
-from testbench.native.build import RUNTIME, STANDARD, includes
+from testbench.native import compiling, verilated
+from testbench.native.build import STANDARD
 
 __all__ = ["component_library"]
+
+HERE = Path(__file__).parent
 
 
 def component_library(component: wiring.Component, driver: Path) -> ctypes.CDLL:
@@ -32,12 +33,12 @@ def component_library(component: wiring.Component, driver: Path) -> ctypes.CDLL:
         source = folder / "top.v"
         source.write_text(text)
         compiling.verilate(["--top-module", "top", source], folder)
-        runtime = [tools.verilator_root() / "include" / name for name in RUNTIME]
-        parts = compiling.objects([*sorted(folder.glob("Vtop*.cpp")), *runtime, driver], folder,
-                                  [*STANDARD, *includes(folder)])
-        compiling.link(parts, ["-shared"], folder / "component.so")
+        options = [*STANDARD, *verilated.includes()]
+        own = compiling.objects([driver], folder, [*options, f"-I{folder}", f"-I{HERE}"])
+        compiling.link([*verilated.model(folder, options), *verilated.runtime(options), *own],
+                       ["-shared"], folder / "component.so")
 
-    key = compiling.digest(text, compiling.VERILATE, compiling.COMPILE, tools.compiler().command,
-                           tools.compiler().version, version("verilator"), sources=[driver])
+    key = compiling.digest(text, verilated.KEY, tools.compiler().command,
+                           tools.compiler().version, sources=[driver, HERE / "verilated.py"])
     folder = compiling.kept(compiling.BUILD / f"{driver.stem}-{key}", build)
     return ctypes.CDLL(str(folder / "component.so"))

@@ -2,20 +2,20 @@
 """The controller of the native simulation beside Verilator's, in every pin and every clock."""
 
 import ctypes
-from importlib.metadata import version
 from pathlib import Path
 
 from rtl.pads import INPUTS, OUTPUTS
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from testbench import tools
-from testbench.native import build, compiling, probes
+from testbench.native import build, compiling, probes, verilated
 from testbench.native.simulation import Simulation
 from testbench.native.station import declare
 
 __all__ = ["difference", "pair_library"]
 
 VERILATE = ["--flatten", "--top-module", probes.TOP]
+OPTIONS = [*build.STANDARD, *verilated.includes()]
 _POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
 _FUNCTIONS = {
     "pair_create": (_POINTER, []),
@@ -47,13 +47,11 @@ def _verilated(clock_hz, kind):
         configuration = folder / "public.vlt"
         configuration.write_text(probes.public(writable=False))
         compiling.verilate([*VERILATE, configuration, *files], folder)
-        runtime = [tools.verilator_root() / "include" / name for name in build.RUNTIME]
-        compiling.objects([*sorted(folder.glob("Vtop*.cpp")), *runtime], folder,
-                          [*build.STANDARD, *build.includes(folder)])
+        verilated.model(folder, OPTIONS)
 
-    key = compiling.digest(VERILATE, compiling.VERILATE, compiling.COMPILE,
-                           probes.public(writable=False), tools.compiler().command,
-                           tools.compiler().version, version("verilator"), sources=files)
+    key = compiling.digest(VERILATE, verilated.KEY, probes.public(writable=False),
+                           tools.compiler().command, tools.compiler().version,
+                           sources=[*files, build.HERE / "verilated.py"])
     return compiling.kept(compiling.BUILD / f"verilated-{key}", make)
 
 
@@ -65,18 +63,19 @@ def pair_library(clock_hz: int, kind: str = "sinker", model: Path | None = None)
     testbench.native.compiling.BuildError
         If a tool fails.
     """
-    verilated = _verilated(clock_hz, kind)
+    plain = _verilated(clock_hz, kind)
     driven = model or build.model(clock_hz, lambda _: None, kind)
 
     def make(folder):
         (folder / "pair.inc").write_text(_names())
         own = compiling.objects(
             [build.HERE / "pair.cpp"], folder,
-            [*build.STANDARD, f"-I{folder}", f"-I{driven}", *build.includes(verilated)])
-        compiling.link([*sorted(verilated.glob("*.o")), *sorted(driven.glob("*.o")), *own],
-                       ["-shared"], folder / "pair.so")
+            [*OPTIONS, f"-I{folder}", f"-I{driven}", f"-I{plain}", f"-I{build.PLANT}",
+             f"-I{build.HERE}"])
+        compiling.link([*sorted(plain.glob("*.o")), *verilated.runtime(OPTIONS),
+                        *sorted(driven.glob("*.o")), *own], ["-shared"], folder / "pair.so")
 
-    key = compiling.digest(verilated.name, driven.name, _names(), sources=build.sources())
+    key = compiling.digest(plain.name, driven.name, _names(), sources=build.sources())
     return compiling.kept((model or compiling.BUILD) / f"pair-{key}", make) / "pair.so"
 
 
