@@ -16,6 +16,10 @@ from host.tape.subprograms import COMMENT, ends_program, written_out
 
 # A word and whatever follows, as a line that no program is does not begin.
 _BLOCK = re.compile(r"\s*(?:/\s*)?[A-Za-z:]\s*[+-]?(?:\d|\.\d)")
+# What begins one of the O-words of LinuxCNC, up to the word that has no number.
+_O_WORD = re.compile(r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?=[O:]\s*<|[O:]\s*\d+\s*[A-Z]\s*[^\s\d.+-])"
+                     r"(?:[O:]\s*\d+\s*)?")
+_EXPRESSION = re.compile(r"[][#=]")
 _PLACE = re.compile(r"^Block (\d+)(?: \(N\d+\))?")  # as the controller begins a sentence
 _LINE_END = re.compile(r"\r\n|\r|\n")    # and nothing else that Unicode takes for one
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
@@ -56,6 +60,24 @@ def _punchable(line: str, code: Code, *, kept: bool) -> str:
     line = "".join(char.upper() if char.isascii() else char for char in line)
     return COMMENT.sub(lambda found: found[0][0] + "".join(
         char if char in code.punch and char != "%" else " " for char in found[0][1:]), line)
+
+
+def _without_code(line: str, column: int, code: Code) -> tuple[str, int]:
+    """Why a character cannot be punched, and where.
+
+    If it is a part of what another control has, that is named, in the words of
+    softcore/firmware/interp/block.c.
+    """
+    read = COMMENT.sub(lambda found: " " * len(found[0]), line)[:column]
+    if found := _O_WORD.match(read):
+        return ("O-words (sub, call, if, while and so on) are not in this version; write the moves "
+                "out."), found.end() + 1
+    if found := _EXPRESSION.search(read):
+        return ("variables and expressions (# [ ] =) are not in this version; write the number.",
+                found.start() + 1)
+    char = line[column - 1]
+    shown = f'"{char}"' if char.isprintable() else f"character U+{ord(char):04X}"
+    return f"{code.title} tape has no code for {shown}.", column
 
 
 def _stands_alone(line: str) -> bool:
@@ -124,9 +146,8 @@ def encode(text: str, code: Code = ISO) -> Tape:
                 raise TapeError("% starts and ends a tape and cannot stand inside the program.",
                                 number, column, of_text=True)
             if char not in code.punch:
-                shown = f'"{char}"' if char.isprintable() else f"character U+{ord(char):04X}"
-                raise TapeError(f"{code.title} tape has no code for {shown}.", number, column,
-                                of_text=True)
+                reason, place = _without_code(line, column, code)
+                raise TapeError(reason, number, place, of_text=True)
             rows.append(code.punch[char])
         rows.append(code.end_of_block)
         numbers.append(number)

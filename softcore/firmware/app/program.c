@@ -179,6 +179,7 @@ static void step_parse(void) {
             at = STAGE_PLAN;
         break;
     case BLOCK_FAULT:
+        interpreter_unread(&words, &trouble);
         trouble.block = block_has(&words, 'N') ? block_name(&words, 'N') : 0;
         fail();
         break;

@@ -64,12 +64,28 @@ static const refused_row REFUSED[] = {
     {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
 };
 
-static bool refuse_code(context *c, code_word code) {
+static const g_row *find_code(uint32_t tenths) {
+    for (unsigned k = 0; k < sizeof G_ROWS / sizeof *G_ROWS; k++)
+        if (G_ROWS[k].tenths == tenths)
+            return &G_ROWS[k];
+    return 0;
+}
+
+static bool refuse_code(fault *f, code_word code) {
     for (unsigned k = 0; k < sizeof REFUSED / sizeof *REFUSED; k++)
         if (code.tenths >= REFUSED[k].first && code.tenths <= REFUSED[k].last)
-            return fault_at(c->f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
-    return fault_at(c->f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
+            return fault_at(f, FAULT_REFUSED, code.column, "%s", REFUSED[k].name);
+    return fault_at(f, FAULT_UNKNOWN, code.column, "the code G%u%s is unknown",
                     (uint32_t)code.tenths / 10, code.tenths % 10 ? " with a decimal" : "");
+}
+
+void interpreter_unread(const block *b, fault *f) {
+    for (unsigned i = 0; i < b->g_count; i++)
+        if (!find_code(b->g[i].tenths)) {
+            f->code = FAULT_NONE;
+            (void)refuse_code(f, b->g[i]);
+            return;
+        }
 }
 
 static bool find_groups(context *c) {
@@ -77,12 +93,9 @@ static bool find_groups(context *c) {
         c->g[group] = -1;
     for (unsigned i = 0; i < c->b->g_count; i++) {
         code_word code = c->b->g[i];
-        const g_row *row = G_ROWS;
-        const g_row *end = G_ROWS + sizeof G_ROWS / sizeof *G_ROWS;
-        while (row < end && row->tenths != code.tenths)
-            row++;
-        if (row == end)
-            return refuse_code(c, code);
+        const g_row *row = find_code(code.tenths);
+        if (!row)
+            return refuse_code(c->f, code);
         if (row->group == G_SILENT) {
             /* Elsewhere it sets the place, and the words would be a motion here. */
             if (code.tenths == 500 && c->b->present & AXIS_LETTERS)

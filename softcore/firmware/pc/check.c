@@ -77,6 +77,8 @@ static bool parse(block *words, const char *text, uint32_t length, fault *f) {
     do
         result = block_step(words, settings_get(SET_BLOCK_SKIP), 16, f);
     while (result == BLOCK_MORE);
+    if (result == BLOCK_FAULT)
+        interpreter_unread(words, f);
     return result == BLOCK_DONE;
 }
 

@@ -168,6 +168,17 @@ def test_blank_inside_eia_data_is_a_fault():
     ("G01\nGÄ\nM02",    ISO, 'Line 2, character 2: ISO 840 tape has no code for "Ä".'),
     ("%\nG01\n%G01\nM02", ISO, "Line 3, character 1: % starts and ends a tape and cannot stand "
                                "inside the program."),
+    ("G01\n/N5 O101 IF [#<_X> GT 0]", ISO,
+     "Line 2, character 10: O-words (sub, call, if, while and so on) are not in this version; "
+     "write the moves out."),
+    ("O<_HOLE> CALL", ISO,
+     "Line 1, character 1: O-words (sub, call, if, while and so on) are not in this version; "
+     "write the moves out."),
+    ("(#=) G01 X#<_DEPTH>", ISO, "Line 1, character 11: variables and expressions (# [ ] =) are "
+                                 "not in this version; write the number."),
+    ("#1=5", EIA, "Line 1, character 1: variables and expressions (# [ ] =) are not in this "
+                  "version; write the number."),
+    ("O100 G01 X_", ISO, 'Line 1, character 11: ISO 840 tape has no code for "_".'),
     ("\n \n",           ISO, "Line 1: the text is empty: there is nothing to punch."),
 ])
 def test_what_cannot_be_punched_is_named(text, code, message):
