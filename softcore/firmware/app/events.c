@@ -108,7 +108,8 @@ void events_notice(uint32_t number, uint32_t line_number, const char *text, uint
 static void tell_notice(uint64_t cycle, const int32_t *position) {
     notice *n = &notices[notice_tail++ % NOTICES];
     alarm_set_line(n->line);
-    output_block(cycle, n->line, position, n->text);
+    if (!(n->line & ALARM_BY_HAND))
+        output_block(cycle, n->line, position, n->text);
 }
 
 static void here(int32_t position[HAL_AXES]) {

@@ -17,7 +17,8 @@ uint32_t events_worst(void);    /* clocks from an event until the handler had it
 bool events_idle(void);         /* nothing is waiting to be told */
 void events_drop(void);         /* forget what waits, and the notices */
 
-/* Announce a block when the machine enters segment `number`. */
+/* Announce a block when the machine enters segment `number`: its line is in force from then on, and it
+   is told if it comes from a tape. */
 bool events_notice_room(void);
 void events_notice(uint32_t number, uint32_t line, const char *text, uint32_t length);
 

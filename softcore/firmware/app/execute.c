@@ -113,14 +113,14 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     line = source_line;
     text = source;
     length = source_length;
-    told = manual || source_length == 0;
+    told = source_length == 0;
     at = p->acts_before ? PART_BEFORE : PART_MOVE;
     m_index = 0;
     step_index = 1;
     cornered = false;
     sent = resumed = false;
-    if (manual)
-        alarm_set_line(0);
+    if (manual && alarm_line())
+        alarm_set_line(ALARM_BY_HAND);
 }
 
 bool execute_paused(void) { return at == PART_PAUSED; }
@@ -137,14 +137,17 @@ static bool arrived(void) {
     return hal_motion_read().in_position && at_front();
 }
 
+static void notice(void) {
+    events_notice(path_next(), line, text, by_hand ? 0 : length);
+    told = true;
+}
+
 static void tell(void) {
-    if (!by_hand)
-        alarm_set_line(line);
+    alarm_set_line(line);
     if (!told) {
-        events_notice(path_next(), line, text, length);
+        notice();
         events_tell_notice();
     }
-    told = true;
 }
 
 /* Send a function and wait for its FIN; true when it is done. */
@@ -217,8 +220,7 @@ static part move(fault *f) {
             /* A block that only changes modes is told in its turn. */
             if (!events_notice_room())
                 return PART_MOVE;
-            events_notice(path_next(), line, text, length);
-            told = true;
+            notice();
         }
         if (path_at_front() && events_idle() && events_tell_notice())
             return PART_MOVE;
@@ -234,8 +236,7 @@ static part move(fault *f) {
     if (room == PATH_WAIT || !events_notice_room())
         return PART_MOVE;
     if (!told)
-        events_notice(path_next(), line, text, length);
-    told = true;
+        notice();
     if (work->corners && !cornered) {
         path_append(&work->corner, units_rate(work->corner_speed), work->corner_rapid,
                     machine_machining());
@@ -333,8 +334,7 @@ static part advance(fault *f) {
     case PART_AFTER:
         if (!arrived())
             return at;
-        if (!by_hand)
-            alarm_set_line(line);
+        alarm_set_line(line);
         return PART_MACHINING_OFF;
     case PART_MACHINING_OFF:
         if (work->machining_off) {

@@ -18,7 +18,7 @@ void execute_resynchronise(void);   /* position from the machine */
 void execute_abort(void);
 const modal *execute_state(void);  /* after the blocks carried out or appended so far */
 
-/* `p` and `text` must stay until the block is done. */
+/* `p` and `text` must stay until the block is done. `line` is as for alarm_set_line. */
 void execute_begin(const plan *p, bool by_hand, uint32_t line, const char *text, uint32_t length);
 execute_result execute_step(fault *f);
 

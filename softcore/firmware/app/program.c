@@ -193,7 +193,8 @@ static void next_block(void) {
         finish_block();
         return;
     }
-    execute_begin(current->p, by_hand, current->line, current->text, current->length);
+    uint32_t line = by_hand ? ALARM_BY_HAND | current->number : current->line;
+    execute_begin(current->p, by_hand, line, current->text, current->length);
     at = STAGE_EXECUTE;
 }
 

@@ -81,7 +81,7 @@ __attribute__((noinline)) void status_tell(void) {
         char on[HAL_AXES + 6];
         pins(on);
         length += text_print(report + length, size,
-                             "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", alarm_line(),
+                             "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", alarm_number(),
                              um / 1000, um / 100 % 10, um / 10 % 10, um % 10, on, offset[0],
                              offset[1], offset[2], (uint32_t)override.feed, (uint32_t)override.rapid,
                              burns || fluid ? "|A:" : "", burns ? "S" : "", fluid ? "F" : "");

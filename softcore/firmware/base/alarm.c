@@ -49,5 +49,6 @@ void alarm_take(bool tell) {
 bool alarm_untold(void) { return untold; }
 void alarm_told(void) { untold = false; }
 
-uint32_t alarm_line(void) { return line; }
+uint32_t alarm_line(void) { return line & ALARM_BY_HAND ? 0 : line; }
+uint32_t alarm_number(void) { return line & ~ALARM_BY_HAND; }
 void alarm_set_line(uint32_t number) { line = number; }

@@ -32,6 +32,9 @@ void alarm_take(bool tell);         /* it is taken; whether it still is to be to
 bool alarm_untold(void);
 void alarm_told(void);
 
-/* Source line of the block being executed, for events and for what goes wrong meanwhile. */
-uint32_t alarm_line(void);
+/* Source line of the block being executed, for events and for what goes wrong meanwhile; of one that was
+   entered by hand its N word, 0 for none, with ALARM_BY_HAND. It has no source line. */
+#define ALARM_BY_HAND 0x80000000u
 void alarm_set_line(uint32_t line);
+uint32_t alarm_line(void);      /* source line; 0 by hand */
+uint32_t alarm_number(void);    /* source line or N word: `Ln` */

@@ -173,6 +173,40 @@ def test_as_many_bytes_as_are_free_are_taken(machine, line):
     assert came == ["ok"] * (1 + sent)
 
 
+def test_the_line_told_is_the_one_under_way(machine):
+    """Of lines by hand the N word, when the machine comes to it, not when it is read."""
+    machine.library.gk_speed(1)
+    machine.line("G91 G01 F60", 400)
+    for line in ("N10 X.01", "N20 X.01", "X.01", "N30 G04 P100", "N99999999 X.01"):
+        machine.send(line.encode() + b"\n")
+    machine.run(30)
+    seen = [report(machine)["Ln"]]
+    while report(machine)["state"] != "Idle":
+        seen += [told] if (told := report(machine)["Ln"]) != seen[-1] else []
+    assert seen == ["10", "20", "0", "30", "99999999"]
+    machine.line("N40 (only a comment)", 400)
+    machine.line("N50 M08", 400)
+    assert report(machine)["Ln"] == "50"
+    machine.line("M09", 400)
+    assert report(machine)["Ln"] == "0"
+
+
+def test_what_is_entered_by_hand_has_no_source_line(machine):
+    """Of its events and its alarms, whatever its N word and the tape before it."""
+    machine.tape(punched(["", "N7 G01 X.01 F60", "M02"]), passes=2000)
+    assert report(machine)["Ln"] == "4"
+    before = len(machine.lines)
+    machine.line("N8 M08", 400)
+    assert report(machine)["Ln"] == "8"
+    machine.library.gk_speed(10)
+    machine.line("N9 G01 X5 F60", 20)
+    machine.send(b"\x18")
+    machine.run(400)
+    told = [line for line in machine.lines[before:] if line.startswith("[E:")]
+    assert [line.split(",")[0] for line in told] == ["[E:aux", "[E:alarm"]
+    assert {line.split(",")[2] for line in told} == {"0"}
+
+
 def test_pins_are_told_where_they_are_true(machine):
     assert "Pn" not in report(machine)
     machine.library.gk_shorted(1)
