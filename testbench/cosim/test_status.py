@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The status report and the overrides of the simulated controller, held against its machine."""
 
+import re
 from collections import Counter
 
 import pytest
@@ -15,6 +16,7 @@ MM = 10_000             # pulses
 REST_PULSES = 2         # that an axis may still creep when it is at rest,
 REST_MM_S = 0.02        # or by its speed
 PATIENCE_S = 20.0
+LINK_STEP = 6500        # clocks of the link's task, of the watchdog's 10 000
 DATA = "G36 R300 L0.5 H600 E60 Q0.05"
 ACTING = {one.byte: one.name for one in REALTIME} | {DOOR: "hold"}
 OVERRIDES = {one.byte for one in OVERRIDE_BYTES}
@@ -90,6 +92,19 @@ def hand():
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
         yield Hand(session)
+
+
+@pytest.mark.parametrize("line", ["$130=200", "$H", "G41 D1", "$ES=", "$RESUMED", "#1=2"])
+def test_a_refusal_takes_no_longer_than_other_steps(hand, line):
+    """Its reason in words is told apart from the work of finding it."""
+    def longest():
+        hand.session.send(b"$P\n")
+        return int(re.search(r"link (\d+)", hand.until("[PRF"))[1])
+
+    longest()
+    hand.session.send(line.encode() + b"\n")
+    hand.until("error:")
+    assert longest() < LINK_STEP
 
 
 @pytest.mark.parametrize("move", ["G00 X2 Y-1", "G01 Z0.05 F300", "G02 X1 Y1 I1 J0 F900"])

@@ -43,6 +43,8 @@ static unsigned unlocked_rows;  /* of what is told behind an unlock, still to co
 static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
 static bool reported;           /* a whole report was the last thing said */
 static bool line_open;      /* a block entered by hand has not been answered */
+static fault refusal;       /* of the line taken last, to be told in the next step: both at once would
+                               take too long */
 static bool greets;         /* the greeting is to be said */
 static hal_overrides overrides; /* as last looked at */
 static uint32_t ignored;    /* since power-on: bytes that would have moved a guarded machine */
@@ -52,6 +54,7 @@ static bool hold_came;
 
 static void restart(void) {
     line_open = false;
+    refusal.code = FAULT_NONE;
     greets = true;
     listing_stop();
     offset_row = OFFSET_ROWS;
@@ -78,24 +81,40 @@ __attribute__((noinline)) void commands_answer_program(void) {
         answer(program_answer());
 }
 
+/* To a line that has been carried out, or refused. */
+static void answer_with(const fault *f) {
+    if (f->code == FAULT_NONE)
+        answer(0);
+    else
+        refusal = *f;
+}
+
+static void tell_refusal(void) {
+    answer(&refusal);
+    refusal.code = FAULT_NONE;
+}
+
 /* Of grbl's commands those that are not in this version, by name. */
 static void refuse_command(const char *line, uint32_t length, fault *f) {
     static const struct {
         const char *begin, *says;
+        fault_code code;
     } ROWS[] = {
-        {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE"},
-        {"J=", "jogging ($J) is not in this version; enter G91 G01 with a feed"},
-        {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program"},
-        {"RST", "$RST is not in this version; settings are as built after power-on"},
-        {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe"},
-        {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on"},
+        {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE",
+         FAULT_HOMING},
+        {"J=", "jogging ($J) is not in this version; enter G91 G01 with a feed", FAULT_COMMAND},
+        {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
+         FAULT_COMMAND},
+        {"RST", "$RST is not in this version; settings are as built after power-on", FAULT_COMMAND},
+        {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe", FAULT_COMMAND},
+        {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on", FAULT_COMMAND},
     };
     for (unsigned i = 0; i < sizeof ROWS / sizeof *ROWS; i++) {
         uint32_t at = 0;
         while (ROWS[i].begin[at] && at + 1 < length && (line[at + 1] & ~0x20) == (ROWS[i].begin[at] & ~0x20))
             at++;
         if (!ROWS[i].begin[at]) {
-            fault_at(f, FAULT_COMMAND, 0, "%s", ROWS[i].says);
+            fault_at(f, ROWS[i].code, 0, "%s", ROWS[i].says);
             return;
         }
     }
@@ -125,11 +144,8 @@ static void retract(fault *f) {
 
 /* A real-time byte has no answer: why it does nothing. */
 static void say(const fault *f) {
-    if (f->code != FAULT_NOT_ARMED)
-        return;
-    char sentence[OUTPUT_LINE / 2];
-    fault_sentence(f, sentence, sizeof sentence);
-    output_line("[MSG:%s]", sentence);
+    if (f->code == FAULT_NOT_ARMED)
+        output_message(f);
 }
 
 /* Real-time bytes but the reset and the hold. */
@@ -200,7 +216,7 @@ static void unlock(void) {
     if (control_unlock(&f) && was_locked)
         unlocked_rows = MACHINE_UNLOCKED_ROWS;
     else
-        answer(&f);
+        answer_with(&f);
 }
 
 __attribute__((noinline)) static void tell_unlocked(void) {
@@ -264,7 +280,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     }
     if (length > 3 && says(line, 4, "$ES=")) {
         if (!begins_words(line, length, &f))
-            answer(&f);
+            answer_with(&f);
         return;
     }
     if (says(line, length, "$POSITION=HERE"))
@@ -287,7 +303,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
         assign(line, length, &f);
     else
         refuse_command(line, length, &f);
-    answer(&f);
+    answer_with(&f);
 }
 
 /* True if there was a line. */
@@ -309,7 +325,7 @@ __attribute__((noinline)) static bool take_line(void) {
     if (is_free(&f) && (tape_runs() || !program_line(line, length)))
         fault_at(&f, FAULT_BUSY, 0, "a program is running");
     if (f.code != FAULT_NONE)
-        answer(&f);
+        refusal = f;
     else
         line_open = true;
     return true;
@@ -365,6 +381,8 @@ bool commands_serve(void) {
     } else if (reports) {
         status_tell();
         reported = !status_wanted();
+    } else if (refusal.code != FAULT_NONE) {
+        tell_refusal();
     } else if (unlocked_rows) {
         tell_unlocked();
     } else if (listing_open()) {

@@ -107,11 +107,8 @@ void machine_take_alarm(void) {
     bool tell = !locked || alarm_untold();
     if (raised->guard)
         place = 0;
-    if (!tell) {
-        char sentence[OUTPUT_LINE / 2];
-        fault_sentence(&raised->what, sentence, sizeof sentence);
-        output_line("[MSG:%s]", sentence);
-    }
+    if (!tell)
+        output_message(&raised->what);
     locked = true;
     alarm_take(tell);
 }

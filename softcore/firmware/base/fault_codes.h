@@ -26,6 +26,7 @@ typedef enum {
     FAULT_CORNER = 121,
     FAULT_MODAL = 122,
     FAULT_COMMAND = 123,
+    FAULT_HOMING = 124,
     FAULT_FEED = 130,
     FAULT_MODE = 131,
     FAULT_RETRACTION = 132,
@@ -92,6 +93,7 @@ typedef enum {
     {FAULT_ARC, 33}, \
     {FAULT_MODAL, 21}, \
     {FAULT_COMMAND, 3}, \
+    {FAULT_HOMING, 5}, \
     {FAULT_FEED, 22}, \
     {FAULT_MODE, 31}, \
     {FAULT_SETTING, 3}, \

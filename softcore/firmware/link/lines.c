@@ -115,11 +115,9 @@ static void say(uint32_t code, bool has_number, uint32_t number) {
 
 /* The code of a fault, after its sentence. */
 static uint32_t explain(const fault *f) {
-    char sentence[200];
     if (!f || f->code == FAULT_NONE)
         return FAULT_NONE;
-    fault_sentence(f, sentence, sizeof sentence);
-    output_line("[MSG:%s]", sentence);
+    output_message(f);
     return f->code;
 }
 

@@ -104,6 +104,15 @@ void output_line(const char *format, ...) {
     (void)finish(line, length);
 }
 
+/* The sentence is written where it is sent from: a copy of it takes as long as the refusal's own work. */
+void output_message(const fault *f) {
+    char line[OUTPUT_LINE];
+    size_t length = text_print(line, sizeof line, "[MSG:");
+    length += fault_sentence(f, line + length, sizeof line - 3 - length);
+    line[length++] = ']';
+    (void)finish(line, length);
+}
+
 void output_vevent(const char *name, uint64_t cycle, uint32_t line_number, const int32_t *position,
                    const char *format, va_list arguments) {
     char line[OUTPUT_LINE];

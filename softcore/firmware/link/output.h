@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/fault.h"
+
 #define OUTPUT_QUEUE 4096       /* bytes; a power of two */
 #define OUTPUT_LINE 400         /* longest line with its end */
 #define OUTPUT_RESERVE 1024     /* kept free for alarms and answers */
@@ -15,6 +17,7 @@ bool output_step(void);                         /* send what the link takes; tru
 bool output_empty(void);                        /* everything is sent */
 bool output_has_room(void);                     /* for a few lines, without the reserve */
 void output_line(const char *format, ...);      /* as text_print, with CR LF; dropped if full */
+void output_message(const fault *f);             /* `[MSG:` and its sentence */
 void output_answer(uint8_t code, uint8_t sequence); /* two bytes for a tape frame */
 
 /* An event line: stamp, line, place (machine frame), then what `format` adds. */

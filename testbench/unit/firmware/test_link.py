@@ -123,13 +123,13 @@ def test_what_senders_for_grbl_ask_first(machine):
 def test_what_is_not_in_this_version_is_refused_by_name(machine, line, said):
     told, answer = machine.line(line)
     assert said in told
-    assert answer == error_line("command")
+    assert answer == ("error:5" if line.startswith("$H") else "error:3"), "as grbl without homing"
 
 
 @pytest.mark.parametrize(("line", "name"), [
     ("$499=1", "setting"), ("$400=0", "setting"), ("$400=33", "setting"),
     ("$400=4.5", "setting"), ("$400=", "setting"), ("$400=99999999999", "setting"),
-    ("$=4", "command"), ("$H", "command"), ("$J=X1", "command"), ("(open", "comment"),
+    ("$=4", "command"), ("$H", "homing"), ("$J=X1", "command"), ("(open", "comment"),
     ("X1", "mode"), ("G01 X1", "feed"), ("%5", "character"), ("G00 X" + "9" * 20, "overflow"),
 ])
 def test_bad_lines_are_refused_with_a_sentence(machine, line, name):
