@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The status report and the overrides of the simulated controller, held against its machine."""
 
+import math
 import re
 from collections import Counter
 
@@ -9,6 +10,7 @@ import pytest
 from host.link.link import fields_of
 from host.machines import machine as machines
 from softcore.linkmap import DOOR, OVERRIDE_BYTES, REALTIME
+from softcore.tables.settings import named
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
@@ -194,6 +196,28 @@ def test_overrides_act_in_the_block_under_way(hand):
         hand.press(byte)
         hand.run(0.5)
         assert hand.pace(0.1) == pytest.approx(share * fast, rel=0.01)
+
+
+def test_an_arc_goes_as_fast_as_the_lag_of_the_axes_allows(hand):
+    """F1200 on a radius of 3 mm: the loop's gain times the root of twice radius times deviation."""
+    radius_mm, deviation_mm = 3, named("arc_deviation_nm").default / 1e6
+    bound = 60 * named("loop_gain").default * math.sqrt(2 * radius_mm * deviation_mm)
+    assert bound == pytest.approx(328.6, abs=0.1)
+    hand.rest()
+    start = hand.session.positions()
+    hand.enter("G02 I3 F1200")
+    hand.press(0x91, 0x91)
+    hand.run(0.3)
+    assert hand.pace(0.5) == pytest.approx(bound, rel=0.005)
+    assert float(hand.report()["FS"].split(",")[0]) == pytest.approx(bound, rel=0.01)
+    inside = []
+    for _ in range(100):
+        place = hand.session.positions()
+        inside.append(radius_mm - math.hypot(place["x"] - start["x"] - radius_mm * MM,
+                                             place["y"] - start["y"]) / MM)
+        hand.run(0.01)
+    assert 0 < max(inside) < deviation_mm + REST_PULSES / MM
+    hand.rest()
 
 
 def test_a_slower_feed_ahead_is_reached_at_its_border(hand):
