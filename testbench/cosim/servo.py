@@ -21,7 +21,7 @@ WATCHED = ("path_command", "path_front", "safety_status_safe", "power_control_ma
 
 # What is wrong with the fluid's cell: force and value, what is said.
 TROUBLES = {
-    "broken": ("force.fluid_sensor", 1, "the fluid's cell reads too high: a broken wire"),
+    "broken": ("force.fluid_sensor", 1, "the fluid's cell reads too high: an open circuit"),
     "shorted": ("force.fluid_sensor", 2, "the fluid's cell reads too low: a shorted wire"),
     "silent": ("force.converter_silent", 1, "the converter does not answer"),
 }

@@ -73,7 +73,7 @@ def test_a_broken_wire_stops_the_machine():
     tables["wire"]["break_a"] = 0.01
     job, machine_on = execute(encode(SHORT_CUT), Machine("fragile", tables))
     assert job.outcome == "alarm"
-    assert "the wire is broken or its drive reports a fault" in job.alarm["text"]
+    assert "the wire has a break or its drive reports a fault" in job.alarm["text"]
     assert machine_on.positions()["x"] < 1500
 
 

@@ -205,7 +205,7 @@ static bool says(const char *line, uint32_t length, const char *text) {
 __attribute__((noinline)) static void tell_link(void) {
     lines_counts lines = lines_count();
     frame_counts frames = frame_count();
-    output_line("[LNK:lines %u,refused %u,frames %u,damaged %u,errors %u,ignored %u]",
+    output_line("[LNK:lines %u,refused %u,frames %u,damaged %u,faulty %u,ignored %u]",
                 lines.accepted, lines.refused, frames.begun, frames.damaged, link_errors(), ignored);
 }
 

@@ -86,7 +86,7 @@ static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned ax
     case CAUSE_DRIVE_FAULT:
         /* A wire machine's third drive is that of the wire. */
         if (hal_jump_axis() >= HAL_AXES && axes >> (HAL_AXES - 1) & 1)
-            return text_print(buffer, size, "the wire is broken or its drive reports a fault");
+            return text_print(buffer, size, "the wire has a break or its drive reports a fault");
         break;
     default: break;
     }

@@ -11,10 +11,10 @@
     [CAUSE_LIMIT_HIGH] = "an axis is on its upper limit switch", \
     [CAUSE_FLUID_LOW] = "the fluid is below its level", \
     [CAUSE_WATCHDOG] = "the firmware stopped calling the watchdog", \
-    [CAUSE_ERROR_SATURATED] = "an error counter reached its limit", \
+    [CAUSE_ERROR_SATURATED] = "a deviation counter reached its limit", \
     [CAUSE_ENCODER] = "an encoder made an illegal transition", \
-    [CAUSE_FOLLOWING_STOPPED] = "following error at rest above its limit", \
-    [CAUSE_FOLLOWING_MOVING] = "following error in motion above its limit", \
+    [CAUSE_FOLLOWING_STOPPED] = "position deviation at rest above its limit", \
+    [CAUSE_FOLLOWING_MOVING] = "position deviation in motion above its limit", \
     [CAUSE_FIRMWARE] = "the firmware asked for it", \
     [CAUSE_CODER] = "a coder does not tell what its axis does", \
     [CAUSE_TRAVEL] = "a command beyond a soft limit", \

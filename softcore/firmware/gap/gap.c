@@ -120,7 +120,7 @@ static const char *trouble(uint32_t flags) {
     if (flags & HAL_FLUID_LOW)
         return "the fluid's cell reads too low: a shorted wire";
     if (flags & HAL_FLUID_HIGH)
-        return "the fluid's cell reads too high: a broken wire";
+        return "the fluid's cell reads too high: an open circuit";
     if (flags & HAL_FLUID_DISORDERED)
         return "the thresholds of the fluid's classes are out of order";
     return 0;

@@ -246,8 +246,8 @@ def test_a_condition_for_which_the_supply_has_no_step_is_refused(machine):
     assert machine.line("C140")[-1] == refused, "27 steps; the gateware lets 20 through"
 
 
-UNSEEN = ("[MSG:MDI, character 1: a pulse of C901 takes 6 us, and the gap is looked "
-          "at after 51000 ns only ($404, $427).]")
+UNSEEN = ("[MSG:MDI, character 1: a pulse of C901 takes 6 us, and the gap is sampled "
+          "after 51000 ns only ($404, $427).]")
 SHORTER = "G10 C901 I3 P6 Q10 R10"
 
 

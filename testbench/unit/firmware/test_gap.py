@@ -41,7 +41,7 @@ def test_condition_reaches_supply_and_comparators(machine):
 
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
     """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
-    refused = ("a pulse of C900 takes 4 us, and the gap is looked at after 4000 ns "
+    refused = ("a pulse of C900 takes 4 us, and the gap is sampled after 4000 ns "
                "only ($404, $427).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
     assert machine.line("C900") == [f"[MSG:MDI, character 1: {refused}]", error_line("condition")]
@@ -58,7 +58,7 @@ def test_the_longest_numbers_fit_the_sentence(machine):
     for line in (assign("blanking_ns", 1_000_000), assign("settle_ns", 100_000)):
         assert machine.line(line) == ["ok"]
     assert machine.line("C99999999")[0] == (
-        "[MSG:MDI, character 1: a pulse of C99999999 takes 1100 us, and the gap is looked at "
+        "[MSG:MDI, character 1: a pulse of C99999999 takes 1100 us, and the gap is sampled "
         "after 1100000 ns only ($404, $427).]")
     machine.line(assign("blanking_ns", 600))
     machine.line(assign("settle_ns", 300))
@@ -318,7 +318,7 @@ def test_no_alarm_where_the_servo_has_no_way_to_go(machine, blocks):
 
 
 @pytest.mark.parametrize(("flag", "words"), [
-    (BROKEN_LOW, "shorted wire"), (BROKEN_HIGH, "broken wire"),
+    (BROKEN_LOW, "shorted wire"), (BROKEN_HIGH, "open circuit"),
     (DISORDERED, "out of order"), (SILENT, "converter does not answer"),
 ])
 def test_trouble_with_the_cell_stops_the_machine_if_it_is_in_use(machine, flag, words):

@@ -9,6 +9,7 @@ from binascii import crc_hqx
 
 import pytest
 
+from softcore.image import SOURCES
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
 from testbench.firmware import Machine, events
@@ -55,7 +56,7 @@ def test_what_came_over_the_link_is_told(machine):
     damaged = error_line("line")
     assert machine.line("$L")[-1] == damaged, "the frame that stopped may have been its start"
     assert machine.line("$L") == [
-        "[LNK:lines 4,refused 3,frames 2,damaged 2,errors 1,ignored 0]", "ok"]
+        "[LNK:lines 4,refused 3,frames 2,damaged 2,faulty 1,ignored 0]", "ok"]
 
 
 def test_status_report_has_the_form_of_grbl(machine):
@@ -113,6 +114,16 @@ def test_what_senders_for_grbl_ask_first(machine):
     assert machine.line("$N") == ["$N0=", "ok"]
     assert machine.line("%") == ["ok"]
     assert machine.line("") == ["ok"]
+
+
+def test_no_sentence_has_a_word_by_which_a_sender_knows_an_answer():
+    """Some look for these anywhere in a line. What is said of a tape alone they do not hear."""
+    quoted = re.compile(r'"((?:[^"\\]|\\.)*)"')
+    found = {text for path in SOURCES.rglob("*.[ch]") if path.parts[-2] != "pc"
+             for line in path.read_text().splitlines() if not line.startswith("#include")
+             for text in quoted.findall(line) if re.search("ok|error|ALARM|Grbl", text)}
+    assert found == {"ok", "ok @%u", "error:%u", "error:%u @%u", "ALARM:%u",
+                     "Grbl 1.1h ['$' for help]", "parity error (TH) in the byte %x"}
 
 
 @pytest.mark.parametrize(("line", "said"), [

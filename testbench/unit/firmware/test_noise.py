@@ -224,7 +224,7 @@ def test_nothing_is_carried_out_but_what_was_sent(rng, characters):
     resets = became[RESET]
     assert 0 < operator.named["line"] <= found["refused"] <= operator.named["line"] + resets
     assert not operator.named["crowd"]
-    assert found["errors"] <= cable.hits["unstopped"] <= found["errors"] + resets
+    assert found["faulty"] <= cable.hits["unstopped"] <= found["faulty"] + resets
     moving = sum(became[byte] for byte in MOVING)
     assert operator.done["vain"] <= found["ignored"] + resets
     assert found["ignored"] <= operator.done["vain"] + moving

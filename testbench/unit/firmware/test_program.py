@@ -244,7 +244,7 @@ def test_halt_of_the_gateware_is_an_alarm(machine, detail, code):
 def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
     for jump_axis, axes, words in (
             (2, 4, "interlock: a drive reports a fault (axis Z);"),
-            (15, 4, "interlock: the wire is broken or its drive reports a fault;"),
+            (15, 4, "interlock: the wire has a break or its drive reports a fault;"),
             (15, 3, "interlock: a drive reports a fault (axes X and Y);")):
         machine = Machine(jump_axis=jump_axis)
         machine.unlock()
@@ -253,7 +253,7 @@ def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
 
 
 @pytest.mark.parametrize(("cause", "words"), [(1, "emergency stop"), (6, "watchdog"),
-                                              (10, "following error in motion")])
+                                              (10, "position deviation in motion")])
 def test_trip_is_an_alarm_and_position_is_taken_anew(machine, cause, words):
     machine.library.gk_speed(7)
     run(machine, "G01 X1 F6", "M02", passes=20)

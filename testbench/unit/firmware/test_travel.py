@@ -144,10 +144,10 @@ def test_a_trip_by_a_coder_names_axis_and_check(machine, axis, check):
     ("drive_fault", Y, "a drive reports a fault (axis Y); the position is kept"),
     ("limit_low", X | Z, "an axis is on its lower limit switch (axes X and Z); the position is "
                          "kept"),
-    ("error_saturated", X, "an error counter reached its limit (axis X); the position is lost"),
+    ("error_saturated", X, "a deviation counter reached its limit (axis X); the position is lost"),
     ("encoder", Z, "an encoder made an illegal transition (axis Z); the position is lost"),
-    ("following_moving", X | Y | Z, "following error in motion above its limit (axes X, Y and Z); "
-                                    "the position is lost"),
+    ("following_moving", X | Y | Z, "position deviation in motion above its limit "
+                                    "(axes X, Y and Z); the position is lost"),
     ("travel", Y, "a command beyond the upper soft limit of axis Y; the position is kept"),
     ("guard", 5, "a guarded register of the gateware is damaged (axes X and Z); the position is "
                  "lost"),
