@@ -217,7 +217,8 @@ FAULTS: tuple[Fault, ...] = (
            "More happened than the firmware could take. This should never be.",
            "Send `$X` and start again. Report it with the tape and `events.jsonl`.", spoken=True),
     _fault(147, "reset", "machine", "reset by the operator during motion",
-           "Ctrl-X came while a program ran or an axis moved.",
+           "Ctrl-X came while a tape ran or an axis moved. In `Hold:0` it is no alarm, unless a "
+           "tape runs.",
            "Send `$X`, press ARM, and start the program again.", spoken=True, alarm=3),
     _fault(148, "halt_servo", "machine", "the servo would go back beyond the retractable limit or "
            "the ceiling or the soft limit",

@@ -7,6 +7,7 @@ __all__ = ["MACHINE"]
 
 PROGRAM = "unit/firmware/test_program.py"
 BOTH = f"unit/firmware/test_machine.py {PROGRAM}"
+STATUS = "unit/firmware/test_status.py"
 APPROACH = "unit/firmware/test_approach.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
@@ -89,8 +90,10 @@ MACHINE = (
          "program_running())\n        return",
          "a machine that moves takes no position"),
         ("    events_drop();\n    path_begin", "    path_begin", "old events are dropped"),
-        ("if (moving && !machine_locked())", "if (moving && machine_locked())",
-         "a reset in motion is an alarm"),
+        ("if (open && !rests)", "if (open && rests)", "a reset in motion is an alarm"),
+        (" && !tape_runs();", ";", "a tape that is broken off is told", STATUS),
+        ("    if (open && rests)\n        begin_path();\n", "",
+         "what is dropped at rest leaves no path", STATUS),
     ),
     *breaks_of(
         "softcore/firmware/base/cause.c", BOTH,

@@ -7,6 +7,7 @@
 #include "app/override.h"
 #include "app/program.h"
 #include "base/alarm.h"
+#include "link/tape.h"
 #include "path/path.h"
 
 __attribute__((noinline)) void control_take_alarm(void) {
@@ -15,9 +16,19 @@ __attribute__((noinline)) void control_take_alarm(void) {
     machine_take_alarm();
 }
 
+static void begin_path(void) {
+    events_drop();
+    path_begin();
+    meter_path_begins();
+    program_resynchronise();
+}
+
 void control_reset(void) {
-    bool moving = !path_at_front() || program_running();
-    if (moving && !machine_locked()) {
+    bool open = (!path_at_front() || program_running()) && !machine_locked();
+    /* As in grbl, Hold:0 is rest: what was entered by hand may be dropped there. That a tape is broken off
+       is always told. */
+    bool rests = (machine_held() || program_paused()) && meter_rests() && !tape_runs();
+    if (open && !rests) {
         fault f = {.code = FAULT_RESET, .text = FAULT_TEXT_RESET};
         alarm_raise(&f);
         control_take_alarm();
@@ -26,6 +37,8 @@ void control_reset(void) {
     machine_stop();
     program_abort();
     override_end();
+    if (open && rests)
+        begin_path();
 }
 
 bool control_unlock(fault *f) {
@@ -34,10 +47,7 @@ bool control_unlock(fault *f) {
     if (!machine_clear(f))
         return false;
     /* A path that begins here also ends the halted state. */
-    events_drop();
-    path_begin();
-    meter_path_begins();
-    program_resynchronise();
+    begin_path();
     machine_free();
     return true;
 }

@@ -7,7 +7,7 @@ import pytest
 
 from host.link.link import fields_of
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine
+from testbench.firmware import Machine, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -97,6 +97,44 @@ def test_locked_or_lost_is_alarm():
     machine.line("$X")
     assert state(machine) == "Alarm"
     assert "Lost" in report(machine)
+
+
+@pytest.mark.parametrize("line", ["G00 X1", "M00", "G04 X9"])
+def test_a_reset_in_a_hold_at_rest_drops_what_was_entered_by_hand(machine, line):
+    """As in grbl no alarm: senders that stop so wait for Idle."""
+    machine.library.gk_speed(10)
+    machine.line("G91", passes=20)
+    machine.line(line, passes=20)
+    machine.send(b"!")
+    machine.run(100)
+    assert "<Hold:0|" in machine.line("?")[-1]
+    held = machine.axes
+    machine.send(b"\x18")
+    machine.run(100)
+    assert not events(machine.lines, "alarm")
+    assert machine.line("?")[-1].startswith("<Idle|")
+    machine.library.gk_speed(1000)
+    assert machine.line("G91 G00 X1 Y.5")[-1] == "ok"
+    assert machine.axes == (held[0] + 10_000, 5000, 0)
+
+
+def test_a_reset_before_rest_and_of_a_held_tape_is_an_alarm(machine):
+    machine.library.gk_speed(10)
+    machine.line("G00 X1", passes=20)
+    machine.library.gk_moving(1)
+    machine.send(b"!")
+    machine.run(100)
+    assert "<Hold:1|" in machine.line("?")[-1]
+    machine.send(b"\x18")
+    machine.run(100)
+    machine.library.gk_moving(0)
+    machine.unlock()
+    machine.tape(punched(["M00", "M02"]), passes=400)
+    assert "<Hold:0|" in machine.line("?")[-1]
+    machine.send(b"\x18")
+    machine.run(100)
+    assert len(events(machine.lines, "alarm")) == 2
+    assert machine.line("?")[-1].startswith("<Alarm|")
 
 
 # ---- fields
