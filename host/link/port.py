@@ -6,6 +6,7 @@ A port is named as pyserial does: a device (``/dev/ttyUSB0``), ``socket://HOST:P
 """
 
 import errno
+import re
 import socket
 import time
 from contextlib import suppress
@@ -19,6 +20,7 @@ from host.link.link import LinkError
 
 __all__ = ["BAUD", "Port", "PortError"]
 
+_ADDRESS = re.compile(r"[\w.-]+:\d+")    # of a computer and a port of it
 SCHEMES = ("socket", "rfc2217")
 BAUD = 1_000_000    # of a board; a socket has none
 STEP_S = 0.01       # the longest that a call sleeps without a look at the clock
@@ -128,6 +130,8 @@ def _cannot_open(url: str, error: Exception) -> Exception:
         number = getattr(cause, "errno", None) or next(iter(cause.args), None)
         cause = cause.__cause__ or cause.__context__
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
+        if _ADDRESS.fullmatch(url):
+            return UsageError(f"there is no port {url}; over TCP it is socket://{url}.")
         known = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
         return UsageError(f"there is no port {url}; serial ports of this computer: {known}.")
     if number in (errno.EAGAIN, errno.EBUSY):

@@ -49,15 +49,16 @@ class Line(Protocol):
 def split_address(address: str) -> tuple[str, int]:
     """Host and port of ``HOST:PORT``, ``HOST``, ``PORT`` or nothing; what is missing is ours.
 
+    ``socket://`` may stand before it, as in the URL by which clients connect.
+
     Raises
     ------
     UsageError
         If it is no address.
     """
-    if address.isdecimal():
-        address = f":{address}"
+    bare = address.removeprefix("socket://")
     try:
-        parts = urlsplit(f"//{address}")
+        parts = urlsplit(f"//:{bare}" if bare.isdecimal() else f"//{bare}")
         port = PORT if parts.port is None else parts.port
     except ValueError as error:
         raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{PORT}.'
@@ -86,7 +87,8 @@ class Tcp:
         try:
             self._listener = socket.create_server((host, port), family=family)
         except (OSError, OverflowError) as error:
-            why = getattr(error, "strerror", None) or str(error)
+            # Python adds to the system's words what it has been doing.
+            why = (getattr(error, "strerror", None) or str(error)).partition(" (while ")[0]
             raise UserError(f"{host}:{port} cannot be listened at: {why}.") from error
         self._listener.setblocking(False)
         shown = f"[{host}]" if ":" in host else host

@@ -130,7 +130,11 @@ class Run:
         LinkError
             If it falls silent.
         """
-        self.set_up()
+        try:
+            self.set_up()
+        except UsageError:
+            self._leave()
+            raise
         self.began = True
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
@@ -139,9 +143,16 @@ class Run:
             self.outcome = "stopped"
             self.link.press(HOLD)
         self._come_to_rest()
-        if self.outcome == "stopped" and isinstance(self.simulation, Controller):
-            self.link.press(RESET)  # the discharge goes off, and nothing is left to be resumed
+        self._leave()
         return self.outcome
+
+    def _leave(self) -> None:
+        """Leave a controller to whoever comes next.
+
+        The discharge goes off, nothing is left to be resumed, and lines need no number any more.
+        """
+        if isinstance(self.simulation, Controller):
+            self.link.press(RESET)
 
     def interrupt(self) -> None:
         """End the run soon, as ``until_s`` does; may be called at any time."""

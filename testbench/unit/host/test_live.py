@@ -314,6 +314,21 @@ def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
     assert trace["t"][-1] == pytest.approx(again.events[-1]["t"], abs=0.3)
 
 
+@pytest.mark.parametrize("refused", [False, True])
+def test_behind_a_run_anybody_may_talk_to_the_controller(refused):
+    """Without numbers, as senders do; also where the run has not begun."""
+    with serving(firmware()) as (url, _):
+        if refused:
+            with pytest.raises(UsageError, match="does not know where"):
+                run_at(url, at_start=False)
+        else:
+            assert run_at(url).outcome == "end"
+        client = Client(Port(url))
+        assert client.ask("$I")[-1] == "ok"
+        assert client.ask("G91 G00 X0.1")[-1] == ("error:154" if refused else "ok")
+        client.port.close()
+
+
 def test_without_a_declared_start_the_controllers_zero_holds():
     with serving(firmware()) as (url, _):
         with pytest.raises(UsageError, match=r"^the controller does not know where its axes are: "):

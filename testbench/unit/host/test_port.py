@@ -14,6 +14,8 @@ from host.link.serve import PORT, UNREAD, Pty, Tcp, split_address
 @pytest.mark.parametrize(("url", "kind", "message"), [
     ("/dev/ttyNONE", UsageError, "there is no port /dev/ttyNONE; serial ports of this computer: "),
     ("socket://127.0.0.1:1", PortError, "nobody listens at socket://127.0.0.1:1."),
+    ("localhost:3333", UsageError, "there is no port localhost:3333; over TCP it is "
+                                   "socket://localhost:3333."),
     ("socket://localhost", UsageError, '"socket://localhost" names no port: give a device such'),
     ("socket://localhost:99999", UsageError, '"socket://localhost:99999" names no port: give a'),
     ("telnet://localhost:23", UsageError, '"telnet://localhost:23" names no port: give a device'),
@@ -51,22 +53,24 @@ def test_what_came_before_a_connection_was_lost_is_read():
 
 @pytest.mark.parametrize(("text", "expected"), [
     ("", ("127.0.0.1", PORT)), ("4000", ("127.0.0.1", 4000)), ("box", ("box", PORT)),
-    ("box:7", ("box", 7)), ("0.0.0.0:80", ("0.0.0.0", 80)), ("[::1]:9", ("::1", 9)),
+    ("box:7", ("box", 7)), ("socket://box:7", ("box", 7)), ("0.0.0.0:80", ("0.0.0.0", 80)),
+    ("[::1]:9", ("::1", 9)),
 ])
 def test_addresses(text, expected):
     assert split_address(text) == expected
 
 
-@pytest.mark.parametrize("text", ["a:b", "box:99999", "a/b", "me@box:1"])
+@pytest.mark.parametrize("text", ["a:b", "box:99999", "a/b", "me@box:1", "99999", "http://box:1"])
 def test_what_is_no_address_is_refused(text):
-    with pytest.raises(UsageError, match=r"is no address: give HOST:PORT, such as 127\.0\."):
+    with pytest.raises(UsageError, match=rf'^"{text}" is no address: give HOST:PORT, such as 127'):
         split_address(text)
 
 
 def test_an_address_in_use_is_one_sentence():
     line = Tcp("127.0.0.1", 0, print)
     port = int(line.url.rpartition(":")[2])
-    with pytest.raises(UserError, match=rf"^127\.0\.0\.1:{port} cannot be listened at: Address"):
+    with pytest.raises(UserError, match=rf"^127\.0\.0\.1:{port} cannot be listened at: Address "
+                                        r"already in use\.$"):
         Tcp("127.0.0.1", port, print)
     line.close()
 
