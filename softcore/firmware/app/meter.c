@@ -5,7 +5,8 @@
 #include "hal/hal.h"
 
 /* At rest is what has been in position, and there within so many pulses, for so long: a loop that swings
-   passes through its place faster, and one that creeps up to it goes on for some time. */
+   passes through its place faster, and one that creeps up to it goes on for some time. What rests may
+   creep a pulse further: it would else be told to move again on its last pulse. */
 #define REST_US 20000
 #define REST_PULSES 1
 #define LOOK_US 2000    /* from one look to the next: it costs what a short block can ill spare */
@@ -39,10 +40,11 @@ void meter_init(void) {
 /* Has an axis left the place where it stood? */
 static bool leaves(void) {
     bool left = false;
+    uint32_t reach = REST_PULSES + rests;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int32_t at = hal_axis_position(axis);
-        uint32_t way = (uint32_t)at - (uint32_t)stood[axis] + REST_PULSES;
-        if (way > 2 * REST_PULSES) {
+        uint32_t way = (uint32_t)at - (uint32_t)stood[axis] + reach;
+        if (way > 2 * reach) {
             stood[axis] = at;
             left = true;
         }
