@@ -206,10 +206,10 @@ class Controller(wiring.Component):
         motion, registers = self.motion, self.registers.safety
         found = Cat(self.drives.damaged, motion.damaged_word, motion.damaged_segment,
                     motion.damaged_place, motion.damaged_pulses, self.drives.damaged_bounds,
-                    registers.fluid_damaged)
+                    registers.fluid_damaged, motion.damaged_rate)
         told = Cat(registers.damage_axes, registers.damage_word, registers.damage_segment,
                    registers.damage_place, registers.damage_pulses, registers.damage_bounds,
-                   registers.damage_fluid, registers.damage_latch)
+                   registers.damage_fluid, registers.damage_rate, registers.damage_latch)
         # What the interlock finds of itself is a cause already.
         every = Cat(found, self.interlock.torn)
         m.d.sync += told.eq(Mux(registers.clear_strobe, every, told | every))

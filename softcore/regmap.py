@@ -406,6 +406,7 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
                   "firmware wrote it, bit 0 X."),
         Field(name="fluid", bits=1, access="r",
               doc="So is whether low fluid trips."),
+        Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
         Field(name="latch", bits=1, access="r",
               doc="The interlock's latch differs from its double."),
      )),

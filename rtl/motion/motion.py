@@ -47,7 +47,7 @@ class Motion(wiring.Component):
 
     Path pulses Ps are made at the rate that the retraction lets through, ramped (Pp), counted along
     the window of the path, and distributed over the axes. One path pulse back undoes one forward.
-    ``damaged_word`` to ``damaged_pulses`` say which guarded registers are damaged.
+    ``damaged_word`` to ``damaged_rate`` say which guarded registers are damaged.
 
     The blocks are attributes by their names, so that tests and proofs can look at them.
 
@@ -81,8 +81,8 @@ class Motion(wiring.Component):
         The front has entered another segment.
     event : Out(Happened)
         What the retraction did; of the kind NONE but for one clock each.
-    damaged_word, damaged_segment, damaged_place, damaged_pulses : Out(1)
-        See ``rtl.motion.path`` and ``rtl.motion.conservation``.
+    damaged_word, damaged_segment, damaged_place, damaged_pulses, damaged_rate : Out(1)
+        See ``rtl.motion.path``, ``rtl.motion.conservation`` and ``rtl.motion.ramp``.
 
     Attributes
     ----------
@@ -111,7 +111,8 @@ class Motion(wiring.Component):
             "cycle": In(32),
             "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
             "mark": Out(1), "entered": Out(1), "event": Out(Happened),
-            **{f"damaged_{what}": Out(1) for what in ("word", "segment", "place", "pulses")},
+            **{f"damaged_{what}": Out(1)
+               for what in ("word", "segment", "place", "pulses", "rate")},
         })
 
     def elaborate(self, platform):
@@ -279,4 +280,5 @@ class Motion(wiring.Component):
             self.damaged_segment.eq(path.damaged_segment),
             self.damaged_place.eq(path.damaged_place),
             self.damaged_pulses.eq(conservation.damaged),
+            self.damaged_rate.eq(self.ramp.damaged),
         ]

@@ -41,6 +41,9 @@ class Ramp(wiring.Component):
 
     ``start_rate`` and ``acceleration`` may change only at rest; they are in force 8 clocks later.
 
+    A bit of the rate that turns over is found in any clock, in motion and at rest: the rate has a
+    parity. ``damaged`` is high in the clock after the one that has the bit, and as long as it has.
+
     Members
     -------
     start_rate : In(30)
@@ -76,6 +79,13 @@ class Ramp(wiring.Component):
         One clock old, and as ``target`` was when it was last looked at.
     rest : Out(1)
         Nothing stored, nothing coming in or going out, and at ``start_rate``.
+    damaged : Out(1)
+        An odd number of bits of the rate are not as they were written, a clock ago.
+
+    Attributes
+    ----------
+    quarters : Signal(32)
+        The rate in quarters of its unit, in which a step is exact: for tests to turn a bit over.
     """
 
     STEPS = 4      # in the 16 clocks of ``acceleration``
@@ -97,6 +107,11 @@ class Ramp(wiring.Component):
     fast: Out(1)
     steady: Out(1)
     rest: Out(1)
+    damaged: Out(1)
+
+    def __init__(self):
+        super().__init__()
+        self.quarters = Signal(32)
 
     def elaborate(self, platform):
         m = Module()
@@ -108,7 +123,7 @@ class Ramp(wiring.Component):
         m.d.sync += clocks.eq(clocks + 1)
 
         # In quarters of the unit of rates, in which a step is ``acceleration``.
-        quarters = Signal(32)
+        quarters = self.quarters
         upper = Signal(33)    # a step further up
         lower = Signal(signed(34))  # ... and down
         ramping = Signal()    # above the start/stop speed
@@ -158,19 +173,28 @@ class Ramp(wiring.Component):
         # One adder for both ways: what is subtracted is inverted, and a carry added to it.
         inverted = span ^ slowing.replicate(len(span))
         m.d.comb += after.eq((Cat(slowing, braking) + Cat(slowing, inverted)) >> 1)
+        # What the rate is going to be: its parity is made of that, and not of the register.
+        changes = Signal()
+        changed = Signal(32)
+        ones = Signal()
+        m.d.comb += changed.eq(self.start_rate << 2)
+        with m.If(changes):
+            m.d.sync += [quarters.eq(changed), ones.eq(changed.xor())]
+        m.d.sync += self.damaged.eq(quarters.xor() != ones)
+
         with m.If(~ramping):
-            m.d.sync += quarters.eq(self.start_rate << 2)
+            m.d.comb += changes.eq(1)
         with m.If(clocks == 0):
             with m.If(slowing):
+                m.d.comb += [changes.eq(1), changed.eq(lower)]
                 m.d.sync += [
-                    quarters.eq(lower),
                     braking.eq(after),
                     ramping.eq(~lowest),
                     apart.eq(1),
                 ]
             with m.Elif(apart & ~braked & waiting):
+                m.d.comb += [changes.eq(1), changed.eq(upper)]
                 m.d.sync += [
-                    quarters.eq(upper),
                     braking.eq(after),
                     ramping.eq(1),
                 ]
@@ -195,10 +219,8 @@ class Ramp(wiring.Component):
         fall = Signal()
         m.d.comb += fall.eq(self.drop | (slowing & ~some & ~self.ps & ~self.room))
         with m.If(fall):
-            m.d.sync += [
-                clocks.eq(1), quarters.eq(self.start_rate << 2), braking.eq(0), ramping.eq(0),
-                apart.eq(1),
-            ]
+            m.d.comb += [changes.eq(1), changed.eq(self.start_rate << 2)]
+            m.d.sync += [clocks.eq(1), braking.eq(0), ramping.eq(0), apart.eq(1)]
         with m.If(self.drop):
             m.d.sync += [self.stored.eq(0), some.eq(0), self.pp.eq(0)]
 

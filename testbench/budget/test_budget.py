@@ -37,7 +37,7 @@ BUDGETS = {
     "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=890,  ccu2c=185, ff=758,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=213,  ccu2c=64,  ff=80,   ram=0,  bram=0,  dsp=0),
-    "ramp":          Cells(lut4=253,  ccu2c=145, ff=207,  ram=0,  bram=0,  dsp=0),
+    "ramp":          Cells(lut4=253,  ccu2c=145, ff=209,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
     "registers":     Cells(lut4=3647, ccu2c=0,   ff=1954, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),

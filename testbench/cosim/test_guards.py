@@ -43,3 +43,22 @@ def test_a_bit_trips_with_its_reason(register, bit, said):
         job.run(session.clock_hz // 10)
         job.link.command("$X")
         assert not job.probe("safety_status_safe")
+
+
+@pytest.mark.parametrize("bit", [31, 24])
+def test_a_bit_of_the_ramps_rate_trips_above_the_start_stop_speed(bit):
+    """Without a guard its top bit let the axis run into a short six times as far."""
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        rate, = (index for index, (name, _) in enumerate(session.state())
+                 if name == "soc.controller.motion.ramp.quarters")
+        job = Job(session, watched=("safe",))
+        job.start(program(Data(), "G01 Z-0.9 F1200"))
+        job.reach(4000, pace(session, 1200))
+        assert job.probe("ramp_above") > 0
+        session.turn_over(rate, bit)
+        begun = session.cycle
+        alarm = job.alarm()
+        assert alarm["text"].endswith("a guarded register of the gateware is damaged "
+                                      "(the rate of the ramp); the position is lost.")
+        assert job.record.rises("safe", begun)[0] - begun <= CLOCKS

@@ -56,6 +56,7 @@ static const char *damage_text(uint32_t damage) {
            : damage & HAL_DAMAGE_PLACE   ? "the place on the path"
            : damage & HAL_DAMAGE_PULSES  ? "path pulses on their way"
            : damage & HAL_DAMAGE_FLUID   ? "whether low fluid trips"
+           : damage & HAL_DAMAGE_RATE    ? "the rate of the ramp"
            : damage & HAL_DAMAGE_LATCH   ? "the latch of the interlock"
                                          : "the position";
 }

@@ -221,7 +221,8 @@ typedef struct {
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
 #define HAL_DAMAGE_BOUNDS(damage) ((damage) >> 7 & 7u) /* axes: a soft limit, a bound of the error, the gain */
 #define HAL_DAMAGE_FLUID 1024u  /* whether low fluid trips */
-#define HAL_DAMAGE_LATCH 2048u  /* the latch of the interlock */
+#define HAL_DAMAGE_RATE 2048u   /* the rate of the ramp */
+#define HAL_DAMAGE_LATCH 4096u  /* the latch of the interlock */
 
 void hal_pet(uint8_t key);
 bool hal_watch_open(void);      /* a call of the watchdog is not too soon */

@@ -159,6 +159,10 @@ def test_a_trip_by_a_coder_names_axis_and_check(machine, axis, check):
                   "position is lost"),
     ("guard", 64, "a guarded register of the gateware is damaged (path pulses on their way); the "
                   "position is lost"),
+    ("guard", 2048, "a guarded register of the gateware is damaged (the rate of the ramp); the "
+                    "position is lost"),
+    ("guard", 4096, "a guarded register of the gateware is damaged (the latch of the interlock); "
+                    "the position is lost"),
 ])
 def test_a_trip_names_its_axes(machine, cause, axes, sentence):
     code = alarm_number("limit" if cause.startswith("limit") else "trip")

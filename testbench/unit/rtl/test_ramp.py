@@ -38,6 +38,7 @@ class Bench:
         await ctx.tick()
         ramp.tick(ps, target=target, brake=brake, room=room, ready=ready, drop=drop)
         assert ctx.get(self.dut.fast) == self.model.moving
+        assert not ctx.get(self.dut.damaged)
         for name in ("pp", "stored", "rate", "distance", "steady"):
             assert ctx.get(getattr(dut, name)) == getattr(ramp, name), name
         self.sent += ps
@@ -130,6 +131,38 @@ def test_slowing_down_ends_wherever_it_began(simulate, up, down):
             before = rate
         assert not ctx.get(dut.fast)
         assert ctx.get(dut.rate) == SLOW
+
+    simulate(dut, bench, deadline=1)
+
+
+@pytest.mark.parametrize("shape", ["rest", "up", "plateau", "down"])
+def test_every_bit_of_the_rate_that_turns_over_is_found(simulate, shape):
+    dut = Ramp()
+
+    async def go_on(ctx, clocks, brake=0):
+        ctx.set(dut.brake, brake)
+        for clock in range(clocks):
+            ctx.set(dut.ps, ctx.get(dut.pull) if brake else shape != "rest" and clock % 4 == 0)
+            await ctx.tick()
+            assert not ctx.get(dut.damaged)
+        ctx.set(dut.ps, 0)
+
+    async def bench(ctx):
+        for name, value in (("start_rate", SLOW), ("acceleration", STEP), ("target", 3 * SLOW),
+                            ("room", 1), ("ready", 1)):
+            ctx.set(getattr(dut, name), value)
+        for bit in range(32):
+            for phase in range(4):
+                if shape != "rest":
+                    await go_on(ctx, {"up": 60, "plateau": 260, "down": 260}[shape])
+                await go_on(ctx, (8 if shape == "rest" else 0) + phase, brake=shape == "down")
+                assert ctx.get(dut.fast) == (shape != "rest")
+                ctx.set(dut.quarters, ctx.get(dut.quarters) ^ 1 << bit)
+                await ctx.tick()
+                assert ctx.get(dut.damaged), (bit, phase)
+                ctx.set(dut.drop, 1)
+                await ctx.tick().repeat(2)
+                ctx.set(dut.drop, 0)
 
     simulate(dut, bench, deadline=1)
 
