@@ -184,6 +184,28 @@ def test_a_tape_that_is_not_armed_ends_at_its_m03():
     assert machine.axes == (0, 0, 0)
 
 
+@pytest.mark.parametrize("how", ["reset", "trip"])
+def test_after_a_stop_only_a_line_that_moves_allows_motion_anew(machine, how):
+    machine.library.gk_speed(0)
+    enter(machine, "G01 X1 F60")
+    assert "run" in machine.flags
+    if how == "trip":
+        machine.library.gk_trip(CAUSE["estop"], 0)
+    else:
+        machine.send(b"\x18")
+    machine.run(300)
+    machine.unlock()
+    for command in (b"", b"!", b"~"):
+        machine.send(command)
+        machine.run(300)
+        assert "run" not in machine.flags, command
+    machine.library.gk_speed(100)
+    enter(machine, "G00 X2")
+    assert "run" in machine.flags
+    machine.run(2000)
+    assert machine.axes == (20_000, 0, 0)
+
+
 @pytest.mark.parametrize("how", ["alarm", "reset", "trip"])
 def test_alarms_resets_and_trips_disarm(machine, how):
     enter(machine, *BURNS)
