@@ -109,7 +109,8 @@ LINK = (
          "a hold is complete at rest alone"),
         ("machine_burns() && hal_shorted()", "hal_shorted()",
          "nobody looks at the gap without the discharge"),
-        ("waiting < room ? room - waiting : 0", "room", "what waits in the queue is not free"),
+        ("waiting < room ? room - waiting : 0", "waiting < room ? room : 0",
+         "what waits in the queue is not free"),
     ),
     *breaks_of(
         "softcore/firmware/app/meter.c", STATUS,

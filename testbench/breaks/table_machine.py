@@ -108,7 +108,7 @@ MACHINE = (
         "softcore/firmware/path/history.c", "unit/firmware/test_override.py",
         ("u->word[0] & RAPID ? rapid_factor : feed_factor", "feed_factor",
          "rapids have an override of their own"),
-        ("wanted < most ? (uint32_t)wanted : most", "(uint32_t)wanted",
+        ("wanted < most ? (uint32_t)wanted : most", "wanted != most ? (uint32_t)wanted : most",
          "no override goes beyond the highest speed"),
     ),
     *breaks_of(

@@ -76,8 +76,9 @@ def test_it_acts_in_the_block_under_way_and_in_those_to_come(machine):
 
 
 def test_no_feed_is_above_the_highest_speed_nor_nothing(machine):
-    paused(machine, "G91 G00 X1", "G01 X1 F900", "X1 F.001", "M02")
+    paused(machine, "G91 G00 X1", "G01 X1 F1200", "X1 F.001", "M02")
     highest, fast, slow = rates(machine, 3)
+    assert 2 * fast > highest
     press(machine, *[0x91] * 10)
     assert rates(machine, 3) == near(highest, min(highest, 2 * fast), 2 * slow)
     press(machine, *[0x92] * 30)

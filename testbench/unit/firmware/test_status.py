@@ -161,9 +161,12 @@ def test_the_feed_is_what_the_machine_goes(machine):
 
 def test_a_path_that_begins_anew_is_no_way(machine):
     machine.line("G01 X50 F60", 4000)
-    machine.library.gk_moving(1)
-    machine.tape(punched([DATA, "G04 P5000", "M02"]), passes=200)
+    assert machine.library.gk_position() == 500_000
+    machine.tape(punched([DATA, "G04 P5000", "M02"]), passes=50)
+    assert machine.library.gk_position() == 0, "begun"
+    machine.library.gk_moving(1)    # or it would be told to rest, whatever its feed
     assert report(machine)["FS"] == "0.000,0"
+    assert state(machine) == "Run"
 
 
 def test_blocks_that_are_free_are_taken(machine):
