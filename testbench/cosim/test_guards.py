@@ -45,7 +45,7 @@ def test_a_bit_trips_with_its_reason(register, bit, said):
         assert not job.probe("safety_status_safe")
 
 
-@pytest.mark.parametrize("bit", [31, 24])
+@pytest.mark.parametrize("bit", [31, pytest.param(24, marks=pytest.mark.soak)])
 def test_a_bit_of_the_ramps_rate_trips_above_the_start_stop_speed(bit):
     """Without a guard its top bit let the axis run into a short six times as far."""
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,

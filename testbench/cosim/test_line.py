@@ -20,7 +20,7 @@ def session():
         yield session
 
 
-@pytest.mark.parametrize("at", [0, 7, 9])
+@pytest.mark.parametrize("at", [7, *(pytest.param(at, marks=pytest.mark.soak) for at in (0, 9))])
 def test_a_line_with_a_broken_character_moves_nothing(session, at):
     line.broken_character(session, at)
 

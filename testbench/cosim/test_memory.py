@@ -44,9 +44,9 @@ def region(kind):
 
 
 @pytest.mark.parametrize(("kind", "bit"), [
-    ("code", 0), ("data", 32), ("stack", 0), ("path", 32),
-    *(pytest.param(*one, marks=pytest.mark.soak)
-      for one in (("code", 32), ("data", 0), ("stack", 32), ("path", 0)))])
+    ("code", 0), ("data", 32),
+    *(pytest.param(kind, bit, marks=pytest.mark.soak) for kind, bit in (
+        ("code", 32), ("data", 0), ("stack", 0), ("stack", 32), ("path", 0), ("path", 32)))])
 def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:

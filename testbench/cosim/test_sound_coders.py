@@ -57,7 +57,7 @@ def hurried(machine, clock_hz):
         job.finish()
 
 
-@pytest.mark.parametrize("gain", GAINS)
+@pytest.mark.parametrize("gain", [GAINS[0], pytest.param(GAINS[1], marks=pytest.mark.soak)])
 def test_drives_of_another_gain(gain):
     machine = machines.load("sinker")
     hurried(drive(machine, gain), machine.clock_hz)

@@ -18,7 +18,7 @@ def test_every_cause_has_a_stop():
     assert len({stop.name for stop in STOPS}) == len(STOPS)
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(100, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("count", [1, pytest.param(100, marks=pytest.mark.soak)])
 def test_every_stop_keeps_its_bound(count):
     figures = list(measure(count, seed=1))
     assert [figure.stop for figure in figures] == sorted(

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs on the joined machine: what each block promises holds of all of them together."""
 
+import pytest
 from amaranth import *
 from amaranth.hdl import Assume
 
@@ -79,5 +80,6 @@ def test_safe_means_off(workdir):
     prove(joined(SafeMeansOff), workdir, depth=3)
 
 
+@pytest.mark.soak
 def test_no_forward_pulse_after_a_short(workdir):
     prove(joined(NothingForwardAfterShort), workdir, depth=LOOK + 2)

@@ -66,6 +66,7 @@ class Machine(Controller):
     MOTION = OnlySlowerAfterShort
 
 
+@pytest.mark.soak
 def test_the_rate_only_falls_after_a_short(workdir):
     prove(joined(Machine), workdir, depth=STEP + 3)
 

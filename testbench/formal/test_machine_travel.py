@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proof on the joined machine: no axis is told to leave its soft limits, whatever firmware does."""
 
+import pytest
 from amaranth import *
 from amaranth.hdl import Assume
 
@@ -43,5 +44,6 @@ class CommandsStayWithin(Controller):
         return m
 
 
+@pytest.mark.soak
 def test_no_command_leaves_the_soft_limits(workdir):
     prove(joined(CommandsStayWithin), workdir, depth=3)
