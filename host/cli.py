@@ -306,7 +306,7 @@ def plan(
         metavar="N", min=0, max=2**32 - 1,
         help="Seed of the networks. The same seed gives the same staircase.")] = 1,
     series: Annotated[bool, typer.Option(
-        "--series", help="Write the way as one block behind a series of conditions (G39).",
+        "--series", help="Write the way as one block behind a depth series (G39).",
     )] = False,
     target: Annotated[Path | None, typer.Option(
         "-o", "--output", metavar="PROGRAM", dir_okay=False, show_default="none",

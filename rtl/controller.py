@@ -132,7 +132,8 @@ class Controller(wiring.Component):
         motion = self.motion
         m.d.comb += [
             motion.safe.eq(self.safe), motion.hold.eq(self.hold), motion.abort.eq(self.abort),
-            motion.leaving.eq(self.interlock.leaving), motion.crowded.eq(self.report.crowded),
+            motion.leaving.eq(self.interlock.leaving),
+            motion.backpressure.eq(self.report.backpressure),
             motion.in_position.eq(self.drives.in_position), motion.cycle.eq(self.cycle),
         ]
 

@@ -59,7 +59,7 @@ class Reason(enum.Enum, shape=8):
     CLEARED = 1
     # As far back as allowed.
     LIMIT = 2
-    # Where the path begins, or at its floor.
+    # Where the path begins, or at the back limit.
     PATH_START = 3
 
 
@@ -80,9 +80,9 @@ class Halt(enum.Enum, shape=8):
     # Still short at the retractable limit.
     LIMIT = 1
     # Still short where the way back ends.
-    FLOOR = 2
+    BACK_LIMIT = 2
     # Too many shorts returned.
-    SERIES = 3
+    BURST = 3
     # A short, and no retraction data in force.
     NO_DATA = 4
     # The servo wants to go back further than a retraction may.

@@ -14,7 +14,7 @@ from rtl.safety.interlock import Cause
 
 __all__ = ["Report"]
 
-CROWD = 3   # events that firmware has not taken: forward motion waits
+QUEUE_HIGH = 3   # events that firmware has not taken: forward motion waits
 DEPTH = 16  # events that the queue holds
 
 
@@ -50,7 +50,7 @@ class Report(wiring.Component):
         The condition was switched by depth, how often, and where.
     fluid_news : In(1), fluid_class : In(2), fluid_state : In(6), fluid_level : In(12)
         The fluid has changed, and what is known of it.
-    crowded : Out(1)
+    backpressure : Out(1)
         Firmware is behind.
     """
 
@@ -68,7 +68,7 @@ class Report(wiring.Component):
             "switched": In(1), "count": In(8), "depth": In(signed(32)),
             "fluid_news": In(1), "fluid_class": In(2), "fluid_state": In(6),
             "fluid_level": In(12),
-            "crowded": Out(1),
+            "backpressure": Out(1),
         })
 
     def elaborate(self, platform):
@@ -146,6 +146,6 @@ class Report(wiring.Component):
             registers.head_slot.eq(head.slot),
             *(getattr(registers, name).eq(getattr(head, name))
               for name in ("cycle", "path", "first", "second", *self.letters)),
-            self.crowded.eq(queue.level >= CROWD),
+            self.backpressure.eq(queue.level >= QUEUE_HIGH),
         ]
         return m

@@ -84,7 +84,8 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
     ("behind", "Start of what is loaded: no backward pulse passes it.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("floor", "Lowest point a retraction may reach (ceiling, soft limit or start of the path).",
+    ("back_limit", "Lowest point that a retraction may reach: ceiling, soft limit or start of the "
+     "path.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
     ("fast_ahead", "Next corner ahead: the ramp is back at the start/stop speed there.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
@@ -110,7 +111,7 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
         Field(name="state", bits=4, access="r",
               doc="Retraction: 0 front, 1 stopping, 2 retracting, 3 at limit, 4 re-advance high, "
                   "5 re-advance low, 6 halted."),
-        Field(name="crowded", bits=1, access="r",
+        Field(name="backpressure", bits=1, access="r",
               doc="Events wait to be taken, and forward motion for that."))),
     ("pace", "Feed of a segment that is to be in force at once, see ``pace_slot``.",
      _value(30, "Rate.", unit=RATE)),
@@ -147,9 +148,9 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
      "write"),
     ("jump_period", "Machining time between jumps; 0 for none.",
      _value(32, "Clocks at the front with the discharge on.", unit="clock")),
-    ("gain", "Depth beyond the first start point that ends a series of shorts.",
+    ("gain", "Depth beyond the first start point that ends a short burst.",
      _value(16, "Path pulses.", unit="pulse", init=10)),
-    ("repeats", "Returned shorts in one series that halt the machine; 0 for no bound.",
+    ("repeats", "Returned shorts in one short burst that halt the machine; 0 for no bound.",
      _value(8, "Shorts.", init=20)),
     ("settle", "Rest at the limit, error counters small, after which a short there halts.",
      _value(24, "Clocks.", unit="clock", init=1000)),
@@ -162,9 +163,9 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
               doc="Leave the halted state: advance to the front again.")), "write"),
     ("start", "Start point BS: furthest commanded position of this short.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("first", "First start point of the series; limit is measured from it.",
+    ("first", "First start point of the short burst; limit is measured from it.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("series", "Shorts that returned in the series under way.",
+    ("burst", "Shorts that returned in the short burst under way.",
      _value(8, "Shorts.", access="r")),
 ))
 
@@ -301,10 +302,10 @@ FLUID = Block(name="fluid", base=0xE00, doc="Converter and fluid detector; see "
         Field(name="fault", bits=1, access="r", doc="The converter does not answer."))),
 ))
 
-LAW = Block(name="law", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl.gap.removal`` and "
-            "``rtl.gap.feed_law``. The converter has to run.", registers=_registers(
-    ("control", "The law, and the measurement that it needs.", (
-        Field(name="law", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
+FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl.gap.removal`` "
+             "and ``rtl.gap.feed_mode``. The converter has to run.", registers=_registers(
+    ("control", "The feed mode, and the measurement that it needs.", (
+        Field(name="mode", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
               "G95 P1); 1 zero feed at the reference (G95 P2); 2 feed F at the reference (G95 P3); "
               "3 constant removal (G95 P4)."),
         Field(name="measure", bits=1, doc="The voltage is measured while machining is wanted."))),
@@ -314,16 +315,16 @@ LAW = Block(name="law", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl
     ("no_load", "Mean voltage without discharges, off-time included.",
      _value(16, "Level.", unit=LEVEL)),
     ("reference", "Of the condition.", (
-        Field(name="voltage", bits=16, doc="Vs of the laws 1 and 2.", unit=LEVEL),
-        Field(name="drop", bits=16, doc="Es of law 3.", unit=LEVEL))),
+        Field(name="voltage", bits=16, doc="Vs of the modes 1 and 2.", unit=LEVEL),
+        Field(name="drop", bits=16, doc="Es of mode 3.", unit=LEVEL))),
     ("least", "Lowest drop Ex that is reckoned with.", _value(16, "Level.", unit=LEVEL, init=1)),
     ("bounds", "Of Es/Ex.", (
         Field(name="lowest", bits=16, init=1 << 12, doc="Lowest ratio.", unit="1/4096"),
         Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio; it goes before the "
               "lowest.", unit="1/4096"))),
-    ("gain", "K of the laws 1 and 2.",
+    ("gain", "K of the modes 1 and 2.",
      _value(30, "Change of rate for 1/16 full scale.", unit=f"{RATE} per 1/16 full scale")),
-    ("highest", "Highest feed of the laws 2 and 3.", _value(30, "Rate.", unit=RATE)),
+    ("highest", "Highest feed of the modes 2 and 3.", _value(30, "Rate.", unit=RATE)),
     ("voltage", "What was measured last.", (
         Field(name="mean", bits=16, access="r", doc="Mean voltage.", unit=LEVEL),
         Field(name="drop", bits=16, access="r", doc="Ex.", unit=LEVEL))),
@@ -331,7 +332,7 @@ LAW = Block(name="law", base=0xF00, doc="Feed by the mean gap voltage; see ``rtl
         Field(name="ratio", bits=16, access="r", doc="Es/Ex within its bounds.", unit="1/4096"),
         Field(name="windows", bits=8, access="r", doc="Means taken, wraps."),
         Field(name="known", bits=1, access="r", doc="There is a mean."))),
-    ("feed", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
+    ("in_force", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
 ))
 
 CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words "
@@ -478,6 +479,6 @@ def _axis(index: int, letter: str) -> Block:
 
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
           *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SERVO, FLUID,
-          LAW)
+          FEED)
 # Those of the gateware in ``rtl``; the others are the processor's own and the link's.
 OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, LINK))

@@ -5,7 +5,7 @@ import ctypes
 from binascii import crc_hqx
 from dataclasses import dataclass
 
-from host.link.brief import Expander
+from host.link.compact import Expander
 from softcore.image import host_library
 from softcore.tables.events import numbered
 from softcore.tables.faults import FAULTS
@@ -17,7 +17,7 @@ ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "tabl
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", *(event.name for event in numbered()))
-BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
+BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind")
 
 
 class Record(ctypes.Structure):
@@ -157,7 +157,7 @@ class Arc:
         return start, words.piece()
 
 
-class Machine:
+class Controller:
     """The whole firmware on the model machine of ``hal_host.c``.
 
     A pass of the main loop counts 1000 clocks. Lines that came are in ``lines``; acknowledgements
@@ -304,11 +304,11 @@ class Machine:
                 **dict(zip(names, words[6:], strict=True))}
 
     @property
-    def law(self) -> dict[str, int]:
-        """What the feed law was told: see ``hal_law``."""
+    def feed_mode(self) -> dict[str, int]:
+        """What the firmware has written for the feed mode: see ``hal_feed_mode``."""
         words = (ctypes.c_uint32 * 12)()
         self.library.gk_law_read(words)
-        names = ("law", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
+        names = ("mode", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
                  "lowest", "highest", "gain", "fastest")
         return dict(zip(names, words, strict=True))
 

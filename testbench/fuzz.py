@@ -19,7 +19,7 @@ from host.tape.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
 from softcore.tables.settings import assign
 from testbench import programs
-from testbench.firmware import STATES, Checker, Machine
+from testbench.firmware import STATES, Checker, Controller
 
 KEPT = 400      # tapes that are grown further
 WHOLE = 25      # every so many cases the whole firmware gets the tape
@@ -64,7 +64,7 @@ def grown(rng, corpus):
 
 def whole(rng, rows, sanitize):
     """The whole firmware with a tape and everything that may come between."""
-    machine = Machine(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
+    machine = Controller(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
     if rng.random() < 0.9:
         machine.unlock()
     machine.library.gk_speed(rng.choice((0, 50, 1 << 30)))
@@ -77,7 +77,7 @@ def whole(rng, rows, sanitize):
     pieces = [rows[at:at + 64] for at in range(0, len(rows), 64)][:40]
     frames = [(0, b""), *((len(piece), piece) for piece in pieces), (0xFF, b"")]
     for sequence, (length, payload) in enumerate(frames):
-        data = Machine.framed(length, sequence % 256, payload)
+        data = Controller.framed(length, sequence % 256, payload)
         if rng.random() < 0.05:
             data = damaged_rows(rng, data)
         machine.send(data)
@@ -91,7 +91,8 @@ def _disturb(rng, machine):
     kind = rng.randrange(9)
     if kind == 8:
         line = programs.damage(rng, programs.block(rng)).encode("ascii", "ignore").decode()
-        sent = Machine.numbered(rng.randrange(3), rng.choice((line, "$RESUME", "$RETRACT", "$L")))
+        number, text = rng.randrange(3), rng.choice((line, "$RESUME", "$RETRACT", "$L"))
+        sent = Controller.numbered(number, text)
         machine.send(sent if rng.random() < 0.7 else damaged_rows(rng, sent))
         if rng.random() < 0.3:
             machine.library.gk_send_broken()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The firmware's model machine on its way: a program is loaded, and the test moves along it."""
 
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 from testbench.programs import punched
 
 __all__ = ["DATA", "go", "load"]
@@ -9,13 +9,13 @@ __all__ = ["DATA", "go", "load"]
 DATA = "G36 R300 L{limit} H600 E60 Q.1{more}"
 
 
-def load(machine: Machine, *blocks, limit=5, more="", passes=300):
+def load(machine: Controller, *blocks, limit=5, more="", passes=300):
     """Start a program with the machine standing still; leave the tape open for more."""
     machine.library.gk_speed(0)
     machine.tape(punched([DATA.format(limit=limit, more=more), *blocks]), passes=passes)
 
 
-def go(machine: Machine, pulses, passes=8):
+def go(machine: Controller, pulses, passes=8):
     """Move along the path in small steps, the firmware following; the pulses made."""
     made = idle = 0
     while made != pulses and idle < 20:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment removal``: a wall is finished under G94 and the feed laws of G95.
+"""``gapkeeper experiment removal``: a wall is finished under G94 and the feed modes of G95.
 
 Two walls: one whose stock has a step, and one of even stock in a flow of fluid that drifts. On
 both: constant feed (G94), zero feed at Vs (P2), F at Vs (P3), constant removal (P4), with the same
@@ -43,7 +43,7 @@ from host.tape.tape import Tape, encode
 from host.words import counted
 from softcore.tables.settings import assign, named
 
-__all__ = ["FIGURES", "GAINS", "LAWS", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
+__all__ = ["FIGURES", "GAINS", "MODES", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
            "statistics", "table"]
 
 MACHINE = "wire"
@@ -57,7 +57,7 @@ OTHER_UM = (20.0, 26.0)             # stock on which a gain is tried
 DRIFT = 1.0                         # deviation of the logarithm of the flow
 WALLS = ("step", "drift")
 EVEN = "even"                       # neither of them
-LAWS = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
+MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
 GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
 OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
 LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
@@ -94,7 +94,7 @@ class Trial:
 
     plan: Plan
     wall: str
-    law: str
+    mode: str
     seed: int
     gain: float = 0.0
     other: bool = False
@@ -117,12 +117,12 @@ def machine_for(trial: Trial) -> Machine:
 def tape_for(trial: Trial) -> Tape:
     """Approach, in which V0 is measured, and the wall."""
     plan = trial.plan
-    voltage = plan.voltage - (plan.drop if trial.law == "P2" else 0)
-    feed = 2 * FEED if trial.law == "P2" else FEED
+    voltage = plan.voltage - (plan.drop if trial.mode == "P2" else 0)
+    feed = 2 * FEED if trial.mode == "P2" else FEED
     return encode("\n".join([
         "%", "G21 G90 G94", f"G10 C900 {CONDITION} V{voltage:.3f} U{plan.drop:.3f}", "C900",
         "G36 R60 L0.06 H120 E30 Q0.02", "M08", "M03",
-        f"{LAWS[trial.law]} G01 Y{PATH_MM} F{feed // 3}", f"X{plan.way_mm:g} F{feed}",
+        f"{MODES[trial.mode]} G01 Y{PATH_MM} F{feed // 3}", f"X{plan.way_mm:g} F{feed}",
         "M05", "M09", "M02", "%", ""]))
 
 
@@ -152,7 +152,7 @@ def execute(trial: Trial,
 def run(trial: Trial) -> Record:
     """Run a trial; return its figures, with how it ended. Only a whole wall has figures."""
     job, trace, plan = execute(trial)
-    found: Record = {"wall": trial.wall, "law": trial.law, "gain": trial.gain, "seed": trial.seed,
+    found: Record = {"wall": trial.wall, "mode": trial.mode, "gain": trial.gain, "seed": trial.seed,
              "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
     if job.outcome != "end":
         return found
@@ -214,11 +214,11 @@ def measure(trace: Columns, plan: Columns, way_mm: float, step: bool) -> Record:
 
 
 def _order(one: Record) -> tuple[int, int, float, int]:
-    return (WALLS.index(one["wall"]), list(LAWS).index(one["law"]), one["gain"], one["seed"])
+    return (WALLS.index(one["wall"]), list(MODES).index(one["mode"]), one["gain"], one["seed"])
 
 
 def statistics(runs: Iterable[Record]) -> list[Record]:
-    """One row for every wall, law and gain.
+    """One row for every wall, mode and gain.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
     runs that ended, the spread being the sample's standard deviation, or None of a single run; None
@@ -226,18 +226,18 @@ def statistics(runs: Iterable[Record]) -> list[Record]:
     """
     groups: dict[tuple[str, str, float], list[Record]] = {}
     for one in sorted(runs, key=_order):
-        groups.setdefault((one["wall"], one["law"], one["gain"]), []).append(one)
-    return [{"wall": wall, "law": law, "gain": gain, **summed_up(group, FIGURES)}
-            for (wall, law, gain), group in groups.items()]
+        groups.setdefault((one["wall"], one["mode"], one["gain"]), []).append(one)
+    return [{"wall": wall, "mode": mode, "gain": gain, **summed_up(group, FIGURES)}
+            for (wall, mode, gain), group in groups.items()]
 
 
 def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
-    """Figures down, walls and laws across; mean and spread over the seeds."""
+    """Figures down, walls and modes across; mean and spread over the seeds."""
     made = Table(box=style)
     made.add_column("wall", no_wrap=True)
     for row in rows:
         made.add_column(row["wall"], justify="right", no_wrap=True)
-    made.add_row("law", *(row["law"] for row in rows))
+    made.add_row("mode", *(row["mode"] for row in rows))
     add_figures(made, rows, FIGURES)
     return made
 
@@ -288,20 +288,20 @@ def plot(runs: list[Record], path: Path) -> None:
         figure = Figure(figsize=(9.6, 9.0), layout="constrained")
         axes = figure.subplots(3, 2, sharey="row")
         for column, wall in zip(axes.T, WALLS, strict=True):
-            for law, colour in COLOURS.items():
+            for mode, colour in COLOURS.items():
                 profiles = [one["profile"] for one in runs
-                            if (one["wall"], one["law"]) == (wall, law) and "profile" in one]
+                            if (one["wall"], one["mode"]) == (wall, mode) and "profile" in one]
                 for ax, name in zip(column, ("removal", "surface"), strict=False):
                     if profiles:
                         ax.plot(profiles[0]["x"], np.mean([one[name] for one in profiles], axis=0),
-                                color=colour, label=law)
+                                color=colour, label=mode)
             column[0].set(title=f"removal per time, mm³/s, {wall}", ylim=(0, None))
             column[1].set(title=f"surface, µm, {wall}", xlabel="along the wall, mm")
             mine = [row for row in rows if row["wall"] == wall and row["variation"]]
-            column[2].bar([row["law"] for row in mine], [row["variation"][0] for row in mine],
+            column[2].bar([row["mode"] for row in mine], [row["variation"][0] for row in mine],
                           yerr=[row["variation"][1] or 0 for row in mine], capsize=3,
-                          color=[COLOURS[row["law"]] for row in mine])
-            column[2].plot([row["law"] for row in mine], [row["noise"][0] for row in mine], "_",
+                          color=[COLOURS[row["mode"]] for row in mine])
+            column[2].plot([row["mode"] for row in mine], [row["noise"][0] for row in mine], "_",
                            color=figures.INK, markersize=24, label="number of craters alone")
             column[2].set(title=f"deviation of the removal per time, %, {wall}", ylim=(0, None))
         axes[0, 0].legend(ncols=4, loc="lower right")
@@ -315,7 +315,7 @@ def _page(rows: list[Record], said: list[str], seeds: int) -> str:
     with page.capture() as text:
         page.print(table(rows, box.MARKDOWN))
     return "\n".join([
-        "# A wall finished at constant feed and under the feed laws", "",
+        "# A wall finished at constant feed and under the feed modes", "",
         f"Machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard deviation over the "
         "seeds.", "", *(f"* {one}" for one in said), "",
         *filter(None, map(str.strip, text.get().splitlines())), ""])
@@ -337,13 +337,13 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
     tried = [Trial(plan, wall, "P3", seed, gain, other=True)
              for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]
     with Progress(console=console) as bar:
-        task = bar.add_task("runs", total=len(tried) + seeds * len(WALLS) * len(LAWS))
+        task = bar.add_task("runs", total=len(tried) + seeds * len(WALLS) * len(MODES))
 
         def tell(one: Record) -> None:
             bar.advance(task)
             end = (f"removal ± {one['variation']:.1f} %, surface ± {one['surface_um']:.2f} um"
                    if one["outcome"] == "end" else one["alarm"])
-            bar.console.print(f"{one['wall']}, {one['law']}, seed {one['seed']}: "
+            bar.console.print(f"{one['wall']}, {one['mode']}, seed {one['seed']}: "
                               f"{one['outcome']}, {end}", soft_wrap=True)
 
         tuning = in_parallel(run, tried, tell)
@@ -354,8 +354,8 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
                           for one, variation in variations.items())
         said.append("P3's gain, times F/Es, and the removal's deviation on other stock and seeds: "
                     f"{tries}. Compared with {gain:g}.")
-        trials = [Trial(plan, wall, law, seed, gain if law == "P3" else 0.0)
-                  for seed, wall, law in product(range(1, seeds + 1), WALLS, LAWS)]
+        trials = [Trial(plan, wall, mode, seed, gain if mode == "P3" else 0.0)
+                  for seed, wall, mode in product(range(1, seeds + 1), WALLS, MODES)]
         runs = sorted(in_parallel(run, trials, tell), key=_order)
     rows = statistics(runs)
     (folder / "runs.json").write_text(json.dumps(

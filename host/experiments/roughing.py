@@ -93,7 +93,7 @@ def machine_for() -> Machine:
 
 
 def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
-    """The program as the planner writes it, one block behind its series, with jumps."""
+    """The program as the planner writes it, one block behind its depth series, with jumps."""
     near = neighbours(data, AREA_MM2)
     text = program(staircase_for(trial, data), near, series=True)
     lines = text.splitlines()

@@ -58,7 +58,7 @@ from typing import Protocol
 
 from host import alarms
 from host.errors import ALARM, UsageError, UserError
-from host.link.brief import Expander
+from host.link.compact import Expander
 from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
 from softcore.tables.faults import error_line
 
@@ -216,7 +216,7 @@ class Link:
     """One controller at the other end of ``pipe``.
 
     ``on_line`` is called with every line that is no answer to a command: events (in full, see
-    ``host.link.brief``), messages, alarms, status reports, greetings; in the order in which they
+    ``host.link.compact``), messages, alarms, status reports, greetings; in the order in which they
     came, from within the call that waited. It may call ``press``, and nothing else of the link.
     """
 

@@ -11,9 +11,9 @@ The gap is held by counted pulse classes (G95 P1). The retractable limit follows
 to Zr = -1.5 mm, where the electrode stands near the surface of the fluid; 2 mm from there on, and 5
 mm from -6 mm on, where bridges of debris are longer and there is fluid enough above. None lets
 the electrode rise more than 0.5 mm above the workpiece. Speeds and changeover are those of
-``tapes/sink_shallow_deep.nc``, and so for a machine with a start/stop speed of 10 mm/s. As a series
-(G39) the whole way is one block, with one limit of 5 mm; a ceiling 1 mm above the workpiece bounds
-it where that would leave the fluid.
+``tapes/sink_shallow_deep.nc``: they suit a machine with a start/stop speed of 10 mm/s. With a depth
+series (G39) the whole way is one block with one limit of 5 mm. A ceiling 1 mm above the workpiece
+keeps the electrode from leaving the fluid.
 """
 
 import warnings
@@ -45,13 +45,13 @@ __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "prog
 BUILT_IN = ladder()
 # Whole IP have the number 900 + IP, as on the controller (conditions_planned); parts of one follow.
 FIRST_ENTERED, FIRST_PART = PLANNED, 964
-MOST_ENTERED, MOST_SERIES = ENTERED, 32
+MOST_ENTERED, MOST_CHANGES = ENTERED, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
 AMPERES = IP_MA / 1000  # of one IP
 # A pulse must outlast the time in which the gap is not looked at.
 LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
-SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
+DEPTH_SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
 MOST_LABELS = 8     # in the plot
 MOST_COMMENT = 250  # a block has 256 characters, its brackets and its end among them
@@ -148,11 +148,11 @@ def _way(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
                 yield changes[at]
 
 
-def _series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
-    """The same as one block, behind its series."""
-    if len(steps) - 1 > MOST_SERIES:
-        raise UserError(f"the staircase has {len(steps) - 1} changes, and a series takes "
-                        f"{MOST_SERIES}.")
+def _depth_series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
+    """The same as one block, behind its depth series."""
+    if len(steps) - 1 > MOST_CHANGES:
+        raise UserError(f"the staircase has {len(steps) - 1} changes, and a depth series takes "
+                        f"{MOST_CHANGES}.")
     for step, number in zip(steps, numbers[1:], strict=False):
         yield f"G39 Z-{_millimetres(step.depth_um)} C{number}"
     yield f"G01 Z-{_millimetres(steps[-1].depth_um)} F60"
@@ -182,8 +182,8 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
         comments.append(f"NEEDS SETTING {number} AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE "
                         "POWER SUPPLY")
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
-              f"G36 {SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
-              *(_series(steps, numbers) if series else _way(steps, numbers)),
+              f"G36 {DEPTH_SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
+              *(_depth_series(steps, numbers) if series else _way(steps, numbers)),
               "M05", "G94", "G00 Z2.", "M09", "M02"]
     return "\n".join(["%", *(f"({_plain(one)})" for one in comments),
                       *(f"N{10 * n} {block}" for n, block in enumerate(blocks, 1)), "%", ""])

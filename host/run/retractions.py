@@ -10,7 +10,7 @@ from host.run.events import Event
 class Retraction:
     """One retraction: its start, its end, the way back and the resumption, as events.
 
-    ``series_t`` is when the first retraction of its series began: a short during the re-advance
+    ``burst_t`` is when the first retraction of its short burst began: a short during the re-advance
     starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm;
     a jump is not under it, and events do not tell how far one is to go.
     """
@@ -18,7 +18,7 @@ class Retraction:
     number: int
     start: Event
     limit: float | None
-    series_t: float
+    burst_t: float
     end: Event | None = None
     advances: list[Event] = field(default_factory=list)
     resume: Event | None = None
@@ -46,23 +46,23 @@ def collect(events: list[Event]) -> list[Retraction]:
     """Retractions of a run, in order."""
     found: list[Retraction] = []
     limit: float | None = None
-    open_series: float | None = None
+    open_burst: float | None = None
     for event in events:
         kind = event["event"]
         if kind == "retraction_set":
             limit = event["limit"]
         elif kind == "retraction_start":
-            if open_series is None:
-                open_series = event["t"]
+            if open_burst is None:
+                open_burst = event["t"]
             bound = None if event["cause"] == "jump" else limit
-            found.append(Retraction(len(found) + 1, event, bound, open_series))
+            found.append(Retraction(len(found) + 1, event, bound, open_burst))
         elif found and kind == "retraction_end":
             found[-1].end = event
         elif found and kind == "readvance":
             found[-1].advances.append(event)
         elif found and kind == "resume" and found[-1].resume is None:
             found[-1].resume = event
-            open_series = None
+            open_burst = None
     return found
 
 

@@ -119,7 +119,7 @@ class Simulation:
 
     def mean_voltage(self) -> float:
         """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
-        return self._native.probe("law_voltage_mean") / 2**16 * CONVERTER_V
+        return self._native.probe("feed_voltage_mean") / 2**16 * CONVERTER_V
 
     def trace(self) -> Columns:
         """Samples of the run as columns."""

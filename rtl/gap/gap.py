@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
-from rtl.gap.feed_law import FeedLaw, Law
+from rtl.gap.feed_mode import FeedCalculator, FeedMode
 from rtl.gap.fluid import FluidDetector
 from rtl.gap.preset_counter import PresetCounters
 from rtl.gap.reference import References
@@ -28,7 +28,7 @@ class Gap(wiring.Component):
     Parameters
     ----------
     registers : mapping of str to wiring.Signature
-        Register blocks ``gap``, ``servo``, ``fluid`` and ``law``, as their owner on the bus has
+        Register blocks ``gap``, ``servo``, ``fluid`` and ``feed``, as their owner on the bus has
         them, and those in which a condition is staged.
     clock_hz : int
         Frequency of the clock.
@@ -69,7 +69,7 @@ class Gap(wiring.Component):
         For proofs to look at.
     """
 
-    BLOCKS = ("gap", "servo", "fluid", "law")
+    BLOCKS = ("gap", "servo", "fluid", "feed")
 
     def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int):
         self.clock_hz = clock_hz
@@ -95,15 +95,15 @@ class Gap(wiring.Component):
         m.submodules.references = references = References()
         m.submodules.counters = counters = PresetCounters()
         m.submodules.removal = removal = RemovalDetector()
-        m.submodules.law = law = FeedLaw()
+        m.submodules.feed_mode = calculator = FeedCalculator()
         discharging = Signal()
         m.d.comb += discharging.eq(self.machining & ~self.safe & ~self.motion.quiet)
         self._discriminate(m, discriminator, references)
         self._shorts(m, discriminator, short, discharging)
         self._contact(m, discriminator, short, guard)
-        self._servo(m, discriminator, short, counters, law, discharging)
+        self._servo(m, discriminator, short, counters, calculator, discharging)
         self._voltage(m, removal)
-        self._law(m, law, removal, short, discharging)
+        self._feed(m, calculator, removal, short, discharging)
         self._fluid(m, removal)
         return m
 
@@ -164,10 +164,10 @@ class Gap(wiring.Component):
             self.look.eq(guard.look), self.trip.eq(guard.trip),
         ]
 
-    def _servo(self, m, discriminator, short, counters, law, discharging):
+    def _servo(self, m, discriminator, short, counters, calculator, discharging):
         """Steps back and forward, by counted classes or by the mean voltage."""
         registers, motion = self.registers.servo, self.motion
-        stepped = law.law == Law.ZERO
+        stepped = calculator.mode == FeedMode.ZERO
         m.d.comb += [
             counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
             counters.kind.eq(discriminator.kind),
@@ -186,8 +186,8 @@ class Gap(wiring.Component):
             motion.step.eq(Mux(stepped, 1, self.condition.servo_step)),
         ]
         # In registers: the bounds of the motion are reckoned with them.
-        m.d.sync += [motion.up.eq(Mux(stepped, law.up, counters.up)),
-                     motion.down.eq(Mux(stepped, law.down, counters.down))]
+        m.d.sync += [motion.up.eq(Mux(stepped, calculator.up, counters.up)),
+                     motion.down.eq(Mux(stepped, calculator.down, counters.down))]
         with m.If(counters.up):
             m.d.sync += registers.ups.eq(registers.ups + 1)
         with m.If(counters.down):
@@ -195,15 +195,15 @@ class Gap(wiring.Component):
 
     def _voltage(self, m, removal):
         """Mean gap voltage, and its drop per unit distance."""
-        registers, motion = self.registers.law, self.motion
+        registers, motion = self.registers.feed, self.motion
         m.d.comb += [
             removal.on.eq(registers.control_measure & self.wanted),
             # A short and the way back and forth tell nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
             removal.hold.eq(motion.paused),
             removal.pulse.eq(motion.pulse),
-            removal.reference.eq(self.condition.law_reference_drop),
-            removal.no_load.eq(self.condition.law_no_load),
+            removal.reference.eq(self.condition.feed_reference_drop),
+            removal.no_load.eq(self.condition.feed_no_load),
             removal.ratio_min.eq(registers.bounds_lowest),
             removal.ratio_max.eq(registers.bounds_highest),
             removal.unit.eq(registers.unit), removal.window.eq(registers.window),
@@ -213,18 +213,19 @@ class Gap(wiring.Component):
             registers.status_known.eq(removal.known),
         ]
 
-    def _law(self, m, law, removal, short, discharging):
+    def _feed(self, m, calculator, removal, short, discharging):
         """Feed at the front by the mean gap voltage."""
-        registers, motion = self.registers.law, self.motion
+        registers, motion = self.registers.feed, self.motion
         m.d.comb += [
-            law.law.eq(registers.control_law),
-            law.rate.eq(motion.rate),
-            law.reference.eq(self.condition.law_reference_voltage),
-            law.gain.eq(registers.gain), law.highest.eq(registers.highest),
-            law.mean.eq(removal.mean), law.known.eq(removal.known), law.ratio.eq(removal.ratio),
-            law.held.eq(motion.held | short.shorted | ~discharging),
-            registers.feed.eq(law.feed),
-            motion.feed.eq(law.feed),
+            calculator.mode.eq(registers.control_mode),
+            calculator.rate.eq(motion.rate),
+            calculator.reference.eq(self.condition.feed_reference_voltage),
+            calculator.gain.eq(registers.gain), calculator.highest.eq(registers.highest),
+            calculator.mean.eq(removal.mean), calculator.known.eq(removal.known),
+            calculator.ratio.eq(removal.ratio),
+            calculator.held.eq(motion.held | short.shorted | ~discharging),
+            registers.in_force.eq(calculator.feed),
+            motion.feed.eq(calculator.feed),
         ]
 
     def _fluid(self, m, removal):

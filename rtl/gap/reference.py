@@ -36,6 +36,6 @@ class References(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         for index in range(self.streams):
-            rest = Signal(self.BITS, name=f"rest_{index}")
-            m.d.sync += Cat(rest, self.stream[index]).eq(rest + self.level[index])
+            remainder = Signal(self.BITS, name=f"remainder_{index}")
+            m.d.sync += Cat(remainder, self.stream[index]).eq(remainder + self.level[index])
         return m

@@ -139,15 +139,15 @@ class RemovalDetector(wiring.Component):
 
         # One divider for both quotients: a bit a clock, the highest first.
         shifted = Signal(STEPS)   # what is left of the dividend, and the quotient behind it
-        rest = Signal(COUNT)
+        remainder = Signal(COUNT)
         divisor = Signal(COUNT)
         step = Signal(range(STEPS))
         trial = Signal(COUNT + 2)
-        m.d.comb += trial.eq(Cat(shifted[-1], rest) - divisor)
+        m.d.comb += trial.eq(Cat(shifted[-1], remainder) - divisor)
         with m.If((state == _State.MEAN) | (state == _State.RATIO)):
             m.d.sync += [
                 shifted.eq(Cat(~trial[-1], shifted)),
-                rest.eq(Mux(trial[-1], Cat(shifted[-1], rest), trial)),
+                remainder.eq(Mux(trial[-1], Cat(shifted[-1], remainder), trial)),
                 step.eq(step + 1),
             ]
 
@@ -159,8 +159,8 @@ class RemovalDetector(wiring.Component):
             with m.Case(_State.IDLE):
                 with m.If(close):
                     m.d.sync += [
-                        shifted.eq(total << FRACTION), rest.eq(0), divisor.eq(count), step.eq(0),
-                        state.eq(_State.MEAN),
+                        shifted.eq(total << FRACTION), remainder.eq(0), divisor.eq(count),
+                        step.eq(0), state.eq(_State.MEAN),
                     ]
             with m.Case(_State.MEAN):
                 with m.If(step == STEPS - 1):
@@ -173,7 +173,7 @@ class RemovalDetector(wiring.Component):
                 ]
             with m.Case(_State.BOUND):
                 m.d.sync += [
-                    self.drop.eq(bounded), divisor.eq(bounded), rest.eq(0), step.eq(0),
+                    self.drop.eq(bounded), divisor.eq(bounded), remainder.eq(0), step.eq(0),
                     shifted.eq(self.reference * UNITY),
                     state.eq(_State.RATIO),
                 ]

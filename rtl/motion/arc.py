@@ -67,9 +67,9 @@ class ArcDistributor(wiring.Component):
 
     Attributes
     ----------
-    rest, pace, error, along, across : Signal
-        Where the block stands, for proofs. ``rest`` is twice the distance of the major axis from
-        its nearest step, times the divisor; ``along`` and ``across`` stand half a step ahead: they
+    remainder, pace, error, along, across : Signal
+        State of the block, for proofs. ``remainder`` is twice the distance of the major axis from
+        its nearest step, times the divisor. ``along`` and ``across`` stand half a step ahead: they
         are what the next step forward adds to ``error``.
     stage, taken, steps : Signal
         The pulse under way, for proofs: the clocks since, one-hot, up to the fourth; what was
@@ -111,8 +111,8 @@ class ArcDistributor(wiring.Component):
         self.width = width
         self.reach = reach
         self.fine = fine
-        # In the clock in which a step is owed, the rest is up to three times the divisor.
-        self.rest, self.pace = Signal(signed(width + 3)), Signal(width + 2)
+        # In the clock in which a step is owed, the remainder is up to three times the divisor.
+        self.remainder, self.pace = Signal(signed(width + 3)), Signal(width + 2)
         # Between the steps of the two axes the error is up to a step further off.
         word = signed(reach + 2)
         self.error, self.along, self.across = Signal(word), Signal(word), Signal(word)
@@ -138,7 +138,7 @@ class ArcDistributor(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         fine = self.fine
-        rest, pace, error = self.rest, self.pace, self.error
+        remainder, pace, error = self.remainder, self.pace, self.error
         along, across = self.along, self.across
         taken, stage = self.taken, self.stage
         back = taken.back
@@ -155,15 +155,16 @@ class ArcDistributor(wiring.Component):
         pace_before = Signal.like(pace)
         m.d.sync += pace_before.eq(pace - self.change)
         with m.If(self.pulse):
-            m.d.sync += rest.eq(Mux(self.reverse, rest - (pace_before << 1), rest + (pace << 1)))
+            m.d.sync += remainder.eq(Mux(self.reverse, remainder - (pace_before << 1),
+                                         remainder + (pace << 1)))
             m.d.sync += pace.eq(Mux(self.reverse, pace_before, pace + self.change))
         due = Signal()
-        m.d.comb += due.eq(Mux(back, rest < -self.divisor, rest >= self.divisor))
+        m.d.comb += due.eq(Mux(back, remainder < -self.divisor, remainder >= self.divisor))
         with m.If(stage[0]):
             m.d.sync += major.eq(due)
             with m.If(due):
                 whole = self.divisor << 1
-                m.d.sync += rest.eq(Mux(back, rest + whole, rest - whole))
+                m.d.sync += remainder.eq(Mux(back, remainder + whole, remainder - whole))
 
         along_before, across_before = Signal.like(along), Signal.like(across)
         m.d.sync += [along_before.eq(along - 2 * fine), across_before.eq(across - 2 * fine)]
@@ -190,7 +191,7 @@ class ArcDistributor(wiring.Component):
 
         with m.If(self.enter):
             m.d.sync += [
-                rest.eq(0), pace.eq(self.state.pace), error.eq(self.state.error),
+                remainder.eq(0), pace.eq(self.state.pace), error.eq(self.state.error),
                 along.eq(self.state.along + fine), across.eq(self.state.across + fine),
             ]
 

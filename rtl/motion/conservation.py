@@ -49,14 +49,14 @@ class Conservation(wiring.Component):
         apart = Signal(32)
         under_way = Signal(25)
         back = Signal()
-        rest = Signal(32)
+        remainder = Signal(32)
         looked = Signal(2)
         m.d.sync += [
             apart.eq(self.command - self.position),
             under_way.eq(self.stored + self.ps + self.pp),
             back.eq(self.reverse),
-            rest.eq(sum_or_difference(apart, under_way, ~back)),
+            remainder.eq(sum_or_difference(apart, under_way, ~back)),
             looked.eq(Cat(~self.drop, looked)),
-            self.damaged.eq(looked[1] & rest.any()),
+            self.damaged.eq(looked[1] & remainder.any()),
         ]
         return m

@@ -40,7 +40,7 @@ class LineDistributor(wiring.Component):
 
     Attributes
     ----------
-    rests : list of Signal
+    remainders : list of Signal
         The remainder of each axis, for proofs: twice the distance from the nearest step, times the
         length. It is at least ``-length`` and below ``length``, but for the clock after a pulse.
 
@@ -78,7 +78,8 @@ class LineDistributor(wiring.Component):
         self.axes = axes
         self.width = width
         # In the clock in which a step is owed, up to three times the length.
-        self.rests = [Signal(signed(width + 3), name=f"rest_{axis}") for axis in range(axes)]
+        self.remainders = [Signal(signed(width + 3), name=f"remainder_{axis}")
+                           for axis in range(axes)]
         super().__init__({
             "pulse": In(1),
             "reverse": In(1),
@@ -99,20 +100,20 @@ class LineDistributor(wiring.Component):
         with m.If(self.pulse):
             m.d.sync += back.eq(self.reverse)
 
-        for axis, rest in enumerate(self.rests):
+        for axis, remainder in enumerate(self.remainders):
             travel = self.travel[axis]
             steps = Signal(name=f"steps_{axis}")
-            m.d.comb += steps.eq(Mux(back, rest < -self.length, rest >= self.length))
+            m.d.comb += steps.eq(Mux(back, remainder < -self.length, remainder >= self.length))
             m.d.sync += self.pi[axis].eq(0)
             with m.If(self.pulse & ~self.other[axis]):
                 twice = travel.magnitude << 1
-                m.d.sync += rest.eq(Mux(self.reverse, rest - twice, rest + twice))
+                m.d.sync += remainder.eq(Mux(self.reverse, remainder - twice, remainder + twice))
             with m.If(second & steps):
                 whole = self.length << 1
-                m.d.sync += rest.eq(Mux(back, rest + whole, rest - whole))
+                m.d.sync += remainder.eq(Mux(back, remainder + whole, remainder - whole))
                 m.d.sync += self.pi[axis].eq(1)
                 m.d.sync += self.pi_reverse[axis].eq(back ^ travel.negative)
             with m.If(self.restart):
-                m.d.sync += rest.eq(0)
+                m.d.sync += remainder.eq(0)
 
         return m

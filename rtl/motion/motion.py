@@ -66,7 +66,7 @@ class Motion(wiring.Component):
         See ``softcore/regmap.py``.
     gap : In(STEERING)
         What the gap says, and what it needs to know.
-    safe, hold, abort, leaving, crowded, in_position : In(1)
+    safe, hold, abort, leaving, backpressure, in_position : In(1)
         Outputs are safe; feed hold by the operator; no path pulse either way; off a limit switch;
         firmware has not taken the events yet; every axis is in position.
     cycle : In(32)
@@ -106,7 +106,7 @@ class Motion(wiring.Component):
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
             "gap": In(STEERING),
-            **{name: In(1) for name in ("safe", "hold", "abort", "leaving", "crowded",
+            **{name: In(1) for name in ("safe", "hold", "abort", "leaving", "backpressure",
                                         "in_position")},
             "cycle": In(32),
             "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
@@ -205,7 +205,7 @@ class Motion(wiring.Component):
             retraction.hold.eq(registers.control_hold | self.hold),
             retraction.retract.eq(order & registers.command_retract),
             retraction.release.eq(order & registers.command_release),
-            retraction.crowded.eq(self.crowded),
+            retraction.backpressure.eq(self.backpressure),
             retraction.safe.eq(self.safe),
             retraction.in_position.eq(self.in_position),
             retraction.cycle.eq(self.cycle),
@@ -221,7 +221,7 @@ class Motion(wiring.Component):
             retraction.highest.eq(path.highest),
             retraction.ahead.eq(self.registers.path.ahead),
             retraction.behind.eq(self.registers.path.behind),
-            retraction.floor.eq(self.registers.path.floor),
+            retraction.back_limit.eq(self.registers.path.back_limit),
             retraction.fast_ahead.eq(path.fast_ahead),
             retraction.fast_behind.eq(path.fast_behind),
             retraction.ready.eq(path.ready),
@@ -245,15 +245,15 @@ class Motion(wiring.Component):
             status.status_reverse.eq(retraction.reverse),
             status.status_in_position.eq(self.in_position),
             status.status_state.eq(retraction.state),
-            status.status_crowded.eq(self.crowded),
+            status.status_backpressure.eq(self.backpressure),
             told.start.eq(retraction.start),
             told.first.eq(retraction.first),
-            told.series.eq(retraction.series),
+            told.burst.eq(retraction.burst),
 
             gap.rate.eq(path.rate),
             gap.pulse.eq(path.pulse & ~path.reverse & (retraction.state == State.FRONT)),
             gap.at_front.eq(retraction.state == State.FRONT),
-            gap.paused.eq(retraction.hold | ~retraction.run | self.crowded),
+            gap.paused.eq(retraction.hold | ~retraction.run | self.backpressure),
             gap.held.eq(retraction.held),
             gap.quiet.eq(retraction.quiet),
             gap.sensing.eq(retraction.sensing),

@@ -41,7 +41,7 @@ class _Own:
         self.cause = Signal(Cause)
         self.reason = Signal(Reason)
         self.halt = Signal(Halt)
-        self.returning = Signal()    # a series is under way
+        self.returning = Signal()    # a short burst is under way
         self.moving = Signal()       # the state lets the machine move
         self.forward = Signal()      # the state is one that goes forward
         self.turns = Signal()        # the servo wants to go the other way
@@ -69,24 +69,24 @@ class Retraction(wiring.Component):
 
     * The start point BS is the position at which the machine left off machining: ``front``, the
       furthest coordinate commanded, unless the servo has drawn back. The limit is measured from
-      ``first``, the front at the first short of a series; a series ends when machining is ``gain``
-      pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit`` and
-      ``floor``. A jump goes back to ``front - jump_distance``, or ``floor``.
+      ``first``, the front at the first short of a short burst. A short burst ends when machining is
+      ``gain`` pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit``
+      and ``back_limit``. A jump goes back to ``front - jump_distance``, or to ``back_limit``.
     * A retraction for a short ends when the short is gone, on the pulse; if it is not gone at the
       limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
       operator ends at its distance, and goes on as one for a short if the gap is short there.
     * The re-advance changes from high to low at ``BS - changeover`` on the pulse; if less was
       retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction; so does
-      ``crowded``: firmware has not taken the events yet, and must not be overrun.
+      ``backpressure``: firmware has not taken the events yet, and must not be overrun.
     * A short at the front or in the re-advance starts a retraction: at or below the start/stop
       speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
-      data, or as the return number ``repeats`` of a series, it halts instead.
+      data, or as the return number ``repeats`` of a short burst, it halts instead.
 
     With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``,
     and back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and
-    else stands still. It goes no further than the segments that are loaded, either way; an ``up``
-    that would pass ``front - limit`` or ``floor`` halts instead. ``held`` says that strobes are
-    lost on it: the servo is off, or the machine not at the front, or on hold.
+    else stands still. It never leaves the loaded segments. An ``up`` that would pass
+    ``front - limit`` or ``back_limit`` halts instead. While ``held`` is high, strobes are lost:
+    the servo is off, or the machine is not at the front, or it is on hold.
 
     With the discharge off ``rtl.gap.contact`` watches: no pulse Ps is made forwards while ``wait``
     or ``contact`` is high, and ``contact`` in a state that goes forwards halts; what is stored is
@@ -122,7 +122,7 @@ class Retraction(wiring.Component):
             "commit_valid": In(1), "commit_strobe": In(1),
             # rules
             "jump_period": In(32), "gain": In(16), "repeats": In(8), "settle": In(24),
-            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1), "crowded": In(1),
+            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1), "backpressure": In(1),
             # the servo
             "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
             # the machine
@@ -132,7 +132,8 @@ class Retraction(wiring.Component):
             # the path
             "load": In(1), "feed": In(rate), "highest": In(26),
             "ahead": In(coordinate), "behind": In(coordinate),
-            "floor": In(coordinate), "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
+            "back_limit": In(coordinate),
+            "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
             "command": In(coordinate), "position": In(coordinate), "front": In(coordinate),
             # the ramp
             "ready": In(1), "pp": In(1), "rest": In(1), "steady": In(1), "distance": In(24),
@@ -141,7 +142,7 @@ class Retraction(wiring.Component):
             "brake": Out(1), "sensing": Out(1), "quiet": Out(1),
             # reports
             "state": Out(State), "start": Out(coordinate), "first": Out(coordinate),
-            "series": Out(8),
+            "burst": Out(8),
             "mark": Out(1),
             "event": Out(Happened),
         })
@@ -175,7 +176,7 @@ class Retraction(wiring.Component):
             with m.Case(State.HALTED):
                 self._halted(m, own)
 
-        self._start_and_series(m, own)
+        self._start_and_burst(m, own)
         # The later has the last word over what the states say.
         with m.If(own.forward & self.contact):
             m.d.sync += self._halts(own, Halt.CONTACT)
@@ -184,7 +185,7 @@ class Retraction(wiring.Component):
         with m.If(self.load):
             m.d.sync += [
                 self.state.eq(State.FRONT), self.reverse.eq(0), own.prepare.eq(self.PREPARE),
-                own.halt.eq(Halt.NONE), own.returning.eq(0), self.series.eq(0),
+                own.halt.eq(Halt.NONE), own.returning.eq(0), self.burst.eq(0),
                 own.announce.eq(0), own.ending.eq(0),
             ]
 
@@ -234,7 +235,7 @@ class Retraction(wiring.Component):
         with m.If(own.forward):
             m.d.comb += [
                 self.wanted.eq(self.run & ~self.hold & own.ready & ~self.shorted & ~self.safe
-                               & ~own.turns & ~self.crowded),
+                               & ~own.turns & ~self.backpressure),
                 own.moving.eq(self.wanted & ~self.wait & ~self.contact),
             ]
         with m.Elif(state == State.RETRACTING):
@@ -299,20 +300,20 @@ class Retraction(wiring.Component):
             m.d.sync += [self.reverse.eq(1), own.prepare.eq(self.PREPARE), own.ending.eq(0)]
             last = Signal()
             m.d.comb += last.eq(own.returning & (self.repeats != 0)
-                                & (self.series + 1 >= self.repeats))
+                                & (self.burst + 1 >= self.repeats))
             with m.If((own.cause != Cause.JUMP) & ~own.force["valid"]):
                 m.d.sync += self._halts(own, Halt.NO_DATA)
             with m.Elif((own.cause == Cause.SHORT) & last):
-                m.d.sync += self._halts(own, Halt.SERIES)
+                m.d.sync += self._halts(own, Halt.BURST)
             with m.Else():
                 m.d.sync += self.state.eq(State.RETRACTING)
                 m.d.comb += self._reports(Event.RETRACTION_START, own.cause, own.figures.latency,
                                           own.before, own.stamp)
             with m.If(own.cause == Cause.SHORT):
                 with m.If(own.returning):
-                    m.d.sync += self.series.eq(self.series + 1)
+                    m.d.sync += self.burst.eq(self.burst + 1)
                 with m.Else():
-                    m.d.sync += [own.returning.eq(1), self.series.eq(0), self.first.eq(self.front)]
+                    m.d.sync += [own.returning.eq(1), self.burst.eq(0), self.first.eq(self.front)]
 
     def _retracting(self, m, own):
         with m.If(own.ending):
@@ -322,7 +323,7 @@ class Retraction(wiring.Component):
             m.d.sync += [own.ending.eq(1), own.reason.eq(Reason.CLEARED)]
         with m.Elif(own.ready & own.bounds["at_target"] & self.rest):
             m.d.sync += [own.settle.eq(0), own.reason.eq(
-                Mux(own.bounds["floor_wins"], Reason.PATH_START, Reason.LIMIT))]
+                Mux(own.bounds["back_limit_wins"], Reason.PATH_START, Reason.LIMIT))]
             with m.If(own.cause == Cause.SHORT):
                 m.d.sync += self.state.eq(State.AT_LIMIT)
             with m.Else():
@@ -350,7 +351,7 @@ class Retraction(wiring.Component):
         with m.Elif(own.settle == self.settle):
             m.d.sync += [
                 self.state.eq(State.RETRACTING), own.ending.eq(1),
-                own.halt.eq(Mux(own.reason == Reason.PATH_START, Halt.FLOOR, Halt.LIMIT)),
+                own.halt.eq(Mux(own.reason == Reason.PATH_START, Halt.BACK_LIMIT, Halt.LIMIT)),
             ]
         with m.Elif(self.in_position):
             m.d.sync += own.settle.eq(own.settle + 1)
@@ -377,19 +378,19 @@ class Retraction(wiring.Component):
         with m.Elif(self.release & ~self.safe):
             m.d.sync += [
                 own.halt.eq(Halt.NONE), self.reverse.eq(0), own.prepare.eq(self.PREPARE),
-                own.cause.eq(Cause.OPERATOR), own.returning.eq(0), self.series.eq(0),
+                own.cause.eq(Cause.OPERATOR), own.returning.eq(0), self.burst.eq(0),
                 own.announce.eq(1), self._re_advances(own),
             ]
 
-    def _start_and_series(self, m, own):
-        """The start point is kept while the machine is away from it; progress ends a series."""
+    def _start_and_burst(self, m, own):
+        """Keep the start point while the machine is away from it; progress ends a short burst."""
         machining = (self.state == State.FRONT) | ((self.state == State.STOPPING) & own.outgoing)
         with m.If(machining):
             m.d.sync += self.start.eq(self.position)
         m.d.sync += own.outgoing.eq(machining)
         with m.If(own.returning & (self.state == State.FRONT)
                   & ((self.position - self.first)[:32].as_signed() >= self.gain)):
-            m.d.sync += [own.returning.eq(0), self.series.eq(0)]
+            m.d.sync += [own.returning.eq(0), self.burst.eq(0)]
 
     def _data_in_force(self, m):
         """Take the staged words over together, at the front."""
@@ -423,9 +424,9 @@ class Retraction(wiring.Component):
 
         reach = Signal(31)
         target = Signal(signed(32))      # where the limit alone would end
-        lowest = servo.lowest            # ... and with the floor
+        lowest = servo.lowest            # ... and with the back limit
         loaded = Signal(signed(32))      # ... as far as segments are loaded
-        floor_wins = Signal()
+        back_limit_wins = Signal()
         changeover = Signal(signed(32))
         leading = Signal(signed(32))
         high = Signal(signed(32))
@@ -436,11 +437,11 @@ class Retraction(wiring.Component):
         m.d.sync += [
             reach.eq(Mux((cause == Cause.JUMP) & (self.state != State.FRONT),
                          force["jump_distance"],
-                         # Without data the floor alone bounds the servo.
+                         # Without data the back limit alone bounds the servo.
                          Mux(force["valid"], force["limit"], (1 << 31) - 1))),
             target.eq(Mux(returning & (cause == Cause.SHORT), self.first, self.front) - reach),
-            floor_wins.eq(later(self.floor, target)),
-            lowest.eq(Mux(later(self.floor, target), self.floor, target)),
+            back_limit_wins.eq(later(self.back_limit, target)),
+            lowest.eq(Mux(later(self.back_limit, target), self.back_limit, target)),
             loaded.eq(Mux(later(self.behind, lowest), self.behind, lowest)),
             changeover.eq(self.start - force["changeover"]),
             leading.eq(changeover + force["low_lead"]),
@@ -480,7 +481,7 @@ class Retraction(wiring.Component):
             enough.eq(under_way > needed),
         ]
         m.d.comb += self.brake.eq(near | ~own.moving)
-        return {"floor_wins": floor_wins, "before_changeover": before_changeover,
+        return {"back_limit_wins": back_limit_wins, "before_changeover": before_changeover,
                 "at_front": at_front, "at_target": at_target, "enough": enough}
 
     def _jump_timer(self, m):

@@ -17,7 +17,7 @@ WORDS = (
     "power_supply_voltage", "power_supply_negative",
     "gap_reference_open", "gap_reference_arc", "gap_reference_short",
     "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
-    "law_no_load", "law_reference_voltage", "law_reference_drop",
+    "feed_no_load", "feed_reference_voltage", "feed_reference_drop",
 )
 SHORT_LEVEL = 122  # after reset: 12 V of 100, by which contact and stuck gates are told at once
 

@@ -34,13 +34,13 @@ CAUSES = _choices(("short", "s", "A short."), ("jump", "j", "A periodic jump (G3
                   ("operator", "o", "The operator's order."))
 REASONS = _choices(("cleared", "c", "The short is over."),
                    ("limit", "l", "As far back as allowed."),
-                   ("path_start", "p", "Where the path begins, or at its floor."))
+                   ("path_start", "p", "Where the path begins, or at the back limit."))
 PHASES = _choices(("high", "h", "At H, to the changeover."), ("low", "l", "At E, to BS."))
 SOURCES = _choices(("tape", "t", "The program."), ("mdi", "m", "A line entered by hand."))
 # Why the gateware halts; the firmware makes an alarm of it. No letter: it is never told as such.
 HALTS = _choices(("limit", "", "Still short at the retractable limit."),
-                 ("floor", "", "Still short where the way back ends."),
-                 ("series", "", "Too many shorts returned."),
+                 ("back_limit", "", "Still short where the way back ends."),
+                 ("burst", "", "Too many shorts returned."),
                  ("no_data", "", "A short, and no retraction data in force."),
                  ("servo", "", "The servo wants to go back further than a retraction may."),
                  ("contact", "", "Contact with the discharge off."))

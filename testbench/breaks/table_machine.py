@@ -121,7 +121,7 @@ MACHINE = (
         ("difference(hal_command(), now) <= 0 && ", "", "the window ahead of the command stays",
          HOLDS),
         ("limit + settings_get(SET_GAIN_PULSES)", "limit",
-         "the path covers a series that goes on from its gain",
+         "the path covers a short burst that goes on from its gain",
          "unit/firmware/test_path.py::test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand"),
         ("    write_bound(BOUND_BEHIND, was);",
          "    write_bound(BOUND_BEHIND, was < now ? now : was);",

@@ -8,7 +8,7 @@ __all__ = ["MOTION"]
 MOTION = (
     *breaks_of(
         "rtl/motion/retraction.py", "unit/rtl/test_retraction_orders.py",
-        ("& ~own.turns & ~self.crowded)", "& ~own.turns)",
+        ("& ~own.turns & ~self.backpressure)", "& ~own.turns)",
          "no way forward while firmware is behind with the events"),
         ("MARGIN = 4", "MARGIN = 0", "slow so far before a bound",
          "unit/rtl/test_retraction_ramps.py"),
@@ -22,12 +22,12 @@ MOTION = (
         ("m.If(own.forward & self.contact)", "m.If(0)", "a contact halts",
          "unit/rtl/test_retraction_contact.py"),
         ("with m.If(self.safe):", "with m.If(0):", "a trip halts"),
-        ("lowest.eq(Mux(later(self.floor, target), self.floor, target))", "lowest.eq(target)",
-         "no way back beyond the floor", "unit/rtl/test_retraction.py"),
+        ("lowest.eq(Mux(later(self.back_limit, target), self.back_limit, target))",
+         "lowest.eq(target)", "no way back beyond the back limit", "unit/rtl/test_retraction.py"),
         ("loaded.eq(Mux(later(self.behind, lowest), self.behind, lowest))", "loaded.eq(lowest)",
          "no way back beyond what is loaded"),
-        ("self.series + 1 >= self.repeats", "self.series + 1 > self.repeats",
-         "so many shorts in a series halt", "unit/rtl/test_retraction.py"),
+        ("self.burst + 1 >= self.repeats", "self.burst + 1 > self.repeats",
+         "so many shorts in a burst halt", "unit/rtl/test_retraction.py"),
         ("with m.Elif(own.settle == self.settle)", "with m.Elif(self.in_position)",
          "it halts only after settling"),
         ('(own.cause != Cause.JUMP) & ~own.force["valid"]',
@@ -137,7 +137,8 @@ MOTION = (
     *breaks_of(
         "rtl/motion/conservation.py", "unit/rtl/test_conservation.py",
         ("self.stored + self.ps + self.pp", "self.stored + self.ps", "pulses leaving are counted"),
-        ("looked[1] & rest.any()", "looked[1] & rest[1:].any()", "one pulse lost is damage"),
+        ("looked[1] & remainder.any()", "looked[1] & remainder[1:].any()",
+         "one pulse lost is damage"),
         ("Cat(~self.drop, looked)", "Cat(1, looked)", "a drop is no damage"),
     ),
     *breaks_of(

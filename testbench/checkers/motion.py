@@ -16,11 +16,11 @@ __all__ = ["Motion"]
 REGISTERS = interfaces(BLOCKS)
 # Members that lead to registers of a block, and those of the gap, the interlock and the operator.
 OF_RETRACTION = (*Retraction.DATA, "commit_strobe")
-OF_PATH = {"ahead": "ahead", "behind": "behind", "floor": "floor", "select": "slot_select",
-           "select_strobe": "slot_select_strobe", "data": "slot_data",
+OF_PATH = {"ahead": "ahead", "behind": "behind", "back_limit": "back_limit",
+           "select": "slot_select", "select_strobe": "slot_select_strobe", "data": "slot_data",
            "data_strobe": "slot_data_strobe", "load": "origin_strobe", "load_slot": "origin"}
 OF_GAP = ("shorted", "completed", "discharging", "servo", "up", "down", "step", "wait", "contact")
-OF_OTHERS = ("hold", "safe", "in_position", "cycle", "crowded")
+OF_OTHERS = ("hold", "safe", "in_position", "cycle", "backpressure")
 FREE = {"commit_valid": "commit", "run": "control_run"}
 
 

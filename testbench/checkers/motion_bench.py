@@ -117,10 +117,10 @@ class Bench:
             for name in "position", "front":
                 ctx.set(dut.path.again[name], ~self.offset % (1 << 32))
         self.place(ctx, behind=self.borders[0], ahead=self.end, fast_ahead=FOREVER,
-                   fast_behind=-FOREVER, floor=-FOREVER)
+                   fast_behind=-FOREVER, back_limit=-FOREVER)
         await self.commit(ctx, data)
         self.set(ctx, run=1)
-        for name in ("floor", "ahead", "behind", "fast_ahead", "fast_behind"):
+        for name in ("back_limit", "ahead", "behind", "fast_ahead", "fast_behind"):
             if name in rules:
                 self.place(ctx, **{name: rules.pop(name)})
         self.set(ctx, **rules)

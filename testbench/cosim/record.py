@@ -24,7 +24,7 @@ class Excursion:
 
     ``begin`` and ``end`` are clocks; ``end`` is None if the machine has not come back. ``states``
     are the states entered, with their clocks. ``front`` is the start point of the last retraction
-    in it, ``first`` the first of its series; ``lowest`` the lowest coordinate commanded.
+    in it, ``first`` the first of its short burst; ``lowest`` the lowest coordinate commanded.
     """
 
     begin: int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: the series of conditions by depth (G39), to the pulse, whatever moves the axis."""
+"""Scenarios: the depth series (G39), to the pulse, whatever moves the axis."""
 
 from itertools import pairwise
 
@@ -20,7 +20,7 @@ LATE_CLOCKS = 20_000    # from a switch to the next, at most, if its depth has b
 
 
 def series(steps):
-    """Blocks of a series."""
+    """Blocks of a depth series."""
     return [f"G39 Z{depth:g} C{number}" for depth, number in steps]
 
 

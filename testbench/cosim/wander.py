@@ -339,7 +339,7 @@ def wander(session: Session, program_seed: int, count: int = 8, size: float = 60
     tape = encode(program(*made))
     train = Train(places(tape.rows))
     assert train.way[-1] == tuple(target)
-    # No series of shorts is too long, and a short may stand at the limit for a while.
+    # No short burst is too long, and a short may stand at the limit for a while.
     job = Job(session, assign("repeats", 0), assign("settle_us", 300_000), watched=WATCHED)
     job.start(tape)
     job.wait("retraction_set")

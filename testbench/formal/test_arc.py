@@ -131,15 +131,15 @@ class MajorContract(ArcContract):
         with m.If(enter):
             m.d.sync += [place.eq(end), turned.eq(0)]
 
-        rest = self.wide(due(place) - 2 * piece.divisor * to, "rest")
+        remainder = self.wide(due(place) - 2 * piece.divisor * to, "remainder")
         with m.If(self.entered):
             m.d.comb += [
-                Assert(place <= piece.length), Assert(dut.rest == rest),
+                Assert(place <= piece.length), Assert(dut.remainder == remainder),
                 Assert(dut.pace == (piece.pace + piece.change * place)[:len(dut.pace)]),
                 Assert((now >= 0) & (now <= piece.major)),
             ]
             with m.If(age != 0):  # at most half a step off
-                m.d.comb += [Assert((rest >= -piece.divisor) & (rest < piece.divisor)),
+                m.d.comb += [Assert((remainder >= -piece.divisor) & (remainder < piece.divisor)),
                              Assert((to >= 0) & (to <= piece.major))]
                 with m.If(place == 0):
                     m.d.comb += Assert(to == 0)

@@ -64,12 +64,12 @@ class DistributorContract(wiring.Component):
             ]
 
         # Twice the distance from the line, times the length.
-        off, rest = Signal(signed(2 * WIDTH + 4)), dut.rests[0]
+        off, remainder = Signal(signed(2 * WIDTH + 4)), dut.remainders[0]
         m.d.comb += off.eq(2 * place * magnitude - 2 * length * now)
         before = Signal.like(off)
         m.d.comb += before.eq(Mux(back, off + 2 * magnitude, off - 2 * magnitude))
         m.d.comb += [Assert(length != 0), Assert(magnitude <= length), Assert(place <= length),
-                     Assert(age <= 2), Assert(rest == off), Assert(~dut.pi | (age == 1))]
+                     Assert(age <= 2), Assert(remainder == off), Assert(~dut.pi | (age == 1))]
         with m.If(age == 0):  # a pulse has been counted, its step not
             m.d.comb += Assert((before >= -length) & (before < length))
         with m.Else():        # at most half a pulse off the line

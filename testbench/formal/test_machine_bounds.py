@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proof on the joined machine: a retraction never goes beyond its limit, nor beyond the floor."""
+"""Proof on the whole controller: a retraction passes neither its limit nor the back limit."""
 
 import pytest
 from amaranth import *
@@ -12,16 +12,17 @@ from rtl.motion.retraction import Retraction, State
 from testbench.formal.joined import joined, motion_alone
 from testbench.formal.prover import prove
 
-SETTLED = 6     # clocks that a floor has stood: the bound has followed it
+SETTLED = 6     # clocks that a back_limit has stood: the bound has followed it
 FAR = 1 << 29   # no two coordinates of the path lie so far apart: 50 m
 
 
 class Bounded(Retraction):
-    """No pulse of a retraction leads beyond its limit, nor beyond the floor.
+    """No pulse of a retraction leads beyond its limit, nor beyond the back limit.
 
-    The limit is measured from the front at the first short of a series, for others from the front;
-    the floor counts once it has stood for ``SETTLED`` clocks. Coordinates of the path, those that
-    firmware gives too, lie within ``FAR`` of each other; all else is free, when they change, too.
+    For a short, the limit is measured from the front at the first short of its short burst; for
+    any other retraction, from the front. The back limit counts once it has been constant for
+    ``SETTLED`` clocks. All coordinates, those that firmware writes included, lie within ``FAR`` of
+    each other. All else is free, also when it changes.
     """
 
     def __init__(self):
@@ -37,9 +38,9 @@ class Bounded(Retraction):
             reach.eq(Mux(jump, own.force["jump_distance"], own.force["limit"])),
             limit.eq(base - reach),
         ]
-        floor, stood = Signal(signed(32)), Signal(range(SETTLED + 1))
-        m.d.sync += floor.eq(self.floor)
-        with m.If(self.floor != floor):
+        back_limit, stood = Signal(signed(32)), Signal(range(SETTLED + 1))
+        m.d.sync += back_limit.eq(self.back_limit)
+        with m.If(self.back_limit != back_limit):
             m.d.sync += stood.eq(0)
         with m.Elif(stood != SETTLED):
             m.d.sync += stood.eq(stood + 1)
@@ -52,7 +53,7 @@ class Bounded(Retraction):
             return (apart < FAR) & (apart > -FAR)
 
         m.d.comb += [Assume(near(place)) for place in (
-            self.floor, self.behind, self.ahead, self.first, self.command)]
+            self.back_limit, self.behind, self.ahead, self.first, self.command)]
         m.d.comb += [Assume(own.force[word] < FAR) for word in ("limit", "jump_distance")]
 
         back = Signal()
@@ -60,14 +61,14 @@ class Bounded(Retraction):
         with m.If(back & self.pulse):
             m.d.comb += Assert(~beyond(self.command, limit))
             with m.If(stood == SETTLED):
-                m.d.comb += Assert(~beyond(self.command, floor))
+                m.d.comb += Assert(~beyond(self.command, back_limit))
         # What makes the argument close: it goes back, with data.
         with m.If(back):
             m.d.comb += [Assert(self.reverse), Assert(jump | own.force["valid"])]
         at_limit = (self.state == State.AT_LIMIT) & (self.position == self.command)
         m.d.comb += [
-            Cover(at_limit & (self.command == limit) & beyond(floor, limit)),
-            Cover(at_limit & (self.command == floor) & beyond(limit, floor)),
+            Cover(at_limit & (self.command == limit) & beyond(back_limit, limit)),
+            Cover(at_limit & (self.command == back_limit) & beyond(limit, back_limit)),
             Cover(back & jump & self.pulse & (self.command == limit)),
         ]
         return bounds
@@ -85,8 +86,8 @@ class BoundedMotion(Motion):
         return m
 
 
-class Machine(Controller):
-    """The joined machine with it."""
+class Bounded(Controller):
+    """The controller with the property in its motion."""
 
     MOTION = BoundedMotion
 
@@ -98,7 +99,7 @@ def test_no_retraction_goes_beyond_its_bounds(workdir):
 
 @pytest.mark.soak
 def test_no_retraction_of_the_joined_machine_goes_beyond_its_bounds(workdir):
-    prove(joined(Machine), workdir, depth=10)
+    prove(joined(Bounded), workdir, depth=10)
 
 
 @pytest.mark.soak

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proof on the joined machine: above the start/stop speed a short leaves one way to go, slower."""
+"""Proof on the whole controller: above the start/stop speed, motion only slows after a short."""
 
 import pytest
 from amaranth import *
@@ -60,15 +60,15 @@ class OnlySlowerAfterShort(Motion):
         return m
 
 
-class Machine(Controller):
-    """The joined machine with it."""
+class Braking(Controller):
+    """The controller with the property in its motion."""
 
     MOTION = OnlySlowerAfterShort
 
 
 @pytest.mark.soak
 def test_the_rate_only_falls_after_a_short(workdir):
-    prove(joined(Machine), workdir, depth=STEP + 3)
+    prove(joined(Braking), workdir, depth=STEP + 3)
 
 
 @pytest.mark.soak

@@ -12,12 +12,13 @@ FINE = 64   # parts of a pulse in which a centre is given
 
 @dataclass
 class Place:
-    """State of the distributor in a piece: rest and pace of the major axis, error of the minor one.
+    """State of the distributor in a piece.
 
-    ``steps`` are the steps of each axis from the start of the piece.
+    ``remainder`` and ``pace`` belong to the major axis, ``error`` to the minor one. ``steps`` are
+    the steps of each axis from the start of the piece.
     """
 
-    rest: int
+    remainder: int
     pace: int
     error: int
     along: int
@@ -59,11 +60,11 @@ class Piece:
     def forward(self, place: Place) -> tuple[bool, bool]:
         """One path pulse; whether the major and the minor axis step."""
         whole = self.length << self.shift
-        place.rest += 2 * place.pace
+        place.remainder += 2 * place.pace
         place.pace += self.change
-        if place.rest < whole:
+        if place.remainder < whole:
             return False, False
-        place.rest -= 2 * whole
+        place.remainder -= 2 * whole
         place.error += place.along + FINE
         place.along += 2 * FINE
         middle = place.error + place.across // 2 + FINE // 4
@@ -79,10 +80,10 @@ class Piece:
         """One path pulse back."""
         whole = self.length << self.shift
         place.pace -= self.change
-        place.rest -= 2 * place.pace
-        if place.rest >= -whole:
+        place.remainder -= 2 * place.pace
+        if place.remainder >= -whole:
             return False, False
-        place.rest += 2 * whole
+        place.remainder += 2 * whole
         place.error -= place.along - FINE
         place.along -= 2 * FINE
         middle = place.error - place.across // 2 + FINE // 4

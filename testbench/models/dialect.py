@@ -157,7 +157,7 @@ class Dialect:
             if groups["feed"] == 95:
                 require(once is None, "servo and a function")
                 self.servo = whole(words, "P", 1, 4)
-                require(self.servo, "law")
+                require(self.servo, "feed mode")
         if 64 in g_codes and once is None and groups.get("feed") != 95:
             words.pop("P", None)        # how far a path may be left: here never
             words.pop("Q", None)
@@ -170,7 +170,7 @@ class Dialect:
             self.series = []
         if self.condition and (meaning.condition or "feed" in groups):
             for references in (self.references, *(step[1] for step in self.series)):
-                require(self.servo < 2 or references[self.servo == 4], "reference of the law")
+                require(self.servo < 2 or references[self.servo == 4], "reference of the feed mode")
         discharging = self.machining or 3 in m_codes  # M05 acts after the motion
         self._auxiliary(words, m_codes, meaning)
         if once is None:
@@ -337,7 +337,7 @@ class Dialect:
         require(len(self.series) < STEPS, "room")
         require(not self.series or depth < self.series[-1][0], "not deeper")
         references = self.table.get(number, (0, 0))[-2:]
-        require(self.servo < 2 or references[self.servo == 4], "reference of the law")
+        require(self.servo < 2 or references[self.servo == 4], "reference of the feed mode")
         self.series.append((depth, references))
 
     def _set_position(self, words, meaning):

@@ -19,9 +19,9 @@ def _numbers(choices: tuple[Choice, ...], *names: str) -> list[int]:
 
 
 SHORT, JUMP, OPERATOR = _numbers(CAUSES, "short", "jump", "operator")
-CLEARED, AT_LIMIT, AT_FLOOR = _numbers(REASONS, "cleared", "limit", "path_start")
-STILL_LIMIT, STILL_FLOOR, SERIES, NO_DATA, SERVO, CONTACT = _numbers(
-    HALTS, "limit", "floor", "series", "no_data", "servo", "contact")
+CLEARED, AT_LIMIT, AT_BACK_LIMIT = _numbers(REASONS, "cleared", "limit", "path_start")
+STILL_LIMIT, STILL_BACK_LIMIT, BURST, NO_DATA, SERVO, CONTACT = _numbers(
+    HALTS, "limit", "back_limit", "burst", "no_data", "servo", "contact")
 HIGH, LOW = _numbers(PHASES, "high", "low")
 
 
@@ -105,13 +105,13 @@ class Retraction:
     gap: Gap
     end: int
     feed: object
-    floor: int = -10**9
+    back_limit: int = -10**9
     gain: int = 10
     repeats: int = 0
     position: int = 0
     front: int = 0
     first: int = 0
-    series: int = 0
+    burst: int = 0
     returning: bool = False
     lowest: int = 0  # position ever
     events: list = field(default_factory=list)
@@ -134,7 +134,7 @@ class Retraction:
         try:
             while True:
                 if self.returning and self.front - self.first >= self.gain:
-                    self.returning, self.series = False, 0
+                    self.returning, self.burst = False, 0
                 if self.gap.shorted or self.gap.order:
                     cause = SHORT if self.gap.shorted else self.gap.order
                     self.gap.order = 0
@@ -153,22 +153,22 @@ class Retraction:
         again = self.returning
         if cause == SHORT:
             if again:
-                self.series += 1
+                self.burst += 1
             else:
-                self.returning, self.first, self.series = True, self.front, 0
+                self.returning, self.first, self.burst = True, self.front, 0
         if cause != JUMP and not data.valid:
             self.halt(NO_DATA)
-        if cause == SHORT and again and 0 < self.repeats <= self.series:
-            self.halt(SERIES)
+        if cause == SHORT and again and 0 < self.repeats <= self.burst:
+            self.halt(BURST)
         self.report(START, cause, 0, before)
 
         origin = self.first if cause == SHORT else self.front
         limit = origin - (data.jump_distance if cause == JUMP else data.limit)
-        lowest = max(limit, self.floor)
+        lowest = max(limit, self.back_limit)
         begin = self.position
         while self.position > lowest and (cause != SHORT or self.gap.shorted):
             self.pulse(-1)
-        reason = AT_FLOOR if self.floor > limit else AT_LIMIT
+        reason = AT_BACK_LIMIT if self.back_limit > limit else AT_LIMIT
         if cause == SHORT:
             if self.gap.shorted:
                 self.gap.wait()
@@ -177,7 +177,7 @@ class Retraction:
         self.report(END, reason, max(0, begin - self.position - 1), None)
         if self.gap.shorted:
             if cause == SHORT:
-                self.halt(STILL_FLOOR if reason == AT_FLOOR else STILL_LIMIT)
+                self.halt(STILL_BACK_LIMIT if reason == AT_BACK_LIMIT else STILL_LIMIT)
             self.retract(SHORT, data.jump_rate if cause == JUMP else data.rate)
         else:
             self.advance(data.jump_high_rate if cause == JUMP else data.high_rate)

@@ -23,7 +23,7 @@ BUSY = re.compile(r"""
     | controller\.(auxiliary\.waited | watchdog(\$\d+)?\.(age|unanswered) | motion\.ramp\.clocks
         | motion\.feed(\$\d+)?\.phase | power\.pulses\.remaining | drives\.count
         | drives\.axis_[xyz]\.(rest | dac(\$\d+)?\.modulator\.\w+)
-        | gap\.(references\.rest_\d | law(\$\d+)?\.step | discriminator\.age)))
+        | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | discriminator\.age)))
     | gap_reference(\$\d+)?""", re.X)
 
 

@@ -72,11 +72,11 @@ PROBES = (
     # Of the condition in force, not of the registers in which one is staged.
     *(Probe(name, bits, scope=CONDITION, signal=f"words__{name}") for name, bits in (
         *((f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
-        ("law_no_load", 16), ("power_level", 6))),
+        ("feed_no_load", 16), ("power_level", 6))),
     Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
-    *(Probe(f"law_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
-    Probe("law_status_windows", 8),
-    Probe("law_feed", 30),                            # at the front, 2**-32 pulse/clock
+    *(Probe(f"feed_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
+    Probe("feed_status_windows", 8),
+    Probe("feed_in_force", 30),                        # at the front, 2**-32 pulse/clock
     Probe("power_control_machining", 1),
     Probe("retraction_control_run", 1),
     Probe("retraction_control_hold", 1),

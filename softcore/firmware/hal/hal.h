@@ -85,7 +85,7 @@ typedef enum {
 typedef struct {
     bool moving;
     bool in_position;
-    bool crowded;           /* events wait to be taken, and forward motion for that */
+    bool backpressure;           /* events wait to be taken, and forward motion for that */
     hal_motion_state state;
 } hal_motion;
 

@@ -123,7 +123,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
     switch (bound) {
     case BOUND_AHEAD: PATH->ahead = coordinate; break;
     case BOUND_BEHIND: PATH->behind = coordinate; break;
-    case BOUND_FLOOR: PATH->floor = coordinate; break;
+    case BOUND_FLOOR: PATH->back_limit = coordinate; break;
     case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
     default: PATH->fast_behind = coordinate; break;
     }
@@ -140,7 +140,7 @@ hal_motion hal_motion_read(void) {
     uint32_t word = PATH->status;
     return (hal_motion){.moving = word & PATH_STATUS_MOVING_MASK,
                         .in_position = word & PATH_STATUS_IN_POSITION_MASK,
-                        .crowded = word & PATH_STATUS_CROWDED_MASK,
+                        .backpressure = word & PATH_STATUS_BACKPRESSURE_MASK,
                         .state = (hal_motion_state)GET(word, PATH_STATUS_STATE)};
 }
 
@@ -176,7 +176,7 @@ void hal_control(bool run, bool hold) {
 
 void hal_retract(void) { RETRACTION->command = PUT(1, RETRACTION_COMMAND_RETRACT); }
 int32_t hal_first(void) { return RETRACTION->first; }
-uint32_t hal_shorts(void) { return RETRACTION->series; }
+uint32_t hal_shorts(void) { return RETRACTION->burst; }
 
 bool hal_event_pop(hal_event *event) {
     uint32_t head = EVENT->head;
@@ -253,18 +253,18 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
 }
 
 void hal_law_write(const hal_law *words) {
-    LAW->unit = words->unit;
-    LAW->window = words->window;
-    LAW->least = words->least;
-    LAW->bounds = PUT(words->lowest, LAW_BOUNDS_LOWEST) | PUT(words->highest, LAW_BOUNDS_HIGHEST);
-    LAW->gain = words->gain;
-    LAW->highest = words->fastest;
-    LAW->control = PUT(words->law, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
+    FEED->unit = words->unit;
+    FEED->window = words->window;
+    FEED->least = words->least;
+    FEED->bounds = PUT(words->lowest, FEED_BOUNDS_LOWEST) | PUT(words->highest, FEED_BOUNDS_HIGHEST);
+    FEED->gain = words->gain;
+    FEED->highest = words->fastest;
+    FEED->control = PUT(words->law, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE);
 }
 
 void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
-    LAW->no_load = no_load;
-    LAW->reference = PUT(voltage, LAW_REFERENCE_VOLTAGE) | PUT(drop, LAW_REFERENCE_DROP);
+    FEED->no_load = no_load;
+    FEED->reference = PUT(voltage, FEED_REFERENCE_VOLTAGE) | PUT(drop, FEED_REFERENCE_DROP);
 }
 
 void hal_condition_commit(void) { CONDITION->order = PUT(1, CONDITION_ORDER_COMMIT); }
@@ -277,10 +277,10 @@ uint8_t hal_condition_count(void) {
 }
 
 hal_law_state hal_law_read(void) {
-    uint32_t status = LAW->status;
-    return (hal_law_state){.mean = GET(LAW->voltage, LAW_VOLTAGE_MEAN),
-                           .windows = (uint8_t)GET(status, LAW_STATUS_WINDOWS),
-                           .known = status & LAW_STATUS_KNOWN_MASK};
+    uint32_t status = FEED->status;
+    return (hal_law_state){.mean = GET(FEED->voltage, FEED_VOLTAGE_MEAN),
+                           .windows = (uint8_t)GET(status, FEED_STATUS_WINDOWS),
+                           .known = status & FEED_STATUS_KNOWN_MASK};
 }
 
 void hal_fluid_write(const hal_fluid *detector) {

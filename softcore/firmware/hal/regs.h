@@ -93,7 +93,7 @@ typedef volatile struct {
     uint32_t slot_data; /* Its next word: 6 of a line, 16 of an arc; see ``rtl.motion.path``. */
     int32_t ahead; /* End of what is loaded and may be machined: no forward pulse passes it. [pulse] */
     int32_t behind; /* Start of what is loaded: no backward pulse passes it. [pulse] */
-    int32_t floor; /* Lowest point a retraction may reach (ceiling, soft limit or start of the path). [pulse] */
+    int32_t back_limit; /* Lowest point that a retraction may reach: ceiling, soft limit or start of the path. [pulse] */
     int32_t fast_ahead; /* Next corner ahead: the ramp is back at the start/stop speed there. [pulse] */
     int32_t fast_behind; /* Next corner behind, for the way back. [pulse] */
     uint32_t fast_slot; /* Take both corners over, if the machine is still in the segment in this slot. */
@@ -110,7 +110,7 @@ _Static_assert(offsetof(path_regs, slot_select) == 0x0, "");
 _Static_assert(offsetof(path_regs, slot_data) == 0x4, "");
 _Static_assert(offsetof(path_regs, ahead) == 0x8, "");
 _Static_assert(offsetof(path_regs, behind) == 0xc, "");
-_Static_assert(offsetof(path_regs, floor) == 0x10, "");
+_Static_assert(offsetof(path_regs, back_limit) == 0x10, "");
 _Static_assert(offsetof(path_regs, fast_ahead) == 0x14, "");
 _Static_assert(offsetof(path_regs, fast_behind) == 0x18, "");
 _Static_assert(offsetof(path_regs, fast_slot) == 0x1c, "");
@@ -138,8 +138,8 @@ _Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
 #define PATH_STATUS_IN_POSITION_MASK 0x00000004u
 #define PATH_STATUS_STATE_SHIFT 3
 #define PATH_STATUS_STATE_MASK 0x00000078u
-#define PATH_STATUS_CROWDED_SHIFT 7
-#define PATH_STATUS_CROWDED_MASK 0x00000080u
+#define PATH_STATUS_BACKPRESSURE_SHIFT 7
+#define PATH_STATUS_BACKPRESSURE_MASK 0x00000080u
 #define PATH_PACE_VALUE_SHIFT 0
 #define PATH_PACE_VALUE_MASK 0x3fffffffu
 #define PATH_PACE_SLOT_VALUE_SHIFT 0
@@ -172,14 +172,14 @@ typedef volatile struct {
     uint32_t jump_high_rate; /* Speed of a jump back, down to the changeover position. [2**-32 pulse/clock] */
     uint32_t commit; /* Put the staged data in force, at once at the front, else when back there. */
     uint32_t jump_period; /* Machining time between jumps; 0 for none. [clock] */
-    uint32_t gain; /* Depth beyond the first start point that ends a series of shorts. [pulse] */
-    uint32_t repeats; /* Returned shorts in one series that halt the machine; 0 for no bound. */
+    uint32_t gain; /* Depth beyond the first start point that ends a short burst. [pulse] */
+    uint32_t repeats; /* Returned shorts in one short burst that halt the machine; 0 for no bound. */
     uint32_t settle; /* Rest at the limit, error counters small, after which a short there halts. [clock] */
     uint32_t control; /* What motion may do. */
     uint32_t command; /* Orders to the retraction. */
     const int32_t start; /* Start point BS: furthest commanded position of this short. [pulse] */
-    const int32_t first; /* First start point of the series; limit is measured from it. [pulse] */
-    const uint32_t series; /* Shorts that returned in the series under way. */
+    const int32_t first; /* First start point of the short burst; limit is measured from it. [pulse] */
+    const uint32_t burst; /* Shorts that returned in the short burst under way. */
 } retraction_regs;
 _Static_assert(offsetof(retraction_regs, rate) == 0x0, "");
 _Static_assert(offsetof(retraction_regs, limit) == 0x4, "");
@@ -199,7 +199,7 @@ _Static_assert(offsetof(retraction_regs, control) == 0x38, "");
 _Static_assert(offsetof(retraction_regs, command) == 0x3c, "");
 _Static_assert(offsetof(retraction_regs, start) == 0x40, "");
 _Static_assert(offsetof(retraction_regs, first) == 0x44, "");
-_Static_assert(offsetof(retraction_regs, series) == 0x48, "");
+_Static_assert(offsetof(retraction_regs, burst) == 0x48, "");
 #define RETRACTION_RATE_VALUE_SHIFT 0
 #define RETRACTION_RATE_VALUE_MASK 0x3fffffffu
 #define RETRACTION_LIMIT_VALUE_SHIFT 0
@@ -234,8 +234,8 @@ _Static_assert(offsetof(retraction_regs, series) == 0x48, "");
 #define RETRACTION_COMMAND_RETRACT_MASK 0x00000001u
 #define RETRACTION_COMMAND_RELEASE_SHIFT 1
 #define RETRACTION_COMMAND_RELEASE_MASK 0x00000002u
-#define RETRACTION_SERIES_VALUE_SHIFT 0
-#define RETRACTION_SERIES_VALUE_MASK 0x000000ffu
+#define RETRACTION_BURST_VALUE_SHIFT 0
+#define RETRACTION_BURST_VALUE_MASK 0x000000ffu
 #define RETRACTION ((retraction_regs *)0x80000400u)
 
 /* Queue of what the gateware did, oldest first. Its head interrupts the CPU. */
@@ -689,68 +689,68 @@ _Static_assert(offsetof(fluid_regs, status) == 0x20, "");
 #define FLUID_STATUS_FAULT_MASK 0x00000100u
 #define FLUID ((fluid_regs *)0x80000e00u)
 
-/* Feed by the mean gap voltage; see ``rtl.gap.removal`` and ``rtl.gap.feed_law``. The converter has to run. */
+/* Feed by the mean gap voltage; see ``rtl.gap.removal`` and ``rtl.gap.feed_mode``. The converter has to run. */
 typedef volatile struct {
-    uint32_t control; /* The law, and the measurement that it needs. */
+    uint32_t control; /* The feed mode, and the measurement that it needs. */
     uint32_t unit; /* Unit distance of a mean; 0 for one over time alone. [pulse] */
     uint32_t window; /* Longest time of a mean; 0 for no bound. [clock] */
     uint32_t no_load; /* Mean voltage without discharges, off-time included. [2**-16 full scale] */
     uint32_t reference; /* Of the condition. */
     uint32_t least; /* Lowest drop Ex that is reckoned with. [2**-16 full scale] */
     uint32_t bounds; /* Of Es/Ex. */
-    uint32_t gain; /* K of the laws 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
-    uint32_t highest; /* Highest feed of the laws 2 and 3. [2**-32 pulse/clock] */
+    uint32_t gain; /* K of the modes 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
+    uint32_t highest; /* Highest feed of the modes 2 and 3. [2**-32 pulse/clock] */
     const uint32_t voltage; /* What was measured last. */
     const uint32_t status; /* What came of it. */
-    const uint32_t feed; /* Feed at the front in force. [2**-32 pulse/clock] */
-} law_regs;
-_Static_assert(offsetof(law_regs, control) == 0x0, "");
-_Static_assert(offsetof(law_regs, unit) == 0x4, "");
-_Static_assert(offsetof(law_regs, window) == 0x8, "");
-_Static_assert(offsetof(law_regs, no_load) == 0xc, "");
-_Static_assert(offsetof(law_regs, reference) == 0x10, "");
-_Static_assert(offsetof(law_regs, least) == 0x14, "");
-_Static_assert(offsetof(law_regs, bounds) == 0x18, "");
-_Static_assert(offsetof(law_regs, gain) == 0x1c, "");
-_Static_assert(offsetof(law_regs, highest) == 0x20, "");
-_Static_assert(offsetof(law_regs, voltage) == 0x24, "");
-_Static_assert(offsetof(law_regs, status) == 0x28, "");
-_Static_assert(offsetof(law_regs, feed) == 0x2c, "");
-#define LAW_CONTROL_LAW_SHIFT 0
-#define LAW_CONTROL_LAW_MASK 0x00000003u
-#define LAW_CONTROL_MEASURE_SHIFT 2
-#define LAW_CONTROL_MEASURE_MASK 0x00000004u
-#define LAW_UNIT_VALUE_SHIFT 0
-#define LAW_UNIT_VALUE_MASK 0x0000ffffu
-#define LAW_NO_LOAD_VALUE_SHIFT 0
-#define LAW_NO_LOAD_VALUE_MASK 0x0000ffffu
-#define LAW_REFERENCE_VOLTAGE_SHIFT 0
-#define LAW_REFERENCE_VOLTAGE_MASK 0x0000ffffu
-#define LAW_REFERENCE_DROP_SHIFT 16
-#define LAW_REFERENCE_DROP_MASK 0xffff0000u
-#define LAW_LEAST_VALUE_SHIFT 0
-#define LAW_LEAST_VALUE_MASK 0x0000ffffu
-#define LAW_BOUNDS_LOWEST_SHIFT 0
-#define LAW_BOUNDS_LOWEST_MASK 0x0000ffffu
-#define LAW_BOUNDS_HIGHEST_SHIFT 16
-#define LAW_BOUNDS_HIGHEST_MASK 0xffff0000u
-#define LAW_GAIN_VALUE_SHIFT 0
-#define LAW_GAIN_VALUE_MASK 0x3fffffffu
-#define LAW_HIGHEST_VALUE_SHIFT 0
-#define LAW_HIGHEST_VALUE_MASK 0x3fffffffu
-#define LAW_VOLTAGE_MEAN_SHIFT 0
-#define LAW_VOLTAGE_MEAN_MASK 0x0000ffffu
-#define LAW_VOLTAGE_DROP_SHIFT 16
-#define LAW_VOLTAGE_DROP_MASK 0xffff0000u
-#define LAW_STATUS_RATIO_SHIFT 0
-#define LAW_STATUS_RATIO_MASK 0x0000ffffu
-#define LAW_STATUS_WINDOWS_SHIFT 16
-#define LAW_STATUS_WINDOWS_MASK 0x00ff0000u
-#define LAW_STATUS_KNOWN_SHIFT 24
-#define LAW_STATUS_KNOWN_MASK 0x01000000u
-#define LAW_FEED_VALUE_SHIFT 0
-#define LAW_FEED_VALUE_MASK 0x3fffffffu
-#define LAW ((law_regs *)0x80000f00u)
+    const uint32_t in_force; /* Feed at the front in force. [2**-32 pulse/clock] */
+} feed_regs;
+_Static_assert(offsetof(feed_regs, control) == 0x0, "");
+_Static_assert(offsetof(feed_regs, unit) == 0x4, "");
+_Static_assert(offsetof(feed_regs, window) == 0x8, "");
+_Static_assert(offsetof(feed_regs, no_load) == 0xc, "");
+_Static_assert(offsetof(feed_regs, reference) == 0x10, "");
+_Static_assert(offsetof(feed_regs, least) == 0x14, "");
+_Static_assert(offsetof(feed_regs, bounds) == 0x18, "");
+_Static_assert(offsetof(feed_regs, gain) == 0x1c, "");
+_Static_assert(offsetof(feed_regs, highest) == 0x20, "");
+_Static_assert(offsetof(feed_regs, voltage) == 0x24, "");
+_Static_assert(offsetof(feed_regs, status) == 0x28, "");
+_Static_assert(offsetof(feed_regs, in_force) == 0x2c, "");
+#define FEED_CONTROL_MODE_SHIFT 0
+#define FEED_CONTROL_MODE_MASK 0x00000003u
+#define FEED_CONTROL_MEASURE_SHIFT 2
+#define FEED_CONTROL_MEASURE_MASK 0x00000004u
+#define FEED_UNIT_VALUE_SHIFT 0
+#define FEED_UNIT_VALUE_MASK 0x0000ffffu
+#define FEED_NO_LOAD_VALUE_SHIFT 0
+#define FEED_NO_LOAD_VALUE_MASK 0x0000ffffu
+#define FEED_REFERENCE_VOLTAGE_SHIFT 0
+#define FEED_REFERENCE_VOLTAGE_MASK 0x0000ffffu
+#define FEED_REFERENCE_DROP_SHIFT 16
+#define FEED_REFERENCE_DROP_MASK 0xffff0000u
+#define FEED_LEAST_VALUE_SHIFT 0
+#define FEED_LEAST_VALUE_MASK 0x0000ffffu
+#define FEED_BOUNDS_LOWEST_SHIFT 0
+#define FEED_BOUNDS_LOWEST_MASK 0x0000ffffu
+#define FEED_BOUNDS_HIGHEST_SHIFT 16
+#define FEED_BOUNDS_HIGHEST_MASK 0xffff0000u
+#define FEED_GAIN_VALUE_SHIFT 0
+#define FEED_GAIN_VALUE_MASK 0x3fffffffu
+#define FEED_HIGHEST_VALUE_SHIFT 0
+#define FEED_HIGHEST_VALUE_MASK 0x3fffffffu
+#define FEED_VOLTAGE_MEAN_SHIFT 0
+#define FEED_VOLTAGE_MEAN_MASK 0x0000ffffu
+#define FEED_VOLTAGE_DROP_SHIFT 16
+#define FEED_VOLTAGE_DROP_MASK 0xffff0000u
+#define FEED_STATUS_RATIO_SHIFT 0
+#define FEED_STATUS_RATIO_MASK 0x0000ffffu
+#define FEED_STATUS_WINDOWS_SHIFT 16
+#define FEED_STATUS_WINDOWS_MASK 0x00ff0000u
+#define FEED_STATUS_KNOWN_SHIFT 24
+#define FEED_STATUS_KNOWN_MASK 0x01000000u
+#define FEED_IN_FORCE_VALUE_SHIFT 0
+#define FEED_IN_FORCE_VALUE_MASK 0x3fffffffu
+#define FEED ((feed_regs *)0x80000f00u)
 
 /* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */
 #define CAUSE_POWER_ON 0

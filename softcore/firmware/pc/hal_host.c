@@ -389,7 +389,7 @@ unsigned hal_slot(void) {
     return end ? (slot + 1) % HAL_SLOTS : slot;
 }
 hal_motion hal_motion_read(void) {
-    return (hal_motion){.moving = under_way, .in_position = !lags, .crowded = !speed && !stuck,
+    return (hal_motion){.moving = under_way, .in_position = !lags, .backpressure = !speed && !stuck,
                         .state = state};
 }
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {

@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 CONTACT, TRIP_CONTACT = 6, 14
@@ -15,14 +15,14 @@ UNIQUE = count(1)   # pulses, so that no two moves are the same
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
 
 @pytest.fixture
 def wire():
-    ready = Machine(jump_axis=15)
+    ready = Controller(jump_axis=15)
     ready.unlock()
     return ready
 
@@ -69,7 +69,7 @@ def test_without_a_cut_only_straight_up_is_away(machine):
 def test_a_cut_from_before_the_power_went_counts_for_nothing(machine):
     cut(machine, "G01 X1 F60")
     assert leads_away(machine, x=-1)
-    anew = Machine()
+    anew = Controller()
     anew.unlock()
     assert not leads_away(anew, x=-1)
 

@@ -124,13 +124,13 @@ def check_walk(job, index, before, start, piece):
         ahead, back = piece.enter(), piece.enter(back=True)
         for _ in range(piece.length):
             piece.forward(ahead)
-        assert (ahead.rest, ahead.pace, ahead.error, ahead.along, ahead.across) == (
+        assert (ahead.remainder, ahead.pace, ahead.error, ahead.along, ahead.across) == (
             0, *piece.end), f"{job.said} piece {index}"
         for count in reversed(range(piece.length)):
             piece.backward(back)
             assert all(back.steps[axis] == trail[count][axis]
                        for axis in (piece.major, piece.minor)), f"{job.said} piece {index}"
-        assert (back.rest, back.pace, back.error, back.along, back.across) == (
+        assert (back.remainder, back.pace, back.error, back.along, back.across) == (
             0, *piece.start), f"{job.said} piece {index}"
     return worst
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The series of conditions by depth (G39), from its words to what the gateware is told."""
+"""The depth series (G39), from its words to what the gateware is told."""
 
 import pytest
 
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Checker, Fault, Machine, events
+from testbench.firmware import Checker, Controller, Fault, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -16,7 +16,7 @@ WAY = "G01 Z-1 F60"
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     ready.library.gk_speed(10)
     return ready
@@ -93,13 +93,13 @@ def test_a_step_may_follow_while_machining_goes_on_from_block_to_block(machine):
 
 
 @pytest.mark.parametrize(("end", "level"), [("C110", 2), ("G39", 9), ("M05", 6)])
-def test_what_ends_a_series(machine, end, level):
+def test_what_ends_a_depth_series(machine, end, level):
     levels(machine, [DATA, "C150", *SERIES[:2], "M03", "G01 Z-.15 F60", end, WAY, "M02"])
     assert machine.power["level"] == level
     assert len(switched(machine.lines)) == {"C110": 3, "G39": 2, "M05": 3}[end]
 
 
-def test_end_of_program_reset_and_alarm_end_a_series(machine):
+def test_end_of_program_reset_and_alarm_end_a_depth_series(machine):
     for end in ("end", "reset", "alarm"):
         machine.run(2000)
         machine.lines.clear()
@@ -202,8 +202,8 @@ def test_room_is_for_32_steps(machine):
     assert not isinstance(Checker().check(punched(rows)), Fault)
 
 
-def test_a_machine_without_a_jump_axis_has_no_series():
-    wire = Machine(jump_axis=15)
+def test_a_machine_without_a_jump_axis_has_no_depth_series():
+    wire = Controller(jump_axis=15)
     wire.unlock()
     assert wire.line("C500")[-1] == "ok"
     lines = wire.line("G39 Z-1 C510")

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of G95, as firmware brings them to the gateware."""
+"""The feed modes of G95, as firmware brings them to the gateware."""
 
 import pytest
 
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 CLOCK_HZ = 2_000_000
@@ -16,7 +16,7 @@ SILENT = 8
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -31,10 +31,10 @@ def rate(um_per_min):
     return round(um_per_min * 10 / 60 / CLOCK_HZ * 2**32)
 
 
-def under(machine, law, *, passes=4000, more=()):
-    """Begin a long way under a law; the machine is slow."""
+def under(machine, mode, *, passes=4000, more=()):
+    """Begin a long way in a feed mode; the machine is slow."""
     machine.library.gk_speed(1)
-    machine.tape(punched([DATA, ROW, *more, "C900", f"G95 P{law}", "M03", "G01 Z-1 F60", "M02"]),
+    machine.tape(punched([DATA, ROW, *more, "C900", f"G95 P{mode}", "M03", "G01 Z-1 F60", "M02"]),
                  passes=passes)
 
 
@@ -44,31 +44,31 @@ def first_alarm(lines):
     return [code, ",".join(parts)]
 
 
-@pytest.mark.parametrize("law", [1, 2, 3, 4])
-def test_a_law_brings_references_and_settings(machine, law):
-    under(machine, law)
-    assert machine.gap["servo"] == (law == 1)
-    assert machine.gap["convert"] == (law != 1)
-    found = machine.law
-    if law == 1:
+@pytest.mark.parametrize("mode", [1, 2, 3, 4])
+def test_a_mode_brings_references_and_settings(machine, mode):
+    under(machine, mode)
+    assert machine.gap["servo"] == (mode == 1)
+    assert machine.gap["convert"] == (mode != 1)
+    found = machine.feed_mode
+    if mode == 1:
         of_the_condition = {"no_load", "voltage", "drop"}
         assert not any(found[name] for name in found.keys() - of_the_condition)
         return
-    assert (found["law"], found["measure"]) == (law - 1, 1)
+    assert (found["mode"], found["measure"]) == (mode - 1, 1)
     assert found["voltage"] == level(12.5)
     assert found["drop"] == level(3.25)
     assert found["no_load"] == level(20), "off-time included"
     assert found["least"] == level(0.2)
     assert (found["lowest"], found["highest"]) == (1024, 16384)
     assert found["fastest"] == pytest.approx(rate(1_800_000), abs=1)
-    if law in (2, 3):
+    if mode in (2, 3):
         assert (found["unit"], found["window"]) == (0, CLOCK_HZ // 50)
-        assert found["gain"] == pytest.approx(rate({2: 500, 3: 100}[law] * 6.25), abs=1)
-    if law == 4:
+        assert found["gain"] == pytest.approx(rate({2: 500, 3: 100}[mode] * 6.25), abs=1)
+    if mode == 4:
         assert (found["unit"], found["window"]) == (100, CLOCK_HZ)
 
 
-def test_the_law_is_on_for_feed_motion_alone(machine):
+def test_the_mode_is_on_for_feed_motion_alone(machine):
     machine.library.gk_speed(2)
     rows = punched([DATA, ROW, "C900", "G04 P200", "G95 P4", "M03", "G01 Z-.1 F60", "G00 Z.1",
                     "G95 P2", "G01 Z-.2", "G95 P3", "Z-.3", "G94 Z-.4", "M05", "M02"])
@@ -76,7 +76,7 @@ def test_the_law_is_on_for_feed_motion_alone(machine):
     machine.tape(rows, passes=0)
     for _ in range(9000):
         machine.run(1)
-        state = machine.law["law"], machine.axes[2]
+        state = machine.feed_mode["mode"], machine.axes[2]
         if not seen or seen[-1][0] != state[0]:
             seen.append(state)
     assert seen == [(0, 0), (3, 0), (0, -1000), (1, 1000), (2, -2000), (0, -3000)]
@@ -104,7 +104,7 @@ def test_the_law_is_on_for_feed_motion_alone(machine):
                                    "20000 mV"),
     ([ROW, "G10 C900 V0", "C900 G95 P2"], "condition", "needs a reference voltage"),
 ])
-def test_a_law_without_what_it_needs_is_refused(machine, blocks, name, words):
+def test_a_mode_without_what_it_needs_is_refused(machine, blocks, name, words):
     told, said = first_alarm(machine.tape(punched([*blocks, "M02"]), passes=4000))
     assert told == str(alarm_number(name))
     assert words in said
@@ -119,10 +119,10 @@ def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
         "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
 
 
-@pytest.mark.parametrize("law", [2, 3, 4])
-def test_standing_at_the_front_for_ever_is_an_alarm(machine, law):
+@pytest.mark.parametrize("mode", [2, 3, 4])
+def test_standing_at_the_front_for_ever_is_an_alarm(machine, mode):
     machine.line(assign("no_progress_s", 1))
-    under(machine, law, passes=300)
+    under(machine, mode, passes=300)
     machine.library.gk_speed(0)
     lines = machine.run(3000)
     assert first_alarm(lines) == [str(alarm_number("no_progress")),
@@ -135,10 +135,10 @@ def test_settings_reach_the_law(machine):
                  assign("law_ratio_highest", 2000)):
         assert machine.line(line) == ["ok"]
     under(machine, 4)
-    found = machine.law
+    found = machine.feed_mode
     assert [found[name] for name in ("unit", "window", "least", "lowest", "highest")] == [
         250, CLOCK_HZ // 20, level(1), 4096, 8192]
-    assert found["law"] == 3
+    assert found["mode"] == 3
 
 
 def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
@@ -146,7 +146,7 @@ def test_the_fluid_takes_its_share_of_the_no_load_voltage(machine):
     under(machine, 4)
     machine.event("fluid_class", 3, 3 << 4, 200)
     machine.run(200)
-    assert machine.law["no_load"] == level(20 * 0.75)
+    assert machine.feed_mode["no_load"] == level(20 * 0.75)
 
 
 def mean(machine, volts, *, opens=0, discharges=0):
@@ -163,16 +163,16 @@ def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
     machine.library.gk_discharges(1)
     machine.run(20)
     for volts in (5, 18, 18.5):
-        assert machine.law["no_load"] == level(20)
+        assert machine.feed_mode["no_load"] == level(20)
         mean(machine, volts, opens=40)
-    assert machine.law["no_load"] == level(18), "the second window: it had no discharge at all"
+    assert machine.feed_mode["no_load"] == level(18), "the second window had no discharge at all"
     mean(machine, 3, discharges=1)
     for volts in (4, 17, 17):
-        assert machine.law["no_load"] == level(18), "a discharge begins it anew"
+        assert machine.feed_mode["no_load"] == level(18), "a discharge begins it anew"
         mean(machine, volts, opens=10)
-    assert machine.law["no_load"] == level(18), "too few pulses"
+    assert machine.feed_mode["no_load"] == level(18), "too few pulses"
     mean(machine, 17, opens=60)
-    assert machine.law["no_load"] == level(17)
+    assert machine.feed_mode["no_load"] == level(17)
 
 
 def test_references_of_a_row_act_from_the_next_g95(machine):
@@ -180,30 +180,30 @@ def test_references_of_a_row_act_from_the_next_g95(machine):
                     "G10 C900 V8", "G01 Z-1", "M02"])
     machine.library.gk_speed(1)
     machine.tape(rows, passes=6000)
-    assert machine.law["voltage"] == level(9)
-    assert machine.law["drop"] == level(2)
-    assert machine.law["no_load"] == level(20)
+    assert machine.feed_mode["voltage"] == level(9)
+    assert machine.feed_mode["drop"] == level(2)
+    assert machine.feed_mode["no_load"] == level(20)
 
 
 def test_the_no_load_voltage_is_computed_otherwise(machine):
     under(machine, 4)
     for _ in range(6):
         mean(machine, 15, opens=100)
-    assert machine.law["no_load"] == level(20)
+    assert machine.feed_mode["no_load"] == level(20)
 
 
-@pytest.mark.parametrize("law", [1, 2, 3, 4])
-def test_a_silent_converter_stops_the_machine_if_it_is_in_use(machine, law):
-    under(machine, law)
+@pytest.mark.parametrize("mode", [1, 2, 3, 4])
+def test_a_silent_converter_stops_the_machine_if_it_is_in_use(machine, mode):
+    under(machine, mode)
     assert "discharge" in machine.flags
     machine.library.gk_fluid(SILENT)
     lines = machine.run(200)
-    if law == 1:
+    if mode == 1:
         assert not events(lines, "alarm")
     else:
         assert first_alarm(lines) == [str(alarm_number("fluid")),
                                       "Block 7: the converter does not answer."]
-    assert ("discharge" in machine.flags) == (law == 1)
+    assert ("discharge" in machine.flags) == (mode == 1)
 
 
 def test_a_cell_that_is_not_there_does_not_matter(machine):
@@ -216,10 +216,10 @@ def voltage(machine, rows):
     """Reference voltage that the gateware has when a tape has begun to move; and what was said."""
     machine.library.gk_speed(1)
     lines = machine.tape(punched([DATA, *rows, "M03", "G01 Z-.1 F5", "M02"]), passes=4000)
-    return machine.law["voltage"], lines
+    return machine.feed_mode["voltage"], lines
 
 
-def test_a_condition_is_under_the_law_that_it_was_judged_for(machine):
+def test_a_condition_is_under_the_mode_that_it_was_judged_for(machine):
     """A tape's row may hide one entered by hand, of which the condition in force is."""
     assert machine.line("G10 C900 I1 P20 Q60 E80 V12.5") == ["ok"]
     reference, lines = voltage(machine, ["C900", "G10 C900 V0", "G95 P2"])
@@ -227,7 +227,7 @@ def test_a_condition_is_under_the_law_that_it_was_judged_for(machine):
     assert reference == level(12.5)
 
 
-def test_a_row_that_changes_between_the_law_and_the_way_is_judged_again(machine):
+def test_a_row_that_changes_between_the_mode_and_the_way_is_judged_again(machine):
     reference, lines = voltage(machine, [ROW, "C900 G95 P2", "G10 C900 V0"])
     assert events(lines, "alarm"), reference
     assert "needs a reference voltage" in first_alarm(lines)[1]

@@ -5,7 +5,7 @@ import pytest
 
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Checker, Fault, Machine, events
+from testbench.firmware import Checker, Controller, Fault, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -17,7 +17,7 @@ BROKEN_LOW, BROKEN_HIGH, DISORDERED, SILENT, KNOWN = 1, 2, 4, 8, 16
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 

@@ -7,7 +7,7 @@ import pytest
 
 from softcore.image import image_digest
 from softcore.tables.faults import alarm_line, error_line
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 
 WORDS = 200
 TEXT = "the firmware in memory is not what was loaded: configure the controller anew"
@@ -23,7 +23,7 @@ def load(machine, words, digest):
 
 
 def ready(words, digest):
-    machine = Machine()
+    machine = Controller()
     load(machine, words, digest)
     machine.unlock()
     return machine

@@ -7,7 +7,7 @@ import pytest
 
 from host.link.link import LONGEST_LINE
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 DAMAGED = error_line("line")
@@ -18,7 +18,7 @@ STALE = "what came before it was damaged, and a part of it may be missing"
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -30,7 +30,7 @@ class Sender:
         self.machine, self.number = machine, 0
 
     def bytes(self, text):
-        return Machine.numbered(self.number, text)
+        return Controller.numbered(self.number, text)
 
     def __call__(self, text, passes=200):
         """Send the next line; what came, the answer without its number at the end."""
@@ -104,7 +104,7 @@ def test_a_line_at_work_is_known_again_behind_an_order(machine, sender):
 
 def test_another_line_of_the_same_number_is_refused(machine, sender):
     sender("G91 G00 X1")
-    machine.send(Machine.numbered(0, "G91 G00 X2"))
+    machine.send(Controller.numbered(0, "G91 G00 X2"))
     assert named(machine.run(200)) == "its number is not the next"
     assert machine.axes[0] == 10_000
 
@@ -113,7 +113,7 @@ def test_another_line_of_the_same_number_is_refused(machine, sender):
 def test_a_line_out_of_sequence_is_refused(machine, sender, number):
     sender("G91")
     sender("G00 X1")
-    machine.send(Machine.numbered(number, "G00 X2"))
+    machine.send(Controller.numbered(number, "G00 X2"))
     lines = machine.run(200)
     assert named(lines) == "its number is not the next"
     assert lines[-1] == f"error:108 @{number}"
@@ -123,7 +123,7 @@ def test_a_line_out_of_sequence_is_refused(machine, sender, number):
 
 def test_numbers_go_round(machine, sender):
     for _ in range(65535 // 15):
-        machine.send(b"".join(Machine.numbered(sender.number + count, "") for count in range(15)))
+        machine.send(b"".join(Controller.numbered(sender.number + n, "") for n in range(15)))
         sender.number += 15
         machine.run(80)
     assert machine.lines[-1] == "ok @65534"
@@ -309,10 +309,10 @@ def test_a_frame_that_stops_may_have_taken_the_start_of_a_line(machine):
 
 
 def test_a_line_that_a_frame_cuts_is_refused(machine, sender):
-    machine.send(b"G00 X1" + Machine.framed(0, 0) + b"\n")
+    machine.send(b"G00 X1" + Controller.framed(0, 0) + b"\n")
     assert named(machine.run(200)) == "a frame begins or ends in it"
     assert machine.marks == [(6, 0)]
-    machine.send(sender.bytes("G00 X1")[:-1] + Machine.framed(0, 0))
+    machine.send(sender.bytes("G00 X1")[:-1] + Controller.framed(0, 0))
     assert named(machine.run(200)) == "a frame begins or ends in it"
     assert machine.axes == (0, 0, 0)
 
@@ -411,11 +411,11 @@ def test_orders_are_heard_between_the_frames_of_a_tape(machine, sender):
 def test_an_order_goes_before_lines_that_wait(machine, sender):
     """The first of them stands in M00, and they fill the queue."""
     for number in range(40):
-        machine.send(Machine.numbered(number, "G04 P1 (waits for the first)" if number else "M00"))
+        machine.send(Controller.numbered(number, "G04 P1 (it waits)" if number else "M00"))
         machine.run(10)
     # How many have found room is told only behind the first answer: one of these comes next.
     for number in range(1, 41):
-        machine.send(Machine.numbered(number, "$RESUME"))
+        machine.send(Controller.numbered(number, "$RESUME"))
         machine.run(10)
     machine.run(4000)
     first, then, *_ = [line for line in machine.lines if line.startswith("ok @")]
@@ -424,7 +424,7 @@ def test_an_order_goes_before_lines_that_wait(machine, sender):
 
 
 def test_an_order_is_refused_of_a_locked_machine():
-    machine = Machine()
+    machine = Controller()
     sender = Sender(machine)
     for order in ("$RESUME", "$RETRACT", "$resume"):
         assert sender(order) == [LOCKED, error_line("locked")]
@@ -468,7 +468,7 @@ def test_a_line_for_which_there_is_room_again_waits_for_what_was_refused(machine
 
 
 def test_what_is_refused_for_want_of_room_may_be_sent_again(machine, sender):
-    machine.send(b"".join(Machine.numbered(number, "G91 G00 X.01") for number in range(60)))
+    machine.send(b"".join(Controller.numbered(number, "G91 G00 X.01") for number in range(60)))
     lines = machine.run(3000)
     count = answers(lines).index(DAMAGED)
     assert 10 < count < 60

@@ -12,7 +12,7 @@ import pytest
 from softcore.image import SOURCES
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 ACK, NAK = 0x06, 0x15
@@ -21,12 +21,12 @@ LOST = "the position is lost: $POSITION=HERE takes what is counted for true"
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
 
-frame = Machine.framed
+frame = Controller.framed
 REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 
 
@@ -38,7 +38,7 @@ def answers(machine, data, passes=60):
 
 
 def test_greeting_and_lock():
-    machine = Machine()
+    machine = Controller()
     assert machine.lines == ["Grbl 1.1h ['$' for help]"]
     assert machine.line("?")[-1].startswith("<Alarm|")
     assert machine.line("G00 X1")[-1] == error_line("locked")
@@ -101,7 +101,7 @@ def test_a_blank_line_behind_a_damaged_frame_has_its_answer(machine):
     for line in ("", "G04 P1"):
         code = "error:" if not line else "ok"
         assert machine.line(line)[-1].startswith(code), line
-    machine.send(Machine.numbered(0, "G04 P1"))
+    machine.send(Controller.numbered(0, "G04 P1"))
     machine.run(400)
     assert machine.line("") == []
 
@@ -359,7 +359,7 @@ def test_what_came_before_an_alarm_is_told_before_it():
     """Blocks without motion, told one in a pass: once one is told, the others are, too."""
     told = set()
     for passes in range(12):
-        machine = Machine()
+        machine = Controller()
         machine.unlock()
         machine.library.gk_speed(0)
         machine.tape(punched(["G91 G01 X.01 F6", *["G90", "G91"] * 4, "X1", "M02"]), passes=600)

@@ -8,7 +8,7 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 CAUSE = numbers()
@@ -18,7 +18,7 @@ BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -34,7 +34,7 @@ def enter(machine, *lines):
 
 @pytest.mark.parametrize("block", ["G00 X1", "G01 X1 F60", "G02 I1 F60", "M03"])
 def test_out_of_reset_nothing_moves_before_the_position_is_taken(block):
-    machine = Machine()
+    machine = Controller()
     assert machine.line("$X")[-1] == "ok"
     machine.library.gk_arm()
     enter(machine, "G36 R300 L1 H600 E60 Q0.1", "C130", "G92 X5")
@@ -46,7 +46,7 @@ def test_out_of_reset_nothing_moves_before_the_position_is_taken(block):
 
 
 def test_a_tape_is_rejected_where_it_would_move():
-    machine = Machine()
+    machine = Controller()
     machine.line("$X")
     machine.tape(punched(["G21 G90", "G00 X1", "M02"]), passes=2000)
     (alarm,) = events(machine.lines, "alarm")
@@ -57,14 +57,14 @@ def test_a_tape_is_rejected_where_it_would_move():
 
 @pytest.mark.parametrize("line", ["$POSITION", "$POSITION=", "$POSITION=THERE", "$POSITION=HERE "])
 def test_only_the_whole_word_takes_the_position(line):
-    machine = Machine()
+    machine = Controller()
     machine.line("$X")
     assert machine.line(line)[-1].startswith("error:")
     assert machine.line("G00 X1")[-1] == error_line("position_lost")
 
 
 def test_a_locked_machine_does_not_take_it():
-    machine = Machine()
+    machine = Controller()
     assert machine.line("$POSITION=HERE")[-1] == error_line("locked")
 
 
@@ -164,7 +164,7 @@ def test_a_miscount_that_comes_later_than_the_trip_loses_it_too(machine):
 
 
 def test_the_discharge_needs_a_hand_at_the_machine():
-    machine = Machine()
+    machine = Controller()
     enter(machine, "$X", "$POSITION=HERE", *BURNS[:2])
     assert machine.line("M03") == [
         "[MSG:the discharge is not armed: press the button ARM at the machine.]",
@@ -175,7 +175,7 @@ def test_the_discharge_needs_a_hand_at_the_machine():
 
 
 def test_a_tape_that_is_not_armed_ends_at_its_m03():
-    machine = Machine()
+    machine = Controller()
     enter(machine, "$X", "$POSITION=HERE")
     machine.tape(punched([*BURNS, "G01 X1 F60", "M02"]), passes=2000)
     (alarm,) = events(machine.lines, "alarm")

@@ -3,7 +3,7 @@
 
 import pytest
 
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
@@ -16,7 +16,7 @@ DATA = "G36 R300 L.5 H600 E60 Q.1"
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     ready.library.gk_sleep_lasts(ALWAYS, 0)
     return ready

@@ -3,7 +3,7 @@
 
 import pytest
 
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -12,7 +12,7 @@ CUT = ("G10 C130 V20 U20", "C130 M03")
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -95,7 +95,7 @@ def test_what_goes_by_the_gap_keeps_its_feed(machine, mode):
     assert rates(machine, 1) == near(before[0] * 1.1)
     machine.library.gk_speed(1)
     machine.run(500)
-    assert machine.law["law"] == {"P1": 0, "P2": 1, "P3": 2, "P4": 3}[mode]
+    assert machine.feed_mode["mode"] == {"P1": 0, "P2": 1, "P3": 2, "P4": 3}[mode]
     assert rates(machine, 2) == near(before[0], before[0] / 10)
     press(machine, 0x91, 0x92, 0x92, 0x95)
     assert rates(machine, 2) == near(before[0], before[0] / 10)
@@ -127,11 +127,11 @@ def test_a_tape_that_ends_ends_them(machine):
 
 
 def test_a_guarded_link_has_none(machine):
-    machine.send(Machine.numbered(0, "$I"))
+    machine.send(Controller.numbered(0, "$I"))
     machine.run(100)
     press(machine, 0x91)
     assert override(machine) == "100,100,100"
-    machine.send(Machine.numbered(1, "$L"))
+    machine.send(Controller.numbered(1, "$L"))
     assert "ignored 1]" in machine.run(100)[-2]
 
 

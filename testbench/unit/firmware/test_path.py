@@ -9,7 +9,7 @@ import pytest
 
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
-from testbench.firmware import Arc, Machine, Move, events
+from testbench.firmware import Arc, Controller, Move, events
 from testbench.models.arc import Piece
 from testbench.programs import punched
 from testbench.travel import DATA, go, load
@@ -22,7 +22,7 @@ NEAR, FAR = 15, 48
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -136,7 +136,7 @@ def test_before_the_first_point_lies_the_way_up_to_the_soft_limit(machine):
     machine.line(assign("soft_limit_um", 3000))
     machine.line("G00 Z1")
     load(machine, "G01 X1 F60", "M02")
-    assert machine.bound("behind") == machine.bound("floor") == -20_000
+    assert machine.bound("behind") == machine.bound("back_limit") == -20_000
     go(machine, 500)
     machine.state("retracting")
     assert go(machine, -999_999) == -20_500
@@ -144,7 +144,7 @@ def test_before_the_first_point_lies_the_way_up_to_the_soft_limit(machine):
 
 
 def test_path_of_a_wire_begins_at_its_first_point():
-    machine = Machine(jump_axis=15)
+    machine = Controller(jump_axis=15)
     machine.unlock()
     load(machine, "G01 X1 F60", "M02")
     go(machine, 500)
@@ -184,7 +184,7 @@ def test_oldest_blocks_are_forgotten_only_beyond_the_limit(machine):
 
 @pytest.mark.parametrize("limit", [100, (RING - 2) / 100, (RING - 2) / 100 - 0.0009])
 def test_limit_that_the_memory_cannot_cover_is_an_alarm_beforehand(machine, limit):
-    """A series goes on as long as the front is less than its gain beyond where it began."""
+    """A short burst goes on as long as the front is less than its gain beyond where it began."""
     blocks = ["X.01"] * (RING + 100)
     machine.library.gk_speed(1 << 30)
     machine.tape(punched([DATA.format(limit=limit, more=""), "G91 G01 F60", *blocks, "M02"]),
@@ -392,7 +392,7 @@ def test_tangent_junctions_do_not_bound_the_speed(machine):
 
 def speed_on_arc(radius, *settings, clock_hz=50_000_000):
     """Highest speed on an arc between lines, mm/s; its ends are corners, and it has no other."""
-    machine = Machine(clock_hz=clock_hz)
+    machine = Controller(clock_hz=clock_hz)
     machine.unlock()
     for setting in settings:
         machine.line(setting)
@@ -453,11 +453,11 @@ def test_ceiling_on_an_arc_is_met_to_the_pulse(machine, rng, plane, delta, centr
     while not program.done:
         program.feed()
         machine.library.gk_go(500)
-    assert machine.bound("floor") == wanted, "every segment put its floor in force when entered"
+    assert machine.bound("back_limit") == wanted, "each segment puts its back limit in force"
     machine.library.path_set_bounds(1 << 30, True, height)
     while not machine.library.path_bounds_step():
         pass
-    assert machine.bound("floor") == wanted, "the same, found from the end"
+    assert machine.bound("back_limit") == wanted, "the same, found from the end"
     machine.state("retracting")
     go(machine, -999_999, passes=40)
     assert machine.axes == trail[wanted]

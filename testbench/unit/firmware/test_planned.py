@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the planning into the series: G39 P1 puts in force what ``$BP`` has found."""
+"""From the planning into the depth series: G39 P1 puts in force what ``$BP`` has found."""
 
 import ctypes
 
@@ -10,7 +10,7 @@ from host.roughing.roughing import condition, program
 from host.roughing.staircase import Job, plan
 from softcore.tables.faults import error_line
 from softcore.tables.settings import assign
-from testbench.firmware import ACTS, Checker, Machine, events
+from testbench.firmware import ACTS, Checker, Controller, events
 from testbench.planner import lines
 from testbench.programs import punched
 
@@ -50,7 +50,7 @@ def checker():
 @pytest.fixture
 def machine():
     """A machine with basic data."""
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     ready.library.gk_speed(100)
     for line in lines(DATA):
@@ -128,7 +128,7 @@ def test_depths_count_from_the_zero_in_force_and_by_hand_it_works_too(machine):
     assert machine.axes[2] == -60_000
 
 
-def test_it_ends_a_series_and_is_ended_like_one(machine):
+def test_it_ends_a_depth_series_and_is_ended_like_one(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     for line in ("C150", "G39 Z-1 C140", "G39 P1", "G39 Z-14 C100"):
         assert machine.line(line)[-1] == "ok"
@@ -165,7 +165,7 @@ def test_while_a_planning_is_not_over_there_is_nothing(machine):
     assert machine.line("G39 P1")[-1] == "ok"
 
 
-def test_a_supply_that_lacks_a_current_has_no_series(machine):
+def test_a_supply_that_lacks_a_current_has_no_depth_series(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     machine.line(assign("current_step_ma", 1000))
     assert machine.line("G39 P1")[-1] == error_line("condition"), "planned for another supply"
@@ -193,7 +193,7 @@ def test_a_supply_that_lacks_a_current_has_no_series(machine):
     ("G39 P1 M03", "place", "a G39 block carries no other word"),
 ])
 def test_bad_words_get_one_sentence(block, name, words):
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     said = ready.line(block)
     assert said[-1] == error_line(name)
@@ -201,7 +201,7 @@ def test_bad_words_get_one_sentence(block, name, words):
     assert len(said) == 2
 
 
-def test_a_law_needs_its_reference_in_every_step(machine):
+def test_a_feed_mode_needs_its_reference_in_every_step(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     for line in ("G10 C900 I1 P20 Q60 V9", "C900", "G95 P2"):
         assert machine.line(line)[-1] == "ok"
@@ -210,7 +210,7 @@ def test_a_law_needs_its_reference_in_every_step(machine):
     assert "G95 P2 needs a reference voltage Vs, V of G10, which the condition C908" in said[0]
 
 
-def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
+def test_a_depth_series_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line(PLAN, PASSES)[-1] == "ok"
     machine.line(assign("blanking_ns", 1_000_000))
     assert machine.line("G39 P1")[-1] == error_line("condition")
@@ -218,11 +218,11 @@ def test_a_series_whose_pulses_are_not_looked_at_is_refused(machine):
     assert machine.line("G39 P1")[-1] == "ok"
 
 
-@pytest.mark.parametrize("law", ["G94", "G95 P1", "G95 P2", "G95 P3", "G95 P4"])
-def test_a_checked_tape_may_count_on_a_plan(checker, law):
-    """Only the machine knows whether there is one; it is a condition, and its series is empty."""
-    tape = [RETRACTION, law, "G39 P1", "M03", "G01 Z-1 F60", "M05", "G39 Z-14 C130", "M02"]
-    if law in ("G95 P2", "G95 P3", "G95 P4"):
+@pytest.mark.parametrize("mode", ["G94", "G95 P1", "G95 P2", "G95 P3", "G95 P4"])
+def test_a_checked_tape_may_count_on_a_plan(checker, mode):
+    """Only the machine knows whether a plan exists; the check takes it as an empty depth series."""
+    tape = [RETRACTION, mode, "G39 P1", "M03", "G01 Z-1 F60", "M05", "G39 Z-14 C130", "M02"]
+    if mode in ("G95 P2", "G95 P3", "G95 P4"):
         tape.remove("G39 Z-14 C130")    # which has no reference
     records = checker.check(punched(tape))
     assert isinstance(records, list), records

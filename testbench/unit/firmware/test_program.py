@@ -7,7 +7,7 @@ import pytest
 
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import damage, program, punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -15,7 +15,7 @@ DATA = "G36 R300 L.5 H600 E60 Q.1"
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -201,7 +201,7 @@ def test_damaged_block_never_moves(machine, blocks, line, moved):
 def test_damaged_tapes_stop_where_the_model_stands(rng):
     """Position is kept: where blocks before the fault have led, or on the way there."""
     for _ in range(40):
-        machine = Machine()
+        machine = Controller()
         machine.unlock()
         blocks = program(rng, 8)
         at = rng.randrange(2, len(blocks) - 1)
@@ -246,7 +246,7 @@ def test_a_fault_of_the_third_drive_of_a_wire_machine_is_its_wire():
             (2, 4, "interlock: a drive reports a fault (axis Z);"),
             (15, 4, "interlock: the wire has a break or its drive reports a fault;"),
             (15, 3, "interlock: a drive reports a fault (axes X and Y);")):
-        machine = Machine(jump_axis=jump_axis)
+        machine = Controller(jump_axis=jump_axis)
         machine.unlock()
         machine.library.gk_trip(2, axes)
         assert words in events(machine.run(200), "alarm")[0][2]

@@ -5,7 +5,7 @@ import pytest
 
 from softcore.linkmap import DOOR, OVERRIDE_BYTES, PASSED_OVER, REALTIME
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -58,7 +58,7 @@ def test_every_byte_in_every_state(name):
     All else stays, and no answer comes.
     """
     for byte in range(0x80, 0x100):
-        machine = Machine()
+        machine = Controller()
         machine.unlock()
         machine.run(REST)
         SCENES[name](machine)
@@ -83,7 +83,7 @@ def test_every_byte_in_every_state(name):
 def test_every_byte_within_a_line(before):
     """It acts and leaves the line whole, or the line is refused."""
     known = {*ACTING, *OVERRIDES, *PASSED_OVER}
-    machine = Machine()
+    machine = Controller()
     machine.unlock()
     for byte in range(0x80, 0x100):
         at = machine.axes[0]
@@ -104,7 +104,7 @@ def test_every_byte_within_a_frame():
     """
     known = {*ACTING, *OVERRIDES, *PASSED_OVER}
     for byte in range(0x80, 0x100):
-        machine = Machine()
+        machine = Controller()
         machine.unlock()
         machine.frame(0, 0)
         machine.frame(3, 1, b"AAA")
@@ -113,7 +113,7 @@ def test_every_byte_within_a_frame():
         machine.frame(3, 2, bytes([0x41, byte, 0x41]))
         assert look(machine) == before, f"0x{byte:02X}"
         machine.marks.clear()
-        whole = Machine.framed(2, 3, b"AA")
+        whole = Controller.framed(2, 3, b"AA")
         machine.send(whole[:4] + bytes([byte]) + whole[4:])
         machine.run(200)
         ((answer, _),) = machine.marks

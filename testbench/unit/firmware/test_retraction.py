@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 CLOCK_HZ, PULSES_PER_MM = 2_000_000, 10_000
@@ -14,7 +14,7 @@ CLOCK_HZ, PULSES_PER_MM = 2_000_000, 10_000
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     return ready
 
@@ -104,7 +104,7 @@ def test_ceiling_is_kept_in_the_machine_frame(machine):
     machine.tape(punched(["G01 Z-2 F6", "M02"]), passes=400)
     machine.library.gk_go(6000)
     machine.run(100)
-    assert machine.bound("floor") == 5000, "half a millimetre below where the tape began"
+    assert machine.bound("back_limit") == 5000, "half a millimetre below where the tape began"
 
 
 @pytest.mark.parametrize("letter", "RHE")
@@ -146,7 +146,7 @@ def test_jump_ends_with_its_tape(machine):
 
 
 def test_a_machine_without_a_jump_axis_has_no_ceiling():
-    wire = Machine(jump_axis=15)
+    wire = Controller(jump_axis=15)
     wire.unlock()
     lines = wire.line("G36 R300 L1 H600 E60 Q.1 Z5")
     assert lines[-1] == error_line("refused")

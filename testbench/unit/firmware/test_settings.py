@@ -8,7 +8,7 @@ import pytest
 from softcore.tables.faults import error_line
 from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import FIRST, GROUPS, SETTINGS, assign, named
-from testbench.firmware import Checker, Machine
+from testbench.firmware import Checker, Controller
 
 BY_NAME = {one.name: str(one.number) for one in SETTINGS}
 GRBL = {str(one.number) for one in GRBL_SETTINGS}
@@ -16,7 +16,7 @@ GRBL = {str(one.number) for one in GRBL_SETTINGS}
 
 @pytest.fixture
 def machine():
-    machine = Machine()
+    machine = Controller()
     machine.unlock()
     return machine
 

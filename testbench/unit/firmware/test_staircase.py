@@ -11,7 +11,7 @@ from host.roughing.basic import BasicData, read_all
 from host.roughing.network import train
 from host.roughing.staircase import Job, plan
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 from testbench.planner import RUNS, Planner, lines
 
 DATA = read_all("copper", "steel")
@@ -193,7 +193,7 @@ def entered(machine, data):
 
 @pytest.fixture(scope="module")
 def machine():
-    ready = Machine()
+    ready = Controller()
     entered(ready, DATA[1:3])
     return ready
 
@@ -282,6 +282,6 @@ def test_bad_lines_get_one_sentence(machine, line, why):
 
 
 def test_power_on_forgets(machine):
-    assert Machine().line("$BP70,110,15") == ["[MSG:basic data: none have been entered.]",
+    assert Controller().line("$BP70,110,15") == ["[MSG:basic data: none have been entered.]",
                                               error_line("table")]
     entered(machine, DATA[1:3])

@@ -7,7 +7,7 @@ import pytest
 
 from host.link.link import fields_of
 from softcore.tables.faults import error_line
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -20,7 +20,7 @@ WORK = ("M03", "G01 X1 F60")
 
 @pytest.fixture
 def machine():
-    ready = Machine()
+    ready = Controller()
     ready.unlock()
     ready.run(REST)
     return ready
@@ -92,7 +92,7 @@ def test_a_stop_of_the_program_is_a_hold(machine):
 
 
 def test_locked_or_lost_is_alarm():
-    machine = Machine()
+    machine = Controller()
     assert state(machine) == "Alarm"
     machine.line("$X")
     assert state(machine) == "Alarm"

@@ -11,7 +11,7 @@ from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS, error_line
 from softcore.tables.settings import SETTINGS
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.unit.project.test_tables import altered
 
 SETTINGS_NEW = altered(SETTINGS, "no_progress_s", number=464, title="new title", unit="min",
@@ -38,7 +38,7 @@ def machine(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(image, "SOURCES", sources)
         patch.setattr(image, "BUILD", folder / "build")
-        made = Machine()
+        made = Controller()
     assert made.line("G00 X1")[-1] == "error:7", "it is locked"
     assert made.line("$X")[-1] == "ok"
     assert made.line("$POSITION=HERE") == ["ok"]

@@ -8,7 +8,7 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 NUMBER = numbers()
@@ -17,7 +17,7 @@ X, Y, Z = 1, 2, 4
 
 @pytest.fixture
 def machine():
-    machine = Machine()
+    machine = Controller()
     machine.unlock()
     return machine
 
@@ -36,10 +36,10 @@ def alarm(machine, cause, axes=0):
 
 
 def test_limits_and_gain_are_written_as_delivered():
-    machine = Machine()
+    machine = Controller()
     assert words(machine, 0) == words(machine, 1) == (-2_990_000, 2_990_000, 1678)
     assert words(machine, 2) == (-2_990_000, 1_000_000, 1678), "the jump axis, by setting 415 too"
-    assert words(Machine(jump_axis=15), 2) == (-2_990_000, 2_990_000, 1678)
+    assert words(Controller(jump_axis=15), 2) == (-2_990_000, 2_990_000, 1678)
 
 
 def test_settings_of_the_limits(machine):

@@ -7,7 +7,7 @@ from math import isqrt
 
 import pytest
 
-from testbench.firmware import Machine
+from testbench.firmware import Controller
 
 FASTEST = (1 << 30) - 1  # the rate registers have 30 bits
 
@@ -16,7 +16,8 @@ FASTEST = (1 << 30) - 1  # the rate registers have 30 bits
                         (25_000_000, 8192)], ids=str)
 def scale(request):
     clock_hz, pulses_per_mm = request.param
-    return Machine(clock_hz=clock_hz, pulses_per_mm=pulses_per_mm).library, clock_hz, pulses_per_mm
+    library = Controller(clock_hz=clock_hz, pulses_per_mm=pulses_per_mm).library
+    return library, clock_hz, pulses_per_mm
 
 
 def numbers(rng, count):

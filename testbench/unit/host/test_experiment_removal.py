@@ -12,7 +12,7 @@ from host.errors import UserError
 from host.experiments import removal
 from host.experiments.removal import (
     FIGURES,
-    LAWS,
+    MODES,
     WALLS,
     Plan,
     Trial,
@@ -100,18 +100,18 @@ def test_profile_is_along_the_wall():
     assert surface[x > 0.52] == pytest.approx(6, abs=1e-6)
 
 
-def one_run(wall, law, seed, gain=0.0, **changes):
+def one_run(wall, mode, seed, gain=0.0, **changes):
     return (dict.fromkeys(FIGURES, 10.0)
-            | {"wall": wall, "law": law, "gain": gain, "seed": seed, "outcome": "end",
+            | {"wall": wall, "mode": mode, "gain": gain, "seed": seed, "outcome": "end",
                "alarm": None, "profile": {"x": [0.1, 0.2], "removal": [1, 2], "surface": [3, 4]}}
             | changes)
 
 
-RUNS = [one_run(wall, law, seed) for seed in (1, 2) for wall in WALLS for law in LAWS]
+RUNS = [one_run(wall, mode, seed) for seed in (1, 2) for wall in WALLS for mode in MODES]
 
 
 def test_statistics_are_of_the_runs_that_ended():
-    broken = {"wall": "step", "law": "G94", "gain": 0.0, "seed": 3, "outcome": "alarm",
+    broken = {"wall": "step", "mode": "G94", "gain": 0.0, "seed": 3, "outcome": "alarm",
               "alarm": "too bad"}
     row, = statistics([one_run("step", "G94", 1, variation=20.0),
                        one_run("step", "G94", 2, variation=26.0), broken])
@@ -124,14 +124,14 @@ def test_statistics_are_of_the_runs_that_ended():
     assert row["variation"] == (10, None)
 
 
-def test_table_has_every_figure_and_law():
+def test_table_has_every_figure_and_mode():
     console = Console(width=400)
     with console.capture() as text:
         console.print(table(statistics(reversed(RUNS)), box.MARKDOWN))
     rows = [[cell.strip() for cell in line.split("|")[1:-1]]
             for line in text.get().splitlines() if "|" in line]
     assert rows[0] == ["wall", *["step"] * 4, *["drift"] * 4]
-    assert rows[2] == ["law", *LAWS, *LAWS]
+    assert rows[2] == ["mode", *MODES, *MODES]
     assert rows[3] == ["ended", *["2 end"] * 8]
     assert [row[0] for row in rows[4:]] == [title for title, _ in FIGURES.values()]
 
@@ -140,7 +140,7 @@ def test_the_best_gain_is_that_of_least_variation():
     tried = [one_run(wall, "P3", 1, gain, variation=variation)
              for gain, variations in ((2.0, (1, 1)), (0.5, (10, 30)), (1.0, (20, 15)))
              for wall, variation in zip(WALLS, variations, strict=True)]
-    tried[0] = {"wall": "step", "law": "P3", "seed": 1, "gain": 2.0, "outcome": "alarm"}
+    tried[0] = {"wall": "step", "mode": "P3", "seed": 1, "gain": 2.0, "outcome": "alarm"}
     assert mean_variations(tried) == {0.5: 20, 1.0: 17.5, 2.0: None}
     assert best_gain(mean_variations(tried)) == 1.0
     with pytest.raises(UserError, match="none of its gains"):
@@ -171,15 +171,15 @@ def test_references_and_gains():
     assert settings_for(Trial(PLAN, "step", "P3", 1, gain=0.5)) == [
         assign("law_gain_zero", 6000), assign("law_gain_feed", 3000), assign("law_no_load", 1)]
     assert settings_for(Trial(PLAN, "step", "P3", 1))[1] == assign("law_gain_feed", 1)
-    for law, voltage, feed in (("P2", "18.000", 24), ("P4", "20.000", 12)):
-        text, _ = decode(tape_for(Trial(PLAN, "step", law, 1)).rows)
+    for mode, voltage, feed in (("P2", "18.000", 24), ("P4", "20.000", 12)):
+        text, _ = decode(tape_for(Trial(PLAN, "step", mode, 1)).rows)
         assert f"V{voltage} U2.000" in text
-        assert f"G95 {law} G01 Y-0.11 F{feed // 3}\n" in text
+        assert f"G95 {mode} G01 Y-0.11 F{feed // 3}\n" in text
         assert f"\nX1 F{feed}\n" in text
 
 
 def test_plot_is_drawn(workdir):
-    plot([*RUNS, {"wall": "step", "law": "G94", "gain": 0.0, "seed": 3, "outcome": "alarm",
+    plot([*RUNS, {"wall": "step", "mode": "G94", "gain": 0.0, "seed": 3, "outcome": "alarm",
                   "alarm": "too bad"}], workdir / "plot.png")
     assert (workdir / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -190,7 +190,7 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
 
     def made_up_runs(function, trials, tell):
         asked.append(trials)
-        made = [one_run(trial.wall, trial.law, trial.seed, trial.gain,
+        made = [one_run(trial.wall, trial.mode, trial.seed, trial.gain,
                         variation=abs(trial.gain - 1)) for trial in trials]
         for one in made:
             tell(one)
@@ -206,9 +206,9 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     assert {trial.seed for trial in tried} & {trial.seed for trial in compared} == set()
     assert all(trial.other for trial in tried)
     assert not any(trial.other for trial in compared)
-    assert {(trial.wall, trial.law, trial.seed) for trial in compared} == {
-        (wall, law, seed) for wall in WALLS for law in LAWS for seed in (1, 2)}
-    assert {trial.gain for trial in compared if trial.law == "P3"} == {1.0}
+    assert {(trial.wall, trial.mode, trial.seed) for trial in compared} == {
+        (wall, mode, seed) for wall in WALLS for mode in MODES for seed in (1, 2)}
+    assert {trial.gain for trial in compared if trial.mode == "P3"} == {1.0}
     found = json.loads((workdir / "out" / "runs.json").read_text())
     assert found["plan"] == {"way_mm": WAY, "voltage": 20.0, "drop": 2.0}
     assert len(found["runs"]) == 16

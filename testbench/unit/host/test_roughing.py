@@ -110,7 +110,7 @@ def test_conditions_and_limits_change_where_they_should(checker, steps):
     assert {end for _, end in steps} <= {depth for _, depth, _ in moves}
 
 
-def test_as_a_series_the_way_is_one_block():
+def test_as_a_depth_series_the_way_is_one_block():
     text = program(made((8, 2203), (7, 7499), (6, 15_000)), DATA, series=True)
     body = [line.split(" ", 1)[1] for line in text.splitlines() if line.startswith("N")]
     at = body.index("M03")
@@ -126,7 +126,7 @@ def test_a_long_source_is_no_longer_than_a_block(checker):
     assert isinstance(records, list), records
 
 
-def test_a_single_step_needs_no_series_but_may_have_one():
+def test_a_single_step_needs_no_depth_series_but_may_have_one():
     text = program(made((6, 15_000)), DATA, series=True)
     assert text.count("G39") == 1
 

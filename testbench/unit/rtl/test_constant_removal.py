@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Detector, law and path pulses in a loop with a gap whose Ex is proportional to the stock.
+"""The loop of detector, feed calculator and path pulses, with a gap whose Ex follows the stock.
 
-The law is to keep the removal per time constant: a step of the stock to r times is followed by a
-feed of 1/r within two unit distances, where constant feed lets the removal go up r times.
+Feed mode ``REMOVAL`` is to keep the removal rate constant. When the stock becomes r times as thick,
+the feed becomes 1/r within two unit distances. Constant feed lets the removal rate rise r times.
 """
 
 import pytest
 from amaranth import *
 
-from rtl.gap.feed_law import FeedLaw, Law
+from rtl.gap.feed_mode import FeedCalculator, FeedMode
 from rtl.gap.removal import RemovalDetector
 from rtl.motion.feed import PathPulseGenerator
 
@@ -25,24 +25,24 @@ class Loop(Elaboratable):
 
     def __init__(self):
         self.removal = RemovalDetector()
-        self.law = FeedLaw()
+        self.calculator = FeedCalculator()
         self.path = PathPulseGenerator()
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.removal, m.submodules.law, m.submodules.path = (
-            self.removal, self.law, self.path)
+        m.submodules.removal, m.submodules.calculator, m.submodules.path = (
+            self.removal, self.calculator, self.path)
         m.d.comb += [
-            self.law.ratio.eq(self.removal.ratio),
-            self.law.mean.eq(self.removal.mean),
-            self.law.known.eq(self.removal.known),
-            self.path.rate.eq(self.law.feed),
+            self.calculator.ratio.eq(self.removal.ratio),
+            self.calculator.mean.eq(self.removal.mean),
+            self.calculator.known.eq(self.removal.known),
+            self.path.rate.eq(self.calculator.feed),
             self.removal.pulse.eq(self.path.ps),
         ]
         return m
 
 
-def feeds_along(simulate, law, r, *, unit=UNIT, pulsed=False):
+def feeds_along(simulate, mode, r, *, unit=UNIT, pulsed=False):
     """Feed over the nominal one at each path pulse, the stock being r times from STEP_AT on."""
     dut = Loop()
     found = []
@@ -52,7 +52,8 @@ def feeds_along(simulate, law, r, *, unit=UNIT, pulsed=False):
                 (dut.removal.on, 1), (dut.removal.unit, unit), (dut.removal.no_load, 16 * NO_LOAD),
                 (dut.removal.reference, 16 * STOCK_DROP), (dut.removal.least, 16),
                 (dut.removal.ratio_min, 256), (dut.removal.ratio_max, 65535),
-                (dut.law.law, law), (dut.law.rate, RATE), (dut.law.highest, 1 << 29),
+                (dut.calculator.mode, mode), (dut.calculator.rate, RATE),
+                (dut.calculator.highest, 1 << 29),
                 (dut.path.bound, STEP_AT + 5 * unit), (dut.path.go, 1)):
             ctx.set(signal, value)
         clock = 0
@@ -66,7 +67,7 @@ def feeds_along(simulate, law, r, *, unit=UNIT, pulsed=False):
             await ctx.tick()
             clock += 1
             if ctx.get(dut.path.ps):
-                found.append(ctx.get(dut.law.feed) / RATE)
+                found.append(ctx.get(dut.calculator.feed) / RATE)
 
     simulate(dut, run, deadline=1e-2)
     return found
@@ -75,7 +76,7 @@ def feeds_along(simulate, law, r, *, unit=UNIT, pulsed=False):
 @pytest.mark.parametrize("unit", [20, 40])
 @pytest.mark.parametrize("r", [0.25, 0.5, 1, 2, 4])
 def test_a_step_of_the_stock_is_followed_within_two_unit_distances(simulate, r, unit):
-    feeds = feeds_along(simulate, Law.REMOVAL, r, unit=unit)
+    feeds = feeds_along(simulate, FeedMode.REMOVAL, r, unit=unit)
     assert feeds[:STEP_AT] == pytest.approx([1] * STEP_AT, rel=1 / 4096)
     after = feeds[STEP_AT + 2 * unit:]
     assert after == pytest.approx([1 / r] * len(after), rel=1 / 1000)
@@ -86,13 +87,13 @@ def test_a_step_of_the_stock_is_followed_within_two_unit_distances(simulate, r, 
 
 @pytest.mark.parametrize("r", [0.5, 2])
 def test_constant_feed_keeps_the_step(simulate, r):
-    feeds = feeds_along(simulate, Law.CONSTANT, r)
+    feeds = feeds_along(simulate, FeedMode.CONSTANT, r)
     assert set(feeds) == {1}, "so stock times feed has changed r times"
 
 
 @pytest.mark.parametrize("r", [1.5, 3])
 def test_of_a_pulsed_voltage_the_mean_counts(simulate, r):
-    feeds = feeds_along(simulate, Law.REMOVAL, r, pulsed=True)
+    feeds = feeds_along(simulate, FeedMode.REMOVAL, r, pulsed=True)
     after = feeds[STEP_AT + 2 * UNIT:]
     # A window has UNIT * 64 * r / SAMPLE samples; a period that is not whole can be off by one.
     mean = NO_LOAD - STOCK_DROP * r

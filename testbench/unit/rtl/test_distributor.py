@@ -107,8 +107,8 @@ def test_holds_on_the_longest_segment(simulate, rng, place):
         await bench.segment(ctx, LONGEST, travel)
         bench.place = place
         bench.origin = [-steps(place, LONGEST, value) for value in travel]
-        for rest, value, origin in zip(bench.dut.rests, travel, bench.origin, strict=True):
-            ctx.set(rest, 2 * place * abs(value) - 2 * LONGEST * abs(origin))
+        for axis, value, origin in zip(bench.dut.remainders, travel, bench.origin, strict=True):
+            ctx.set(axis, 2 * place * abs(value) - 2 * LONGEST * abs(origin))
         forward = -1 if place == LONGEST else 1
         for step in [1] * 120 + [-1] * 90 + [1] * 60:
             await bench.pulse(ctx, step * forward)

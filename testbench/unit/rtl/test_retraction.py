@@ -8,8 +8,9 @@ from testbench.checkers.motion_bench import DATA, FOREVER, LINE, ONE, Bench, bri
 from testbench.models import retraction as model
 from testbench.models.retraction import (
     ADVANCE,
-    AT_FLOOR,
+    AT_BACK_LIMIT,
     AT_LIMIT,
+    BURST,
     CLEARED,
     END,
     HALT,
@@ -19,10 +20,9 @@ from testbench.models.retraction import (
     NO_DATA,
     OPERATOR,
     RESUME,
-    SERIES,
     SHORT,
     START,
-    STILL_FLOOR,
+    STILL_BACK_LIMIT,
     STILL_LIMIT,
     Cue,
     Gap,
@@ -98,12 +98,12 @@ def test_follows_the_model(simulate, rng, offset):
         dut = Motion(axes=axes)
         bench = Bench(dut, segments, gap, before=before, offset=offset)
         gap.cues = random_cues(rng, bench.end)
-        floor = rng.choice((-FOREVER, -FOREVER, bench.end // 3))
-        floor = max(floor, bench.borders[0])
-        expected = expect(bench, APART, gap.copy(), floor=floor)
+        back_limit = rng.choice((-FOREVER, -FOREVER, bench.end // 3))
+        back_limit = max(back_limit, bench.borders[0])
+        expected = expect(bench, APART, gap.copy(), back_limit=back_limit)
 
-        async def run(ctx, bench=bench, floor=floor, expected=expected):
-            await bench.begin(ctx, APART, floor=floor, jump_period=1)
+        async def run(ctx, bench=bench, back_limit=back_limit, expected=expected):
+            await bench.begin(ctx, APART, back_limit=back_limit, jump_period=1)
             await bench.run(ctx)
             agree(bench.events, expected.events)
             assert bench.position == expected.position
@@ -131,7 +131,7 @@ def play(simulate, cues, data=DATA, *, segments=LINE, before=1, rules=None, sett
     return bench
 
 
-SERIES_OF_3 = [Cue(SHORT, 50, 45), Cue(SHORT, 51, 46), Cue(SHORT, 52, 47), Cue(SHORT, 53, 48)]
+BURST_OF_3 = [Cue(SHORT, 50, 45), Cue(SHORT, 51, 46), Cue(SHORT, 52, 47), Cue(SHORT, 53, 48)]
 
 CASES = {
     "clears": (
@@ -188,17 +188,17 @@ CASES = {
         [(START, SHORT, 50), (END, CLEARED, 45), (ADVANCE, LOW, 45), (RESUME, 0, 50),
          (START, SHORT, 60), (END, AT_LIMIT, 20), (HALT, STILL_LIMIT, 20)]),
     "the third return halts": (
-        SERIES_OF_3, {}, dict(repeats=3),
+        BURST_OF_3, {}, dict(repeats=3),
         [(START, SHORT, 50), (END, CLEARED, 45), (ADVANCE, LOW, 45), (RESUME, 0, 50),
          (START, SHORT, 51), (END, CLEARED, 46), (ADVANCE, LOW, 46), (RESUME, 0, 51),
          (START, SHORT, 52), (END, CLEARED, 47), (ADVANCE, LOW, 47), (RESUME, 0, 52),
-         (HALT, SERIES, 53)]),
+         (HALT, BURST, 53)]),
     "the first return halts": (
-        SERIES_OF_3, {}, dict(repeats=1),
+        BURST_OF_3, {}, dict(repeats=1),
         [(START, SHORT, 50), (END, CLEARED, 45), (ADVANCE, LOW, 45), (RESUME, 0, 50),
-         (HALT, SERIES, 51)]),
-    "a gain of 1 ends every series": (
-        SERIES_OF_3, {}, dict(repeats=1, gain=1),
+         (HALT, BURST, 51)]),
+    "a gain of 1 ends every burst": (
+        BURST_OF_3, {}, dict(repeats=1, gain=1),
         [(START, SHORT, 50), (END, CLEARED, 45), (ADVANCE, LOW, 45), (RESUME, 0, 50),
          (START, SHORT, 51), (END, CLEARED, 46), (ADVANCE, LOW, 46), (RESUME, 0, 51),
          (START, SHORT, 52), (END, CLEARED, 47), (ADVANCE, LOW, 47), (RESUME, 0, 52),
@@ -206,22 +206,22 @@ CASES = {
     "before the first point": (
         [Cue(SHORT, 5)], {}, {},
         [(START, SHORT, 5), (END, AT_LIMIT, -35), (HALT, STILL_LIMIT, -35)]),
-    "the floor comes before the limit": (
-        [Cue(SHORT, 50)], {}, dict(floor=11),
-        [(START, SHORT, 50), (END, AT_FLOOR, 11), (HALT, STILL_FLOOR, 11)]),
-    "the floor is at the limit": (
-        [Cue(SHORT, 50)], {}, dict(floor=10),
+    "the back_limit comes before the limit": (
+        [Cue(SHORT, 50)], {}, dict(back_limit=11),
+        [(START, SHORT, 50), (END, AT_BACK_LIMIT, 11), (HALT, STILL_BACK_LIMIT, 11)]),
+    "the back_limit is at the limit": (
+        [Cue(SHORT, 50)], {}, dict(back_limit=10),
         [(START, SHORT, 50), (END, AT_LIMIT, 10), (HALT, STILL_LIMIT, 10)]),
-    "below the floor already": (
-        [Cue(SHORT, 50)], {}, dict(floor=60),
-        [(START, SHORT, 50), (END, AT_FLOOR, 50), (HALT, STILL_FLOOR, 50)]),
+    "below the back_limit already": (
+        [Cue(SHORT, 50)], {}, dict(back_limit=60),
+        [(START, SHORT, 50), (END, AT_BACK_LIMIT, 50), (HALT, STILL_BACK_LIMIT, 50)]),
     "a jump": (
         [Cue(JUMP, 50)], {}, {},
         [(START, JUMP, 50), (END, AT_LIMIT, 25), (ADVANCE, HIGH, 25), (ADVANCE, LOW, 42),
          (RESUME, 0, 50)]),
-    "a jump to the floor": (
-        [Cue(JUMP, 50)], {}, dict(floor=30),
-        [(START, JUMP, 50), (END, AT_FLOOR, 30), (ADVANCE, HIGH, 30), (ADVANCE, LOW, 42),
+    "a jump to the back_limit": (
+        [Cue(JUMP, 50)], {}, dict(back_limit=30),
+        [(START, JUMP, 50), (END, AT_BACK_LIMIT, 30), (ADVANCE, HIGH, 30), (ADVANCE, LOW, 42),
          (RESUME, 0, 50)]),
     "a jump needs no data": (
         [Cue(JUMP, 50)], dict(valid=False), {},

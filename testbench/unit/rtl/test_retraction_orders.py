@@ -145,7 +145,7 @@ def test_no_way_forward_while_events_are_not_taken(simulate):
         await bench.begin(ctx, DATA)
         for position, state in ((30, State.FRONT), (12, State.HIGH), (25, State.LOW)):
             await bench.to(ctx, position)
-            bench.set(ctx, crowded=1)
+            bench.set(ctx, backpressure=1)
             await bench.idle(ctx)
             assert (bench.position, ctx.get(dut.retraction.state)) == (position, state)
             if state == State.FRONT:
@@ -153,7 +153,7 @@ def test_no_way_forward_while_events_are_not_taken(simulate):
                 await bench.to(ctx, 10)
                 bench.short = False
                 await bench.until(ctx, State.HIGH)
-            bench.set(ctx, crowded=0)
+            bench.set(ctx, backpressure=0)
         await bench.to(ctx, 40)
 
     simulate(dut, run)
@@ -165,7 +165,7 @@ def test_no_way_forward_while_events_are_not_taken(simulate):
 def test_what_forbids_the_way_forward_does_in_its_clock(simulate, state, position):
     """At the retraction already: whatever else drops what is under way."""
     dut, bench = ordered()
-    levels = dict(run=0, hold=1, shorted=1, safe=1, crowded=1, wait=1, contact=1)
+    levels = dict(run=0, hold=1, shorted=1, safe=1, backpressure=1, wait=1, contact=1)
 
     async def run(ctx):
         await bench.begin(ctx, DATA)
@@ -268,7 +268,7 @@ def test_release_comes_forward_again(simulate):
         await bench.tick(ctx)
         bench.set(ctx, release=0)
         await bench.to(ctx, 55)
-        assert ctx.get(dut.retraction.series) == 0
+        assert ctx.get(dut.retraction.burst) == 0
         assert brief(bench) == [(ADVANCE, HIGH, 10), (ADVANCE, LOW, 42), (RESUME, 0, 50)]
 
     simulate(dut, run)

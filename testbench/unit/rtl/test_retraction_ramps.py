@@ -9,6 +9,7 @@ from testbench.checkers.motion_bench import ONE, START_RATE, Ordered, change, or
 from testbench.models.retraction import (
     ADVANCE,
     AT_LIMIT,
+    BURST,
     CLEARED,
     END,
     HALT,
@@ -18,7 +19,6 @@ from testbench.models.retraction import (
     NO_DATA,
     OPERATOR,
     RESUME,
-    SERIES,
     SHORT,
     START,
     Gap,
@@ -232,15 +232,15 @@ FOLLOWS = {
     (START, 1): {(END, CLEARED), (END, AT_LIMIT), (END, 3)},
     (START, 2): {(END, AT_LIMIT), (END, 3)},
     (START, 3): {(END, AT_LIMIT), (END, 3)},
-    (END, CLEARED): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, SERIES)},
-    (END, AT_LIMIT): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 1), (HALT, SERIES)},
-    (END, 3): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 2), (HALT, SERIES)},
-    (ADVANCE, HIGH): {(ADVANCE, LOW), (START, 1), (HALT, SERIES)},
-    (ADVANCE, LOW): {(RESUME, 0), (START, 1), (HALT, SERIES)},
+    (END, CLEARED): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, BURST)},
+    (END, AT_LIMIT): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 1), (HALT, BURST)},
+    (END, 3): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 2), (HALT, BURST)},
+    (ADVANCE, HIGH): {(ADVANCE, LOW), (START, 1), (HALT, BURST)},
+    (ADVANCE, LOW): {(RESUME, 0), (START, 1), (HALT, BURST)},
     (RESUME, 0): {(START, 1), (START, 2), (START, 3)},
     (HALT, 1): {(ADVANCE, HIGH), (ADVANCE, LOW)},
     (HALT, 2): {(ADVANCE, HIGH), (ADVANCE, LOW)},
-    (HALT, SERIES): {(ADVANCE, HIGH), (ADVANCE, LOW)},
+    (HALT, BURST): {(ADVANCE, HIGH), (ADVANCE, LOW)},
 }
 
 
@@ -258,11 +258,12 @@ def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
     data = change(rate=rng.choice((TOP, SLOW)), limit=70, high_rate=rng.choice((TOP, ONE // 7)),
                   low_rate=low, low_lead=lead(low, 5 * STEP), changeover=rng.choice((0, 10, 25)),
                   jump_distance=40, jump_rate=TOP, jump_high_rate=TOP)
-    floor = rng.choice((-65, -20))
+    back_limit = rng.choice((-65, -20))
 
     async def run(ctx):
         retraction, path = dut.retraction, dut.path
-        await bench.begin(ctx, data, floor=floor, gain=5, repeats=6, settle=3, jump_period=500)
+        await bench.begin(ctx, data, back_limit=back_limit, gain=5, repeats=6, settle=3,
+                          jump_period=500)
         for clock in range(8000):
             if rng.random() < (0.03 if bench.short else 0.005):
                 bench.short = not bench.short
@@ -276,7 +277,7 @@ def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
             assert position <= bench.end
             if position == bench.lowest:
                 front, first = ctx.get(path.front), ctx.get(retraction.first)
-                assert position >= min(max(min(front, first) - data.limit, floor), 0)
+                assert position >= min(max(min(front, first) - data.limit, back_limit), 0)
         bench.short = False
         bench.gap.order = 0
         bench.set(ctx, hold=0, run=1, release=1, jump_period=0)

@@ -69,16 +69,17 @@ def test_ends_where_the_path_does(simulate):
     simulate(dut, run, deadline=1e-2)
 
 
-@pytest.mark.parametrize(("data", "floor", "room"), [
+@pytest.mark.parametrize(("data", "back_limit", "room"), [
     (change(limit=40), None, 40),
     (change(limit=4000), 120, 50),
     (change(limit=0, valid=False), 149, 21),
-], ids=["limit", "floor", "no data"])
-def test_halts_rather_than_pass_the_limit_from_the_furthest_point(simulate, data, floor, room):
+], ids=["limit", "back_limit", "no data"])
+def test_halts_rather_than_pass_the_limit_from_the_furthest_point(simulate, data, back_limit, room):
     dut, bench = serve()
 
     async def run(ctx):
-        await bench.begin(ctx, data, ahead=170, **{} if floor is None else {"floor": floor})
+        bounds = {} if back_limit is None else {"back_limit": back_limit}
+        await bench.begin(ctx, data, ahead=170, **bounds)
         await bench.to(ctx, 170)
         await bench.idle(ctx, SETTLED)
         bench.set(ctx, servo=1, step=STEP)

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.gap.feed_law``, against the exact model."""
+"""Unit tests of ``rtl.gap.feed_mode``, against the exact model."""
 
 import pytest
 
-from rtl.gap.feed_law import FeedLaw
-from testbench.models import feed_law as model
+from rtl.gap.feed_mode import FeedCalculator
+from testbench.models import feed_mode as model
 
 USUAL = {"rate": 1 << 24, "highest": 1 << 28, "gain": 1 << 22, "mean": 30_000, "reference": 20_000,
          "known": 1, "ratio": 4096}
-SETTLED = 2 * FeedLaw.ROUND
+SETTLED = 2 * FeedCalculator.ROUND
 
 
-def put(ctx, dut, law, inputs):
-    ctx.set(dut.law, law)
+def put(ctx, dut, mode, inputs):
+    ctx.set(dut.mode, mode)
     for name, value in inputs.items():
         ctx.set(getattr(dut, name), value)
 
@@ -32,26 +32,26 @@ def any_inputs(rng):
 
 
 def test_follows_the_model(simulate, rng):
-    dut = FeedLaw()
-    seen = {law: set() for law in range(4)}
+    dut = FeedCalculator()
+    seen = {mode: set() for mode in range(4)}
 
     async def run(ctx):
         for _ in range(400):
-            law, inputs = rng.randrange(4), any_inputs(rng)
-            put(ctx, dut, law, inputs)
+            mode, inputs = rng.randrange(4), any_inputs(rng)
+            put(ctx, dut, mode, inputs)
             await ctx.tick().repeat(SETTLED)
             for _ in range(rng.randrange(1, 30)):
-                expected = model.feed(law, **inputs)
-                assert ctx.get(dut.feed) == expected, (law, inputs)
+                expected = model.feed(mode, **inputs)
+                assert ctx.get(dut.feed) == expected, (mode, inputs)
                 await ctx.tick()
-            seen[law].add((expected > inputs["rate"]) - (expected < inputs["rate"]))
+            seen[mode].add((expected > inputs["rate"]) - (expected < inputs["rate"]))
 
     simulate(dut, run)
     assert seen == {0: {0}, 1: {0}, 2: {-1, 0, 1}, 3: {-1, 0, 1}}
 
 
 def test_constant_feed_is_the_rate_in_the_same_clock(simulate, rng):
-    dut = FeedLaw()
+    dut = FeedCalculator()
 
     async def run(ctx):
         for _ in range(100):
@@ -63,16 +63,16 @@ def test_constant_feed_is_the_rate_in_the_same_clock(simulate, rng):
     simulate(dut, run)
 
 
-def test_until_the_law_is_reckoned_the_feed_is_the_rate(simulate, rng):
-    dut = FeedLaw()
+def test_until_the_mode_is_reckoned_the_feed_is_the_rate(simulate, rng):
+    dut = FeedCalculator()
 
     async def run(ctx):
         for _ in range(40):
-            law, inputs = rng.choice((model.OFFSET, model.REMOVAL)), any_inputs(rng)
+            mode, inputs = rng.choice((model.OFFSET, model.REMOVAL)), any_inputs(rng)
             put(ctx, dut, model.CONSTANT, any_inputs(rng))
             await ctx.tick().repeat(rng.randrange(1, 60))
-            put(ctx, dut, law, inputs)
-            expected = model.feed(law, **inputs)
+            put(ctx, dut, mode, inputs)
+            expected = model.feed(mode, **inputs)
             for _ in range(SETTLED):
                 assert ctx.get(dut.feed) in (inputs["rate"], expected)
                 await ctx.tick()
@@ -82,8 +82,8 @@ def test_until_the_law_is_reckoned_the_feed_is_the_rate(simulate, rng):
 
 
 @pytest.mark.parametrize(("mean", "name"), [(30_000, "down"), (10_000, "up")])
-def test_steps_come_at_the_speed_of_the_law(simulate, mean, name):
-    dut = FeedLaw()
+def test_steps_come_at_the_speed_of_the_mode(simulate, mean, name):
+    dut = FeedCalculator()
     inputs = USUAL | {"mean": mean}
     speed = model.speed(**{key: inputs[key] for key in ("gain", "mean", "reference", "known")})
     clocks = 40_000
@@ -106,10 +106,10 @@ def test_steps_come_at_the_speed_of_the_law(simulate, mean, name):
 
 
 @pytest.mark.parametrize("change", [
-    {"mean": 20_000}, {"known": 0}, {"held": 1}, {"gain": 0}, {"law": model.OFFSET},
-    {"law": model.REMOVAL}, {"law": model.CONSTANT}])
-def test_no_steps_at_the_reference_nor_without_the_law(simulate, change):
-    dut = FeedLaw()
+    {"mean": 20_000}, {"known": 0}, {"held": 1}, {"gain": 0}, {"mode": model.OFFSET},
+    {"mode": model.REMOVAL}, {"mode": model.CONSTANT}])
+def test_no_steps_at_the_reference_nor_in_another_mode(simulate, change):
+    dut = FeedCalculator()
 
     async def run(ctx):
         put(ctx, dut, model.ZERO, USUAL | {"gain": model.HIGHEST})
@@ -123,9 +123,9 @@ def test_no_steps_at_the_reference_nor_without_the_law(simulate, change):
     simulate(dut, run)
 
 
-def test_law_of_the_offset_with_the_gain_of_the_ratio_is_its_tangent(simulate):
-    """With Vs = V0 - Es and K = F/Es, both laws are the same at Ex = Es, to the first order."""
-    dut = FeedLaw()
+def test_mode_of_the_offset_with_the_gain_of_the_ratio_is_its_tangent(simulate):
+    """With Vs = V0 - Es and K = F/Es, both modes are the same at Ex = Es, to the first order."""
+    dut = FeedCalculator()
     no_load, reference, rate = 40_000, 8_000, 1 << 24
     gain = rate * 4096 // reference
 
@@ -135,8 +135,8 @@ def test_law_of_the_offset_with_the_gain_of_the_ratio_is_its_tangent(simulate):
                               "reference": no_load - reference,
                               "ratio": reference * 4096 // drop}
             feeds = []
-            for law in (model.OFFSET, model.REMOVAL):
-                put(ctx, dut, law, inputs)
+            for mode in (model.OFFSET, model.REMOVAL):
+                put(ctx, dut, mode, inputs)
                 await ctx.tick().repeat(SETTLED)
                 feeds.append(ctx.get(dut.feed) / rate)
             assert feeds[0] == pytest.approx(feeds[1], abs=((drop - 8_000) / 8_000)**2 + 1 / 4096)

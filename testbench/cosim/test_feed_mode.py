@@ -18,21 +18,21 @@ VOLTAGE, DROP = 25, 5                   # Vs and Es, V; no load is 30 V
 ROW = f"G10 C900 I1 P15 Q25 E80 V{VOLTAGE} U{DROP}"
 FULL_V = 100                            # of the converter
 WIDE_UM, USUAL_UM, NARROW_UM = 40, 30, 22
-PROBES = ("no_load", "voltage_mean", "voltage_drop", "status_ratio", "feed")
+PROBES = ("no_load", "voltage_mean", "voltage_drop", "status_ratio", "in_force")
 
 
 @pytest.fixture
 def begin():
-    """Begin a way under a law, with settings; the job, and what closes it."""
+    """Begin a way under a feed mode, with settings; the job, and what closes it."""
     open_sessions = []
 
-    def under(law, *settings):
+    def under(mode, *settings):
         session = Simulation(machine=MACHINE.tables, clock_hz=CLOCK_HZ, seed=1, trace=False)
         open_sessions.append(session.__enter__())
         job = Job(session, *settings, watched=("path_command",))
         session.set("force.gap_um", USUAL_UM)
-        job.start(program(ROW, "C900", Data(), f"G95 P{law}", f"G01 Z-0.9 F{FEED}"))
-        job.until(lambda: job.probe("law_status_windows") >= 2, "two means", step=2000)
+        job.start(program(ROW, "C900", Data(), f"G95 P{mode}", f"G01 Z-0.9 F{FEED}"))
+        job.until(lambda: job.probe("feed_status_windows") >= 2, "two means", step=2000)
         return job
 
     yield under
@@ -41,11 +41,11 @@ def begin():
 
 
 def look(job):
-    """What the law goes by, right after a mean."""
-    windows = job.probe("law_status_windows")
-    job.until(lambda: job.probe("law_status_windows") != windows, "a mean")
+    """What the feed mode goes by, right after a mean."""
+    windows = job.probe("feed_status_windows")
+    job.until(lambda: job.probe("feed_status_windows") != windows, "a mean")
     job.run(200)
-    return {name: job.probe(f"law_{name}") for name in PROBES}
+    return {name: job.probe(f"feed_{name}") for name in PROBES}
 
 
 def over(job, width_um, means):
@@ -77,11 +77,11 @@ def test_constant_removal(begin):
             assert one["voltage_drop"] == one["no_load"] - one["voltage_mean"]
             assert one["status_ratio"] == removal.ratio_of(
                 one["voltage_drop"], DROP * 65536 // FULL_V, 1024, 16384)
-            assert speed(one["feed"]) == pytest.approx(
+            assert speed(one["in_force"]) == pytest.approx(
                 FEED * one["status_ratio"] / 4096, rel=1e-3)
-        feeds = [speed(one["feed"]) for one in found]
+        feeds = [speed(one["in_force"]) for one in found]
         assert 0.9 * min(feeds) < feed < 1.1 * max(feeds)
-        # What is removed per time by the law's own measure: feed times Ex.
+        # What is removed per time by the mode's own measure: feed times Ex.
         assert feed * volts(found, "voltage_drop") == pytest.approx(FEED * DROP, rel=0.25)
 
 
@@ -89,15 +89,15 @@ def test_a_short_is_left_along_the_path_and_the_ratio_stays(begin):
     job = begin(4)
     ratio = over(job, NARROW_UM, 2)[0][-1]["status_ratio"]
     assert ratio < 4096
-    windows, front = job.probe("law_status_windows"), job.probe("path_front")
+    windows, front = job.probe("feed_status_windows"), job.probe("path_front")
     job.short(True)
     job.until(lambda: job.probe("path_command") < front - 1000, "the way back")
     job.short(False)
     job.wait("resume")
     assert job.probe("path_command") >= front
-    assert job.probe("law_status_ratio") == ratio
-    assert job.probe("law_status_windows") == windows
-    assert speed(job.probe("law_feed")) == pytest.approx(FEED * ratio / 4096, rel=1e-3)
+    assert job.probe("feed_status_ratio") == ratio
+    assert job.probe("feed_status_windows") == windows
+    assert speed(job.probe("feed_in_force")) == pytest.approx(FEED * ratio / 4096, rel=1e-3)
 
 
 def test_zero_feed_at_the_reference_goes_both_ways(begin):
@@ -119,4 +119,4 @@ def test_feed_at_the_reference(begin):
         assert feed == pytest.approx(wanted, rel=0.05)
         for one in found:
             volt = one["voltage_mean"] * FULL_V / 65536
-            assert speed(one["feed"]) == pytest.approx(FEED + 0.5 * (volt - VOLTAGE), abs=0.005)
+            assert speed(one["in_force"]) == pytest.approx(FEED + 0.5 * (volt - VOLTAGE), abs=0.005)

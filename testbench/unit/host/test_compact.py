@@ -4,9 +4,9 @@
 import random
 from itertools import pairwise
 
-from host.link.brief import Expander
+from host.link.compact import Expander
 from host.run.events import Scale, parse
-from testbench.firmware import Machine, events
+from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 NUMBERS = (24, 6, 12, 12, 12)   # bits of clock, line and place
@@ -64,7 +64,7 @@ def machine_lines(machine, rows):
 
 
 def test_firmware_and_host_agree():
-    machine = Machine()
+    machine = Controller()
     draw = random.Random(2)
     kinds = "X.01", "X-.01Y.02", "Z-.003", "X.7Y-1.1", "G04P1", "(NO)X.1", "G92X5", "X.19"
     moves = [draw.choice(kinds) for _ in range(200)]
@@ -85,7 +85,7 @@ def test_firmware_and_host_agree():
 
 
 def test_short_lines_tell_the_place():
-    machine = Machine()
+    machine = Controller()
     came = machine_lines(machine, ["G91 G01 F1000", *["X.01Y-.02"] * 40, "M02"])
     assert sum(line.startswith("[B") for line in came) > 30
     told = [line[3:-1].split(",") for line in machine.lines if line.startswith("[E:block")][2:-2]

@@ -5,14 +5,14 @@ from amaranth import *
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["FeedLaw", "Law"]
+__all__ = ["FeedCalculator", "FeedMode"]
 
 FACTOR = 16   # bits: deviation of the voltage, or ratio
 SCALE = 12    # bits of the product below the rate
 RATE = 30
 
 
-class Law(enum.Enum, shape=2):
+class FeedMode(enum.Enum, shape=2):
     """What the feed goes by."""
 
     CONSTANT = 0  # G94, and G95 P1: F
@@ -21,7 +21,7 @@ class Law(enum.Enum, shape=2):
     REMOVAL = 3   # G95 P4: F Es/Ex
 
 
-class FeedLaw(wiring.Component):
+class FeedCalculator(wiring.Component):
     """Feed pulse calculator 13 of the fourth patent, under any of its laws.
 
     * ``CONSTANT``: ``feed`` is ``rate``, in the same clock.
@@ -48,7 +48,7 @@ class FeedLaw(wiring.Component):
 
     Members
     -------
-    law : In(Law)
+    mode : In(FeedMode)
     rate : In(30)
         F, the segment's: 2**-32 pulse/clock.
     highest : In(30)
@@ -71,7 +71,7 @@ class FeedLaw(wiring.Component):
 
     ROUND = FACTOR + 5  # clocks
 
-    law: In(Law)
+    mode: In(FeedMode)
     rate: In(RATE)
     highest: In(RATE)
     gain: In(RATE)
@@ -88,7 +88,7 @@ class FeedLaw(wiring.Component):
         m = Module()
 
         removal = Signal()
-        m.d.comb += removal.eq(self.law == Law.REMOVAL)
+        m.d.comb += removal.eq(self.mode == FeedMode.REMOVAL)
         step = Signal(range(self.ROUND))
         m.d.sync += step.eq(Mux(step == self.ROUND - 1, 0, step + 1))
 
@@ -132,18 +132,18 @@ class FeedLaw(wiring.Component):
             with m.Default():
                 m.d.sync += product.eq(Cat(product[1:FACTOR], partial))
 
-        by_law = Signal()
+        by_product = Signal()
         m.d.comb += [
-            by_law.eq((self.law == Law.OFFSET) | removal),
-            self.feed.eq(Mux(by_law & (rounds == 2), result, self.rate)),
+            by_product.eq((self.mode == FeedMode.OFFSET) | removal),
+            self.feed.eq(Mux(by_product & (rounds == 2), result, self.rate)),
         ]
-        with m.If(self.law == Law.CONSTANT):
+        with m.If(self.mode == FeedMode.CONSTANT):
             m.d.sync += rounds.eq(0)
 
         phase = Signal(32)
         due = Signal()
         m.d.sync += [self.up.eq(due & back & ~self.held), self.down.eq(due & ~back & ~self.held)]
-        with m.If(self.held | (self.law != Law.ZERO) | (rounds != 2)):
+        with m.If(self.held | (self.mode != FeedMode.ZERO) | (rounds != 2)):
             m.d.sync += [phase.eq(0), due.eq(0)]
         with m.Else():
             m.d.sync += Cat(phase, due).eq(phase + speed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: series of shorts, ceilings, jumps, and what the operator does in between."""
+"""Scenarios: short bursts, ceilings, jumps, and what the operator does in between."""
 
 from itertools import pairwise
 
@@ -12,8 +12,16 @@ from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.retractions import at_limit, clear_after, figures, pace
 from testbench.native.station import Session
 
-__all__ = ["ceiling_wins", "hold_and_resume", "jump", "jump_into_short", "no_data",
-           "operator_retracts", "rapid", "series"]
+__all__ = [
+    "burst",
+    "ceiling_wins",
+    "hold_and_resume",
+    "jump",
+    "jump_into_short",
+    "no_data",
+    "operator_retracts",
+    "rapid",
+]
 
 WATCHDOG_S = 5e-3
 
@@ -27,18 +35,18 @@ def _hold(job):
     job.until(lambda: job.probe("retraction_control_hold"), "hold")
 
 
-def series(session: Session) -> dict:
-    """Shorts that return: one series until 1 um of new depth is gained, and at last the alarm."""
+def burst(session: Session) -> dict:
+    """Shorts that return are one short burst until 1 um of new depth is gained; then the alarm."""
     data = Data(changeover=0.02, limit=0.2)
     job = Job(session, assign("repeats", 3))
     job.start(program(data, "G01 Z-0.4 F60"))
     coordinate, firsts = 1000, []
-    # Depth gained after each: within the series, then just enough to end it, then within again.
+    # Depth gained after each: within the burst, then just enough to end it, then within again.
     for gain in (4, 2, 15, 3, 0, 0):
         job.reach(coordinate, pace(session, 60))
         job.short(True)
         if gain == 15:
-            # The limit is still that of the series, though its front is deeper by now.
+            # The limit is still that of the burst, though its front is deeper by now.
             at_limit(job)
             assert job.probe("path_command") == firsts[0] - pulses(data.limit)
             assert job.probe("path_front") > firsts[0]
@@ -61,7 +69,7 @@ def series(session: Session) -> dict:
 
 
 def rapid(session: Session) -> dict:
-    """Shorts that are back at once: firmware is not overrun, and the series ends in its alarm."""
+    """Shorts that are back at once: firmware is not overrun, and the burst ends in its alarm."""
     data = Data(speed=600, limit=0.2, high=600, low=600, changeover=0)
     job = Job(session, watched=("safety_pet_strobe", "safety_pet"))
     job.start(program(data, "G01 Z-0.4 F1"))
