@@ -25,9 +25,9 @@ __all__ = ["Controller"]
 class Controller(wiring.Component):
     """An electric discharge machine's controller, without its processor.
 
-    Firmware writes segments, rates and data; when to move, to retract and to discharge is decided
-    here. From the sample that completes a short to the last path pulse are at most 8 clocks. Every
-    output is in its safe state while ``safe`` is high.
+    Firmware writes segments, rates and data. This gateware decides when to move, to retract and to
+    discharge. The last path pulse comes at most 8 clocks after the sample that completes a short.
+    Every output is in its safe state while ``safe`` is high.
 
     Parameters
     ----------
@@ -40,15 +40,16 @@ class Controller(wiring.Component):
     slots : int
         Segments in the path window.
     jump_axis : int
-        Axis along which a sinker jumps, or 15.
+        Number of the axis along which a sinker jumps, or 15 for none.
     level_max, on_max_s, off_min_s : int, float, float
-        What no register can exceed: current level in IP, on-time and off-time in s.
+        Limits that no register can exceed: current level in IP, on-time and off-time in s.
     dac_kind : str
         ``"sigma_delta"`` or ``"pwm"``.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``.
     fastest_mm_s, leaving_mm_s : float
-        What no drive exceeds, by its coder; and the highest speed off a limit switch, in mm/s.
+        Speed that no drive exceeds, as its coder counts it; and the highest speed while the machine
+        leaves a limit switch; in mm/s.
 
     Members
     -------
@@ -57,18 +58,18 @@ class Controller(wiring.Component):
     cycle : In(32)
         Clock count, for events.
     hold : In(1)
-        Feed hold by the operator, beside that of the register ``retraction.control``.
+        Feed hold by the operator; the register ``retraction.control`` has another one.
     abort : In(1)
-        The operator's reset: no path pulse either way, and no discharge.
+        The operator's reset: no path pulse in either direction, and no discharge.
     memory_damaged : In(1)
         The processor's memory has read wrong: a cause of the interlock.
     silent : Out(1)
-        The watchdog has expired, and for a second period nobody has called.
+        The watchdog has expired, and firmware has not called it for a second period.
 
     The others: ``rtl.members.pins``.
     """
 
-    MOTION = Motion  # a proof puts one of its own in its place
+    MOTION = Motion  # a proof replaces it by its own
 
     def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int,
                  pulses_per_mm: int = 10_000, slots: int = 64, jump_axis: int = 2,
@@ -151,10 +152,10 @@ class Controller(wiring.Component):
         ]
 
     def _discharge(self, m):
-        """Condition in force, pulses, and the gap that they make."""
+        """Condition in force, pulses, and the gap."""
         gap, power, condition = self.gap, self.power, self.condition
         registers = self.registers.power
-        # Wanted by firmware, allowed by hand, not reset by the operator, nor on a limit switch.
+        # Firmware wants it, a hand has armed it, no reset is pending, no limit switch is excused.
         machining = Signal()
         m.d.comb += machining.eq(registers.control_machining & self.arming.armed & ~self.abort
                                  & ~self.interlock.leaving)
@@ -203,7 +204,7 @@ class Controller(wiring.Component):
         ]
 
     def _guard(self, m):
-        """Whether guarded registers are damaged, and which: latched for firmware."""
+        """Which guarded registers are damaged, latched for firmware."""
         motion, registers = self.motion, self.registers.safety
         found = Cat(self.drives.damaged, motion.damaged_word, motion.damaged_segment,
                     motion.damaged_place, motion.damaged_pulses, self.drives.damaged_bounds,
@@ -211,7 +212,7 @@ class Controller(wiring.Component):
         told = Cat(registers.damage_axes, registers.damage_word, registers.damage_segment,
                    registers.damage_place, registers.damage_pulses, registers.damage_bounds,
                    registers.damage_fluid, registers.damage_rate, registers.damage_latch)
-        # What the interlock finds of itself is a cause already.
+        # Damage of the interlock's own latch is a cause already.
         every = Cat(found, self.interlock.torn)
         m.d.sync += told.eq(Mux(registers.clear_strobe, every, told | every))
         m.d.comb += self.interlock.guard.eq(found.any())
@@ -246,7 +247,7 @@ class Controller(wiring.Component):
         ]
 
     def _report(self, m):
-        """What happened, in one queue."""
+        """Events, in one queue."""
         report, interlock, fluid = self.report, self.interlock, self.registers.fluid
         m.d.comb += [
             report.cycle.eq(self.cycle), report.slot.eq(self.registers.path.slot),

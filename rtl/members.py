@@ -19,7 +19,8 @@ def pins():
     discharge has high frequencies. ``adc_select`` to ``adc_data`` lead to the converter that
     ``rtl.gap.sampler`` asks. ``gap_supply`` is the power supply's open voltage and, in bit 4, its
     polarity.
-    ``gap_on`` and ``gap_sense`` gate the discharge and the current-limited sensing source.
+    ``gap_on`` and ``gap_sense`` are the gates of the discharge and of the current-limited sensing
+    source.
     ``dac`` has a density of ones proportional to the speed command, ``dac_negative`` its sign.
     ``safe`` says that the interlock holds the outputs in their safe state.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pads: the only place where the machine meets its ports."""
+"""Pads: the only place where the controller meets its ports."""
 
 from amaranth import *
 from amaranth.lib import io, wiring
@@ -12,7 +12,7 @@ __all__ = ["CHAINED", "INPUTS", "OUTPUTS", "Pads"]
 
 AXES = 3
 
-# Width, and the level before the first clocks have passed: the one that is safe or idle.
+# Width, and the level for the first clocks, until the input has come through: safe or idle.
 INPUTS = {
     "rx": (1, 1),
     "enc_a": (AXES, 0), "enc_b": (AXES, 0),
@@ -33,10 +33,10 @@ OUTPUTS = {
     "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
     "safe": (1, 1),
 }
-# What a board may lead out through shift registers, in the order of their outputs.
+# Outputs that a board may lead out through shift registers, in the order of the registers.
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 CHAIN_PINS = 3       # data, shift clock, latch clock
-CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers, at any clock that the machine reaches
+CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers at any clock that a board reaches
 
 
 class Pads(wiring.Component):
@@ -50,20 +50,20 @@ class Pads(wiring.Component):
     A board with too few pins has a port ``chain`` in place of those of ``CHAINED``: its pins are
     the data, the shift clock and the latch clock of ``rtl.lib.shift_output.ShiftOutput``, the
     auxiliary code in the outputs 0 to 15, its strobes in the next three, and the order to the power
-    supply in the last five. A frame is 400 clocks;
-    the code arrives within two. A strobe must have been up for two frames running, so that it
-    rises a whole frame after its code, within three; it falls within two.
+    supply in the last five. A frame is 400 clocks. The code arrives within two frames. A strobe is
+    sent once it has been up for two frames in a row, so that it rises a whole frame after its code,
+    within three frames; it falls within two.
 
     Parameters
     ----------
     ports : object
-        A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: of a platform
-        (requested with ``dir="-"``) or an ``io.SimulationPort``. ``chain`` as said above.
+        A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: one of a platform
+        (requested with ``dir="-"``) or an ``io.SimulationPort``. For ``chain`` see above.
 
     Members
     -------
-    The names of ``INPUTS`` are outputs of this component (from the pin to the machine), those of
-    ``OUTPUTS`` inputs (from the machine to the pin). Vectors are by axis, X lowest.
+    The names of ``INPUTS`` are outputs of this component (from the pin to the controller), those
+    of ``OUTPUTS`` are inputs (from the controller to the pin). Vectors are by axis, X lowest.
 
     Raises
     ------
@@ -111,8 +111,8 @@ class Pads(wiring.Component):
         return m
 
     def _output(self, m, name, level, init):
-        # Not an FFBuffer: its register comes up with the pin low, which is not every pin's safe
-        # level, and it is not reset.
+        # Not an FFBuffer: its register starts with the pin low, which is not the safe level of
+        # every pin, and it has no reset.
         port = getattr(self.ports, name)
         value = Signal(len(port), init=init, name=f"{name}_out")
         m.submodules[f"{name}_pad"] = buffer = io.Buffer("o", port)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the gateware did, in one queue of events for firmware."""
+"""One queue of events, by which the gateware reports to firmware."""
 
 from collections.abc import Mapping
 
@@ -14,16 +14,17 @@ from rtl.safety.interlock import Cause
 
 __all__ = ["Report"]
 
-QUEUE_HIGH = 3   # events that firmware has not taken: forward motion waits
-DEPTH = 16  # events that the queue holds
+QUEUE_HIGH = 3  # waiting events from which on forward motion stops
+DEPTH = 16      # events that the queue holds
 
 
 class Report(wiring.Component):
-    """Makes an event of what happens, with the place of the machine, and keeps it for firmware.
+    """Makes events, each with the machine's place, and keeps them for firmware.
 
-    The retraction comes first, the others when it has nothing to tell; of several changes of the
-    fluid the last is told, of all else each. A gate that is stuck is told even if it came later
-    than another cause. An event is in the queue two clocks after it happened, if nothing precedes.
+    The retraction has priority; other sources wait until it has no event. Of several changes of the
+    fluid only the last becomes an event; of all others each does. A stuck gate becomes an event
+    even if another cause tripped first. An event is in the queue two clocks after it happened,
+    unless others come before it.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ class Report(wiring.Component):
     registers : In(Signature of the block)
         The oldest event, see ``softcore/regmap.py``.
     cycle : In(32), slot : In(8), path : In(signed(32)), position : In(signed(32)) x axes
-        Clock and place, of now.
+        The present clock and place.
     retraction : In(Happened)
         See ``rtl.motion.motion``.
     entered : In(1)
@@ -49,9 +50,9 @@ class Report(wiring.Component):
     switched : In(1), count : In(8), depth : In(signed(32))
         The condition was switched by depth, how often, and where.
     fluid_news : In(1), fluid_class : In(2), fluid_state : In(6), fluid_level : In(12)
-        The fluid has changed, and what is known of it.
+        The fluid has changed, and its state.
     backpressure : Out(1)
-        Firmware is behind.
+        Firmware is behind: forward motion must stop.
     """
 
     def __init__(self, *, registers: Mapping[str, wiring.Signature], letters: str):
@@ -80,17 +81,18 @@ class Report(wiring.Component):
             *(getattr(event, letter).eq(position)
               for letter, position in zip(self.letters, self.position, strict=True)),
         ]
-        # An event is made up in one clock and stored in the next, to meet timing.
+        # An event is registered before it is queued, to meet timing.
         push = Signal()
         m.d.sync += queue.push.eq(push)
         with m.If(push):
             m.d.sync += queue.data.eq(event)
 
-        segment = Signal()  # a segment was entered: to be told
-        trip = Signal()     # the interlock has tripped: to be told
-        stuck = Signal()    # ... a stuck gate later than another cause: to be told as well
-        news = Signal()     # the fluid has changed: to be told
-        switch = Signal()   # the condition was switched by depth: to be told
+        # High while an event waits to be made:
+        segment = Signal()  # a segment was entered
+        trip = Signal()     # the interlock has tripped
+        stuck = Signal()    # a gate is stuck, after another cause had tripped
+        news = Signal()     # the fluid has changed
+        switch = Signal()   # the condition was switched by depth
         segment_cycle = Signal(32)
         segment_slot = Signal(8)
         trip_cycle, stuck_cycle, switch_cycle = Signal(32), Signal(32), Signal(32)
@@ -122,7 +124,7 @@ class Report(wiring.Component):
                          event.detail.eq(self.count), event.first.eq(self.depth)]
             m.d.sync += switch.eq(0)
 
-        # What happens in this clock is to be told from the next on.
+        # Requests of this clock count from the next one on.
         with m.If(self.fluid_news):
             m.d.sync += news.eq(1)
         with m.If(self.switched):
@@ -131,7 +133,7 @@ class Report(wiring.Component):
             m.d.sync += [segment.eq(1), segment_cycle.eq(self.cycle), segment_slot.eq(self.slot)]
         with m.If(self.tripped):
             m.d.sync += [trip.eq(1), trip_cycle.eq(self.cycle)]
-        gates = Signal(2)   # stuck a clock ago, and two
+        gates = Signal(2)   # stuck one clock ago, and two clocks ago
         m.d.sync += gates.eq(Cat(self.gate, gates))
         with m.If((gates == 1) & ~(self.tripped & (self.first == Cause.GATE.value))):
             m.d.sync += [stuck.eq(1), stuck_cycle.eq(self.cycle)]

@@ -13,16 +13,16 @@ LETTERS = 3  # M, S, T
 class AuxiliaryFunctions(wiring.Component):
     """Sends one function at a time, and waits until the machine side has done it.
 
-    After ``send``, ``function`` is the code and the machine side is asked in four steps, each with
-    its own wait: FIN is low (it may still be up) · strobe of the letter up, FIN comes up · strobe
-    down, FIN goes down · done. ``function`` is stable from the clock after ``send``, at least one
-    clock before the strobe, until ``busy`` falls and beyond. ``busy`` is high from the clock after
-    ``send`` to the end. With answers at once it takes 3 clocks.
+    After ``send``, ``function`` is the code. The handshake has three waits: for FIN to be low (it
+    may still be high from before); with the letter's strobe up, for FIN to rise; with the strobe
+    down, for FIN to fall. ``function`` is stable from the clock after ``send``, at least one clock
+    before the strobe, until ``busy`` falls and beyond. ``busy`` is high from the clock after
+    ``send`` to the end. If FIN answers at once this takes 3 clocks.
 
-    A wait of ``timeout`` clocks without the awaited level gives up: strobe and ``busy`` fall and
-    ``timed_out`` is high for one clock. A ``timeout`` of 0 counts as 1. ``safe`` drops strobe and
-    function in the next clock, without ``timed_out``, and refuses ``send``. So do ``busy`` and a
-    letter of 3: such a ``send`` does nothing.
+    After ``timeout`` clocks without the awaited level the block gives up: strobe and ``busy`` fall
+    and ``timed_out`` is high for one clock. A ``timeout`` of 0 counts as 1. ``safe`` drops strobe
+    and function in the next clock, without ``timed_out``. A ``send`` does nothing while ``safe`` or
+    ``busy`` is high, or with a letter of 3.
 
     Ref: the M/S/T codes, their strobes and FIN: first patent, heavy-current switchboard of Fig. 4.
 
@@ -31,7 +31,7 @@ class AuxiliaryFunctions(wiring.Component):
     send : In(1)
         Send a function.
     code : In(16), letter : In(2)
-        The number, and 0 M, 1 S, 2 T. Read with ``send``.
+        The number, and the letter: 0 M, 1 S, 2 T. Read with ``send``.
     timeout : In(32)
         Longest wait, in clocks.
     safe : In(1)
@@ -63,7 +63,7 @@ class AuxiliaryFunctions(wiring.Component):
         m = Module()
 
         letter = Signal(2)
-        waited = Signal(32)  # clocks of this wait before this one
+        waited = Signal(32)  # clocks of this wait so far
         late = Signal()      # this is the last clock of the wait
         m.d.comb += late.eq(waited + 1 >= self.timeout)
 

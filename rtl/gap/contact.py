@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact guard: watches with sensing pulses for the work while the discharge is off."""
+"""Contact guard: while the discharge is off, sensing pulses tell of contact with the work."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,33 +9,33 @@ __all__ = ["ContactGuard"]
 
 
 class ContactGuard(wiring.Component):
-    """Nothing is pressed into the work while the discharge is off.
+    """Keeps the electrode from being pressed into the work while the discharge is off.
 
-    *Looks.* ``look`` asks for sensing pulses: from the clock after the first in which motion is
-    ``wanted`` or going on (``moving``), until there has been neither and the axes have ``settled``,
-    or have not for ``settle`` clocks. So there is no voltage at an electrode that stands, and none
-    while the discharge is on, nor with ``safe`` or ``quiet``: these end a look in the same clock.
+    *Looks.* During a look, ``look`` asks for sensing pulses. A look begins in the clock after the
+    first one in which motion is ``wanted`` or going on (``moving``). It ends when there is neither
+    and the axes have ``settled``, or after ``settle`` clocks without motion. ``safe``, ``quiet``
+    and the discharge end it in the same clock. So an electrode that stands has no voltage.
 
-    *Before it moves.* The gap is known to be open from the clock after ``clear_needed`` clear
-    samples in a row (0 as 1) of this look, until its end. Until then ``wait`` holds forward pulses
-    back while the discharge is off, but for a segment that leads ``away``.
+    *Before a motion.* ``clear_needed`` clear samples in a row of one look (0 counts as 1) show that
+    the gap is open, from the next clock to the end of the look. Until then ``wait`` stops forward
+    pulses while the discharge is off, except in a segment that leads ``away``.
 
     *Contact* is the signal Ss in a look, unless the motion is backwards along the path: ``contact``
     is high in the same clocks. In a segment that leads ``away`` the electrode may still touch when
-    it sets out: there it is contact only once the gap was known to be open. In the first clock of
-    ``safe`` it still counts: it is a cause itself.
+    it starts: there Ss is contact only once the gap was known to be open. In the first clock of
+    ``safe`` contact still counts, since it is a cause of ``safe`` itself.
 
     *Too fast to stop.* ``trip`` is ``contact`` while the ramp is above the start/stop speed
-    (``fast``), and for ``lag_time`` clocks after: until then the axes are still on their way, and
-    a command that stops would let them press on.
+    (``fast``), and for ``lag_time`` clocks after: until then the axes still lag behind, and would
+    go on into the work although the command has stopped.
 
     Parameters
     ----------
     clock_hz : int
         Frequency of the clock.
     settle_ms : int
-        The longest that a look lasts after the motion, rounded up to clocks. Axes of 50 1/s have
-        come within 0.005 % of their lag by then.
+        Longest time of a look after the motion, rounded up to clocks. In 200 ms an axis with a
+        position loop gain of 50 1/s has made up all but 0.005 % of its lag.
 
     Members
     -------
@@ -66,13 +66,13 @@ class ContactGuard(wiring.Component):
     contact : Out(1)
         The electrode touches the work.
     trip : Out(1)
-        ... and the axes are too fast.
+        Contact, and the axes are too fast to stop.
 
     Attributes
     ----------
     clears, known : Signal(8), Signal(1)
-        Clear samples of the look in a row (wraps), and whether the gap is known to be open; for
-        proofs.
+        For proofs: clear samples of the look in a row (wraps), and whether the gap is known to be
+        open.
 
     Proof: ``testbench/formal/test_contact.py``.
 
@@ -122,7 +122,7 @@ class ContactGuard(wiring.Component):
             with m.If(clear & (clears + 1 >= self.clear_needed)):
                 m.d.sync += known.eq(1)
 
-        lags = Signal(28)   # clocks for which the axes may still
+        lags = Signal(28)   # clocks for which the axes may still lag
         with m.If(self.fast):
             m.d.sync += lags.eq(self.lag_time)
         with m.Elif(lags.any()):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pulse discriminator: tells what each pulse was, from the gap's comparators."""
+"""Pulse discriminator: classifies each pulse by the gap's comparators."""
 
 from amaranth import *
 from amaranth.lib import enum, wiring
@@ -18,35 +18,36 @@ class PulseClass(enum.Enum, shape=2):
 
 
 class Discriminator(wiring.Component):
-    """Verdict on each pulse: discriminators 2, 3 and 4 of the second patent.
+    """Class of each pulse: discriminators 2, 3 and 4 of the second patent.
 
     A pulse is a run of clocks with ``on`` high (a main pulse), or with ``sense`` high and ``on``
-    low (a sensing pulse). Its first ``blanking`` clocks are not looked at; that covers the way to
-    the power supply and back as well, since the comparators lag the gates. A pulse that is not
-    longer than ``blanking`` gives no sample. Any other gives one in the clock after its last clock:
-    ``sample`` is high, and ``kind`` is its class.
+    low (a sensing pulse). Its first ``blanking`` clocks are ignored; they also cover the delay from
+    the gates to the comparators. A pulse that is not longer than ``blanking`` gives no sample. Any
+    other pulse gives one in the clock after its last clock: ``sample`` is high, and ``kind`` is
+    the class.
 
-    A main pulse *ignites* in the first clock past the blanking in which ``high`` is low, or with
-    ``use_current`` in which ``current`` is high. From then on ``settle`` more clocks are not looked
-    at: the voltage is falling. The class of a main pulse is
+    A main pulse *ignites* in the first clock past the blanking in which ``high`` is low or, with
+    ``use_current``, in which ``current`` is high. The next ``settle`` clocks are ignored, as the
+    voltage is still falling. The class of a main pulse is
 
     * ``OPEN`` if it did not ignite;
     * ``SHORT`` if ``short`` was high in its last clock;
     * ``DAME`` if ``arc`` was high in its last clock, or if its discharge is suspect;
-    * ``OK`` else, and if the pulse ended before the voltage had settled.
+    * ``OK`` otherwise, and if the pulse ended before the voltage had settled.
 
-    A discharge is suspect if all criteria in use say so, and at least one is: ``use_delay``, it
-    ignited less than ``delay_least`` clocks after the pulse began; ``use_noise``, ``noise`` was low
-    in every clock from the ignition to the last. Sensing pulses carry too little current for any of
-    this: they are ``SHORT`` by the last clock, else ``OPEN``.
+    A discharge is suspect if at least one criterion is in use and all in use are met. By
+    ``use_delay`` it ignited less than ``delay_least`` clocks after the pulse began; by
+    ``use_noise`` the input ``noise`` was low in every clock from the ignition to the last one.
+    Sensing pulses carry too little current for any of this: they are ``SHORT`` if ``short`` was
+    high in the last clock, else ``OPEN``.
 
     ``shorted_now`` says in the same clock that the pulse is past its blanking and settling, and
-    ``short`` is high. ``abnormal`` says that of a main pulse ``short`` or ``arc`` has been high for
-    ``confirm`` clocks running, this one included; 0 counts as 1. The counters and ``last`` follow
+    ``short`` is high. ``abnormal`` says that in a main pulse ``short`` or ``arc`` has been high for
+    ``confirm`` clocks in a row, this one included; 0 counts as 1. The counters and ``last`` follow
     main pulses only, one clock after the sample; counters wrap.
 
-    Settings change between pulses: after the clock of the sample, and before the last clock of the
-    pause.
+    Settings may change between pulses only: after the clock of the sample, and before the last
+    clock of the pause.
 
     Ref: the class scheme (open, normal, arc, short by voltage and ignition delay): doi
     10.1177/0954405414543488; arcs burn below 15 to 20 V, shorts below 10 to 15 V. Arcs have no high

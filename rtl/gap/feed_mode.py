@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Feed laws: the feed at the front by the mean gap voltage, or by Es/Ex."""
+"""Feed modes: the feed at the front by the mean gap voltage, or by Es/Ex."""
 
 from amaranth import *
 from amaranth.lib import enum, wiring
@@ -13,7 +13,7 @@ RATE = 30
 
 
 class FeedMode(enum.Enum, shape=2):
-    """What the feed goes by."""
+    """What the feed at the front depends on."""
 
     CONSTANT = 0  # G94, and G95 P1: F
     ZERO = 1      # G95 P2: K (V - Vs), also backwards
@@ -22,47 +22,47 @@ class FeedMode(enum.Enum, shape=2):
 
 
 class FeedCalculator(wiring.Component):
-    """Feed pulse calculator 13 of the fourth patent, under any of its laws.
+    """Feed pulse calculator 13 of the fourth patent, in any of the feed modes.
 
     * ``CONSTANT``: ``feed`` is ``rate``, in the same clock.
-    * ``ZERO``: steps, forward while the voltage is above ``reference`` and backward below it, at
-      ``gain * |mean - reference| / 2**12`` of them a clock in 2**-32. For
-      ``rtl.motion.servo``: each is ``up`` or ``down`` for one clock, and makes a path pulse; the
-      path goes no faster than ``feed``, which is ``rate``, and steps above it are lost.
-    * ``OFFSET``: ``feed`` is ``rate`` and so much more or less, at least 0: forward alone.
+    * ``ZERO``: steps, forward while the voltage is above ``reference`` and backward below it. Their
+      rate is ``gain * |mean - reference| / 2**12``, in 2**-32 step/clock. Each step is ``up`` or
+      ``down`` for one clock, and ``rtl.motion.servo`` makes a path pulse of it. ``feed`` is
+      ``rate``: the path goes no faster, and steps above it are lost.
+    * ``OFFSET``: ``feed`` is ``rate`` plus or minus the rate of ``ZERO``, at least 0.
     * ``REMOVAL``: ``feed`` is ``rate * ratio / 2**12``.
 
-    Products are rounded down. Under the last two laws ``feed`` is at most ``highest``, and ``rate``
-    itself for the first 42 clocks. Without ``known`` the voltage counts as the reference, so
-    ``ZERO`` stands and ``OFFSET`` goes at ``rate``.
+    Products are rounded down. In the last two modes ``feed`` is at most ``highest``, and is
+    ``rate`` for the first 42 clocks. While ``known`` is low the voltage counts as the reference:
+    ``ZERO`` makes no steps and ``OFFSET`` gives ``rate``.
 
-    All is reckoned anew in rounds of 21 clocks, with the inputs that its clocks find: a change of
-    input takes 42 clocks at most to be all there is, and on the way a result may be of old and new
-    ones, as are those of another law. The phase of the steps goes on over changes. ``held`` stops
-    them and clears it.
+    The block computes in rounds of 21 clocks and reads its inputs as it goes. A change of an input
+    or of the mode takes full effect within 42 clocks; until then a result may mix old and new
+    values. The phase of the steps continues over changes. ``held`` stops the steps and clears the
+    phase.
 
-    With a window of ``rtl.gap.removal`` over time, ``ZERO`` and ``OFFSET`` are the laws of JP
-    3231567 B for rough and finish cuts, as the fourth patent tells them; with one over a distance
-    ``OFFSET`` is around ``reference = no_load - Es`` the same as ``REMOVAL``, if ``gain`` is
-    ``rate / Es``.
+    With a window of ``rtl.gap.removal`` over time, ``ZERO`` and ``OFFSET`` are the feed modes of JP
+    3231567 B for rough and finish cuts, as the fourth patent describes them. With a window over a
+    distance, ``OFFSET`` equals ``REMOVAL`` to the first order around ``reference = no_load - Es``,
+    if ``gain`` is ``rate / Es``.
 
     Members
     -------
     mode : In(FeedMode)
     rate : In(30)
-        F, the segment's: 2**-32 pulse/clock.
+        F, the feed of the segment, 2**-32 pulse/clock.
     highest : In(30)
         Highest feed, 2**-32 pulse/clock.
     gain : In(30)
-        K: 2**-32 pulse/clock for a sixteenth of full scale, that is for 2**12 of a level.
+        K: 2**-32 pulse/clock for each sixteenth of full scale (2**12 levels).
     mean, reference : In(16)
         V and Vs: levels, 2**-16 of the converter's full scale.
     known : In(1)
-        ``mean`` is one.
+        ``mean`` is valid.
     ratio : In(16)
         Es/Ex, 1/4096.
     held : In(1)
-        No steps: not at the front, or on hold, or short.
+        No steps: the machine is not at the front, or on hold, or the gap is short.
     feed : Out(30)
         2**-32 pulse/clock.
     up, down : Out(1)
@@ -93,15 +93,15 @@ class FeedCalculator(wiring.Component):
         m.d.sync += step.eq(Mux(step == self.ROUND - 1, 0, step + 1))
 
         deviation = Signal(signed(FACTOR + 1))
-        below = Signal()              # of the round's product: it is negative
+        below = Signal()              # the product of this round is negative
         multiplicand = Signal(RATE)
-        product = Signal(RATE + FACTOR)  # the factor in its lower bits moves out as it grows
+        product = Signal(RATE + FACTOR)  # starts with the factor in its low bits, shifted out
         partial = Signal(RATE + 1)
         m.d.comb += partial.eq(product[FACTOR:] + Mux(product[0], multiplicand, 0))
-        size = Signal(RATE)           # of the product, no more than a rate can be
+        size = Signal(RATE)           # magnitude of the product, limited to the range of a rate
         total = Signal(signed(RATE + 2))
         result = Signal(RATE)
-        speed = Signal(RATE)          # of steps
+        speed = Signal(RATE)          # rate of the steps
         back = Signal()
         rounds = Signal(2)
         with m.Switch(step):
@@ -118,7 +118,7 @@ class FeedCalculator(wiring.Component):
                                         product[SCALE:]))
             with m.Case(self.ROUND - 2):
                 m.d.sync += [
-                    # Less is the complement more, and a carry.
+                    # To subtract, the complement and a carry are added.
                     total.eq(Mux(removal, 0, self.rate) + (size ^ below.replicate(RATE + 2))
                              .as_signed() + below),
                     speed.eq(size),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fluid detector: class of the fluid's resistance, from the codes of its cell."""
+"""Fluid detector: class of the fluid's resistance, from the codes of the conductivity cell."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -8,27 +8,27 @@ from amaranth.utils import exact_log2
 
 __all__ = ["FluidDetector"]
 
-EDGES = 8  # codes that an average is compared with, one a clock
+EDGES = 8  # codes with which an average is compared, one a clock
 
 
 class FluidDetector(wiring.Component):
     """Fluid-resistance detector 11 and level discriminator 12 of the second patent.
 
-    ``level`` is the average, rounded down, of each ``samples`` samples that follow each other; it
-    is there one clock after the last of them. All else that depends on it follows 8 clocks later,
-    and is decided once for each average. The settings are read in these 8 clocks: one that changes
-    there makes a mixed decision, which the next average puts right.
+    ``level`` is the average, rounded down, of ``samples`` samples in a row; it is valid one clock
+    after the last of them. The other outputs follow 8 clocks later, once for each average. The
+    settings are read in these 8 clocks: one that changes meanwhile makes a mixed decision, which
+    the next average corrects.
 
-    The codes fall from class 0, the highest resistance, to class 3. Threshold n stands between the
-    classes n and n + 1. An average below ``threshold - hysteresis`` is past it in the one
-    direction, one from ``threshold + hysteresis`` up in the other; in between the threshold stays
-    on the side on which it was. So the class may jump over others. It begins at 0, the class whose
-    presets retreat first.
+    The codes fall from class 0, the highest resistance, to class 3. Threshold n lies between the
+    classes n and n + 1. An average below ``threshold - hysteresis`` is past the threshold; one at
+    ``threshold + hysteresis`` or above is not; one in between changes nothing. So the class may
+    jump over others. It begins at 0, the class whose presets retreat first.
 
-    The class stays as it is when the average is below ``lowest`` or above ``highest`` (a broken or
-    shorted wire of the cell), and when the settings leave a class no code that always gives it:
-    that is, unless ``highest >= threshold_0 + hysteresis``, ``threshold_0 - hysteresis >
-    threshold_1 + hysteresis``, likewise for 1 and 2, and ``threshold_2 - hysteresis > lowest``.
+    The class does not change when the average is below ``lowest`` or above ``highest`` (a broken or
+    shorted wire of the cell), nor when the settings are out of order: each class needs a code that
+    always gives it. They are in order if ``highest >= threshold_0 + hysteresis``, ``threshold_0 -
+    hysteresis > threshold_1 + hysteresis``, likewise for 1 and 2, and ``threshold_2 - hysteresis >
+    lowest``.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class FluidDetector(wiring.Component):
     sample : In(12)
         Code of the cell.
     sample_valid : In(1)
-        It is new. At least 10 clocks apart.
+        ``sample`` is new. At least 10 clocks apart.
     threshold_0, threshold_1, threshold_2 : In(12)
         Codes, falling.
     hysteresis : In(8)
@@ -52,13 +52,13 @@ class FluidDetector(wiring.Component):
     manual_class : In(2)
         Class set by hand.
     class_ : Out(2)
-        Class that the presets follow. It follows ``manual`` and ``manual_class`` in the same clock.
+        Class in force, for the presets. ``manual`` and ``manual_class`` act in the same clock.
     changed : Out(1)
-        ``class_`` is another than in the clock before.
+        ``class_`` differs from that of the clock before.
     measured : Out(2)
         Class of the fluid, also while ``manual``: for display.
     known : Out(1)
-        ``measured`` comes from an average, one at least.
+        There has been an average, so ``measured`` is valid.
     level : Out(12)
         Last average.
     broken_low, broken_high : Out(1)
@@ -103,7 +103,7 @@ class FluidDetector(wiring.Component):
         # Average.
         count = Signal(self.shift)
         total = Signal(12 + self.shift)
-        summed = Signal(12 + self.shift)  # of 2**shift samples at most: no carry is lost
+        summed = Signal(12 + self.shift)  # wide enough for 2**shift samples
         busy = Signal()
         m.d.comb += summed.eq(total + self.sample)
         with m.If(self.sample_valid):
@@ -111,11 +111,11 @@ class FluidDetector(wiring.Component):
             with m.If(count == (1 << self.shift) - 1):
                 m.d.sync += [total.eq(0), self.level.eq(summed[self.shift:]), busy.eq(1)]
 
-        # One comparator walks down the edges: highest + 1, threshold 0 + and - hysteresis, ...,
+        # One comparator goes down the edges: highest + 1, threshold 0 + and - hysteresis, ...,
         # lowest. Edges are signed, so that none wraps.
         step = Signal(range(EDGES))
         base = Signal(12)
-        spread = Signal(9)        # added to it, with the carry
+        spread = Signal(9)        # added to ``base``, with the carry
         carry = Signal()
         edge = Signal(signed(14))
         before = Signal(signed(14))
@@ -138,9 +138,9 @@ class FluidDetector(wiring.Component):
             below.eq(self.level < edge),
         ]
 
-        # Thresholds that the average is past, and what else the walk has found.
+        # Number of thresholds that the average is past, and the other results.
         past = Signal(2)
-        low_side = Signal()       # the average was past this threshold
+        low_side = Signal()       # the last average was past this threshold
         add = Signal()
         ordered = Signal()
         above = Signal()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gap: what the discharges were, what follows for the motion, and the fluid between."""
+"""The gap: classes of discharges, signals for the motion, and the fluid."""
 
 from collections.abc import Mapping
 
@@ -28,8 +28,8 @@ class Gap(wiring.Component):
     Parameters
     ----------
     registers : mapping of str to wiring.Signature
-        Register blocks ``gap``, ``servo``, ``fluid`` and ``feed``, as their owner on the bus has
-        them, and those in which a condition is staged.
+        Register blocks ``gap``, ``servo``, ``fluid`` and ``feed`` as on the bus, and those in which
+        a condition is staged.
     clock_hz : int
         Frequency of the clock.
 
@@ -38,15 +38,15 @@ class Gap(wiring.Component):
     registers : In(Signature of the four blocks)
         See ``softcore/regmap.py``.
     motion : Out(STEERING)
-        What the gap says to the motion, and what it needs to know of it.
+        Signals to and from the motion.
     condition : In(rtl.power.condition.in_force)
         Words of the condition in force.
     safe, machining, in_position : In(1)
         Outputs are safe; the discharge is on; every axis is in position.
     wanted : In(1)
-        Firmware wants the discharge, allowed or not.
+        Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
-        Gates of both sources; what the last pulses were is out of date (``rtl.power.power``).
+        Gates of both sources; the classes of the last pulses are out of date (``rtl.power.power``).
     high, arc, short, current, noise : In(1)
         Comparators: above the open level, below the arc level, below the short level, current
         flows, the discharge has high frequencies.
@@ -59,9 +59,9 @@ class Gap(wiring.Component):
     abnormal : Out(1)
         The pulse under way is an arc or a short.
     trip : Out(1)
-        Contact, too fast to stop: a cause of the interlock.
+        Contact, and the axes are too fast to stop: a cause of the interlock.
     fluid_news : Out(1)
-        The fluid, or what is known of it, has changed.
+        The class, the fluid's level or a fault of its detector has changed.
 
     Attributes
     ----------
@@ -108,9 +108,9 @@ class Gap(wiring.Component):
         return m
 
     def _discriminate(self, m, discriminator, references):
-        """What each pulse was."""
+        """The class of each pulse."""
         registers = self.registers.gap
-        gates = Signal(2)  # as the pads have them, which have a register too
+        gates = Signal(2)  # delayed as in the pads, which have a register too
         m.d.sync += gates.eq(Cat(self.on, self.sense))
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
@@ -143,14 +143,14 @@ class Gap(wiring.Component):
             short.clear_needed.eq(registers.clear_needed),
             short.restart.eq(self.forget),
             registers.status_shorted.eq(short.shorted),
-            # Without the discharge it is contact.
+            # With the discharge off a short counts as contact.
             motion.shorted.eq(short.shorted & self.machining),
             motion.completed.eq(short.completed),
             motion.discharging.eq(discharging),
         ]
 
     def _contact(self, m, discriminator, short, guard):
-        """The electrode and the work with the discharge off."""
+        """Contact of electrode and work while the discharge is off."""
         registers, motion = self.registers.gap, self.motion
         m.d.comb += [
             guard.off.eq(~self.machining), guard.safe.eq(self.safe), guard.quiet.eq(motion.quiet),
@@ -176,7 +176,7 @@ class Gap(wiring.Component):
             counters.mode.eq(registers.control_mode), counters.period.eq(registers.period),
             counters.window.eq(registers.counting_window),
             counters.weight.eq(registers.counting_weight),
-            # Without discharge pulses there is nothing to go by.
+            # Without discharge pulses there is nothing to count.
             counters.freeze.eq(motion.held | short.shorted | ~discharging
                                | ~registers.control_on),
             registers.status_dame.eq(counters.dame_full),
@@ -185,7 +185,7 @@ class Gap(wiring.Component):
             motion.servo.eq(registers.control_on | stepped),
             motion.step.eq(Mux(stepped, 1, self.condition.servo_step)),
         ]
-        # In registers: the bounds of the motion are reckoned with them.
+        # In registers, to meet timing: the bounds of the motion are computed from them.
         m.d.sync += [motion.up.eq(Mux(stepped, calculator.up, counters.up)),
                      motion.down.eq(Mux(stepped, calculator.down, counters.down))]
         with m.If(counters.up):
@@ -198,7 +198,7 @@ class Gap(wiring.Component):
         registers, motion = self.registers.feed, self.motion
         m.d.comb += [
             removal.on.eq(registers.control_measure & self.wanted),
-            # A short and the way back and forth tell nothing of the stock ahead.
+            # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
             removal.hold.eq(motion.paused),
             removal.pulse.eq(motion.pulse),

@@ -24,46 +24,45 @@ class Mode(enum.Enum, shape=2):
 
 
 class PresetCounters(wiring.Component):
-    """Counters 5 (DAME or SHORT), 6 (OPEN) and 7 (OK), time device 13 and what they pass on.
+    """Counters 5 (DAME or SHORT), 6 (OPEN) and 7 (OK), time device 13, and UP and DOWN.
 
     Counter 5 full asks for UP (widen the gap), counter 6 full for DOWN (narrow it). Time device 13
-    strobes: at a strobe UP is given if 5 is full, else DOWN if 6 is; either clears both counters.
-    A strobe with neither full does nothing. A full counter is held until such a strobe or until 7
-    clears it.
+    gives strobes. A strobe gives UP if 5 is full, else DOWN if 6 is full; either clears both
+    counters. A strobe with neither full does nothing. A full counter stays full until such a strobe
+    or until 7 clears it.
 
     * ``ACCUMULATE``: a counter counts the pulses of its class, and is full at its preset. Counter 7
-      is not held: at its preset it clears all three, 5 and 6 full or not. Nothing else clears it;
-      UP and DOWN leave it.
+      does not stay full: at its preset it clears all three, whether 5 and 6 are full or not.
+      Nothing else clears counter 7, not even UP and DOWN.
     * ``CONSECUTIVE``: the same, and a pulse of another class clears a counter that is not full.
-    * ``TOTAL``: the classes of ``window`` pulses are counted. With the last of them 5 and 6 each
-      become full if their count reached the preset, else not full (they also lose what they held),
-      and counts and window begin anew; if 7 reached its preset, 5 and 6 are both cleared instead.
-      UP and DOWN begin the counts and the window anew as well: what was seen before the electrode
-      moved does not count.
+    * ``TOTAL``: the classes of ``window`` pulses are counted. At the last of them 5 and 6 each
+      become full if their count reached the preset, and else lose the state full. If 7 reached its
+      preset, 5 and 6 are both cleared instead. Then counts and window begin anew. So they do at UP
+      and DOWN: pulses from before the electrode moved do not count.
     * ``RELATIVE``: 5 counts +1 for a pulse of its class, 6 likewise, and both -``weight`` for an
-      OK, not below 0. Once full a counter is held, so only a strobe clears it; 7 is not used.
+      OK, not below 0. Only a strobe clears a full counter; 7 is not used.
 
-    A counter with preset 0 is off: empty and never full. So classes can be used singly. A counter
-    is empty from when it becomes full, and counts anew after it was cleared; in ``TOTAL`` it counts
-    on. No count wraps: each stays below 255.
+    A counter with preset 0 is off: empty and never full. So each class can be used by itself. The
+    count goes to 0 when its counter becomes full, and starts again when that has been cleared; in
+    ``TOTAL`` counting goes on meanwhile. No count wraps: each stays below 255.
 
-    The pulse of a clock comes first in it, the strobe after. So the pulse in the clock of a strobe
-    can still fill the counter for it, or have 7 clear it; after UP or DOWN nothing of it is left in
-    5 and 6. ``up``, ``down`` and ``strobe`` are high in the clock after.
+    Within a clock the pulse comes before the strobe. So the pulse in the clock of a strobe can
+    still fill a counter, or make 7 clear it; after UP or DOWN it has left nothing in 5 and 6.
+    ``up``, ``down`` and ``strobe`` are high in the clock after.
 
-    The settings are those of the clock. A preset, ``window`` or ``weight`` that changes leaves the
-    counts and what is full: a counter never becomes full but with a pulse (of its own class; in
-    ``TOTAL`` the last of a window), at a preset below its count with the next such. Preset 0 clears
-    its counter at once. A ``mode`` other than in the clock before (``ACCUMULATE`` before reset)
-    clears all counts, whatever is full and the window, and loses the pulse of that clock; the time
-    device runs on. A ``period`` less than what has run strobes at once.
+    Settings act at once. A new preset, ``window`` or ``weight`` leaves the counts and the state
+    full. A counter becomes full only with a pulse: one of its own class, in ``TOTAL`` the last of a
+    window; at a preset below its count, with the next such pulse. Preset 0 clears its counter at
+    once. A change of ``mode`` (``ACCUMULATE`` before reset) clears all counts, both states full
+    and the window, and loses the pulse of that clock; the time device runs on. If ``period``
+    becomes less than the time since the last strobe, a strobe comes at once.
 
-    ``freeze`` clears all that, loses pulses, restarts the time device and holds ``up``, ``down``
-    and ``strobe`` low, in the same clock. The first strobe after is that of the ``period``th clock
-    without it.
+    ``freeze`` clears all of this, loses pulses, restarts the time device and holds ``up``, ``down``
+    and ``strobe`` low, in the same clock. The first strobe then comes in the ``period``th clock
+    without ``freeze``.
 
-    Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17, ``freeze`` and the modes
-    but the first excepted; the order of events in a clock is ours.
+    Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17. ``freeze``, the modes
+    after the first, and the order of events in a clock are ours.
     Proof: ``testbench/formal/test_preset_counter.py``.
 
     Members
@@ -71,22 +70,22 @@ class PresetCounters(wiring.Component):
     sample : In(1)
         A main pulse was classified.
     kind : In(PulseClass)
-        What it was. Valid with ``sample``.
+        Its class. Valid with ``sample``.
     dame, open, ok : In(8)
         Presets of 5, 6 and 7, in pulses; 0 for off.
     mode : In(Mode)
     window : In(8)
         Pulses of ``TOTAL``; 0 counts as 1.
     weight : In(4)
-        Of an OK in ``RELATIVE``.
+        Weight of an OK in ``RELATIVE``.
     period : In(24)
-        Of the time device, in clocks; 0 for no strobes. Not shorter than the drive can follow.
+        Period of the time device, in clocks; 0 for no strobes. The drive must be able to follow.
     freeze : In(1)
-        Ss, or not under servo.
+        Ss is high, or the servo is not in use.
     up, down : Out(1)
         Widen, narrow the gap by a step: high for one clock, never both.
     strobe : Out(1)
-        The time device has strobed; with ``up`` and ``down``.
+        A strobe of the time device; in the clock of ``up`` or ``down``.
     dame_full, open_full : Out(1)
         5, 6 are full.
     ok_full : Out(1)
@@ -95,7 +94,7 @@ class PresetCounters(wiring.Component):
     Attributes
     ----------
     counts : dict of Signal(8)
-        What 5, 6, 7 (``dame``, ``open``, ``ok``) and the window have counted, for proofs.
+        For proofs: counts of 5, 6, 7 (``dame``, ``open``, ``ok``) and of the window.
     """
 
     sample: In(1)

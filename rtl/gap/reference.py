@@ -22,7 +22,7 @@ class References(wiring.Component):
     Members
     -------
     level : In(10) x streams
-        Of 1024.
+        Ones in 1024 clocks.
     stream : Out(streams)
         The bits; they come from registers.
     """

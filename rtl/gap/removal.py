@@ -23,35 +23,36 @@ class _State(enum.Enum, shape=3):
 
 
 class RemovalDetector(wiring.Component):
-    """Change of the machining amount per unit distance, as the fourth patent takes it.
+    """Change of the machining amount per unit distance, as the fourth patent measures it.
 
     A window lasts until the machine has gone ``unit`` path pulses at the front, or for ``window``
-    clocks, whichever ends first; so with ``unit`` 0 the mean is one over time, and with both the
-    time keeps a wire that stands still from being stuck. All samples of a window count the same,
-    whether the pulse is on or off; the converter takes them at equal intervals, so their mean is
-    the voltage's over time, off-time included. The no-load level has to be meant the same way.
+    clocks, whichever comes first. With ``unit`` 0 the mean is one over time; with both, the time
+    keeps a wire that stands still from standing for ever. All samples of a window count the same,
+    whether the pulse is on or off. The converter takes them at equal intervals, so their mean is
+    that of the voltage over time, off-time included; the no-load level must be such a mean too.
 
-    With the end of a window the next begins: the sample and the pulse of that clock are its first.
-    A window without a sample goes on until it has one; one that ends while that before is still
-    reckoned with, for 75 clocks, goes on until that is done. One of ``2**20 - 1`` samples ends.
+    When a window ends the next one begins: the sample and the pulse of that clock are its first.
+    A window without a sample is prolonged until it has one. The computation for a window takes 75
+    clocks; if the next one is shorter, it is prolonged until the computation is done. A window ends
+    at ``2**20 - 1`` samples.
 
-    In full levels, ``2**-16`` of the converter's full scale, all rounded down:
+    Results, rounded down; a level is ``2**-16`` of the converter's full scale:
 
     * ``mean``: sum of the samples over their number, 37 clocks after the window's end.
     * ``drop``, Ex: ``no_load - mean``, at least ``least``; one clock later.
     * ``ratio``: ``reference / drop`` in 1/4096, at least ``ratio_min`` and then at most
-      ``ratio_max``; 37 clocks later. ``windows`` counts with it. Ex = 0 gives ``ratio_max``.
+      ``ratio_max``; 37 clocks later. ``windows`` counts then, too. Ex = 0 gives ``ratio_max``.
 
     ``reference`` is read with the drop, ``ratio_min`` and ``ratio_max`` with the ratio.
 
-    Edge cases: without ``on`` nothing is known and the ratio is 1, and so it stays through the
-    first window after. Without any discharge Ex is ``least``. ``discard`` (a short, a retraction)
-    drops the window under way, distance and time begin anew after it, and the last results stand.
-    ``hold`` stops distance, time and samples; the window goes on after it. Segments do not matter:
-    a window goes on across their borders.
+    Edge cases: while ``on`` is low, and until the end of the first window after, ``known`` is low
+    and the ratio is 1. Without any discharge Ex is ``least``. ``discard`` (a short, a retraction)
+    drops the present window: distance and time begin anew after it, and the last results stay.
+    ``hold`` stops distance, time and samples; the window goes on after it. A window goes on across
+    the borders of segments.
 
-    Ref: fourth patent (wire finishing), claim 1: rate of machining, unit distance, Es and Ex. Time
-    limit, bounds and what is discarded are ours.
+    Ref: fourth patent (wire finishing), claim 1: rate of machining, unit distance, Es and Ex. The
+    time limit, the bounds and ``discard`` are ours.
 
     Members
     -------
@@ -60,7 +61,7 @@ class RemovalDetector(wiring.Component):
     pulse : In(1)
         Path pulse forward at the front.
     on, discard, hold : In(1)
-        See above; ``on`` goes before ``discard``, and that before ``hold``.
+        See above; a low ``on`` overrides ``discard``, and that overrides ``hold``.
     unit : In(16)
         Unit distance, path pulses; 0 for none.
     window : In(32)
@@ -80,7 +81,7 @@ class RemovalDetector(wiring.Component):
     known : Out(1)
         There is a mean since ``on``.
     windows : Out(8)
-        Windows reckoned with. Wraps.
+        Windows computed. Wraps.
     """
 
     sample: In(12)
@@ -111,7 +112,7 @@ class RemovalDetector(wiring.Component):
         distance = Signal(16)
         time = Signal(32)
 
-        # Whether the window is over, of what it had in the clock before.
+        # Whether the window is over, by its counts of the clock before.
         over = Signal()
         close = Signal()
         runs = Signal()
@@ -137,8 +138,8 @@ class RemovalDetector(wiring.Component):
                 with m.If(~time.all()):
                     m.d.sync += time.eq(time + 1)
 
-        # One divider for both quotients: a bit a clock, the highest first.
-        shifted = Signal(STEPS)   # what is left of the dividend, and the quotient behind it
+        # One divider makes both quotients, a bit a clock, the highest first.
+        shifted = Signal(STEPS)   # bits of the dividend still to come, then those of the quotient
         remainder = Signal(COUNT)
         divisor = Signal(COUNT)
         step = Signal(range(STEPS))

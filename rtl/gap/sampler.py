@@ -11,7 +11,7 @@ SERIAL_HZ = 16_000_000  # the converter's highest serial clock
 BITS = 16               # of a frame
 PHASES = 2 * BITS + 2   # halves of a frame: select low, select high, two of each bit
 # Register "ADC mode control": manual mode, this channel next, channel id before the result. Bit 1
-# (SWCNV) is for the internal clock; drivers that work on boards set it all the same.
+# (SWCNV) matters for the internal clock only; drivers proven on boards set it nevertheless.
 COMMAND = 1 << 11 | 1 << 2 | 1 << 1
 CHANNEL = 7             # lowest bit of the channel in it
 PATIENCE = 4            # wrong answers in a row that are a fault
@@ -33,17 +33,18 @@ class Sampler(wiring.Component):
     the new result is in ``voltage`` or ``fluid``, and the ``valid`` of it high for one clock. An
     answer with a channel that was not asked for gives nothing.
 
-    ``fault`` rises in the same clock with the fourth wrong answer in a row to questions for one
-    channel, whatever comes between them for the other: a line that sticks low passes for good
-    answers of channel 0, 0 V, and shows in those for channel 1 alone. It falls with an answer that
-    leaves neither channel with a wrong one as its last. While it is up nothing is given, nor with
-    the answer that ends it.
+    ``fault`` rises in the same clock with the fourth wrong answer in a row for one channel,
+    whatever the answers for the other one are. (A line stuck low looks like right answers of
+    channel 0 with 0 V; only those for channel 1 show it.) ``fault`` falls when the last answer of
+    each channel was right. While it is high there are no results, and none from the answer that
+    ends it.
 
-    The outputs to the converter are decoded: they need a register before they leave the device.
+    The outputs to the converter are combinational: they need a register before they leave the
+    device.
 
     Ref: data sheet MAX11120 to MAX11128, ADC mode control register. Assumed of it, and not tried on
     a board: SCLK idles high, DIN is latched at its rise and DOUT changes at its fall; the fall of
-    CS samples the channel that the frame before has asked for; at power-on all inputs are unipolar
+    CS samples the channel that the frame before asked for; at power-on all inputs are unipolar
     and single-ended, without averaging.
 
     Parameters
@@ -71,7 +72,7 @@ class Sampler(wiring.Component):
     fluid_valid : Out(1)
         It is new: high for one clock.
     fault : Out(1)
-        The converter does not answer what it is asked.
+        The converter does not answer for the channel that was asked for.
 
     Raises
     ------
@@ -108,7 +109,7 @@ class Sampler(wiring.Component):
         count = Signal(range(self.half))
         phase = Signal(range(PHASES))
         begins = Signal()  # first clock of the half
-        rise = Signal()    # ... that a bit is taken at; the one before the first is pushed out
+        rise = Signal()    # ... at which a bit is taken; the one before the first is shifted out
         last = Signal()    # ... of the last bit
         m.d.comb += [
             begins.eq(count == 0),
@@ -123,11 +124,11 @@ class Sampler(wiring.Component):
             m.d.sync += count.eq(0)
             m.d.sync += phase.eq(Mux(phase == PHASES - 1, 0, phase + 1))
 
-        # Channels: of this frame's command, and of the answer in it. Both are of one bit.
+        # Channels of this frame's command and of the answer in it; one bit each.
         frame = Signal(range(self.every))
         asked = Signal()
         answered = Signal()
-        started = Signal()  # the answer is to a command
+        started = Signal()  # there was a command before: the answer counts
         expected = Signal()
         judged = Signal()
         m.d.comb += asked.eq(frame == self.every - 1)
@@ -144,7 +145,7 @@ class Sampler(wiring.Component):
                 judged.eq(started),
             ]
 
-        # The answer arrives when the next frame may have begun: strobes go the same way.
+        # The answer may arrive after the next frame has begun: so strobes take the same delay.
         rises = Signal(self.latency)
         lasts = Signal(self.latency)
         m.d.sync += [rises.eq(Cat(rise, rises)), lasts.eq(Cat(last, lasts))]

@@ -11,7 +11,7 @@ WINDOW = 32  # samples looked back at, the newest included
 
 
 class ShortDetector(wiring.Component):
-    """Ss: so many shorted pulses of the last so many, or a short for so long.
+    """Ss: N shorted pulses of the last M, or a short for longer than a time.
 
     A single shorted pulse is normal. ``shorted`` (Ss) rises in the clock after either
 
@@ -23,11 +23,11 @@ class ShortDetector(wiring.Component):
     the last of ``clear_needed`` clear samples in a row; then all samples and clocks are forgotten.
     ``restart`` does the same from any state in the next clock, and wins over everything.
 
-    ``window`` counts as 1 if 0 and as 32 if more. ``needed`` counts as 1 if 0, and as ``window`` if
-    more, so a mistaken setting is slow and not deaf. ``clear_needed`` 0 counts as 1; ``duration`` 0
-    is never. A setting acts from the next sample or clock on; a clock with another ``window`` than
-    the one before forgets the samples, its own included, but neither Ss nor the clocks. Samples
-    before reset count as clear.
+    ``window`` 0 counts as 1, and more than 32 as 32. ``needed`` 0 counts as 1, and more than
+    ``window`` as ``window``: so a wrong setting makes Ss late, but never keeps it off.
+    ``clear_needed`` 0 counts as 1; ``duration`` 0 switches that criterion off. A setting acts from
+    the next sample or clock on. A change of ``window`` forgets the samples, that of its clock
+    included, but neither Ss nor the clocks. Samples before reset count as clear.
 
     Members
     -------
@@ -64,7 +64,7 @@ class ShortDetector(wiring.Component):
 
     def __init__(self):
         super().__init__()
-        # Looked at by the tests, too: clocks shorted without a clear sample, saturated.
+        # For tests too: clocks shorted without a clear sample; saturates.
         self.held = Signal(24)
 
     def elaborate(self, platform):
@@ -73,14 +73,14 @@ class ShortDetector(wiring.Component):
         clear = Signal()
         m.d.comb += clear.eq(self.sample & ~self.sample_shorted)
 
-        # Counted, not summed: the shorted ones among the older samples of the window. The sample
-        # that comes takes the place of the one that leaves.
+        # A counter keeps the number of shorted ones among the older samples of the window: it goes
+        # up or down when the sample that enters differs from the one that leaves.
         span = Signal(range(WINDOW))       # older samples in the window
-        threshold = Signal(range(WINDOW))  # shorted ones of them that leave one to be enough
+        threshold = Signal(range(WINDOW))  # shorted ones of them, so that one more is enough
         older = Signal(WINDOW - 1)         # newest in bit 0
         count = Signal(range(WINDOW))
         leaving = Signal()
-        other = Signal()                   # the window was changed
+        other = Signal()                   # ``window`` has changed
         last_window = Signal(6)
         enough = Signal()
         with m.If(self.window > WINDOW):

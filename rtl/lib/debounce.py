@@ -9,7 +9,7 @@ __all__ = ["Debounce"]
 
 
 class Debounce(wiring.Component):
-    """A level that has lasted.
+    """Follows a level once it has lasted.
 
     ``steady`` rises in the clock after ``raw`` was high for ``rise`` clocks in a row, and falls in
     the clock after it was low for ``fall`` clocks in a row. It is low out of reset.
@@ -17,7 +17,7 @@ class Debounce(wiring.Component):
     Parameters
     ----------
     rise, fall : int
-        In clocks, at least 1.
+        Times for which a level must last, in clocks, at least 1.
 
     Members
     -------
@@ -42,7 +42,7 @@ class Debounce(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        count = Signal(range(max(self.rise, self.fall)))  # clocks in a row that raw differed
+        count = Signal(range(max(self.rise, self.fall)))  # clocks in a row in which raw differs
         with m.If(self.raw == self.steady):
             m.d.sync += count.eq(0)
         with m.Elif(count == Mux(self.steady, self.fall - 1, self.rise - 1)):

@@ -10,13 +10,13 @@ __all__ = ["EventQueue"]
 
 
 class EventQueue(wiring.Component):
-    """First in, first out, with the oldest entry always in view.
+    """First in, first out, with the oldest entry always at the head.
 
-    ``push`` stores ``data``; it may be seen at the head in the next clock. ``valid`` says that
-    there is an entry, and ``head`` is the oldest then; ``pop`` drops it, so that the next one is in
-    view in the next clock. Both may be high in every clock and together. ``pop`` of an empty queue
-    does nothing. ``push`` onto a full queue is refused, unless ``pop`` is high too, and ``lost`` is
-    high in that clock: what is in the queue is kept, the newest is lost.
+    ``push`` stores ``data``; in an empty queue it is at the head in the next clock. ``valid`` says
+    that there is an entry, and ``head`` is then the oldest. ``pop`` drops it, and the next one is
+    at the head in the next clock. Both may be high in every clock and together. ``pop`` of an empty
+    queue does nothing. ``push`` onto a full queue is refused unless ``pop`` is high too: the queue
+    keeps its entries, the new one is lost, and ``lost`` is high in that clock.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class EventQueue(wiring.Component):
         m.submodules.storage = storage = memory.Memory(shape=self.width, depth=self.depth, init=[])
         write = storage.write_port()
         read = storage.read_port(domain="comb")
-        newest = Signal(bits + 1)  # pointers with a lap bit: equal is empty, a lap apart is full
+        newest = Signal(bits + 1)  # pointers with a lap bit: equal if empty, a lap apart if full
         oldest = Signal(bits + 1)
 
         take = Signal()

@@ -14,11 +14,11 @@ class ShiftOutput(wiring.Component):
     A frame has ``width`` bits, the highest first, and then the latch. A bit is on ``serial`` for
     ``2 * half`` clocks, with ``clock`` low in the first half of them and high in the second. After
     the last bit ``latch`` is high for ``half`` clocks and low for ``half`` more; then the next
-    frame begins. So a frame takes ``(2 * width + 2) * half`` clocks, and from its latch on output n
-    of the chain, counted from this end, is bit n of the word. Out of reset one clock comes before
-    the first frame.
+    frame begins. So a frame takes ``(2 * width + 2) * half`` clocks. From its latch on, output n of
+    the chain, counted from this end, is bit n of the word. The first frame begins one clock after
+    reset.
 
-    The outputs are decoded: they need a register before they leave the device.
+    The outputs are combinational: they need a register before they leave the device.
 
     Parameters
     ----------

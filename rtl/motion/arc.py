@@ -11,12 +11,12 @@ FINE = 64  # parts of a pulse in which a piece lies about its centre
 
 
 class ArcState(wiring.Signature):
-    """What a piece is entered with: at its start, or at its end if the machine comes back.
+    """State with which the machine enters a piece: at its start, or at its end on the way back.
 
     ``pace`` is the major axis's share of a path pulse, times the divisor. ``error`` says how far
-    outside the curve the place is: with the coordinates x and y about the centre, and the radius R,
-    in 1/64 pulse, (x**2 + y**2 - R**2) / 64. ``along`` and ``across`` are its slopes: 2 x and 2 y,
-    positive if a step in the direction of travel increases them.
+    outside the curve the place is. It is (x**2 + y**2 - R**2) / 64, with the coordinates x and y
+    about the centre and the radius R, in 1/64 pulse. ``along`` and ``across`` are its slopes, 2 x
+    and 2 y. A slope is positive if a step in the direction of travel increases the error.
     """
 
     def __init__(self):
@@ -28,26 +28,26 @@ class ArcState(wiring.Signature):
 class ArcDistributor(wiring.Component):
     """Pulse distributor over a piece of an arc in a plane: exact, and reversible to the pulse.
 
-    Along a piece both axes of the plane go one way each, and the major axis is the one that goes
-    further at every point: firmware cuts an arc into pieces at its octants and as finely as the
-    speed asks (``softcore/firmware/path/arc.h``). A path pulse makes no step or one on either axis,
-    both ``LATENCY`` clocks later.
+    Along a piece neither axis of the plane turns back, and the major axis is the faster one at
+    every point. Firmware cuts an arc into such pieces, at its octants and as finely as the speed
+    needs (``softcore/firmware/path/arc.h``). A path pulse makes no step or one step on each of the
+    two axes, ``LATENCY`` clocks later.
 
     * The major axis goes by a digital differential analyser whose rate changes evenly: after k
       path pulses it has made ``floor((2 * P + divisor) / (2 * divisor))`` steps, with P the sum of
       the paces ``start.pace + i * change`` for i below k. With the cosine of the slope as pace the
       speed along the arc is even. At either end of a piece P must be a multiple of the divisor.
-    * The minor axis depends on the major one alone: with each of its steps, of two neighbouring
-      places the outer one is taken if and only if the curve passes outside their midpoint
-      (``error`` there is below 0; ``outward`` says that minor steps lead away from the centre). So
-      the place is never further than half a pulse from the curve, of which R**2 changes by whole
-      units with every major step, in ``along``. Firmware's ``arc.h`` says what that leaves open.
+    * The minor axis depends on the major one alone. At each step of the major axis the block
+      chooses between two neighbouring places: it takes the outer one if and only if the curve
+      passes outside their midpoint (``error`` is below 0 there; ``outward`` says that minor steps
+      lead away from the centre). So the place is never further than half a pulse from the curve.
+      R**2 is rounded to whole units of ``error``; firmware's ``arc.h`` says what that costs.
 
-    Both numbers depend on k alone: a pulse back takes back the steps of the pulse forward, and the
-    reversed train is the mirror of the forward one. At a border between pieces firmware's words are
-    taken over by ``enter``; they must be what this block arrives at from the other end.
+    Both numbers depend on k alone: a pulse back undoes the steps of the pulse forward, and the
+    reversed train is the mirror of the forward one. At a border between pieces ``enter`` loads
+    firmware's words. They must equal the state that this block reaches from the other end.
 
-    Path pulses come at most every 4 clocks; the words of the piece are read from the clock before a
+    Path pulses come at most every 4 clocks. The words of the piece are read from the clock before a
     pulse to the one after it. ``enter`` comes at least 2 clocks before a pulse, and 4 after one.
 
     Ref: J. E. Bresenham, A linear algorithm for incremental digital display of circular arcs,
@@ -72,8 +72,8 @@ class ArcDistributor(wiring.Component):
         its nearest step, times the divisor. ``along`` and ``across`` stand half a step ahead: they
         are what the next step forward adds to ``error``.
     stage, taken, steps : Signal
-        The pulse under way, for proofs: the clocks since, one-hot, up to the fourth; what was
-        taken over with it; and whether the major and the minor axis step.
+        The pulse under way, for proofs: its age in clocks, one-hot, up to the fourth; the inputs
+        that were stored with it; and whether the major and the minor axis step.
 
     Members
     -------
@@ -88,9 +88,9 @@ class ArcDistributor(wiring.Component):
     major, minor : In(2)
         Numbers of the axes.
     negative : In(axes)
-        The axes go down, forwards.
+        Axes that go down when the path is travelled forwards.
     enter : In(1), state : In(ArcState)
-        Take the state over.
+        Load the state.
     pi, pi_reverse : Out(axes)
         Axis pulses Pi, one clock each, and their direction: down. They are low for other axes.
 
@@ -144,14 +144,15 @@ class ArcDistributor(wiring.Component):
         back = taken.back
         major, minor = self.steps
 
-        # Of the pulse under way: the next segment's words may come meanwhile.
+        # Stored for the pulse under way: the next segment's words may arrive meanwhile.
         m.d.sync += stage.eq(Cat(self.pulse, stage))
         with m.If(self.pulse):
             m.d.sync += [back.eq(self.reverse), taken.outward.eq(self.outward),
                          taken.major.eq(self.major), taken.minor.eq(self.minor),
                          taken.negative.eq(self.negative)]
 
-        # Beside each register is one with its value a step earlier: both ways it is an addition.
+        # Each register has a companion with its value one step earlier: so either direction takes
+        # only an addition.
         pace_before = Signal.like(pace)
         m.d.sync += pace_before.eq(pace - self.change)
         with m.If(self.pulse):
@@ -172,7 +173,7 @@ class ArcDistributor(wiring.Component):
             m.d.sync += error.eq(Mux(back, error - along_before, error + along))
             m.d.sync += along.eq(Mux(back, along_before, along + 2 * fine))
 
-        # The midpoint lies half of the minor step off, less a quarter of its curvature.
+        # The midpoint is half a minor step away; the quarter corrects for the curvature.
         slope, middle = Signal.like(across), Signal.like(error)
         m.d.comb += [
             slope.eq(Mux(back, across_before, across)),

@@ -14,7 +14,7 @@ from rtl.motion.supervision import RATE_TICKS, TICK_S, tick_clocks
 __all__ = ["Axes"]
 
 REST_S = 0.1    # without axis pulses: from then on the following error at rest is supervised
-MISFIT_UM = 20  # of a coder and the model of its drive
+MISFIT_UM = 20  # allowed between a coder and the model of its drive
 
 
 class Axes(wiring.Component):
@@ -31,7 +31,7 @@ class Axes(wiring.Component):
     dac : str
         See ``rtl.motion.axis``.
     fastest_mm_s : float
-        What no drive exceeds, by its coder.
+        Speed that no drive exceeds, as its coder counts it.
 
     Members
     -------
@@ -42,7 +42,7 @@ class Axes(wiring.Component):
     pi, pi_reverse, downwards, mark : In
         See ``rtl.motion.motion``.
     left_low, left_high : In(axes)
-        No pulses that way: off a limit switch.
+        Limit switches that the axis is leaving: no pulses further onto them.
     enc_a, enc_b : In(axes)
         Lines of the coders.
     dac, dac_negative, step, dir, drive_enable : Out(axes)
@@ -50,13 +50,13 @@ class Axes(wiring.Component):
     in_position : Out(1)
         Every axis is within its window of its command.
     onto : Out(1)
-        A pulse that way came.
+        A pulse further onto such a switch came, and was refused.
     error_saturated, encoder, following_stopped, following_moving, coder, travel : Out(axes)
         Causes of the interlock, by axis.
     damaged : Out(axes)
         Registers of the axis are damaged.
     damaged_bounds : Out(axes)
-        One of its ``BOUNDS`` is, in the clock before: it is not as firmware wrote it.
+        In the clock before, one of its ``BOUNDS`` differed from what firmware wrote.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class Axes(wiring.Component):
         return tick
 
     def _commands(self, m, index, axis, limits, own):
-        """Pulses within the soft limits, and what the axis goes by."""
+        """Pulses within the soft limits, and the other inputs of the axis."""
         m.d.comb += [
             limits.pi.eq(self.pi[index]),
             limits.pi_reverse.eq(self.pi_reverse[index]),
@@ -140,15 +140,15 @@ class Axes(wiring.Component):
             axis.safe.eq(self.safe),
             axis.adopt.eq(own.adopt_strobe),
             axis.mark.eq(self.mark),
-            # The axis lags, and comes from the side on which it is: the segment in which the
-            # path has ended may not move it, or move it the other way. Only an axis without lag
-            # is told by the segment, along which it goes back.
+            # The lag tells from which side an axis comes. The segment does not: it may leave this
+            # axis at rest, or move it the other way. Only an axis without lag takes the direction
+            # from the segment, along which it goes back.
             axis.mark_reverse.eq(Mux(axis.error == 0, ~self.downwards[index], axis.error < 0)),
             *(getattr(axis, name).eq(getattr(own, name)) for name in self.SETTINGS),
         ]
 
     def _reports(self, m, index, axis, limits, own):
-        """What leads to the drive, what firmware is told, and what stops the machine."""
+        """Outputs to the drive, status for firmware, and causes of the interlock."""
         m.d.comb += [
             self.dac[index].eq(axis.dac),
             self.dac_negative[index].eq(axis.dac_negative),

@@ -20,10 +20,10 @@ FULL_SCALE = (1 << FULL_SCALE_BITS) - 1  # of the DAC, in pulses of Er
 class Overshoot(wiring.Component):
     """How far a position has been beyond a mark.
 
-    ``mark`` takes the command with the Pi of its clock as the mark. ``furthest`` is then the
-    greatest distance by which the position has been beyond it since (from the FP of that clock on),
-    in the direction ``reverse`` of the clock of ``mark``, never below 0. It is three clocks behind
-    both: until then it still tells of the mark before. Reset is a mark at 0, upwards.
+    ``mark`` makes the command, with the Pi of its clock, the new mark. From then on ``furthest`` is
+    the greatest distance by which the position has been beyond the mark (from the FP of that clock
+    on), in the direction that ``reverse`` had then; it is never below 0. ``furthest`` follows
+    ``mark`` and FP three clocks later. Reset is a mark at 0, upwards.
 
     Members
     -------
@@ -58,21 +58,21 @@ class Overshoot(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Er with the pulses of a clock in it comes as a magnitude two clocks later. The mark waits
-        # for it, and so do the feedback pulses.
+        # The magnitude of Er is two clocks late. So the mark and the feedback pulses are delayed
+        # by as much.
         mark, down, fp, up = (Signal(2, name=f"{name}_delay")
                               for name in ("mark", "down", "fp", "up"))
         m.d.sync += [mark.eq(Cat(self.mark, mark)), down.eq(Cat(self.reverse, down)),
                      fp.eq(Cat(self.fp, fp)), up.eq(Cat(~self.fp_reverse, up))]
 
-        # Counted, not subtracted: the position is ``back`` pulses short of the furthest point, and
-        # the two of them are all there is to know.
+        # Two counters take the place of a subtraction: ``furthest``, and ``back``, the pulses by
+        # which the position is short of the furthest point.
         back = Signal(self.travel)
         travel_down = Signal()
         onward = up[1] != travel_down
         with m.If(mark[1]):
-            # The command lies Er ahead of the position: ahead in the direction of travel is a
-            # way still to go, behind is an overshoot already made.
+            # The command lies Er ahead of the position. Er in the direction of travel is distance
+            # still to go; Er against it is an overshoot already made.
             behind = self.negative != down[1]
             m.d.sync += [
                 travel_down.eq(down[1]),
@@ -90,16 +90,16 @@ class Overshoot(wiring.Component):
 class Axis(wiring.Component):
     """Error counter, encoder, DAC and step output of one axis, and its supervision.
 
-    ``command``, ``position`` and ``error`` keep the law of ``ErrorCounter``:
+    ``command``, ``position`` and ``error`` are those of ``ErrorCounter``:
     ``command == position + error`` in every clock in which ``status_saturated`` is low. Pi is
-    accepted in any clock, also while ``safe``. FP is the encoder's or, with ``mode_step``, the
-    step pulses sent: Er is then the queue of steps, and neither DAC nor encoder does anything.
+    accepted in any clock, also while ``safe``. FP comes from the encoder or, with ``mode_step``,
+    from the step pulses sent: Er is then the queue of steps, and DAC and encoder are not used.
 
-    The velocity command is Er limited to +-32767 pulses, in 2**-15 of full scale, so that the DAC
-    saturates at a quarter of the error counter's range, which is where the alarm is.
+    The velocity command is Er limited to +-32767 pulses, in 2**-15 of full scale. So the DAC
+    saturates at a quarter of the error counter's range; the alarm comes at the end of that range.
 
     The coder is supervised whenever the velocity command is in force, whatever the settings; see
-    ``Supervision``. With ``mode_step`` there is no coder, and no supervision.
+    ``Supervision``. With ``mode_step`` there is no coder and no supervision.
 
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
@@ -116,12 +116,12 @@ class Axis(wiring.Component):
     dac : str
         Modulator, ``"sigma_delta"`` or ``"pwm"``.
     rest_clocks : int
-        Clocks without Pi after which the axis counts as at rest, at least 1. It should be some
-        time constants of the position loop, in which Er decays. Default 0.1 s at 2 MHz.
+        Clocks without Pi after which the axis counts as at rest, at least 1. They should be some
+        time constants of the position loop, so that Er has decayed. Default 0.1 s at 2 MHz.
     travel : int
         Bits of the positions.
     allowance, fastest : int
-        Of the ``Supervision``, in pulses.
+        See ``Supervision``; in pulses.
 
     Members
     -------
@@ -295,7 +295,7 @@ class Axis(wiring.Component):
             self.damaged.eq(counter.damaged),
         ]
 
-        # The counter's lowest code is never used, so the magnitude has a bit less.
+        # The counter never takes its lowest code, so the magnitude needs one bit less.
         size = Signal(self.error_bits - 1)
         negative = Signal()
         m.d.sync += [
@@ -334,7 +334,7 @@ class Axis(wiring.Component):
             self.status_check.eq(supervision.check),
         ]
 
-        # Counts down through 0, and rests at -1: the sign is all that has to be looked at.
+        # This counts down through 0 and stops at -1, so that its sign alone tells the end.
         rest = Signal(range(-1, self.rest_clocks), init=-1)
         resting = rest[-1]
         with m.If(self.pi):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conservation of path pulses: none is lost, and none is made by itself."""
+"""Conservation of path pulses: none is lost, and none appears from nowhere."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,11 +11,11 @@ __all__ = ["Conservation"]
 
 
 class Conservation(wiring.Component):
-    """Looks at the path from the generator of its pulses to the window, in every clock.
+    """Checks in every clock that every path pulse is accounted for, from generator to window.
 
-    A pulse commanded is stored in the ramp, on its way or in the position: ``command - position``
-    is ``stored + ps + pp``, or its opposite on the way back. ``damaged`` says that three clocks ago
-    this was not so, with ``drop`` low.
+    A pulse that was commanded is stored in the ramp, on its way, or in the position. So
+    ``command - position`` is ``stored + ps + pp``, or its opposite on the way back. ``damaged``
+    says that this failed three clocks ago, with ``drop`` low.
 
     Proof: ``testbench/formal/test_conservation.py``.
 
@@ -30,9 +30,9 @@ class Conservation(wiring.Component):
     reverse : In(1)
         Pulses count down.
     drop : In(1)
-        What is on its way is being dropped; the command falls back to the position.
+        Pulses on their way are being dropped, and the command is set back to the position.
     damaged : Out(1)
-        The law is broken.
+        The sum is wrong.
     """
 
     command: In(signed(32))

@@ -25,9 +25,9 @@ def check_modulator(name):
 class PulseWidth(wiring.Component):
     """Pulse-width modulator with carried remainder.
 
-    A period is ``2**bits`` clocks of ``enable``; ``high`` is up at its start, for
-    ``floor((magnitude + remainder) / 2**(15 - bits))`` clocks; what the division leaves is the next
-    period's remainder. So at a constant magnitude each run of 2**15 clocks of ``enable`` has
+    A period is ``2**bits`` clocks of ``enable``. It begins with ``high`` up for
+    ``floor((magnitude + remainder) / 2**(15 - bits))`` clocks; the remainder of the division goes
+    into the next period. So at a constant magnitude any run of 2**15 clocks of ``enable`` has
     exactly ``magnitude`` of them high, wherever it starts. ``magnitude`` is read in the first clock
     of the period. ``clear`` begins a period, with no remainder.
 
@@ -72,7 +72,7 @@ class PulseWidth(wiring.Component):
         m.d.comb += total.eq(self.magnitude + remainder)
         duty = total[BITS - self.bits:]
 
-        # In the second clock of the period and later: clocks of high output that are left, and 1.
+        # From the second clock of the period on: clocks of high output still to come, plus 1.
         left = Signal(self.bits + 1)
         first = Signal()
         m.d.comb += [
@@ -95,19 +95,19 @@ class SigmaDelta(wiring.Component):
     """Second-order sigma-delta modulator with one bit of output.
 
     The error-feedback form ``high = (magnitude + 2 e1 - e2 >= 1/2)`` of the noise transfer function
-    ``(1 - z**-1)**2``, as two sums: ``due``, of what was asked for less what was sent, and
-    ``noise``, the sum of ``due``. ``due`` is kept exactly, whatever ``noise`` does, so nothing is
-    ever lost on average: over any clocks of ``enable``, 2**15 times the number of high ones differs
-    from the sum of the magnitudes by no more than the change of ``due``, which is
+    ``(1 - z**-1)**2``, as two sums: ``due`` sums what was asked for less what was sent, and
+    ``noise`` sums ``due``. ``due`` is exact, whatever ``noise`` does, so the mean is exact: over
+    any clocks of ``enable``, 2**15 times the number of high ones differs from the sum of the
+    magnitudes by no more than the range of ``due``. ``due`` is
 
     * in (-1, 2) * 2**15 at a constant magnitude after ``clear`` (so that any window has the right
       number of pulses to within 3, and a long one the exact density),
     * in (-2.75, 3.5) * 2**15 for magnitudes that change at will.
 
-    ``noise`` is held within 4 pulses. At a constant density between 0.15 and 0.9 it never gets
-    there, and the noise is shaped by the second order. Nearer to the ends, where no one-bit
-    modulator of second order is stable, the whole part of ``noise`` sticks at its bound and shaping
-    falls back towards the first order; the mean stays exact up to full scale.
+    ``noise`` is limited to 4 pulses. At a constant density between 0.15 and 0.9 it never gets
+    there, and the noise shaping is of second order. Nearer to the ends no one-bit modulator of
+    second order is stable: there ``noise`` stays at its limit and the shaping falls back towards
+    first order. The mean stays exact up to full scale.
 
     Bounds: ``testbench/unit/rtl/test_dac.py``, over every constant magnitude and, with a coarser
     magnitude, over every state that any sequence of magnitudes can reach.
@@ -121,8 +121,8 @@ class SigmaDelta(wiring.Component):
     magnitude : In(15)
         Density wanted, in 2**-15.
     high : Out(1)
-        The output, combinational; for this clock if ``enable`` is high. It does not depend on this
-        clock's ``magnitude``: that is taken in for the next.
+        The output, combinational; for this clock if ``enable`` is high. This clock's ``magnitude``
+        acts on the next output, not on this one.
     """
 
     enable: In(1)
@@ -133,8 +133,8 @@ class SigmaDelta(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Three bits before the point hold ``due`` and, with its bound, ``noise``; their sum needs
-        # four. Half a pulse of offset in ``noise`` makes the decision the sign of the sum.
+        # Three bits before the point hold ``due`` and the limited ``noise``; their sum needs four.
+        # ``noise`` has half a pulse of offset, so that the sign of the sum is the decision.
         due = Signal(signed(BITS + 3))
         noise = Signal(signed(BITS + 3), init=-(1 << (BITS - 1)))
         total = Signal(signed(BITS + 4))
@@ -167,14 +167,14 @@ class SigmaDelta(wiring.Component):
 class Dac(wiring.Component):
     """Sign-magnitude velocity command as a train of pulses and a sign.
 
-    The density of ``pulse`` is ``magnitude / 2**15`` on average, by the law of ``SigmaDelta`` or
-    ``PulseWidth``, over the clocks in which the magnitude is not 0. Latency: one clock, through
-    which PWM takes a new magnitude at the start of its next period only.
+    The density of ``pulse`` is ``magnitude / 2**15`` on average over the clocks in which the
+    magnitude is not 0; ``SigmaDelta`` and ``PulseWidth`` state it exactly. Latency: one clock; PWM
+    takes a new magnitude only at the start of its next period.
 
-    A magnitude of 0 gives no pulse and lets the modulator rest where it is, and ``negative``
-    stays. A change of sign with a magnitude makes one clock without a pulse, the one in
-    which ``negative`` changes, and starts the modulator afresh. ``safe`` gives no pulse from the
-    next clock on, positive sign, and a modulator at its start.
+    At a magnitude of 0 there is no pulse, the modulator stops where it is, and ``negative`` keeps
+    its value. When the sign of a magnitude changes, there is no pulse in the clock in which
+    ``negative`` changes, and the modulator starts afresh. From the clock after ``safe`` on there
+    is no pulse, the sign is positive, and the modulator is at its start.
 
     Parameters
     ----------

@@ -28,14 +28,14 @@ class Distributor(wiring.Component):
     pulse, reverse : In(1)
         A path pulse, at most every 4 clocks, and that it goes back.
     restart : In(1)
-        The machine stands at a border: nothing is left over from before.
+        The machine stands at a border: clear the remainders.
     length, travel, arc, outward, major, minor, divisor, change, enter, state : In
         The segment, as ``SegmentWindow`` has it.
     pi, pi_reverse : Out(axes)
         Axis pulses Pi, one clock each, and their direction: down.
     """
 
-    # What it takes from the window as it is there.
+    # Members that have the same name in the window.
     SEGMENT = ("length", "arc", "outward", "major", "minor", "divisor", "change", "enter")
 
     def __init__(self, *, axes=3):

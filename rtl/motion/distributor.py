@@ -9,7 +9,7 @@ __all__ = ["LineDistributor", "Travel"]
 
 
 class Travel(wiring.Signature):
-    """What a segment asks of one axis: ``magnitude`` steps, downwards if ``negative``."""
+    """Steps of one axis in a segment: ``magnitude`` of them, downwards if ``negative``."""
 
     def __init__(self):
         super().__init__({"magnitude": Out(31), "negative": Out(1)})
@@ -20,9 +20,9 @@ class LineDistributor(wiring.Component):
 
     After k of the ``length`` path pulses of a segment an axis with travel t has made
     ``floor((2 * k * t + length) / (2 * length))`` steps: at most half a pulse off the line, and
-    exactly t at the end. That number depends on k alone, so a pulse back takes back the steps of
-    the pulse forward, and the reversed train is the mirror of the forward one. The remainders are
-    zero at both ends of a segment, so a border between segments needs no care.
+    exactly t at the end. That number depends on k alone, so a pulse back undoes the steps of the
+    pulse forward, and the reversed train is the mirror of the forward one. The remainders are
+    zero at both ends of a segment, so nothing has to be done at a border between segments.
 
     A path pulse makes no step or one step on every axis, ``LATENCY`` clocks later. Path pulses come
     at most every 3 clocks; ``length`` and ``travel`` are read in the clock of the pulse and the
@@ -42,7 +42,7 @@ class LineDistributor(wiring.Component):
     ----------
     remainders : list of Signal
         The remainder of each axis, for proofs: twice the distance from the nearest step, times the
-        length. It is at least ``-length`` and below ``length``, but for the clock after a pulse.
+        length. It is at least ``-length`` and below ``length``, except in the clock after a pulse.
 
     Members
     -------
@@ -55,7 +55,7 @@ class LineDistributor(wiring.Component):
     travel : In(Travel) x axes
         Steps of each axis, at most ``length``.
     other : In(1) x axes
-        The axis is not this block's on this segment, but that of an arc: it stays. Read with
+        On this segment the axis belongs to an arc, so this block does not step it. Read with
         ``pulse``.
     restart : In(1)
         Clear the remainders: the machine stands at a border.
@@ -77,7 +77,7 @@ class LineDistributor(wiring.Component):
             raise ValueError(f"a distributor needs at least 1 axis, not {axes!r}")
         self.axes = axes
         self.width = width
-        # In the clock in which a step is owed, up to three times the length.
+        # In the clock in which a step is due, a remainder is up to three times the length.
         self.remainders = [Signal(signed(width + 3), name=f"remainder_{axis}")
                            for axis in range(axes)]
         super().__init__({

@@ -37,7 +37,7 @@ class Encoder(wiring.Component):
     b : In(1)
         Second phase, synchronous to the clock.
     clear : In(1)
-        Clear ``illegal``; wins over a jump that it meets.
+        Clear ``illegal``; it wins over a jump in the same clock.
     a_level : Out(1)
         First phase after the filter, in step with ``fp``.
     b_level : Out(1)
@@ -99,8 +99,8 @@ class Encoder(wiring.Component):
         b_changed = (b != self.b_level) & (settling == 0)
         m.d.sync += [
             self.fp.eq(a_changed ^ b_changed),
-            # Going up, the new level of ``a`` differs from the old one of ``b``, whichever of
-            # the two it was that changed.
+            # Going up, the new level of ``a`` differs from the old one of ``b``, no matter which
+            # of the two changed.
             self.fp_reverse.eq(a == self.b_level),
             self.jump.eq(a_changed & b_changed),
             self.illegal.eq((self.illegal | (a_changed & b_changed)) & ~self.clear),

@@ -21,11 +21,12 @@ class ErrorCounter(wiring.Component):
     until ``adopt``; ``command`` and ``position`` go on counting, so that their difference still
     tells how far off the axis is.
 
-    ``adopt`` gives up the command: one clock later ``command`` equals ``position`` with the FP of
-    the clock of ``adopt`` in it, ``error`` is 0 and ``saturated`` low. A Pi in that clock is lost.
+    ``adopt`` gives up the command: one clock later ``command`` equals ``position``, with the FP of
+    the clock of ``adopt`` included, ``error`` is 0 and ``saturated`` low. A Pi in that clock is
+    lost.
 
-    ``damaged`` says that the law was broken two clocks ago with ``saturated`` low: a bit of one of
-    the three has changed by itself. It lasts as long as that.
+    ``damaged`` says that two clocks ago the equation failed with ``saturated`` low: a bit of one of
+    the three registers has changed by itself. It stays high for as long as the equation fails.
 
     Ref: first patent (retraction conditions in the tape), Fig. 4, items 107a and 107b.
     Proof: ``testbench/formal/test_error_counter.py``.
@@ -98,11 +99,11 @@ class ErrorCounter(wiring.Component):
         m.d.comb += position.eq(self.position + moved)
         m.d.sync += self.position.eq(position)
 
-        # One bit more than the counter holds the sum of any error and any change. The counter's
-        # lowest code has no opposite and is not used, so that both directions end alike.
+        # One bit more than the counter has is enough for the sum of any error and any change. The
+        # counter's lowest code has no opposite and is not used, so that the range is symmetrical.
         #
-        # The change is put together from bits: as a difference it would have made synthesis build
-        # an adder of three operands, 60 LUTs more.
+        # The change is put together from bits: from a difference synthesis would build an adder of
+        # three operands, 60 LUTs more.
         one = self.pi ^ self.fp
         two = self.pi & self.fp & (self.pi_reverse != self.fp_reverse)
         down = Mux(self.pi, self.pi_reverse, ~self.fp_reverse)
@@ -122,7 +123,7 @@ class ErrorCounter(wiring.Component):
         with m.If(self.adopt):
             m.d.sync += [self.command.eq(position), self.error.eq(0), self.saturated.eq(0)]
 
-        # The sum in one clock, its comparison in the next.
+        # The sum is made in one clock and compared in the next.
         sum_, command = (Signal(signed(self.travel), name=name) for name in ("sum", "command_then"))
         counts = Signal()
         m.d.sync += [

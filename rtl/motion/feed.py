@@ -15,8 +15,7 @@ class PathPulseGenerator(wiring.Component):
     A pulse moves ``command`` one towards ``bound`` and never past it: at the bound the phase waits
     at the overflow. ``go`` low stops at once: no ``ps`` in the clock after, and the phase starts
     again from zero. ``pull`` asks for a pulse now, whatever ``go`` is; the bound still holds.
-    Pulses are at least 4 clocks apart, so that everything behind has time to look at the result of
-    one before the next.
+    Pulses are at least 4 clocks apart, so that the blocks behind can react to one before the next.
 
     After a change of ``bound`` or ``reverse`` keep ``go`` and ``pull`` low for 2 clocks: ``room``
     is one clock old.
@@ -34,7 +33,7 @@ class PathPulseGenerator(wiring.Component):
     pull : In(1)
         A pulse is wanted now.
     load : In(1)
-        Set ``command`` to ``load_value`` and drop what is under way.
+        Set ``command`` to ``load_value`` and drop the pulse under way.
     load_value : In(signed(32))
         Path coordinate.
     ps : Out(1)

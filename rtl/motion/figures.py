@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of a retraction: how soon the machine stood, and how fast it went back."""
+"""Figures of a retraction: how soon the machine stopped, and how fast it went back."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,19 +9,20 @@ __all__ = ["Figures"]
 
 
 class Figures(wiring.Component):
-    """What the events of a retraction tell of its times.
+    """Latency and speed of a retraction, for its events.
 
-    ``latency`` are the clocks from the sample that completed the short, one before ``completed``,
-    to the last pulse on the way to rest, 0 if none came. ``pulses`` and ``clocks`` are those of the
-    longest stretch at the speed of the retraction: from its first pulse, which is not counted, to
-    its last. Each is good when the way that it tells of is over, until the next one.
+    ``latency`` counts clocks from the sample that completed the short (the clock before
+    ``completed``) to the last pulse before the machine is at rest; it is 0 if no pulse came.
+    ``pulses`` and ``clocks`` measure the plateau: the longest stretch at the speed of the
+    retraction, from its first pulse, which is not counted, to its last. ``latency`` is valid once
+    the machine is at rest, the others once it has gone back, each until the next retraction.
 
     Members
     -------
     stopping, retracting : In(1)
         State of the retraction: coming to rest, going back.
     moving, steady : In(1)
-        The state lets the machine move; pulses leave at its speed.
+        The state lets the machine move; pulses leave at the speed of the state.
     pp, reverse : In(1)
         Ramped path pulse, and its direction.
     completed : In(1)
@@ -29,7 +30,7 @@ class Figures(wiring.Component):
     latency : Out(16)
         In clocks, at most 2**16 - 1.
     pulses : Out(31), clocks : Out(32)
-        Of the plateau.
+        Length and duration of the plateau, in pulses and clocks.
     """
 
     stopping: In(1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Soft limits of an axis: no command leaves them, whatever comes."""
+"""Soft limits of an axis: no command leaves them."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,17 +9,17 @@ __all__ = ["SoftLimits"]
 
 
 class SoftLimits(wiring.Component):
-    """Takes the pulses Pi of an axis only as far as its command may go.
+    """Passes the pulses Pi of an axis only as far as its command may go.
 
-    A pulse up passes while ``command`` is below ``high``, one down while it is above ``low``: so
-    from within, the command never leaves [low, high], and from outside it can only come nearer. A
-    pulse that does not pass is lost; ``beyond_low`` or ``beyond_high`` then stays until ``clear``.
-    A pulse onto a limit switch that is just being left, ``barred``, does not pass either:
+    A pulse up passes while ``command`` is below ``high``, a pulse down while it is above ``low``.
+    So a command within [low, high] never leaves it, and one outside can only come nearer. A pulse
+    that does not pass is lost, and sets ``beyond_low`` or ``beyond_high`` until ``clear``. A pulse
+    further onto a limit switch that the axis is leaving (``barred``) does not pass either:
     ``onto`` is high in the clock after it.
 
-    A pulse in the clock after one that passed, or after ``clear``, would meet a comparison that is
-    not there yet: it does not pass, and is told like one beyond. The distributor's are at least 3
-    clocks apart.
+    The comparison with the limits takes a clock. A pulse in the clock after one that passed, or
+    after ``clear``, comes too early for it: the pulse is refused and counts as beyond the limit.
+    The distributor's pulses are at least 3 clocks apart.
 
     Pulses pass in their own clock.
     Proof: ``testbench/formal/test_limits.py``.
@@ -40,7 +40,7 @@ class SoftLimits(wiring.Component):
     barred_low, barred_high : In(1)
         No pulse further down, or up.
     clear : In(1)
-        Forget what was refused; ``command`` may change in this clock by itself.
+        Clear ``beyond_low`` and ``beyond_high``; ``command`` may change without a pulse now.
     passed : Out(1)
         The pulse passes.
     beyond_low, beyond_high : Out(1)
@@ -69,7 +69,7 @@ class SoftLimits(wiring.Component):
         m = Module()
 
         room_down, room_up = Signal(), Signal()
-        known = Signal()  # the comparisons are those of the present command
+        known = Signal()  # the comparisons belong to the present command
         barred, within = Signal(), Signal()
         m.d.comb += [
             within.eq(known & Mux(self.pi_reverse, room_down, room_up)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The chain of the first patent from the commanded path to axis pulses, and what steers it."""
+"""From the commanded path to axis pulses, as in the first patent, and its retraction."""
 
 from collections.abc import Mapping
 
@@ -16,13 +16,13 @@ from rtl.motion.retraction import Happened, Retraction, State
 
 __all__ = ["STEERING", "Motion"]
 
-# Between the gap and the motion, as the gap has it.
+# Signals between the gap and the motion; directions are the gap's.
 STEERING = wiring.Signature({
     "shorted": Out(1),      # Ss, with the discharge on
     "completed": Out(1),    # the sample that completed it
     "discharging": Out(1),  # there are main pulses, or would be
-    "wait": Out(1),         # the discharge is off, and the gap not known to be open: not forwards
-    "contact": Out(1),      # ... and the electrode touches
+    "wait": Out(1),         # discharge off, gap not known to be open: no forward pulse
+    "contact": Out(1),      # discharge off, and the electrode touches the work
     "servo": Out(1),        # forward by steps only
     "up": Out(1), "down": Out(1),   # a step back, a step forward
     "step": Out(16),        # its length, pulses
@@ -30,12 +30,12 @@ STEERING = wiring.Signature({
 
     "rate": In(30),         # F of the segment, 2**-32 pulse/clock
     "pulse": In(1),         # a path pulse forward, at the front
-    "at_front": In(1),      # not on the way back, nor forward again
+    "at_front": In(1),      # machining: neither retracting nor re-advancing
     "paused": In(1),        # on hold, stopped, or firmware behind
     "held": In(1),          # steps are lost
     "quiet": In(1),         # halted: no pulses at all
     "sensing": In(1),       # away from the front: sensing pulses only
-    "wanted": In(1),        # pulses forward would come, but for ``wait`` and ``contact``
+    "wanted": In(1),        # forward pulses would come if ``wait`` and ``contact`` were low
     "away": In(1),          # the segment leads away from the work
     "moving": In(1), "reverse": In(1),
     "fast": In(1),          # above the start/stop speed
@@ -43,13 +43,12 @@ STEERING = wiring.Signature({
 
 
 class Motion(wiring.Component):
-    """Zc to axis pulses Pi, and the retraction that steers them.
+    """Zc to axis pulses Pi, and the retraction that controls them.
 
-    Path pulses Ps are made at the rate that the retraction lets through, ramped (Pp), counted along
-    the window of the path, and distributed over the axes. One path pulse back undoes one forward.
-    ``damaged_word`` to ``damaged_rate`` say which guarded registers are damaged.
-
-    The blocks are attributes by their names, so that tests and proofs can look at them.
+    The generator makes path pulses Ps at the rate that the retraction allows. The ramp makes Pp of
+    them. The window counts Pp along the path, and the distributor splits them over the axes. One
+    path pulse back undoes one forward. ``damaged_word`` to ``damaged_rate`` say which guarded
+    registers are damaged.
 
     Parameters
     ----------
@@ -65,10 +64,10 @@ class Motion(wiring.Component):
     registers : In(Signature of the three blocks)
         See ``softcore/regmap.py``.
     gap : In(STEERING)
-        What the gap says, and what it needs to know.
+        The signals between gap and motion.
     safe, hold, abort, leaving, backpressure, in_position : In(1)
-        Outputs are safe; feed hold by the operator; no path pulse either way; off a limit switch;
-        firmware has not taken the events yet; every axis is in position.
+        Outputs are safe; feed hold by the operator; no path pulse in either direction; the machine
+        is leaving a limit switch; firmware has not taken the events yet; every axis is in position.
     cycle : In(32)
         Clock count, for events.
     pi, pi_reverse : Out(axes)
@@ -80,7 +79,7 @@ class Motion(wiring.Component):
     entered : Out(1)
         The front has entered another segment.
     event : Out(Happened)
-        What the retraction did; of the kind NONE but for one clock each.
+        What the retraction did: each event for one clock, else the kind NONE.
     damaged_word, damaged_segment, damaged_place, damaged_pulses, damaged_rate : Out(1)
         See ``rtl.motion.path``, ``rtl.motion.conservation`` and ``rtl.motion.ramp``.
 
@@ -91,7 +90,7 @@ class Motion(wiring.Component):
     """
 
     BLOCKS = ("path", "ramp", "retraction")
-    RETRACTION = Retraction  # a proof puts one of its own in its place
+    RETRACTION = Retraction  # a proof replaces it by its own
 
     def __init__(self, *, registers: Mapping[str, wiring.Signature], axes: int = 3,
                  slots: int = 64, creep: int = 0):
@@ -127,7 +126,7 @@ class Motion(wiring.Component):
         load, drop = Signal(), Signal()
         m.d.comb += [
             load.eq(self.registers.path.origin_strobe & self.ramp.rest),
-            # What was stored when the outputs became safe, or it touched, will not be moved.
+            # Pulses still stored at a contact, or when the outputs become safe, are never moved.
             drop.eq(self.safe | self.gap.contact),
         ]
         self._pulses(m, load, drop)
@@ -141,7 +140,7 @@ class Motion(wiring.Component):
         """Path pulses Ps at the rate of the retraction, and the ramp: Pp."""
         feed, ramp, retraction = self.feed, self.ramp, self.retraction
         target = retraction.target
-        if self.creep:  # off a limit switch
+        if self.creep:  # the highest rate while the machine leaves a limit switch
             creeps = Signal()
             m.d.sync += creeps.eq(self.leaving & (target > self.creep))
             target = Mux(creeps, self.creep, target)
@@ -193,7 +192,7 @@ class Motion(wiring.Component):
         ]
 
     def _program(self, m, load):
-        """What the retraction goes by."""
+        """Inputs of the retraction."""
         retraction, registers = self.retraction, self.registers.retraction
         ramp, path, gap = self.ramp, self.path, self.gap
         order = registers.command_strobe
@@ -233,7 +232,7 @@ class Motion(wiring.Component):
         ]
 
     def _tell(self, m):
-        """What firmware, the gap and the axes are told."""
+        """Outputs to firmware, the gap and the axes."""
         retraction, ramp, path, gap = self.retraction, self.ramp, self.path, self.gap
         told, status = self.registers.retraction, self.registers.path
         m.d.comb += [

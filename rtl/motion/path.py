@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The window of path segments and the machine's place in it."""
+"""The window of path segments, and the machine's place in it."""
 
 from amaranth import *
 from amaranth.lib import memory, wiring
@@ -18,8 +18,8 @@ class SegmentWindow(wiring.Component):
     """Where the machine is on the path: the window of segments around it, walked both ways.
 
     The window is a ring of ``slots``; the segment with sequence number n is in slot ``n % slots``.
-    Firmware writes segments on either side before they are reached; what it has loaded bounds the
-    path pulses upstream, so that this block may trust the slot it steps into.
+    Firmware writes segments on either side before they are reached. Upstream, path pulses are
+    bounded by what is loaded, so that this block can rely on the slot that it enters.
 
     The words of a slot are written one after the other, from word 0 on. A line has the first six:
 
@@ -34,30 +34,30 @@ class SegmentWindow(wiring.Component):
     12-15  state at the end
     ====== ==========================================================================
 
-    A pulse moves ``position`` by one. At the end of a segment the next one is entered as soon as
-    ``ahead`` shows that there is one; going back, the previous one is entered with the first pulse
-    into it. It then takes 5 clocks to fetch a line and 9 to fetch an arc; ``ready`` is low
-    meanwhile. ``distribute`` repeats the pulse one clock later, or when the segment is there, with
-    the words of the segment that the pulse lies in; ``enter`` hands the state of an arc over.
+    A pulse moves ``position`` by one. At the end of a segment the window enters the next one as
+    soon as ``ahead`` shows that there is one; going back, it enters the previous one with the first
+    pulse into it. To fetch a line then takes 5 clocks, an arc 9; ``ready`` is low meanwhile.
+    ``distribute`` repeats the pulse one clock later, or when the segment has been fetched, with the
+    words of the segment in which the pulse lies. ``enter`` passes the state of an arc on.
 
     ``front`` is the furthest position reached since ``load``. ``entered`` is high for one clock
     when a segment is entered at the front for the first time: never again after a retraction.
 
-    ``fast_ahead`` and ``fast_behind`` are where the machine must be slow next, each way. Firmware's
-    are taken over if they were made for the segment in which the machine is; a segment entered
-    backwards (forwards) makes its border the next such place ahead (behind), until firmware has
-    looked at what there is between them.
+    ``fast_ahead`` and ``fast_behind`` are the next places, ahead and behind, at which the machine
+    must be slow. Firmware's values are accepted if they were made for the segment in which the
+    machine is. When the window enters a segment backwards (forwards), the border becomes the next
+    such place ahead (behind), until firmware has written a better one.
 
     The segment at work has its feed from the ring. A new feed that is written there reaches it by
     ``pace``: in the clock after the strobe, or after a fetch under way. Nothing else of the segment
-    changes, so the path is the same, and the ramp follows the new feed as any other.
+    changes, so the path is the same, and the ramp follows the new feed as it does any other.
 
-    A bit that changes by itself is found. A word of the ring has a parity, looked at whenever it is
-    fetched: ``damaged_word`` is then high in the 2nd clock after the one that has it, before a
-    pulse can be made of it. The words of the segment at work keep theirs: ``damaged_segment``.
-    ``position``, ``front`` and the place in the segment are counted twice, once inverted:
-    ``damaged_place``. The last two come 2 clocks after the bit and last as long as it; ``load``
-    ends them.
+    The block detects a bit that changes by itself. Each word of the ring has a parity, checked
+    whenever it is fetched: ``damaged_word`` is high in the 2nd clock after the one that has the
+    word, before a pulse can be made of it. The words of the segment at work are checked all the
+    time: ``damaged_segment``. ``position``, ``front`` and the place in the segment are kept twice,
+    once inverted: ``damaged_place``. The last two come 2 clocks after the change and last as long
+    as it does; ``load`` ends them.
 
     Parameters
     ----------
@@ -76,16 +76,16 @@ class SegmentWindow(wiring.Component):
         Ramped path pulse Pp and its direction; at most one every 4 clocks, and none in the clock
         after one without ``ready``.
     ahead : In(signed(32))
-        End of what may be machined.
+        End of the path that may be machined.
     load : In(1), load_slot : In(range(slots))
-        Stand at coordinate 0, at the start of the segment in a slot, which is to be written before
-        ``ahead`` lies beyond it; only at rest, and with ``ahead`` at 0 already.
+        Put the machine at coordinate 0, at the start of the segment in a slot. That slot must be
+        written before ``ahead`` passes 0. Only at rest, and with ``ahead`` at 0.
     fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
     fast_strobe : In(1)
-        Where the machine must be slow next, as seen from the segment in a slot.
+        Next places at which the machine must be slow, valid for the segment in this slot.
     pace : In(30), pace_slot : In(range(slots)), pace_strobe : In(1)
-        A feed that is to be in force at once, if the machine is in the segment in this slot. It
-        stays for 12 clocks from the strobe on.
+        A feed to put in force at once, if the machine is in the segment in this slot. It must not
+        change for 12 clocks from the strobe on.
     position, front : Out(signed(32))
         Path coordinates. They wrap.
     slot : Out(range(slots))
@@ -95,15 +95,15 @@ class SegmentWindow(wiring.Component):
     highest : Out(26)
         The highest rate either way, 2**-28 pulse/clock; 0 for no bound.
     away : Out(1)
-        It leads away from the work.
+        The segment leads away from the work.
     ready : Out(1)
-        The segment is there.
+        The segment has been fetched.
     distribute, distribute_reverse : Out(1)
         The pulse, for the distributors.
     length : Out(30), travel : Out(Travel) x axes
         The segment of that pulse.
     arc, outward : Out(1), major, minor : Out(2), divisor : Out(30), change : Out(signed(32))
-        It is an arc, and which.
+        The segment is an arc, and its words.
     enter : Out(1), state : Out(ArcState)
         State in which the machine has entered it.
     entered : Out(1)
@@ -128,7 +128,7 @@ class SegmentWindow(wiring.Component):
         self.axes = axes
         self.slots = slots
         self.offset = Signal(30)  # path pulses into the segment
-        # The same once more, inverted: so synthesis does not take them for one.
+        # The second copies are inverted, so that synthesis does not merge them with the first.
         self.again = {name: Signal(bits, init=-1, name=f"{name}_again") for name, bits in (
             ("position", 32), ("front", 32), ("offset", 30), ("slot", exact_log2(slots)))}
         self.banks = [memory.Memory(shape=33, depth=slots * WORDS // 2, init=[]) for _ in range(2)]
@@ -225,7 +225,7 @@ class SegmentWindow(wiring.Component):
                 m.d.sync += [offset.eq(self.length - 1), offset_again.eq(-self.length)]
         with m.Elif(self.ready & more):
             with m.If(~begun & at_front & (self.slot == front_slot)):
-                # Only now it is certain that the first slot has been written.
+                # Not before: only now the first slot has certainly been written.
                 m.d.comb += fetch.eq(1)
                 m.d.sync += [self.entered.eq(1), begun.eq(1)]
             with m.Elif(at_end):
@@ -237,7 +237,7 @@ class SegmentWindow(wiring.Component):
                     m.d.sync += front_slot.eq(self.slot + 1)
                     m.d.sync += self.entered.eq(1)
                 with m.If(~begun & at_front & ((self.slot + 1)[:len(self.slot)] == front_slot)):
-                    # Back from before the first slot, while it was still to be written.
+                    # The machine comes back from before the first slot, which was not written yet.
                     m.d.sync += [self.entered.eq(1), begun.eq(1)]
 
         with m.If(self.load):
@@ -262,7 +262,7 @@ class SegmentWindow(wiring.Component):
     def _words(self, m):
         """The ring, written word by word, and read by pairs; returns its address and its data.
 
-        A word has its parity above it: the number of its ones, with that one, is even.
+        Bit 32 of a word is its parity: the number of ones in bits 0 to 32 is even.
         """
         word = Signal(range(WORDS))
         pair = Signal(range(WORDS // 2))
@@ -284,13 +284,13 @@ class SegmentWindow(wiring.Component):
         return pair, banks
 
     def _fetch(self, m, words):
-        """Fetch the segment in ``slot``; returns the order to, and that it is there."""
+        """Fetch the segment in ``slot``; returns the order to fetch, and that it is done."""
         pair, (even, odd) = words
         fetch = Signal()
         backward = Signal()
         step = Signal(range(9))
         fetched = Signal()
-        line, arc = 4, 8  # steps in which all is there
+        line, arc = 4, 8  # last steps
         m.d.comb += fetched.eq(~self.ready & Mux(self.arc, step == arc, step == line))
         m.d.sync += self.enter.eq(0)
         with m.If(fetch):
@@ -326,13 +326,13 @@ class SegmentWindow(wiring.Component):
                 m.d.sync += [self.state.along.eq(even), self.state.across.eq(odd)]
                 m.d.sync += self.enter.eq(1)
 
-        fetching = Signal()  # there are words
+        fetching = Signal()  # the banks give words of this segment
         m.d.comb += fetching.eq(~self.ready & (step != 0))
         m.d.sync += self.damaged_word.eq(fetching & (even.xor() | odd.xor()))
-        # The registers of words 0 to 7: their parity, without the bits that no register has.
+        # The parity of words 0 to 7 as registers hold them: unused bits do not count.
         kept = Cat(self.length, self.rate, *travel, shape, self.change, self.divisor)
         parity, known = Signal(name="segment_parity"), Signal()
-        paces = Signal()  # a feed waits for a segment that is there
+        paces = Signal()  # a new feed waits for the end of a fetch
         with m.If(paces & self.ready & ~fetch):
             m.d.sync += paces.eq(0)
             with m.If(self.pace_slot == self.slot):

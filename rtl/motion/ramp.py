@@ -14,30 +14,29 @@ class Ramp(wiring.Component):
     Every pulse ``ps`` is stored and leaves as one pulse ``pp``, so at every clock the pulses in are
     the pulses out plus ``stored``. Pulses leave at least ``2**32 / rate`` clocks apart.
 
-    ``rate`` rests at ``start_rate``; there a stored pulse leaves 2 clocks after its ``ps``, so
-    that at or below the start/stop speed the block is a delay of 2 clocks. Above it ``rate``
-    changes every 4 clocks by a step, a quarter of ``acceleration``: up while pulses are stored and
-    ``target`` is at least a step away, down while ``brake`` is high or ``target`` is below. Within
-    a step of the target pulses leave at ``target`` itself. While it slows down and nothing is
-    stored, the ramp asks for pulses with ``pull``: what is in motion cannot stop without them. It
-    asks as soon as the last one has left, so that the next is there when its time comes.
+    At rest ``rate`` is ``start_rate``. At this rate a stored pulse leaves 2 clocks after its
+    ``ps``, so that at or below the start/stop speed the block is a delay of 2 clocks. Above it
+    ``rate`` changes every 4 clocks by a step, a quarter of ``acceleration``: up while pulses are
+    stored and ``target`` is at least a step above, down while ``brake`` is high or ``target`` is
+    below. Within a step of the target, pulses leave at ``target`` itself. While the ramp slows down
+    and nothing is stored, it asks for pulses with ``pull``: without them a machine in motion could
+    not slow down. It asks as soon as the last pulse has left, so that the next is there in time.
 
-    While ``ready`` is low no pulse sets out, and what is due waits. It leaves 1 clock after the
-    first of ``ready``, the next one no sooner after it than at any other time: so the delay lasts
-    until pulses come further apart than they may leave. The ramp does not wait: ``rate`` changes
-    as it would.
+    While ``ready`` is low no pulse leaves; a pulse that is due waits, and leaves 1 clock after
+    ``ready`` rises. The next one keeps its usual distance to it. So the delay remains until pulses
+    come further apart than they may leave. ``rate`` changes meanwhile as if no pulse waited.
 
-    ``distance`` is what slowing down from ``rate`` to ``start_rate`` takes, in whole pulses,
-    rounded down, plus at most one step of the ramp. It is the sum of the steps taken upwards, so
-    that the way down is as long as the way up, to the pulse.
+    ``distance`` is the braking distance from ``rate`` to ``start_rate`` in whole pulses, rounded
+    down, plus at most one step of the ramp. It is the sum of the steps taken upwards, so that the
+    way down is exactly as long as the way up.
 
-    ``rate`` changes at the end of every fourth clock, from what ``brake``, ``target`` and what was
-    stored were in the clock before: so slowing down begins 2 to 5 clocks after the first of
-    ``brake``. ``target`` is looked at in that clock only, for the 4 clocks that follow. If nothing
-    is stored any more and none can come (``room``), ``rate`` falls back to ``start_rate`` at once.
-    The last step down ends at ``start_rate``, wherever it began: a bit of the rate that has turned
-    over does not keep the ramp from coming to rest.
-    The fourth clocks are counted from reset, and again from each such fall, which is one.
+    ``rate`` changes at the end of every fourth clock, by ``brake``, ``target`` and the number of
+    stored pulses in the clock before. So slowing down begins 2 to 5 clocks after ``brake`` rises.
+    ``target`` is read in that clock only, for the 4 clocks that follow. If no pulse is stored and
+    none can come (``room``), ``rate`` falls back to ``start_rate`` at once. The last step down ends
+    at ``start_rate``, wherever it began: so a bit of the rate that has turned over does not keep
+    the ramp from coming to rest. The fourth clocks are counted from reset, and again from each
+    such fall, which counts as one.
 
     ``start_rate`` and ``acceleration`` may change only at rest; they are in force 8 clocks later.
 
@@ -61,7 +60,7 @@ class Ramp(wiring.Component):
     ready : In(1)
         The path can take a pulse in the next clock.
     drop : In(1)
-        Forget what is stored and be at rest: outputs are safe and nothing moves.
+        Forget the stored pulses and be at rest: outputs are safe and nothing moves.
     pp : Out(1)
         A path pulse goes out, high for one clock.
     pull : Out(1)
@@ -76,16 +75,16 @@ class Ramp(wiring.Component):
         The rate is above ``start_rate``.
     steady : Out(1)
         Pulses leave as they come, or at ``target``: it is within a step, or below ``start_rate``.
-        One clock old, and as ``target`` was when it was last looked at.
+        One clock late, and for the ``target`` that was read last.
     rest : Out(1)
         Nothing stored, nothing coming in or going out, and at ``start_rate``.
     damaged : Out(1)
-        An odd number of bits of the rate are not as they were written, a clock ago.
+        One clock ago, an odd number of bits of the rate differed from those written.
 
     Attributes
     ----------
     quarters : Signal(32)
-        The rate in quarters of its unit, in which a step is exact: for tests to turn a bit over.
+        The rate in quarters of its unit, in which a step is exact: for tests to invert a bit.
     """
 
     STEPS = 4      # in the 16 clocks of ``acceleration``
@@ -116,20 +115,20 @@ class Ramp(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # The rate changes in the first of 4 clocks only, so that what depends on it has time to go
-        # through registers: ``upper`` and ``lowest`` follow it in the second clock, and in the
-        # fourth one the target is compared with it.
+        # The rate changes in the first of 4 clocks only. So there is time for registers behind it:
+        # ``upper`` and ``lowest`` follow in the second clock, and the target is compared with the
+        # rate in the fourth.
         clocks = Signal(range(16 // self.STEPS))
         m.d.sync += clocks.eq(clocks + 1)
 
-        # In quarters of the unit of rates, in which a step is ``acceleration``.
+        # The rate in quarters of its unit: so a step is ``acceleration``.
         quarters = self.quarters
         upper = Signal(33)    # a step further up
         lower = Signal(signed(34))  # ... and down
         ramping = Signal()    # above the start/stop speed
-        lowest = Signal()     # ... by one step at most, if so
+        lowest = Signal()     # the rate is at most one step above the start/stop speed
         climbed = Signal(32)  # rate less start_rate
-        above = Signal(32)    # ... but 0 at rest, when start_rate may change: for the recordings
+        above = Signal(32)    # ... but 0 at rest, when start_rate may change; for waveforms
         m.d.comb += [
             self.rate.eq(quarters >> 2),
             lower.eq(quarters - self.acceleration),
@@ -143,8 +142,8 @@ class Ramp(wiring.Component):
         ]
 
         below = Signal()          # the target lies below the rate
-        apart = Signal(init=1)    # ... at least a step above, or it is not known where
-        aim = Signal(30)          # the target when it was looked at
+        apart = Signal(init=1)    # ... at least a step above, or it is unknown
+        aim = Signal(30)          # the target that was read last
         with m.If(clocks == 3):
             m.d.sync += [
                 below.eq((self.target << 2) < quarters),
@@ -163,17 +162,17 @@ class Ramp(wiring.Component):
         ]
         m.d.comb += slowing.eq(ramping & (braked | below))
 
-        # A step of the ramp covers quarters / 2**32 pulses: a quarter of the unit, but 4 clocks.
+        # A step of the ramp covers quarters / 2**32 pulses: the quarters and its 4 clocks cancel.
         shift = 32 - self.FRACTION
         braking = Signal(24 + self.FRACTION)
         m.d.comb += self.distance.eq(braking >> self.FRACTION)
         span = Signal.like(braking)
         after = Signal.like(braking)
         m.d.comb += span.eq(Mux(slowing, quarters, upper) >> shift)
-        # One adder for both ways: what is subtracted is inverted, and a carry added to it.
+        # One adder adds or subtracts: to subtract, the operand is inverted and a carry added.
         inverted = span ^ slowing.replicate(len(span))
         m.d.comb += after.eq((Cat(slowing, braking) + Cat(slowing, inverted)) >> 1)
-        # What the rate is going to be: its parity is made of that, and not of the register.
+        # The parity is made of the next value of the rate, not of the register.
         changes = Signal()
         changed = Signal(32)
         ones = Signal()
@@ -199,7 +198,7 @@ class Ramp(wiring.Component):
                     ramping.eq(1),
                 ]
 
-        # Room for one pulse builds up at the speed of the ramp and waits, full, for the pulse.
+        # The phase until the next pulse may leave grows at the ramp's speed; it waits when full.
         room = Signal(33)
         full = room[32]
         leave = Signal()
@@ -215,7 +214,7 @@ class Ramp(wiring.Component):
         m.d.comb += self.pull.eq(slowing & ~some & ~self.ps)
         m.d.comb += self.rest.eq(~ramping & ~some & ~self.ps & ~self.pp)
 
-        # At the bound nothing moves any more, so there is no speed left to bring down.
+        # At the bound nothing moves any more, so the rate may fall at once.
         fall = Signal()
         m.d.comb += fall.eq(self.drop | (slowing & ~some & ~self.ps & ~self.room))
         with m.If(fall):

@@ -25,7 +25,7 @@ class State(enum.Enum, shape=4):
 
 
 class Happened(data.Struct):
-    """An event: its kind, what ``rtl.events`` says of the rest, and the clock when it happened."""
+    """An event: its kind, its values by ``rtl.events``, and the clock when it happened."""
 
     kind: Event
     detail: FIELDS["detail"]
@@ -35,7 +35,7 @@ class Happened(data.Struct):
 
 
 class _Own:
-    """What the parts of ``Retraction`` share, and nothing outside sees."""
+    """Signals that the parts of ``Retraction`` share; private to it."""
 
     def __init__(self):
         self.cause = Signal(Cause)
@@ -46,7 +46,7 @@ class _Own:
         self.forward = Signal()      # the state is one that goes forward
         self.turns = Signal()        # the servo wants to go the other way
         self.outgoing = Signal()     # the last state was the front, or coming to rest from there
-        self.ending = Signal()       # the retraction is over, but for coming to rest
+        self.ending = Signal()       # the retraction is over, and the machine comes to rest
         self.rested = Signal(7)      # at rest, in the last clocks
         self.at_rest = Signal()
         self.announce = Signal()     # the state just entered has an event of its own to report
@@ -54,8 +54,8 @@ class _Own:
         self.before = Signal(30)     # rate then
         self.settle = Signal(24)
         self.prepare = Signal(range(Retraction.PREPARE + 1))
-        # Of the parts: words in force, the servo, bounds, high when they are right, the jump timer,
-        # what the events tell.
+        # Set by ``elaborate``: data in force, the servo, the bounds and whether they are valid, the
+        # jump timer, figures for events.
         self.force = self.servo = self.bounds = self.ready = self.jump_due = self.figures = None
 
 
@@ -72,35 +72,34 @@ class Retraction(wiring.Component):
       ``first``, the front at the first short of a short burst. A short burst ends when machining is
       ``gain`` pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit``
       and ``back_limit``. A jump goes back to ``front - jump_distance``, or to ``back_limit``.
-    * A retraction for a short ends when the short is gone, on the pulse; if it is not gone at the
-      limit after ``settle`` clocks in position, the machine halts. One for a jump or for the
-      operator ends at its distance, and goes on as one for a short if the gap is short there.
-    * The re-advance changes from high to low at ``BS - changeover`` on the pulse; if less was
-      retracted, all of it is low. ``hold`` stops it, and machining, but never a retraction; so does
-      ``backpressure``: firmware has not taken the events yet, and must not be overrun.
-    * A short at the front or in the re-advance starts a retraction: at or below the start/stop
-      speed no pulse Ps follows ``shorted``; above it, only what coming to rest takes. Without valid
-      data, or as the return number ``repeats`` of a short burst, it halts instead.
+    * A retraction for a short ends exactly at the pulse at which the short is gone. If the short is
+      still there at the limit after ``settle`` clocks in position, the machine halts. A retraction
+      for a jump or the operator ends at its distance; if the gap is short there, one for a short
+      follows.
+    * The re-advance changes from high to low exactly at ``BS - changeover``; if less was retracted,
+      all of it is low. ``hold`` stops re-advance and machining, but never a retraction. So does
+      ``backpressure``: firmware has not taken the events yet.
+    * A short at the front or in the re-advance starts a retraction. At or below the start/stop
+      speed no pulse Ps follows ``shorted``; above it, only those needed to come to rest. Without
+      valid data, or at return number ``repeats`` of a short burst, the machine halts instead.
 
-    With ``servo`` machining does not go forward by itself: it goes by ``step`` on each ``down``,
-    and back by ``step`` on each ``up``, at the segment's feed, from where it is in that clock, and
-    else stands still. It never leaves the loaded segments. An ``up`` that would pass
-    ``front - limit`` or ``back_limit`` halts instead. While ``held`` is high, strobes are lost:
-    the servo is off, or the machine is not at the front, or it is on hold.
+    With ``servo`` the machine moves by strobes only: each ``down`` moves it ``step`` pulses forward
+    and each ``up`` ``step`` pulses back, at the segment's feed, from where it is in that clock. It
+    never leaves the loaded segments. An ``up`` that would pass ``front - limit`` or ``back_limit``
+    halts instead. While ``held`` is high, strobes are lost: the servo is off, or the machine is
+    not at the front, or it is on hold.
 
-    With the discharge off ``rtl.gap.contact`` watches: no pulse Ps is made forwards while ``wait``
-    or ``contact`` is high, and ``contact`` in a state that goes forwards halts; what is stored is
-    then to be dropped. ``wanted`` says that pulses would go forwards but for the two and the bound.
+    With the discharge off ``rtl.gap.contact`` watches: no forward pulse Ps is made while ``wait``
+    or ``contact`` is high, and ``contact`` in a forward state halts; stored pulses must then be
+    dropped. ``wanted`` says that, but for these two and the bound, forward pulses would come.
 
-    No rate is above ``highest``, that of the segment in which the machine is, in 2**-28 pulse/clock
-    (0 bounds nothing). Like ``feed`` it is in force within the segment: what is faster than the
-    start/stop speed must have slowed down before (``fast_ahead`` and ``fast_behind``).
+    No rate is above ``highest``, the bound of the segment in which the machine is, in 2**-28
+    pulse/clock (0 for no bound). Like ``feed`` it holds within the segment: a faster machine must
+    have slowed down before, see ``fast_ahead`` and ``fast_behind``.
 
-    From ``shorted`` to ``go`` low: the same clock. From there, at rest, to the reversed command:
-    ``PREPARE + 2`` clocks.
-
-    The data words are taken over together by ``commit``, at once at the front, or on the next
-    return there.
+    ``go`` falls in the same clock as ``shorted`` rises. From a machine at rest then, the first
+    reversed pulse can come ``PREPARE + 2`` clocks later. ``commit`` puts the data words in force
+    together, at once at the front, or on the next return there.
 
     Ref: first patent (retraction conditions in the tape), Figs. 2 to 4. The rules where it is
     silent: docs/reference/retraction.md.
@@ -110,7 +109,7 @@ class Retraction(wiring.Component):
     DATA = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", "jump_distance",
             "jump_rate", "jump_high_rate", "jump_period", "gain", "repeats", "settle")
     PREPARE = 6   # clocks until bounds and comparisons have followed a change of state
-    MARGIN = 4    # pulses: the ramp is back at the start/stop speed so far before a bound
+    MARGIN = 4    # pulses before a bound at which the ramp is back at the start/stop speed
 
     def __init__(self):
         rate, length, coordinate = 30, 31, signed(32)
@@ -177,7 +176,7 @@ class Retraction(wiring.Component):
                 self._halted(m, own)
 
         self._start_and_burst(m, own)
-        # The later has the last word over what the states say.
+        # These override the states; of several, the last one wins.
         with m.If(own.forward & self.contact):
             m.d.sync += self._halts(own, Halt.CONTACT)
         with m.If(self.safe):
@@ -192,7 +191,7 @@ class Retraction(wiring.Component):
         return m
 
     def _servo(self, m):
-        """The gap servo, on at the front alone."""
+        """The gap servo, which is on at the front only."""
         m.submodules.gap_servo = servo = Servo()
         m.d.comb += [
             servo.on.eq(self.servo & (self.state == State.FRONT)),
@@ -205,7 +204,7 @@ class Retraction(wiring.Component):
         return servo
 
     def _preparation(self, m, own):
-        """High when bounds and comparisons have followed the last change of state."""
+        """Signal that bounds and comparisons have followed the last change of state."""
         with m.If(own.prepare != 0):
             m.d.sync += own.prepare.eq(own.prepare - 1)
         return own.prepare == 0
@@ -223,9 +222,9 @@ class Retraction(wiring.Component):
         return figures
 
     def _motion(self, m, own):
-        """Whether the state lets the machine move, and whether it stands."""
+        """Whether the state lets the machine move, and whether the machine is at rest."""
         state = self.state
-        # The last pulse has reached the axes, on an arc too, and the comparisons of its position.
+        # So long that the last pulse has reached the axes, on an arc too, and the comparisons.
         m.d.sync += own.rested.eq(Cat(self.rest & self.ready, own.rested))
         m.d.comb += [
             own.at_rest.eq(self.rest & own.rested.all()),
@@ -261,7 +260,7 @@ class Retraction(wiring.Component):
                 m.d.comb += wanted.eq(Mux(jump, force["jump_rate"], force["rate"]))
             with m.Default():
                 m.d.comb += wanted.eq(self.feed)
-        # In a register: the ramp has much to reckon with it.
+        # In a register, to meet timing: the ramp computes much with it.
         bounded = self.highest.any() & (wanted[4:] > self.highest)
         m.d.sync += self.target.eq(Mux(bounded, self.highest << 4, wanted))
 
@@ -338,7 +337,7 @@ class Retraction(wiring.Component):
         with m.If(own.halt != Halt.NONE):
             m.d.sync += self.state.eq(State.HALTED)
         with m.Elif(self.shorted):
-            # At the top of a jump, or again in the clock it ended.
+            # The gap is short at the top of a jump, or again in the clock in which a short ended.
             m.d.sync += own.announce.eq(0)
             m.d.sync += self._orders(own, Cause.SHORT)
         with m.Else():
@@ -409,23 +408,23 @@ class Retraction(wiring.Component):
         return force
 
     def _bounds(self, m, own):
-        """Bounds of the motion, and where it stands to them; each a few clocks behind."""
+        """Bounds of the motion, and comparisons with them; each a few clocks late."""
         force, cause, returning, servo = own.force, own.cause, own.returning, own.servo
 
         def later(a, b):
             """``a`` lies further along the path than ``b`` (coordinates wrap)."""
             return (a - b)[:32].as_signed() > 0
 
-        served = Signal(signed(32))      # where the servo wants to be, as far as is loaded
+        served = Signal(signed(32))      # the servo's goal, within the loaded segments
         with m.If(servo.back):
             m.d.sync += served.eq(Mux(later(self.behind, servo.goal), self.behind, servo.goal))
         with m.Else():
             m.d.sync += served.eq(Mux(later(servo.goal, self.ahead), self.ahead, servo.goal))
 
         reach = Signal(31)
-        target = Signal(signed(32))      # where the limit alone would end
-        lowest = servo.lowest            # ... and with the back limit
-        loaded = Signal(signed(32))      # ... as far as segments are loaded
+        target = Signal(signed(32))      # end of the way back by the limit
+        lowest = servo.lowest            # ... by the back limit too
+        loaded = Signal(signed(32))      # ... and within the loaded segments
         back_limit_wins = Signal()
         changeover = Signal(signed(32))
         leading = Signal(signed(32))
@@ -461,12 +460,12 @@ class Retraction(wiring.Component):
             with m.Case(State.LOW):
                 m.d.sync += self.bound.eq(low)
 
-        # The ramp must be able to stop before what bounds the motion, and be slow at a corner.
+        # The ramp must be able to stop before the bound, and must be slow at a corner.
         to_bound = Signal(signed(32))
         to_corner = Signal(signed(32))
         near = Signal()
         needed = Signal(25)
-        # More on its way than stopping takes would only put off the stop.
+        # More stored pulses than the braking distance would only delay the stop.
         under_way = Signal(signed(32))
         enough = Signal()
         m.d.sync += [

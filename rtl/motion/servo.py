@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gap servo: where along the path UP and DOWN want the electrode to be."""
+"""Gap servo: the place on the path to which UP and DOWN move the electrode."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -13,8 +13,8 @@ coordinate = signed(32)
 class Servo(wiring.Component):
     """Goal of the gap servo: a step from where the machine is, ahead on ``down``, back on ``up``.
 
-    ``goal`` and ``back`` follow the strobe by one clock and stand until the next. With both strobes
-    ``up`` wins. Without ``on`` the goal is the machine's own coordinate, and the way is forward.
+    ``goal`` and ``back`` change one clock after a strobe and stay until the next one. With both
+    strobes ``up`` wins. Without ``on`` the goal is the machine's own place, and ``back`` is low.
 
     ``refused`` is high in the clock of an ``up`` that would pass ``lowest``. Coordinates wrap.
 
@@ -23,7 +23,7 @@ class Servo(wiring.Component):
     Members
     -------
     on : In(1)
-        Under servo, and machining.
+        The servo is in use, and the machine is at the front.
     up, down : In(1)
         Widen, narrow the gap.
     step : In(16)
@@ -51,8 +51,8 @@ class Servo(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # One adder: a step back is the complement of one ahead, and a carry from below; no step
-        # brings the machine's own coordinate.
+        # One adder does all: a step back is the complement of a step ahead plus a carry, and
+        # without a strobe nothing is added.
         back = Signal()
         step = Signal(17)
         reached = Signal(coordinate)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Step/direction output: sends the steps that an error counter holds to a drive."""
+"""Step/direction output: sends a drive the steps that an error counter holds."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -17,11 +17,11 @@ class StepDir(wiring.Component):
 
     ``step`` is high for ``width`` clocks and then low for at least ``space``; ``dir`` changes only
     while ``step`` is low, ``space`` clocks or more after it fell and ``setup`` or more before it
-    rises. A time of 0 counts as 1. A time is read in the clock in which it begins. A resting
-    output steps one clock after ``pending``, or ``1 + setup`` clocks with a change of direction.
+    rises. A time of 0 counts as 1. A time is read in the clock in which it begins. An idle output
+    steps one clock after ``pending``, or ``1 + setup`` clocks with a change of direction.
 
-    ``safe`` takes ``step`` low in the next clock and keeps it there, if need be in the middle of a
-    pulse, which stays counted; ``dir`` stays. The first step afterwards comes ``space`` clocks
+    ``safe`` takes ``step`` low in the next clock and keeps it there, even in the middle of a pulse,
+    which still counts; ``dir`` keeps its level. The first step afterwards comes ``space`` clocks
     or more after ``safe`` fell.
 
     Members

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Supervision of a pulse coder: whether it tells what its axis does."""
+"""Supervision of a pulse coder: whether its pulses fit what the axis does."""
 
 from amaranth import *
 from amaranth.lib import enum, wiring
@@ -15,15 +15,15 @@ GAIN_BITS = 14
 
 
 class Check(enum.Enum, shape=3):
-    """What was found first."""
+    """The check that failed first."""
 
     NONE = 0
-    MODEL = 1    # the axis goes another way than the model of its drive
+    MODEL = 1    # the axis does not move as the model of its drive
     SILENT = 2   # no edge of either phase
     PHASE_A = 3  # B alone has edges
     PHASE_B = 4  # A alone has edges
     AGAINST = 5  # against the command
-    SHARE = 6    # much less, or much more, than the drive was told
+    SHARE = 6    # much less, or much more, than the drive was commanded
     RATE = 7     # faster than any drive
 
 
@@ -50,36 +50,36 @@ def _size(a):
 class Supervision(wiring.Component):
     """Compares feedback pulses with a model of the drive, in force without any setting.
 
-    The drive is told ``gain`` times Er. In every tick the model's speed comes nearer to that by
-    1/128 of the way: a lag of 4 ms, that of filter, current loop and speed loop. Within ``window``,
-    but for Er above 15, the drive is told to stand: a real one has an offset.
+    The drive is commanded a speed of ``gain`` times Er. In every tick the model's speed approaches
+    that command by 1/128 of the difference: a lag of 4 ms, as filter, current loop and speed loop
+    have. Within ``window`` the commanded speed counts as 0 unless Er is above 15, since a real
+    drive has an offset.
 
     ``check`` is raised, and stays until ``clear``, when one of these fails:
 
-    * *Misfit.* The difference of the model's way and the pulses that came, forgotten by 1/512 a
-      tick (in 16 ms), is no more than ``allowance`` and half of the model's own way, forgotten as
-      fast. So the drive's gain may be off by half in any motion: the half makes room for as much of
-      the difference as such a drive ever has. The allowance is for lags other than 4 ms.
-    * *Share.* Over a stretch of at least 128 pulses told, or come, and 512 ticks (from its 16th
-      pulse on) there came at least 1/8 of what was told, in its direction, and at most 8 times as
-      much. A stretch begins anew when it has passed, at each change of the direction that is told,
-      and when the drive is told to stand. At 8192 pulses it ends whatever its time. So a coder that
-      is lost is found after some pulses, however slow the axis; and a gain that is set wrong makes
-      the axis trip in motion, but never blind.
-    * *Rate.* In 32 ticks there came no more than ``fastest`` pulses of either direction.
+    * *Misfit.* The difference between the model's travel and the pulses that came is at most
+      ``allowance`` plus half of the model's own travel. Both decay by 1/512 a tick (16 ms). So the
+      drive's gain may be wrong by half in any motion. The allowance is for lags other than 4 ms.
+    * *Share.* A stretch is at least 128 pulses commanded, or come, and 512 ticks from its 16th
+      pulse on. In a stretch at least 1/8 and at most 8 times as many pulses come as were commanded,
+      in the commanded direction. A new stretch begins when one has passed, at each change of the
+      commanded direction, and when the drive is commanded to stand. At 8192 pulses a stretch ends
+      whatever its time. So a lost coder is found after some pulses, however slow the axis is. A
+      wrong gain setting trips the axis in motion; it never hides a lost coder.
+    * *Rate.* In 32 ticks no more than ``fastest`` pulses of either direction come.
 
-    What fails tells more than that if it can: ``SILENT``, ``PHASE_A`` and ``PHASE_B`` if no edge
-    of a phase, or of both, came while the drive was told 32 pulses; then ``AGAINST`` if there came
-    more than 16 pulses against at least 16 that were told.
+    When a check fails, a more exact finding replaces it if there is one: ``SILENT``, ``PHASE_A`` or
+    ``PHASE_B`` if both phases, or one, had no edge while 32 pulses were commanded; else ``AGAINST``
+    if more than 16 pulses came against at least 16 commanded.
 
-    While ``on`` is low, or something has been found, nothing is checked, and nothing kept but the
-    model's speed, which then follows the feedback pulses: so a drive that is enabled while it
-    coasts is known to do so. A tick in which it was so is not judged.
+    While ``on`` is low, or after a finding, nothing is checked. All sums are cleared then, and the
+    model's speed follows the feedback pulses: so the model is right for a drive that is enabled
+    while it coasts. A tick during which this was so, even in part, is not judged.
 
     Latency: a tick is judged ``STEPS`` clocks after ``tick``; ``RATE`` comes 1 clock after the
-    pulse too many. Ticks are at least ``STEPS`` clocks apart.
+    first excess pulse. Ticks are at least ``STEPS`` clocks apart.
 
-    The sums in exact numbers: ``testbench/models/supervision.py``.
+    Exact model: ``testbench/models/supervision.py``.
     Proof: ``testbench/formal/test_supervision.py``.
 
     Parameters
@@ -96,7 +96,7 @@ class Supervision(wiring.Component):
     gain : In(14)
         Velocity gain of the position loop, in 2**-20 pulse/tick per pulse of Er.
     size : In(15), negative : In(1)
-        Er as the DAC has it.
+        Magnitude and sign of Er, as at the DAC.
     standing : In(1)
         Er is within the window in which the axis is in position.
     fp, fp_reverse : In(1)
@@ -106,9 +106,9 @@ class Supervision(wiring.Component):
     on : In(1)
         The drive follows ``size``.
     clear : In(1)
-        Forget what was found.
+        Clear the finding.
     check : Out(Check)
-        What was found.
+        The finding.
 
     Raises
     ------
@@ -116,15 +116,15 @@ class Supervision(wiring.Component):
         If ``allowance`` or ``fastest`` is below 1.
     """
 
-    SIZE, GAIN = 15, GAIN_BITS   # bits: of the velocity command, of the gain,
-    PACE, CAME = 21, 10          # of a speed (all that they can make), of the pulses of a tick
-    LAG, MEMORY = 7, 9           # shifts: of the model, and of the misfit
-    LEAST, BEGUN = 7, 4          # logarithms of pulses: of a stretch, and where its time begins
-    LONGEST = 13                 # ... where it ends
+    SIZE, GAIN = 15, GAIN_BITS   # bits of the velocity command and of the gain,
+    PACE, CAME = 21, 10          # of a speed (any product of the two), of the pulses of a tick
+    LAG, MEMORY = 7, 9           # shifts of the model's lag and of the misfit's decay
+    LEAST, BEGUN = 7, 4          # log2 of the pulses of a stretch, and of those before its time
+    LONGEST = 13                 # ... after which it ends
     SHARE = 3                    # shift
-    LIVELY = 5                   # logarithm of the pulses told without an edge
-    FRACTION, COARSE = 12, 8     # bits below the pulse: of speeds and ways; of the misfit
-    FINER = 8                    # ... more of Er times the gain
+    LIVELY = 5                   # log2 of the pulses commanded without an edge
+    FRACTION, COARSE = 12, 8     # bits below the pulse of speeds and travels, and of the misfit
+    FINER = 8                    # additional ones of Er times the gain
     STEPS = SIZE + 6
 
     def __init__(self, *, allowance=200, fastest=2458):
@@ -133,8 +133,8 @@ class Supervision(wiring.Component):
                 raise ValueError(f"the {name} must be at least 1 pulse, not {value!r}")
         self.allowance = allowance
         self.fastest = fastest
-        # To look at: clocks since the tick, speed of the model, misfit; and of the stretch under
-        # way what was told and what came.
+        # For tests: clocks since the tick, speed of the model, misfit, and the pulses commanded and
+        # come in the present stretch.
         self.step = Signal(range(self.STEPS + 1), init=self.STEPS)
         self.valid = Signal()  # ``on`` since before the tick, and nothing found
         self.came = Signal(signed(self.CAME))
@@ -207,7 +207,7 @@ class Supervision(wiring.Component):
         return m
 
     def _came(self, m):
-        """Pulses that came in the tick before the last, as far as they can be counted."""
+        """Pulses that came in the tick before the last one; the count saturates."""
         came = self.came
         count = Signal(signed(self.CAME))
         most = (1 << (self.CAME - 1)) - 1
@@ -233,7 +233,8 @@ class Supervision(wiring.Component):
             m.d.sync += [factor.eq(factor << 1),
                          told.eq((told << 1) + Mux(factor[-1], self.gain, 0))]
 
-        # With the bits below that the lag divides by: nothing is lost, and rest is rest.
+        # It has LAG more bits below, so that the division by the lag loses nothing, and a model
+        # at rest stays exactly at 0.
         total = Signal(signed(self.PACE + 1 + self.LAG))
         speed = self.speed
         change = Signal(signed(len(speed)))
@@ -250,7 +251,7 @@ class Supervision(wiring.Component):
         """Whether the misfit is more than allowed."""
         below = self.FRACTION - self.COARSE
         misfit = self.misfit
-        memory = Signal(len(misfit))  # of the model's way, in any direction
+        memory = Signal(len(misfit))  # the model's travel in either direction, decaying
         change = Signal.like(misfit)
         excess = Signal.like(misfit)
         with m.If(at["leak"]):
@@ -272,7 +273,7 @@ class Supervision(wiring.Component):
         return excess > self.allowance << self.COARSE
 
     def _stretch(self, m, at, valid, pace, down, came):
-        """Whether the share fails, what came went against, and which phases had edges."""
+        """Whether the share fails, whether pulses came against, and which phases had edges."""
         way, back, side = self.way, self.back, self.side  # 2**-12 pulse; pulses in its direction
         time = Signal(self.MEMORY + 1)  # ticks, up to its top bit
         pulses = way[self.FRACTION:]
@@ -297,8 +298,8 @@ class Supervision(wiring.Component):
         with m.If(at["add"] & begins):
             m.d.sync += side.eq(down)
 
-        # Edges since the last but one time that so many pulses were told; known to be missing only
-        # when as many have been.
+        # Edges are collected over two spans of so many commanded pulses, so that an edge counts as
+        # missing only after at least one whole span.
         phases = Cat(self.a, self.b)
         before = Signal(2)
         fresh, stale = Signal(2, init=0b11), Signal(2, init=0b11)
@@ -314,7 +315,7 @@ class Supervision(wiring.Component):
         return ends & (few | many), against, fresh | stale
 
     def _rate(self, m, valid):
-        """Whether a pulse came too many."""
+        """Whether too many pulses came."""
         ticks = Signal(range(RATE_TICKS))
         count = Signal(range(self.fastest + 1))
         last = Signal()

@@ -11,7 +11,7 @@ from rtl.power.condition_switch import ConditionSwitch
 
 __all__ = ["WORDS", "Condition"]
 
-# What makes up a condition, by the registers in which it is staged: block, then name.
+# The words of a condition, by the registers in which they are staged: block, then name.
 WORDS = (
     "power_level", "power_on_time", "power_off_time", "power_off_extra",
     "power_supply_voltage", "power_supply_negative",
@@ -19,16 +19,15 @@ WORDS = (
     "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
     "feed_no_load", "feed_reference_voltage", "feed_reference_drop",
 )
-SHORT_LEVEL = 122  # after reset: 12 V of 100, by which contact and stuck gates are told at once
+SHORT_LEVEL = 122  # after reset: 12 V of 100, so that contact and stuck gates are seen at once
 
 
 class Condition(wiring.Component):
-    """Registers of the condition in force, which take over together what is staged.
+    """Registers of the condition in force: all take the staged words in the same clock.
 
-    When they do is told by ``rtl.power.condition_switch``, whose reports these are: by order or at
-    a depth, and always between two pulses, so that no pulse has something of two conditions and
-    each pause is that of its pulse. After reset all words are 0, without current, but for the short
-    level.
+    ``rtl.power.condition_switch`` decides when: by order or at a depth, and always between two
+    pulses. So no pulse mixes two conditions, and each pause belongs to its pulse. After reset all
+    words are 0 (no current) except the short level.
 
     Parameters
     ----------
@@ -40,9 +39,9 @@ class Condition(wiring.Component):
     registers : In(Signature of the block ``condition``)
         Orders, depths and status; see ``softcore/regmap.py``.
     staged : In(the words)
-        Each by its name.
+        The staged words, each by its name.
     words : Out(the words)
-        The same in force.
+        The words in force.
     between, position : In, count, at, switched : Out
         See ``rtl.power.condition_switch``.
     """
@@ -51,7 +50,7 @@ class Condition(wiring.Component):
 
     @staticmethod
     def in_force(registers: Mapping[str, wiring.Signature]) -> wiring.Signature:
-        """Words of a condition, as wide as the registers in which they are staged."""
+        """Signature of the words, each as wide as the register in which it is staged."""
         members = {}
         for name in WORDS:
             block, _, register = name.partition("_")

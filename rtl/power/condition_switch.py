@@ -9,20 +9,20 @@ __all__ = ["ConditionSwitch"]
 
 
 class ConditionSwitch(wiring.Component):
-    """Put a staged condition in force, by order or when a depth is reached: between two pulses.
+    """Puts a staged condition in force between two pulses, by order or when a depth is reached.
 
-    Firmware stages a condition in registers. ``take`` says in which clock all of it is to be taken
-    over: the first in which ``between`` is high, from ``commit`` on or from when the depth was
-    reached. ``pending`` is high from the clock after the commit, or the switch, up to that clock.
-    What is staged may not change while ``pending`` is high.
+    Firmware stages a condition in registers. ``take`` is high in the clock in which all of it comes
+    into force: the first with ``between`` high after ``commit``, or after the depth was reached.
+    ``pending`` is high from the clock after the commit, or the switch, up to that clock. The staged
+    words may not change while ``pending`` is high.
 
     Depth is down: a position is at a depth or beyond it if ``position - depth <= 0``, modulo
-    ``2**width``. It is the furthest position that counts, since ``restart`` took the position of
-    its clock for it: what goes back and comes again does not matter.
+    ``2**width``. The furthest position since ``restart`` counts, that of the clock of ``restart``
+    included. So it does not matter if the axis goes back and comes again.
 
-    ``arm`` gives the depth: when it is reached, or has been, there is one switch, and then none
-    before the next ``arm``. A switch disarms. So do ``disarm`` and ``commit``. In a clock with an
-    order there is no switch. While ``pending`` is high an armed switch waits.
+    ``arm`` sets the depth. There is one switch when the depth is reached, or at once if it has been
+    reached; then none before the next ``arm``. A switch disarms. So do ``disarm`` and ``commit``.
+    In a clock with an order there is no switch. While ``pending`` is high an armed switch waits.
 
     Latency: 2 clocks to ``switched`` and ``pending``, from the position that reaches the depth or
     from ``arm`` at a depth that has been reached. ``at`` is then the position of 2 clocks before:
@@ -39,17 +39,17 @@ class ConditionSwitch(wiring.Component):
     Members
     -------
     position : In(signed(width))
-        Of the jump axis, from its encoder.
+        Position of the jump axis, from its encoder.
     depth : In(signed(width))
-        Where to switch. It may change with ``arm`` only.
+        Depth at which to switch. It may change with ``arm`` only.
     arm, disarm, commit, restart : In(1)
         Orders, for one clock; never ``arm`` with another.
     between : In(1)
         No pulse is under way, and none begins in the next clock.
     take : Out(1)
-        Take over what is staged.
+        Take the staged words.
     armed, pending : Out(1)
-        A switch is to come; one has come, or a commit, and waits for the end of a pulse.
+        A depth is awaited; a switch or a commit waits for the end of a pulse.
     switched : Out(1)
         The depth was reached: high for one clock.
     at : Out(signed(width))
@@ -78,7 +78,7 @@ class ConditionSwitch(wiring.Component):
         m = Module()
 
         further = Signal(signed(self.width))
-        left = Signal(signed(self.width))   # below 0 at the depth
+        left = Signal(signed(self.width))   # distance to the depth; below 0 when it is reached
         m.d.comb += [
             further.eq(self.position - self.deepest),
             left.eq(self.deepest - self.depth - 1),

@@ -9,7 +9,7 @@ __all__ = ["Limiter"]
 
 
 class Limiter(wiring.Component):
-    """What is asked of the power supply, clamped to what this build allows.
+    """Orders to the power supply, clamped to the limits of this build.
 
     ``allowed_level = min(level, level_max)``, ``allowed_on = min(on_time, on_max)``,
     ``allowed_off = max(off_time, off_min)``, in the same clock. The limits are constants of the
@@ -29,9 +29,9 @@ class Limiter(wiring.Component):
     Members
     -------
     level : In(6), on_time : In(20), off_time : In(20)
-        What is asked.
+        The values wanted.
     allowed_level : Out(6), allowed_on : Out(20), allowed_off : Out(20)
-        What is allowed of it.
+        The same, clamped.
     limit_level : Out(6), limit_off : Out(20)
         ``level_max`` and ``off_min``.
 

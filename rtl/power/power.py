@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gates of both sources, joined: limits, pulses, and what reads them back."""
+"""The gates of both sources: limits, pulse generator and read-back, joined."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -18,20 +18,21 @@ SIGNS = ("cut", "abnormal", "current", "short")
 
 
 class Power(wiring.Component):
-    """When which source is on, whatever registers and firmware say.
+    """Decides which source is on and when, within limits that no register can exceed.
 
-    With ``machining`` there are main pulses, or sensing pulses in their place while ``sensing``.
-    Without, the discharge is off: there are sensing pulses while ``look`` is high, and none else.
-    Never any with ``safe`` or ``quiet``. Each of these takes the gates low in the same clock, and
-    so does every change of ``machining``, for its clock at least; then an off-time passes.
+    With ``machining`` there are main pulses or, while ``sensing`` is high, sensing pulses instead.
+    Without it the discharge is off: there are sensing pulses while ``look`` is high, else none.
+    With ``safe`` or ``quiet`` there is no pulse at all. Each of these takes the gates low in the
+    same clock. So does every change of ``machining``, for at least that clock; then an off-time
+    passes.
 
-    ``forget`` says that what the last pulses were is out of date: the discharge is off and nobody
-    looks, or this is the first clock of another ``machining``.
+    ``forget`` says that the classes of the last pulses are out of date: the discharge is off and
+    there is no look, or ``machining`` has changed in this clock.
 
-    No pulse exceeds the limits, and none begins while the gap has not died away since the last
-    (``rtl.power.readback``). With current, or voltage above the short level, in every clock
-    ``stuck`` comes ``limit`` + 1 clocks after the pulse under way at the latest, or after the one
-    that begins in the next clock.
+    No pulse exceeds the limits, and none begins before the gap has died away since the last one
+    (``rtl.power.readback``). If the gap keeps current, or a voltage above the short level,
+    ``stuck`` rises at most ``limit`` + 1 clocks after the pulse under way, or after the one that
+    begins in the next clock.
 
     Proof: ``testbench/formal/test_power.py``.
 
@@ -42,14 +43,14 @@ class Power(wiring.Component):
     level_max, on_max, off_min : int
         See ``rtl.power.limiter``.
     **times
-        Other times than usual of the ``rtl.power.readback``.
+        Times of the ``rtl.power.readback`` that differ from the default.
 
     Members
     -------
     machining : In(1)
         The discharge is wanted.
     sensing : In(1)
-        ... reduced to sensing pulses.
+        The discharge is reduced to sensing pulses.
     look : In(1)
         Sensing pulses are wanted while the discharge is off.
     safe, quiet : In(1)

@@ -11,22 +11,22 @@ __all__ = ["PulseGenerator"]
 class PulseGenerator(wiring.Component):
     """Gates of the two sources of the power supply, by programmed on- and off-times.
 
-    There are two modes, main and sensing. A pulse lasts exactly the on-time of its mode, and at
-    least the off-time of the mode of the last pulse lies between two pulses, whatever happens:
-    exactly that, while ``enable`` is high and ``live`` low. The mode of a pulse is ``sensing`` in
-    the clock before it begins, so the gates are never both high and change only over an off-time.
+    There are two modes, main and sensing. A pulse lasts exactly the on-time of its mode. The pause
+    after it is never shorter than the off-time of its mode, and exactly as long while ``enable`` is
+    high and ``live`` low. ``sensing`` in the clock before a pulse decides its mode, so the gates
+    are never both high and change only over an off-time.
 
-    No pulse begins in the clock after one with ``live`` high: the gap has not died away since the
-    last one. The off-time lasts for so much longer.
+    No pulse begins in the clock after one with ``live`` high, as the gap has not died away since
+    the last pulse; the off-time is prolonged.
 
-    A main pulse ends early, one clock after ``cut`` and ``abnormal`` were both high and one clock
-    after ``sensing`` rose: the discharge is reduced at once, not at the end of a long pulse. A
+    A main pulse ends early one clock after ``cut`` and ``abnormal`` were both high, and one clock
+    after ``sensing`` rose: so the discharge is reduced at once, not at the end of a long pulse. A
     sensing pulse is never cut. If ``abnormal`` was high in the last clock of a main pulse, cut or
     not, the off-time after it is longer by ``off_extra``.
 
     ``enable`` low takes both gates low in the same clock (it passes one gate, no register) and
-    begins an off-time anew: the first pulse comes one off-time after ``enable`` rose. So does the
-    first after reset.
+    begins an off-time anew: the first pulse comes one off-time after ``enable`` rose. The first
+    pulse after reset comes after an off-time, too.
 
     A time of 0 counts as 1. A time is read in the clock before it begins. ``level`` is held for a
     whole pulse: it is read in the clock before the pulse.
@@ -58,9 +58,9 @@ class PulseGenerator(wiring.Component):
     level_out : Out(6)
         Current of the main source; 0 while ``on`` is low.
     between : Out(1)
-        No pulse is under way, and none begins in the next clock: what is given for pulses may
-        change from this clock to the next without one that has something of both. There is such a
-        clock in every off-time of 2 clocks or more.
+        No pulse is under way, and none begins in the next clock. Inputs that change from this
+        clock to the next do not mix in one pulse. Every off-time of 2 clocks or more has such a
+        clock.
     """
 
     enable: In(1)
@@ -82,11 +82,11 @@ class PulseGenerator(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        ready = Signal()       # low in the first clock after reset only: that begins an off-time
+        ready = Signal()       # low in the first clock after reset only, to begin an off-time
         pulse = Signal()       # the on-time is running, else the off-time
-        probe = Signal()       # mode of the last pulse: sensing
+        probe = Signal()       # the last pulse was a sensing pulse
         level = Signal(6)
-        remaining = Signal(21)  # clocks of the present time, this one included; 0 as 1
+        remaining = Signal(21)  # clocks left of the present time, this one included; 0 counts as 1
         m.d.comb += [
             self.on.eq(self.enable & pulse & ~probe),
             self.sense.eq(self.enable & pulse & probe),

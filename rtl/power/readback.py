@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read-back of the gates: whether the gap is dead while both sources are off."""
+"""Read-back of the gates: whether the gap dies away while both sources are off."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,26 +11,26 @@ __all__ = ["ReadBack"]
 
 
 class ReadBack(wiring.Component):
-    """What the gap has while neither source is on: after a pulse it must die away.
+    """Checks that current and voltage of the gap die away while neither source is on.
 
-    The gap shows life in a clock with a gate on, with current, or with a voltage above the short
-    level. ``live`` is high in the clock after that, and falls after ``dead`` clocks in a row
-    without; it is low out of reset. Gates count, as the comparators lag them. No pulse may begin
-    while ``live`` is high: a gap whose voltage falls slowly then has a longer pause, and one whose
-    voltage does not fall gives itself away.
+    A clock is live if a gate is on, current flows, or the voltage is above the short level. In the
+    clock after a live one ``live`` is high; it falls after ``dead`` clocks in a row that are not
+    live. It is low out of reset. A gate alone makes a clock live because the comparators lag the
+    gates. No pulse may begin while ``live`` is high. So a voltage that falls slowly prolongs the
+    pause, and one that does not fall is found.
 
     ``stuck`` is high in the clock after ``limit`` clocks in a row with ``live`` high and both gates
-    off: a gate, or its transistor, does not let go, or a comparator's wire is broken. It is so
-    whatever else holds the outputs safe.
+    off: a gate, or its transistor, does not switch off, or a comparator's wire is broken. ``safe``
+    outputs do not hide it.
 
     The short level comes from a filtered stream. So the voltage does not count in the ``settle``
-    clocks after reset, nor in as many after a clock whose ``level`` is another than in the clock
-    before (0 before reset). Current always does.
+    clocks after reset, nor in as many after a change of ``level`` (0 before reset). Current always
+    counts.
 
     Bounds: a gap that dies away exponentially from V is dead in time if its time constant is below
-    ``limit`` / ln(V / short level): 155 us from 300 V, 260 us from 80 V. Not seen: a gate of the
-    sensing source that is stuck while the gap is short, if its current is below the threshold; once
-    the gap opens its voltage is seen.
+    ``limit`` / ln(V / short level): 155 us from 300 V, 260 us from 80 V. Not detected: a stuck gate
+    of the sensing source while the gap is short, if its current is below the threshold. Once the
+    gap opens, its voltage shows it.
 
     Proof: ``testbench/formal/test_power.py``.
 
@@ -53,9 +53,9 @@ class ReadBack(wiring.Component):
     level : In(10)
         The short level in force.
     live : Out(1)
-        The gap shows life, or did just now.
+        The gap has current or voltage, or had just now.
     stuck : Out(1)
-        It does so although both sources are off.
+        It still has although both sources are off.
 
     Raises
     ------

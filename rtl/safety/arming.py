@@ -9,22 +9,23 @@ from rtl.lib.debounce import Debounce
 
 __all__ = ["Arming"]
 
-OPEN, CLOSED = 0b01, 0b10  # two bits, so that no single one of them closes the contactor
+OPEN, CLOSED = 0b01, 0b10  # two bits, so that no single changed bit closes the contactor
 
 
 class Arming(wiring.Component):
     """Closes the main contactor on an edge of a push-button, until anything makes outputs safe.
 
-    A press is a rise of ``arm`` that lasts ``button_ms``, after a release as long. It closes
-    ``contactor`` in the clock after it has lasted, if outputs are not ``safe`` then and ``disarm``
-    is low. A button that was held before does not count: it has to be released first.
-    ``contactor`` opens in the same clock as ``safe`` rises, and in the clock after ``disarm``; it
-    stays open until the next press. ``armed`` follows ``close_ms`` later, when the contacts have
-    closed: only then may anything burn. It falls in the clock after ``safe`` or ``disarm`` rises,
-    so what makes outputs safe may depend on it; whoever acts on it looks at ``safe`` as well.
+    A press is a rise of ``arm`` after which it stays high for ``button_ms``, having been low for
+    as long before. In the next clock the press closes ``contactor``, unless outputs are ``safe``
+    or ``disarm`` is high then. A button that was held before does not count: it must be released
+    first. ``contactor`` opens in the same clock as ``safe`` rises, and in the clock after
+    ``disarm``; it stays open until the next press. ``armed`` follows ``close_ms`` later, when the
+    contacts have closed: only then are discharges allowed. It falls in the clock after ``safe`` or
+    ``disarm`` rises, so that causes of ``safe`` may depend on it; its users must check ``safe``
+    as well.
 
-    ``strapped`` stands for a press as soon as nothing forbids one: a board's file says so where a
-    builder wants no button.
+    ``strapped`` replaces the button: the contactor closes as soon as nothing forbids it. A board's
+    file sets it if its builder wants no button.
 
     Proof: ``testbench/formal/test_arming.py``.
 
@@ -33,7 +34,7 @@ class Arming(wiring.Component):
     clock_hz : int
         Frequency of the clock.
     button_ms : int
-        A press, and a release before it, last so long. At least 1 clock is used.
+        Shortest press, and shortest release before it. At least 1 clock is used.
     close_ms : int
         From the coil to closed contacts. At least 1 clock is used.
     strapped : bool
@@ -46,7 +47,7 @@ class Arming(wiring.Component):
     safe : In(1)
         Outputs must be safe.
     disarm : In(1)
-        Firmware asks for a new press: a strobe. There is no way for it to arm.
+        Firmware asks for a new press: a strobe. Firmware cannot arm.
     contactor : Out(1)
         Coil of the main contactor.
     armed : Out(1)
@@ -61,10 +62,10 @@ class Arming(wiring.Component):
         super().__init__({
             "arm": In(1), "safe": In(1), "disarm": In(1), "contactor": Out(1), "armed": Out(1),
         })
-        # Looked at by the proof, too.
+        # For the proof too.
         bounce = max(1, clock_hz * button_ms // 1000)
         self.button = None if strapped else Debounce(rise=bounce, fall=bounce)  # high if released
-        self.held = Signal(init=1)  # in reset: who holds it must let go before it can press
+        self.held = Signal(init=1)  # high in reset: a held button must be released first
 
     def elaborate(self, platform):
         m = Module()

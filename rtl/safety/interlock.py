@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interlock: what makes the outputs safe, latched with its reason."""
+"""Interlock: makes the outputs safe, and latches the reason."""
 
 from amaranth import *
 from amaranth.lib import enum, wiring
@@ -13,7 +13,7 @@ CLEAR_KEY = 0x5A
 
 
 class Cause(enum.Enum, shape=5):
-    """Causes by number: their bit in every vector, and the priority among simultaneous ones."""
+    """Causes. The number is the bit in every vector, and the priority (0 is the highest)."""
 
     POWER_ON = 0
     ESTOP = 1
@@ -42,34 +42,35 @@ BY_AXIS = (Cause.DRIVE_FAULT, Cause.LIMIT_LOW, Cause.LIMIT_HIGH, Cause.ERROR_SAT
 
 
 class Interlock(wiring.Component):
-    """Safe until every cause is gone and someone has acknowledged it.
+    """Keeps outputs safe until every cause is gone and someone has acknowledged it.
 
     ``safe`` is high in the same clock as any cause (gates only, no register) and from then on until
     cleared. ``latched`` holds each cause from the clock after it was live. ``clear`` with the key
-    drops every latched cause that is not live in that very clock, and nothing else; a held key does
-    nothing later, so what comes back must be cleared again. Out of reset ``power_on`` is latched.
+    drops every latched cause that is not live in the same clock, and nothing else. The key acts in
+    that clock only, so a cause that comes back must be cleared again. Out of reset ``power_on`` is
+    latched.
 
     A trip is a clock with a cause while nothing is latched: ``safe`` rises then, or would just have
-    fallen. In the clock after it ``tripped`` is high, and
-    ``first`` (lowest number wins), ``blamed`` (the axes that raised it, if it is one of axes) and
-    ``simultaneous`` tell the causes live in the clock of the trip. They stay until the next trip;
-    but when a clear leaves causes and the first is not among them, they tell those that are left.
+    fallen. In the clock after it ``tripped`` is high. ``first`` (lowest number wins), ``blamed``
+    (the axes that raised it, if axes raise that cause) and ``simultaneous`` then describe the
+    causes live in the clock of the trip. They stay until the next trip; but when a clear leaves
+    causes and the first is not among them, they describe those that are left.
 
-    ``latched`` has a double. Where the two differ, a bit has turned over by itself: that is the
-    cause ``guard`` in that very clock, ``torn`` tells it, and from the next clock on both have the
-    causes of either. Only causes that are in both count as latched for what a trip is: so this is
-    one if nothing else was latched.
+    ``latched`` has a double. If the two differ, a bit has changed by itself: that is the cause
+    ``guard`` in the same clock, and ``torn`` is high. From the next clock on both hold the causes
+    of either. For the definition of a trip only causes in both count as latched: so a changed bit
+    is a trip if nothing else was latched.
 
     Debouncing: a limit switch is a cause in the clock after 2 clocks in a row with it (a single
-    clock is a disturbance), until it was released for ``limit_release_us``.
-    The fluid level counts, and no longer counts, after ``fluid_ms``. All else counts at once.
-    Low fluid is a cause only while ``discharging`` and ``fluid_required`` are high.
+    clock is a disturbance), until it has been released for ``limit_release_us``. A change of the
+    fluid level counts after ``fluid_ms``. All other causes count at once. Low fluid is a cause only
+    while ``discharging`` and ``fluid_required`` are high.
 
-    The way off a limit switch: ``leave`` with the key, while ``safe``, excuses the switches that
-    are causes then. They are none from the next clock on, and ``left_low`` and ``left_high`` tell
-    which: upstream no discharge may be, motion must be slow, and no pulse may go further onto them.
-    An excuse ends when its switch is released. All end with any cause, or ``onto``: a pulse onto
-    one of them was refused.
+    To leave a limit switch: ``leave`` with the key, while ``safe``, excuses the switches that are
+    causes then. From the next clock on they are no causes, and ``left_low`` and ``left_high`` name
+    them. Upstream, the discharge must then be off, motion slow, and no pulse may go further onto
+    them. An excuse ends when its switch is released. All excuses end with any cause, and with
+    ``onto``: a pulse onto one of them was refused.
 
     Proof: ``testbench/formal/test_interlock.py``.
 
@@ -80,9 +81,9 @@ class Interlock(wiring.Component):
     axes : int
         Width of the members by axis, at least 1.
     limit_release_us : int
-        A limit switch must be released for so long. At least 1 clock is used.
+        Time for which a limit switch must be released. At least 1 clock is used.
     fluid_ms : int
-        The fluid must be low, or back, for so long: it splashes. At least 1 clock is used.
+        Time for which the fluid must be low, or back: it splashes. At least 1 clock is used.
 
     Members
     -------
@@ -93,7 +94,7 @@ class Interlock(wiring.Component):
     fluid_low : In(1)
         The fluid is below its level.
     discharging : In(1)
-        Discharge is wanted. The wish, not the gate: that depends on ``safe``.
+        The discharge is wanted. Not its gate: that depends on ``safe``.
     fluid_required : In(1)
         Low fluid trips.
     watchdog : In(1)
@@ -101,7 +102,7 @@ class Interlock(wiring.Component):
     error_saturated, encoder, following_stopped, following_moving : In(axes)
         Faults of the axes.
     coder : In(axes)
-        The coder does not tell what the axis does.
+        The coder does not fit what the axis does.
     travel : In(axes)
         A command would have left the axis' soft limits.
     contact : In(1)
@@ -111,7 +112,7 @@ class Interlock(wiring.Component):
     memory : In(1)
         The processor's memory has read wrong.
     guard : In(1)
-        A register that is kept twice, or with its parity, differs.
+        A register differs from its copy or from its parity.
     stop : In(1)
         Firmware asks for a trip: a strobe.
     clear : In(1), key : In(8)
@@ -135,16 +136,16 @@ class Interlock(wiring.Component):
     at_low, at_high : Out(axes)
         Limit switches, debounced.
     left_low, left_high : Out(axes)
-        ... that are excused.
+        Limit switches that are excused.
     leaving : Out(1)
-        Any is.
+        Any of them is excused.
     torn : Out(1)
         The latch and its double differ.
 
     Attributes
     ----------
     double : Signal
-        The double of ``latched``, inverted, for tests and proofs to look at.
+        The double of ``latched``, inverted, for tests and proofs.
 
     Raises
     ------
@@ -234,7 +235,7 @@ class Interlock(wiring.Component):
 
         clear = Signal()
         trip = Signal()
-        moot = Signal()  # what is told is no longer among the causes that are left
+        moot = Signal()  # the first cause is no longer among those that are left
         m.d.comb += [
             clear.eq(self.clear & (self.key == CLEAR_KEY)),
             trip.eq(~both.any()),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Watchdog that the firmware must call, neither too late nor too soon, in two stages."""
+"""Watchdog: firmware must call it in two steps, neither too late nor too soon."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -10,30 +10,30 @@ __all__ = ["FIRST_KEY", "LONGEST_US", "SECOND_KEY", "THIRD_KEY", "Watchdog"]
 FIRST_KEY = 0xA5   # written where the main loop starts
 SECOND_KEY = 0x5A  # written where it ends
 THIRD_KEY = 0xC3   # written by the handler of the interrupt that asks for it
-LONGEST_US = 5000  # a gap that nobody watches burns for no longer
+LONGEST_US = 5000  # longest time for which a gap may burn unwatched
 
 
 class Watchdog(wiring.Component):
     """Says when the firmware has stopped calling, calls too soon, or takes no interrupts.
 
-    A complete call is the first key and then the second, with no other key written in between but
-    the third; a second key without the first counts for nothing, so a stray writer or an interrupt
-    alone cannot keep the watchdog quiet. A complete call in clock ``k`` keeps the main loop *in
-    time* from clock ``k + 1`` to before clock ``k + period``. One that comes while it is in time
-    and before clock ``k + earliest`` is too soon, and the main loop is out of time from the next
-    clock on. It is so out of reset; a complete call always ends that.
+    A complete call is the first key and then the second; of the keys, only the third may come
+    between. A second key without the first does nothing, so a stray write or an interrupt alone
+    cannot keep the watchdog quiet. A complete call in clock ``k`` makes the main loop *in time*
+    from clock ``k + 1`` to before clock ``k + period``. A second complete call before clock ``k +
+    earliest``, while the main loop is in time, is too soon: it is out of time from the next clock
+    on. The main loop is out of time after reset, too; the next complete call always ends this.
 
     The interrupt: ``asked`` is high until the third key is written, and again from ``ask`` clocks
     after it. The interrupts are in time from the clock after a third key that was asked for until
-    ``period`` clocks after it. They are out of time out of reset. A third key that was not asked
-    for counts for nothing.
+    ``period`` clocks after it. They are out of time after reset. A third key that was not asked
+    for does nothing.
 
     ``expired`` is high while either is out of time. It is not latched here: calls end it
-    (``rtl.safety.interlock`` latches). ``silent`` is high when it has been so for ``period``
-    clocks in a row, and was not before: a processor that starts has no time to keep.
+    (``rtl.safety.interlock`` latches). ``silent`` is high when ``expired`` has lasted for
+    ``period`` clocks, but never before it has been low once: a starting processor has no deadline.
 
-    While the main loop is out of time the second key must come less than ``period`` clocks after
-    the first. A first key written before is forgotten when it gets there.
+    While the main loop is out of time, the second key must come less than ``period`` clocks after
+    the first; later, the first key is forgotten.
 
     Proof: ``testbench/formal/test_watchdog.py``.
 
@@ -44,8 +44,8 @@ class Watchdog(wiring.Component):
     period_us : int
         Longest time between complete calls, at most 5000 us and at least 4 clocks. ``period`` is
         the same in clocks, rounded down; ``earliest`` an eighth of it, and ``ask`` half, rounded
-        down. Firmware's longest step must be over in the seven eighths between: at 2 MHz it takes
-        8400 of 10 000 clocks, so that a quarter would be too much.
+        down. Firmware's longest step must fit into the seven eighths between. At 2 MHz it takes
+        8400 of 10 000 clocks, so that a quarter would be too long for ``earliest``.
 
     Members
     -------
@@ -56,9 +56,9 @@ class Watchdog(wiring.Component):
     expired : Out(1)
         Nobody has called in time.
     late : Out(1)
-        ... and it is the main loop that is out of time.
+        The main loop is out of time.
     silent : Out(1)
-        Expired for so long that nobody will.
+        Expired for so long that firmware has surely stopped.
     asked : Out(1)
         The interrupt: the third key is asked for.
     open : Out(1)
@@ -89,8 +89,8 @@ class Watchdog(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Clocks since the last complete call, or while it is late since the first key. It runs
-        # while anything is waited for, so no disturbance can put it where it would never end.
+        # Clocks since the last complete call or, while the main loop is late, since the first key.
+        # It runs whenever something is awaited, so no disturbance can make it stop for ever.
         age = Signal(range(self.period))
         late = self.late
         begun = Signal()  # the first key was written last
@@ -123,7 +123,7 @@ class Watchdog(wiring.Component):
         with m.Elif(~mute):
             m.d.sync += unanswered.eq(unanswered + 1)
 
-        # Clocks before it is silent: none are counted before it was quiet once.
+        # Clocks until ``silent``; they count only once ``expired`` has been low.
         left = Signal(range(self.period + 1))
         counts = Signal()
         m.d.comb += [self.expired.eq(late | mute), self.silent.eq(counts & (left == 0))]
