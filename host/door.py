@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one door from the host to the test bench: nothing else of the host reaches through it.
+"""The one door from the host to the test bench.
 
-The simulated machine and the measurements are the test bench's. It imports the host, so that the
-host may import it here only, and when something is asked for.
+The simulated machine and the measurements belong to the test bench, which imports the host. So the
+host imports the test bench in this module only, and only when one of the two is asked for.
 """
 
 import subprocess
@@ -36,6 +36,6 @@ def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | No
 
 
 def measure() -> bool:
-    """Print every figure that ``testbench.bench`` measures; return whether it came to its end."""
+    """Print every figure that ``testbench.bench`` measures; return whether it was completed."""
     return not subprocess.run([sys.executable, "-m", "testbench.bench"], cwd=ROOT,
                               check=False).returncode

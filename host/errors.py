@@ -6,13 +6,13 @@ DONE, FAULT, USAGE, ALARM, REJECTED = 0, 1, 2, 3, 4
 
 
 class UserError(Exception):
-    """Something cannot be done; the text is the whole message for the user."""
+    """A failure that the user must know of; the text is the whole message."""
 
     status = FAULT
 
 
 class UsageError(UserError):
-    """What was asked for makes no sense."""
+    """The command, or one of its arguments, is wrong."""
 
     status = USAGE
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages that are made from the program itself: ``python -m host.pages``."""
+"""Write the pages that are made from the program itself: ``python -m host.pages``."""
 
 import inspect
 from collections.abc import Callable, Iterator
@@ -53,20 +53,20 @@ def machine_file() -> str:
 
 
 def _table(field: FieldInfo | None) -> type[Table] | None:
-    """What a field is, if it is a table."""
+    """Model of a field that is a table, else None."""
     found = field.annotation if field else None
     return found if isinstance(found, type) and issubclass(found, Table) else None
 
 
 def _title(tables: dict[str, type[Table]]) -> str:
-    """What a table is, of whatever machine."""
+    """Description of a table, with the machine if only one has it."""
     first, *others = dict.fromkeys(tables.values())
     only = "" if len(tables) > 1 else f" Only the machine `{next(iter(tables))}` has this table."
     return (inspect.getdoc(first.__base__ if others else first) or "") + only
 
 
 def _rows(tables: dict[str, type[Table]], prefix: str) -> Iterator[str]:
-    """Rows of what one table has in each of some machines; whose it is, if not of all."""
+    """Rows of one table over several machines; a number that not all have names its machine."""
     having: dict[str, list[str]] = {}
     found: dict[str, FieldInfo] = {}
     for machine, table in tables.items():

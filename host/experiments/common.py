@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 def in_parallel(function: Callable[[T], Record], trials: list[T],
                 progress: Callable[[Record], None]) -> list[Record]:
-    """``function`` of every trial, a core for each; ``progress`` is told of each that is over."""
+    """``function`` of every trial, one core each; ``progress`` is called with each result."""
     done = []
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
         for future in as_completed([pool.submit(function, trial) for trial in trials]):
@@ -39,7 +39,7 @@ def in_parallel(function: Callable[[T], Record], trials: list[T],
 def summed_up(runs: list[Record], names: Iterable[str]) -> Record:
     """``outcomes`` of runs of one kind, and mean and spread of each figure, over the seeds.
 
-    Runs without a figure do not count for it; None where there is none.
+    A run without some figure does not count for it. A figure that no run has is None.
     """
     outcomes = [one["outcome"] for one in runs]
     found: Record = {"outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))}}
@@ -58,7 +58,7 @@ def value_with_spread(figure: tuple[float, float | None], digits: int) -> str:
 
 
 def add_figures(made: Table, rows: list[Record], titles: dict[str, tuple[str, int]]) -> None:
-    """Rows of a table of what ``summed_up`` found: how the runs ended, and every figure."""
+    """Add the results of ``summed_up`` to a table: how the runs ended, and every figure."""
     made.add_row("ended", *(", ".join(f"{number} {name}"
                                       for name, number in row["outcomes"].items())
                             for row in rows))

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment fluid``: presets that stay, against presets that follow the fluid.
+"""``gapkeeper experiment fluid``: fixed presets against presets that follow the fluid.
 
-The tape ``sink_servo`` on the machine ``small``, in fluids of the four resistivities of the table
-in JP S60-10852 B, with the same seeds in both arms. Fixed: every class of the fluid has the presets
-of the highest resistance. Switched: each has its own. Nothing else differs: in both arms the cell
-is read, and the open reference follows the voltage that the fluid leaves. At the highest resistance
-the arms are the same run.
+The tape ``sink_servo`` runs on the machine ``small`` in fluids of the four resistivities of the
+table in JP S60-10852 B, with the same seeds in two arms. Arm ``fixed``: every class of the fluid
+has the presets of the highest resistance. Arm ``switched``: each class has its own. Nothing else
+differs: in both arms the conductivity cell is read, and the open reference follows the voltage that
+the fluid leaves. At the highest resistance both arms are the same run.
 
-All of it with two pulses: that of the tape's condition, as a user would choose it for so small an
-electrode, and the one of 250 us for which the table was found. The servo's period is 20 ms: that is
-about 490 of the one and 67 of the other.
+Both arms run with two pulses: that of the tape's condition, as a user would choose it for so small
+an electrode, and the one of 250 us for which the table was found. A servo period of 20 ms has about
+490 pulses of the first kind and 67 of the second.
 """
 
 import copy
@@ -44,8 +44,9 @@ __all__ = ["ARMS", "FIGURES", "OHM_CM", "PULSES", "Trial", "add_figures", "fluid
 
 MACHINE, TAPE = "small", ROOT / "tapes" / "sink_servo.nc"
 OHM_CM = (1e6, 1.25e5, 4e4, 1e3)
-# Presets entered by hand before the tape for the classes 1 to 3: those of class 0, or their own, as
-# the controller has them anyway. As many digits in both, so that the tape begins in the same clock.
+# Presets entered by hand before the tape for the classes 1 to 3: those of class 0, or their own,
+# which are the controller's defaults. Both have the same number of digits, so that the tape begins
+# in the same clock.
 ARMS = {
     "fixed": ("G10 W1 X3 Y6 Z14", "G10 W2 X3 Y6 Z14", "G10 W3 X03 Y6 Z14"),
     "switched": ("G10 W1 X5 Y5 Z18", "G10 W2 X8 Y3 Z22", "G10 W3 X13 Y2 Z28"),
@@ -54,7 +55,7 @@ ARMS = {
 PULSES = {"15 us": (), "250 us": ("G10 C100 P250 Q50 R50",)}
 LONGEST_S = 60.0    # of the machine's time; a run that takes longer counts as stopped
 FRONT = 0           # of a trace's states of the motion: machining
-SETTLE_S = 0.5      # from the first discharge on the servo closes the gap; not counted
+SETTLE_S = 0.5      # after the first discharge the servo closes the gap: this time does not count
 
 # Figure: its name in the table, and digits.
 FIGURES = {
@@ -79,14 +80,14 @@ class Trial:
 
 
 def machine_with(ohm_cm: float) -> Machine:
-    """The machine, with this fluid and no other all the time."""
+    """The machine with a fluid of this resistivity, which does not drift."""
     tables = copy.deepcopy(machines.load(MACHINE).tables)
     tables["gap"]["fluid_ohm_cm"] = ohm_cm
     return Machine(MACHINE, tables)
 
 
 def run(trial: Trial) -> Record:
-    """Run a trial; return its figures, with how it ended."""
+    """Run a trial; return its figures and how it ended."""
     machine = machine_with(trial.ohm_cm)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
                                   progress=lambda _: None)
@@ -168,7 +169,7 @@ def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
 
 
 def sentences(runs: list[Record]) -> list[str]:
-    """What switching changed, a sentence for every pulse and resistivity, worse or better."""
+    """Sentences on what switching changed, for better or worse, by pulse and resistivity."""
     said = []
     kinds = dict.fromkeys((one["pulse"], one["ohm_cm"]) for one in sorted(runs, key=_order))
     for pulse, ohm_cm in kinds:
@@ -193,7 +194,7 @@ def sentences(runs: list[Record]) -> list[str]:
 
 
 def _page(rows: list[Record], said: list[str], seeds: int) -> str:
-    """The table and what it says, as Markdown."""
+    """The table and the sentences, as Markdown."""
     tables = []
     for pulse in PULSES:
         page = Console(width=400, record=True, file=io.StringIO())
@@ -251,7 +252,7 @@ def fluid(*, seeds: int, folder: Path, console: Console) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # Built once, before the processes would all do so.
+    # The simulator is built once here, not by every process.
     machine = machine_with(OHM_CM[0])
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()

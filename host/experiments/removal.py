@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment removal``: a wall is finished under G94 and the feed modes of G95.
+"""``gapkeeper experiment removal``: a wall is finished under G94 and in the feed modes of G95.
 
-Two walls: one whose stock has a step, and one of even stock in a flow of fluid that drifts. On
-both: constant feed (G94), zero feed at Vs (P2), F at Vs (P3), constant removal (P4), with the same
-seeds. Runs for all but the comparison have seeds of their own.
+There are two walls: one whose stock has a step, and one of even stock in a flow of fluid that
+drifts. Each is finished with constant feed (G94), zero feed at Vs (P2), F at Vs (P3) and constant
+removal (P4), with the same seeds. Calibration and tuning have seeds of their own.
 
-* Calibration: even nominal stock is cut at the preset speed (P3 with the least gain there is). The
-  mean voltage is the Vs of P3; the drop from what was measured in the approach is the Es of P4.
-* P3's gain: those of ``GAINS``, times F/Es, are tried on another stock, with a step and in the
-  drift; that with the least variation of the removal is compared.
-* P2 has the slope of P4 at the calibrated place, F/Es, and hence stands at twice the drop Es; its
-  feed ends at 2 F.
-* P4 measures its no-load voltage (setting ``law_no_load``); all else is as built.
+* Calibration: even nominal stock is cut at the preset speed (P3 with the least possible gain). The
+  mean voltage becomes the Vs of P3. The Es of P4 is the drop from the voltage measured in the
+  approach.
+* P3's gain: each of ``GAINS``, times F/Es, is tried on another stock, with a step and in the drift.
+  The gain with the least variation of the removal takes part in the comparison.
+* P2 has the slope of P4 at the calibrated place, F/Es. So it stands still at twice the drop Es, and
+  its feed is at most 2 F.
+* P4 measures its no-load voltage (setting ``law_no_load``). All other settings are the defaults.
 """
 
 import copy
@@ -47,23 +48,23 @@ __all__ = ["FIGURES", "GAINS", "MODES", "WALLS", "Plan", "Trial", "measure", "pl
            "statistics", "table"]
 
 MACHINE = "wire"
-# Sixty times would leave so few craters that their number scatters more than what is looked for.
+# A scale of sixty would leave so few craters that their scatter hides the effect under study.
 REMOVAL_SCALE = 10.0
 CONDITION = "I1 P10 Q25 R25 E80"    # 20 A for at most 10 us
 FEED = 12                           # mm/min, in life a tenth
-START_MM, PATH_MM = -0.2, -0.11     # Y of the wire's axis: out of reach; 10 um before the surface
+START_MM, PATH_MM = -0.2, -0.11     # Y of the wire's axis: out of reach; 10 um off the surface
 NOMINAL_UM, WIDE_UM = 20.0, 30.0
 OTHER_UM = (20.0, 26.0)             # stock on which a gain is tried
 DRIFT = 1.0                         # deviation of the logarithm of the flow
 WALLS = ("step", "drift")
-EVEN = "even"                       # neither of them
+EVEN = "even"                       # the wall of the calibration: no step, no drift
 MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
 GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
 OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
 LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
 LEAST_GAIN = named("law_gain_feed").lowest
 
-BEGIN, STEP = 0.1, 0.5              # of the way: from here on it counts; here is the step
+BEGIN, STEP = 0.1, 0.5              # shares of the way: where figures begin, where the step is
 AHEAD_MM, BEHIND_MM = 0.08, 0.04    # the wire meets a step before its axis is there
 BIN_S, BIN_MM = 0.1, 0.02           # the removal's means over time, and the profile's
 
@@ -81,7 +82,7 @@ COLOURS = {"G94": figures.FAINT, "P2": figures.CAUSES["operator"], "P3": figures
 
 @dataclass(frozen=True)
 class Plan:
-    """What all runs of an experiment have in common: its way in mm, and references in V."""
+    """Common values of all runs of an experiment: length of the way in mm, references in V."""
 
     way_mm: float
     voltage: float = 1.0
@@ -90,7 +91,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Trial:
-    """One run. ``gain`` is P3's, times F/Es; ``other``: on the stock that is not compared."""
+    """One run. ``gain`` is P3's, times F/Es; ``other``: on the stock of the tuning."""
 
     plan: Plan
     wall: str
@@ -115,7 +116,7 @@ def machine_for(trial: Trial) -> Machine:
 
 
 def tape_for(trial: Trial) -> Tape:
-    """Approach, in which V0 is measured, and the wall."""
+    """Tape of an approach, in which V0 is measured, and of the wall."""
     plan = trial.plan
     voltage = plan.voltage - (plan.drop if trial.mode == "P2" else 0)
     feed = 2 * FEED if trial.mode == "P2" else FEED
@@ -127,7 +128,7 @@ def tape_for(trial: Trial) -> Tape:
 
 
 def settings_for(trial: Trial) -> list[str]:
-    """Lines entered by hand: gains in um/min per V, and that V0 is measured."""
+    """Lines entered by hand: gains in um/min per V, and the setting that V0 is measured."""
     slope = 1000 * FEED / trial.plan.drop
     return [assign("law_gain_zero", round(slope)),
             assign("law_gain_feed", max(LEAST_GAIN, round(trial.gain * slope))),
@@ -150,7 +151,7 @@ def execute(trial: Trial,
 
 
 def run(trial: Trial) -> Record:
-    """Run a trial; return its figures, with how it ended. Only a whole wall has figures."""
+    """Run a trial; return how it ended, and the figures of a wall that was cut to its end."""
     job, trace, plan = execute(trial)
     found: Record = {"wall": trial.wall, "mode": trial.mode, "gain": trial.gain, "seed": trial.seed,
              "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
@@ -170,14 +171,15 @@ def _rate(trace: Columns, inside: NDArray[np.bool_]) -> float:
 def measure(trace: Columns, plan: Columns, way_mm: float, step: bool) -> Record:
     """Figures of a wall that has been cut from 0 to ``way_mm``; X of the trace is in pulses.
 
-    From ``BEGIN`` of the way to ``AHEAD_MM`` before its end. ``variation`` and ``noise`` are in
-    percent of the removal per time, in means of ``BIN_S``: its deviation, and what the number of
-    discharges gives alone. ``at_step`` and ``behind_step`` are times the removal per time before
-    the step. ``surface_um`` is the deviation of the surface in means of ``BIN_MM``;
-    ``surface_step_um`` what it is higher behind the step (above zero: more was taken).
+    They count from ``BEGIN`` of the way to ``AHEAD_MM`` before its end. ``variation`` is the
+    deviation of the removal per time in means of ``BIN_S``, in percent; ``noise`` is the part of it
+    that the scatter of the number of craters alone would give. ``at_step`` and ``behind_step`` are
+    multiples of the removal per time before the step. ``surface_um`` is the deviation of the
+    surface in means of ``BIN_MM``; ``surface_step_um`` is how much higher it is behind the step
+    (above zero: more was removed there).
     """
     end = way_mm - AHEAD_MM
-    # The furthest place: a retraction belongs to where it began.
+    # The furthest place so far: a retraction counts for the place where it began.
     place = np.maximum.accumulate(trace["x"]) / machines.load(MACHINE).pulses_per_mm
     inside = (place >= BEGIN * way_mm) & (place < end)
     t = trace["t"][inside]
@@ -221,8 +223,8 @@ def statistics(runs: Iterable[Record]) -> list[Record]:
     """One row for every wall, mode and gain.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
-    runs that ended, the spread being the sample's standard deviation, or None of a single run; None
-    where there is nothing.
+    runs that ended; the spread is the sample's standard deviation, or None for a single run. A
+    figure that no run has is None.
     """
     groups: dict[tuple[str, str, float], list[Record]] = {}
     for one in sorted(runs, key=_order):
@@ -264,7 +266,7 @@ def calibrate(way_mm: float) -> Plan:
 
 
 def mean_variations(runs: list[Record]) -> dict[float, float | None]:
-    """Mean variation of the removal by gain; None where not every run came to its end."""
+    """Mean variation of the removal by gain; None if not every run came to its end."""
     kinds: dict[float, list[Record]] = {}
     for one in sorted(runs, key=_order):
         kinds.setdefault(one["gain"], []).append(one)
@@ -277,7 +279,7 @@ def best_gain(variations: dict[float, float | None]) -> float:
     """The gain of the least variation."""
     whole = {gain: variation for gain, variation in variations.items() if variation is not None}
     if not whole:
-        raise UserError("with none of its gains did P3 come to the end of the wall.")
+        raise UserError("P3 did not come to the end of the wall with any of its gains.")
     return min(whole, key=lambda gain: whole[gain])
 
 
@@ -310,7 +312,7 @@ def plot(runs: list[Record], path: Path) -> None:
 
 
 def _page(rows: list[Record], said: list[str], seeds: int) -> str:
-    """The table and how it came about, as Markdown."""
+    """The table and how it was made, as Markdown."""
     page = Console(width=400, file=io.StringIO())
     with page.capture() as text:
         page.print(table(rows, box.MARKDOWN))
@@ -327,7 +329,7 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # Built once, before the processes would all do so.
+    # The simulator is built once here, not by every process.
     machine = machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]))
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()

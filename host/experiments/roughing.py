@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper experiment roughing``: one current all the way, against the planned staircase.
 
-A job of 70 mm² with 110 um of undersize, copper on steel, by the synthetic basic data, on the
-machine ``sinker`` with an electrode of that area. Constant: the
-planner's alpha, the current of its last step, from the surface to the end. Staircase: the planned
-currents, switched by the machine at their depths (G39). The same seeds, condition rows, servo
-(G95 P1), limit and periodic jumps in both arms; nothing else differs.
+The job is a cavity of 70 mm² with 110 um of undersize, copper on steel, by the synthetic basic
+data, on the machine ``sinker`` with an electrode of that area. Arm ``constant``: the planner's
+alpha, the current of its last step, from the surface to the end. Arm ``staircase``: the planned
+currents, switched by the machine at their depths (G39). Seeds, condition rows, servo (G95 P1),
+limit and periodic jumps are the same in both arms.
 
-The simulated machine does not know how wide a cavity becomes. So the undersize that a run consumes
-is reckoned: the most that the basic data ask for the current in force at the depth reached.
+The simulated machine does not model how wide a cavity becomes. So the undersize that a run consumes
+is computed: the greatest value of the basic data for a current in force at the depth reached.
 """
 
 import copy
@@ -78,7 +78,7 @@ def _job(depth_mm: float) -> Job:
 
 
 def staircase_for(trial: Trial, data: list[BasicData]) -> Staircase:
-    """What the planner found; of the arm ``constant`` its last step alone."""
+    """The planner's staircase; for the arm ``constant`` only its last step."""
     found = plan(data, _job(trial.depth_mm), SEED)
     if trial.arm == "constant":
         found = replace(found, steps=(Step(found.alpha, found.steps[-1].depth_um),))
@@ -104,7 +104,7 @@ def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
 
 
 def run(trial: Trial) -> Record:
-    """Run a trial; return its figures, with how it ended."""
+    """Run a trial; return its figures and how it ended."""
     machine, data = machine_for(), read_all(ELECTRODE, WORKPIECE)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
                                   progress=lambda _: None)
@@ -122,10 +122,10 @@ def run(trial: Trial) -> Record:
 
 def consumed(t: NDArray[Any], deepest_mm: NDArray[Any], events: list[Event],
              near: list[BasicData]) -> float:
-    """Undersize that a run consumes at least, um, by the basic data.
+    """Least undersize that a run needs, um, by the basic data.
 
-    The most that they ask for the current in force at the depth reached, over all moments
-    ``t`` (s); ``events`` tell of the currents.
+    It is the greatest value of the data for the current in force at the depth reached, over all
+    moments ``t`` (s). ``events`` give the currents.
     """
     changes = [event for event in events if event["event"] == "condition"]
     most = 0.0
@@ -176,8 +176,8 @@ def statistics(runs: Iterable[Record]) -> list[Record]:
     """One row for every arm.
 
     ``outcomes``: how many ended how. For each of ``FIGURES`` mean and spread over the seeds of the
-    runs that ended, the spread being the sample's standard deviation, or None of a single run; None
-    where there is nothing.
+    runs that ended; the spread is the sample's standard deviation, or None for a single run. A
+    figure that no run has is None.
     """
     rows = []
     for arm in ARMS:
@@ -199,7 +199,7 @@ def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
 
 
 def sentences(runs: list[Record], found: Staircase) -> list[str]:
-    """What was compared, and what the staircase changed, worse or better."""
+    """Sentences on what was compared, and on what the staircase changed, for better or worse."""
     steps = ", ".join(f"IP {step.ip:g} to {step.depth_um / 1000:.2f} mm" for step in found.steps)
     said = [f"Planned: {steps}; constant: IP {found.alpha:g} ({found.alpha * AMPERES:g} A). The "
             f"electrode has {found.undersize_um:g} um of undersize, of which the last step needs "
@@ -248,7 +248,7 @@ def plot(runs: list[Record], found: Staircase, path: Path) -> None:
 
 
 def _page(rows: list[Record], said: list[str], seeds: int, depth_mm: float) -> str:
-    """The table and what it says, as Markdown."""
+    """The table and the sentences, as Markdown."""
     page = Console(width=400, file=io.StringIO())
     with page.capture() as text:
         page.print(table(rows, box.MARKDOWN))
@@ -268,7 +268,7 @@ def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console) -> 
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # Built once, before the processes would all do so.
+    # The simulator is built once here, not by every process.
     machine = machine_for()
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What runs on the PC: tape codec, command line, link to the machine, report of a run."""
+"""The link to a controller: bytes, lines, tape frames, ports."""

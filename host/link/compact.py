@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Short event lines of the controller, made long again.
+"""Compact events: short event lines of the controller, expanded to full ones.
 
-Where blocks are short their events would bound the speed of a contour. So the controller tells
-event ``block`` in fewer characters where clock, line and place are near those of the event before::
+With short blocks the link's speed would bound the speed of a contour. So the controller sends event
+``block`` in fewer characters if clock, line and place are near those of the event before::
 
     [Bcccclxxyyzztext]
 
-with the low bits of each number, 6 a character from ``0`` on, the highest first: nearest to the
-event before are the clock (24 bits), line (6) and place (12 each) that are meant. Every 32nd line
-at the latest is a full one; see ``softcore/firmware/link/output.h``.
+This has the low bits of each number: clock (24 bits), line (6) and place (12 for each axis), 6 bits
+a character from ``0`` on, the highest first. The full number is the one nearest to that of the
+event before. At least every 32nd line is a full one; see ``softcore/firmware/link/output.h``.
 """
 
 import re
@@ -29,13 +29,13 @@ def _nearest(last: int, low: str) -> int:
 
 
 class Expander:
-    """What goes through it, line by line: short event lines become long ones."""
+    """Expands the compact events in a stream of lines; call it with each line in order."""
 
     def __init__(self) -> None:
         self._last: list[int] | None = None  # cycle, line, x, y, z of the event before
 
     def __call__(self, line: str) -> str:
-        """The line in full. One that is no event, or follows none, stays as it is."""
+        """The line in full. Any line but a compact event that follows an event is unchanged."""
         if full := _FULL.match(line):
             self._last = [int(number) for number in full.groups()]
         elif self._last and (short := _SHORT.fullmatch(line)):

@@ -2,49 +2,49 @@
 """The host's end of the link: real-time bytes, lines and tape frames over any pipe of bytes.
 
 **Real-time bytes** (``softcore.linkmap``) act at once, whatever came before: the gateware takes
-them out of the stream. So they never occur in what follows.
+them out of the stream. So they never occur within lines or frames.
 
 **Lines** follow grbl 1.1: each is answered ``ok`` or ``error:N``. A line may have a number and a
 check, and those of this host always do::
 
     @17 G00 X1*5A3C
 
-The check is the CRC of everything before the ``*``, in four hexadecimal digits; the answer names
-the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting, and each is
-the last one and 1, modulo 65536. The same number again is answered as before, and not carried out
-again. Anything else, a wrong check, and a line in which the receiver saw an error are refused whole
-by ``error:108``, with the number if it could be read, and such a line may be sent again: so it is
-here, and if no answer comes.
+The check is the CRC of everything before the ``*``, in four hexadecimal digits. The answer names
+the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise by 1,
+modulo 65536. A line with the number of the last one gets the same answer again, and is not carried
+out again. Any other number, a wrong check, and a line in which the receiver saw an error are
+refused whole by ``error:108``, with the number if it could be read. This host then sends the line
+again, and also if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
-refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing, so that no bent byte
-starts a motion or makes one faster. The work of the first two is done by the lines ``$RESUME`` and
-``$RETRACT``, at any time: while a tape runs or is being sent, and before lines that wait.
+refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. So no damaged byte
+starts a motion or makes one faster. The lines ``$RESUME`` and ``$RETRACT`` replace the first two.
+They work at any time: while a tape runs or is being sent, and ahead of lines that wait.
 
 **Tape frames** carry punched bytes::
 
     0x02, then stuffed: length n, sequence, n bytes, CRC high, CRC low, then bare: 0x03
 
-with the CRC over length, sequence and bytes. Stuffed is to say that a byte of ``linkmap.STUFFED``
-is sent as 0x10 and the byte with bit 6 turned over. So 0x02 begins a frame wherever it stands, and
-a real-time byte is never part of one. Whatever happens to a single byte of a frame is found: if the
-length is right, by the CRC, else by the place of 0x03.
+with the CRC over length, sequence and bytes. *Stuffed* means that a byte of ``linkmap.STUFFED`` is
+sent as 0x10 and the byte with bit 6 inverted. So 0x02 always begins a frame, and a real-time byte
+is never part of one. Any damage to a single byte of a frame is detected: by the CRC if the length
+is right, else by the place of 0x03.
 
 The controller answers 0x06 sequence (taken) or 0x15 sequence (damaged, send again), and nothing
-while its buffer is full; a frame without answer is sent again after a time-out, and a sequence
+while its buffer is full. A frame without answer is sent again after a time-out, and a sequence
 number seen twice is taken once. Length 0 begins a tape, length 0xFF says that no more bytes follow.
-The frames of a tape are numbered from 0, modulo 256; the one that begins it bears 255, so that no
-late answer to it is taken for one to the first bytes. So no byte of a tape can be lost or doubled.
-Between the frames of a tape numbered lines are heard, others are not.
+The frames of a tape are numbered from 0, modulo 256. The frame that begins the tape has number 255,
+so that a late answer to it is not mistaken for the answer to the first bytes. So no byte of a tape
+can be lost or doubled. Between the frames of a tape only numbered lines are accepted.
 
-**A held processor** says nothing more. After a fault of its memory, or when the watchdog has given
-it up, the gateware has the line, and tells that by itself, about every second, until the controller
-is switched off and on::
+**A held processor** sends nothing more. After a fault of its memory, or when it has not answered
+the watchdog for too long, the gateware takes the line over. It sends one of these about every
+second until the controller is switched off and on::
 
     ALARM:155 memory parity at 0x00012340
     ALARM:155 watchdog: the processor does not answer
 
-It may come in the middle of a line, which then is not to be read.
+It may come in the middle of a line, which must then be ignored.
 
 Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 for ``123456789``.
 """
@@ -70,24 +70,24 @@ _BYTES = {realtime.name: bytes([realtime.byte]) for realtime in REALTIME}
 STATUS, HOLD, RESET = (_BYTES[name] for name in ("status", "hold", "reset"))
 RESUME, RETRACT = "$RESUME", "$RETRACT"
 
-GREETING = "Grbl "         # as grbl, for its senders; who it is says $I
-FRAME_TIMEOUT_S = 0.1     # a frame takes 1.4 ms at 1 Mbaud: no room, or noise hit it
-LINE_TIMEOUT_S = 0.3      # without an answer a line is sent again; it may be being carried out
+GREETING = "Grbl "        # grbl's, for its senders; $I identifies the controller
+FRAME_TIMEOUT_S = 0.1     # a frame takes 1.4 ms at 1 Mbaud: else no room, or it was damaged
+LINE_TIMEOUT_S = 0.3      # then a line is sent again; it may still be under way
 ANSWER_TIMEOUT_S = 2.0
-UNANSWERED_FRAMES = 20    # then the machine is asked whether it lives
+UNANSWERED_FRAMES = 20    # then the controller is asked for its status
 DAMAGED = 10              # times in a row that a frame or a line may arrive damaged
-POLL_S = 0.01             # longest wait before one looks whether it is to go on
+POLL_S = 0.01             # longest time between two looks at ``stop``
 LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
 _DAMAGED_LINE = error_line("line")
-_HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # as the gateware says it; the firmware's has no text
+_HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # from the gateware; the firmware's has no text
 _BUSY = {"Run", "Hold"}     # states in which a line may take its time
 
 
 class LinkError(UserError):
-    """The controller does not answer as agreed."""
+    """The controller does not answer as the link's rules demand."""
 
 
 class RefusedError(LinkError):
@@ -105,7 +105,7 @@ class HeldError(LinkError):
 
 
 def held_by(line: str) -> tuple[int, str] | None:
-    """Code and sentence of the alarm by which a line tells that the processor is held, or None."""
+    """Code and sentence of the alarm if a line says that the processor is held, else None."""
     told = _HELD.fullmatch(line)
     if told is None:
         return None
@@ -114,14 +114,14 @@ def held_by(line: str) -> tuple[int, str] | None:
 
 
 def is_cut(line: str) -> bool:
-    """Whether a line is one of the firmware's that ends before its bracket."""
+    """Whether a line begins with a bracket and has lost its end."""
     return line.startswith("[") and not line.endswith("]")
 
 
 def fields_of(report: str) -> dict[str, str]:
     """Fields of a status report by name.
 
-    The state is ``state``; what follows it, as the 0 of Hold:0, is ``substate``.
+    The state is ``state``; a number behind it, such as the 0 of Hold:0, is ``substate``.
     """
     state, *fields = report.strip("<>").split("|")
     state, _, substate = state.partition(":")
@@ -130,13 +130,13 @@ def fields_of(report: str) -> dict[str, str]:
 
 
 class BytePipe(Protocol):
-    """What the link needs: a serial port, a pseudo-terminal or a simulated machine."""
+    """The pipe that a link needs: a serial port, a pseudo-terminal or a simulated machine."""
 
     def write(self, data: bytes) -> None:
         """Send all of ``data``."""
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come; wait for something, at most ``timeout_s`` of the pipe's time."""
+        """Return the bytes that have come; wait at most ``timeout_s`` of pipe time for one."""
 
     def time_s(self) -> float:
         """Seconds of the pipe's own clock: simulated ones in a simulation."""
@@ -153,7 +153,8 @@ def check_line(line: str) -> None:
     Raises
     ------
     UsageError
-        If it is empty or too long, or holds a character that is none or a real-time byte.
+        If it is empty or too long, or holds a character that is not printable ASCII or acts as a
+        real-time byte.
     """
     wrong = next((char for char in line if not " " <= char <= "~" or char in "?!~"), None)
     if wrong is not None:
@@ -174,7 +175,7 @@ def numbered(number: int, line: str) -> bytes:
 
 
 def stuffed(data: bytes) -> bytes:
-    """``data`` as it is sent within a frame."""
+    """``data`` with its special bytes replaced, as it is sent within a frame."""
     return b"".join(bytes([FRAME_ESCAPE, byte ^ FRAME_FLIP]) if byte in STUFFED else bytes([byte])
                     for byte in data)
 
@@ -200,7 +201,7 @@ def frames(rows: bytes) -> Iterator[tuple[int, bytes]]:
 class Sent:
     """A line that has been sent: ``answer`` is None until the controller gives one.
 
-    It is ``ok``, ``error:N``, or says that the controller has started anew.
+    The answer is ``ok``, ``error:N``, or the sentence that the controller has started anew.
     """
 
     number: int
@@ -215,9 +216,10 @@ class Sent:
 class Link:
     """One controller at the other end of ``pipe``.
 
-    ``on_line`` is called with every line that is no answer to a command: events (in full, see
-    ``host.link.compact``), messages, alarms, status reports, greetings; in the order in which they
-    came, from within the call that waited. It may call ``press``, and nothing else of the link.
+    ``on_line`` is called with every line that is not the answer to a command: events (in full, see
+    ``host.link.compact``), messages, alarms, status reports, greetings. The calls come in the order
+    of the lines, from within the call that waits. ``on_line`` may call ``press``, and nothing else
+    of the link.
     """
 
     def __init__(self, pipe: BytePipe, on_line: Callable[[str], None]):
@@ -225,7 +227,7 @@ class Link:
         self.on_line = on_line
         self._line = bytearray()
         self._full = Expander()
-        self._mark = 0        # TAKEN or AGAIN, if its sequence number has not come yet
+        self._mark = 0        # TAKEN or AGAIN while its sequence number is still to come
         self._marks: list[tuple[int, int]] = []  # answers to frames, oldest first
         self._number = 0      # of the next line
         self._open: list[Sent] = []  # lines without an answer, oldest first
@@ -234,7 +236,7 @@ class Link:
         self._held: str | None = None  # why the processor is held
 
     def poll(self, timeout_s: float) -> None:
-        """Take what has come, waiting at most ``timeout_s`` for something.
+        """Take the bytes that have come, waiting at most ``timeout_s`` for one.
 
         Raises
         ------
@@ -252,7 +254,7 @@ class Link:
     def press(self, button: bytes | str) -> None:
         """Do what an operator's button does: send ``HOLD``, ``RESUME``, ``RETRACT`` or ``RESET``.
 
-        Nothing is waited for. A line is looked after by every ``poll`` until it is answered.
+        This waits for nothing. If a line was sent, every ``poll`` looks after it until its answer.
         """
         if isinstance(button, bytes):
             self.realtime(button)
@@ -260,7 +262,7 @@ class Link:
             self._post(button, awaited=False)
 
     def await_greeting(self, timeout_s: float = ANSWER_TIMEOUT_S) -> None:
-        """Wait until the controller says who it is.
+        """Wait for the controller's greeting.
 
         Raises
         ------
@@ -276,16 +278,16 @@ class Link:
             self.on_line = inner
 
     def command(self, line: str) -> None:
-        """Send a line and wait for its answer, as long as the controller is at it.
+        """Send a line and wait for its answer for as long as the controller works on it.
 
         Raises
         ------
         UsageError
-            If it is no line.
+            If the text cannot be a line.
         RefusedError
             If the controller refuses the line.
         HeldError
-            If its processor is held; so by all that waits for the controller.
+            If its processor is held. Every method that waits raises this.
         LinkError
             If it does not answer, or starts anew.
         """
@@ -318,7 +320,7 @@ class Link:
         Raises
         ------
         UsageError
-            If it is no line.
+            If the text cannot be a line.
         """
         return self._post(line, awaited=True)
 
@@ -345,7 +347,7 @@ class Link:
                 raise LinkError(f'the controller does not answer to "{sent.text}".')
             self._again = self._again or now - sent.last_s > LINE_TIMEOUT_S
         if self._again and self._open:
-            # What an earlier one left on the line ends here: its own end may be what was hit.
+            # The first byte ends a damaged line: the damage may have hit its end.
             self.pipe.write(b"\n" + b"".join(numbered(sent.number, sent.text)
                                              for sent in self._open))
             for sent in self._open:
@@ -353,7 +355,7 @@ class Link:
         self._again = False
 
     def _answered(self, code: str, number: int | None) -> None:
-        """Take an answer to one of this link's lines, or to one that cannot be told."""
+        """Take an answer to one of this link's lines; None if its number could not be read."""
         sent = next((one for one in self._open if one.number == number), None)
         if code != _DAMAGED_LINE:
             if sent is not None:
@@ -369,10 +371,10 @@ class Link:
                 raise LinkError(f'the link is bad: "{one.text}" arrived damaged {DAMAGED} times.')
 
     def send_tape(self, rows: bytes, stop: Callable[[], bool]) -> bool:
-        """Send a tape, frame by frame, while ``on_line`` gets what the machine says meanwhile.
+        """Send a tape, frame by frame, while ``on_line`` gets the lines that come meanwhile.
 
-        Returns whether all of it was taken; not so if ``stop()`` became true before. It is asked
-        every ``POLL_S``, or more often.
+        Returns whether all of it was taken; False if ``stop()`` became true before. ``stop`` is
+        called at least every ``POLL_S``.
 
         Raises
         ------
@@ -427,12 +429,12 @@ class Link:
         while not self._report:
             if self.pipe.time_s() >= end:
                 raise LinkError("the controller has fallen silent.")
-            self.realtime(STATUS)  # a byte may get lost
+            self.realtime(STATUS)  # again: a byte may get lost
             self._came(lambda: bool(self._report), LINE_TIMEOUT_S)
         return fields_of(self._report)
 
     def _came(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Poll until a condition holds; return whether it does in time."""
+        """Poll until a condition holds; return whether it did in time."""
         end = self.pipe.time_s() + timeout_s
         while not condition():
             left = end - self.pipe.time_s()
@@ -483,7 +485,7 @@ class Link:
         self.on_line(line)
 
     def _started(self) -> None:
-        """Begin to number anew: a controller that starts knows of no line."""
+        """Begin to number anew: a controller that starts has forgotten all lines."""
         self._number = 0
         self._held = None
         for sent in self._open:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A port as a pipe of bytes: a serial line, a socket, a pseudo-terminal; whatever pyserial opens.
+"""A port as a pipe of bytes: a serial line, a socket, a pseudo-terminal; anything pyserial opens.
 
-A port is named as pyserial does: a device (``/dev/ttyUSB0``), ``socket://HOST:PORT``,
-``rfc2217://HOST:PORT``. Whatever goes wrong is one sentence that names the port.
+Ports have pyserial's names: a device (``/dev/ttyUSB0``), ``socket://HOST:PORT``,
+``rfc2217://HOST:PORT``. Every failure is one sentence that names the port.
 """
 
 import errno
@@ -23,8 +23,8 @@ __all__ = ["BAUD", "Port", "PortError"]
 _ADDRESS = re.compile(r"[\w.-]+:\d+")    # of a computer and a port of it
 SCHEMES = ("socket", "rfc2217")
 BAUD = 1_000_000    # of a board; a socket has none
-STEP_S = 0.01       # the longest that a call sleeps without a look at the clock
-WRITE_S = 5.0       # longest time in which nothing that is sent is taken
+STEP_S = 0.01       # longest sleep of a call between two looks at the clock
+WRITE_S = 5.0       # longest time for which the port may take no byte
 
 
 class PortError(LinkError):
@@ -44,7 +44,7 @@ class Port:
     Raises
     ------
     UsageError
-        If the name is none of a port, or there is none of that name.
+        If the name cannot be that of a port, or there is no such port.
     PortError
         If the port cannot be opened. ``read`` and ``write`` raise it when the connection is lost.
     """
@@ -72,7 +72,7 @@ class Port:
             raise self._gone() from error
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come; wait for something, at most ``timeout_s``."""
+        """Return the bytes that have come; wait at most ``timeout_s`` for one."""
         if self._lost:
             raise self._gone()
         end = self.time_s() + timeout_s
@@ -110,7 +110,7 @@ class Port:
 
 
 def _well_formed(url: str) -> bool:
-    """Whether a name can be one of a port: a device, or a URL with all that its kind needs."""
+    """Whether a name can be that of a port: a device, or a URL with all parts that it needs."""
     if "://" not in url:
         return bool(url)
     try:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The other end of a port: where a client may connect to a controller that runs here.
+"""The other end of a port, to which a client connects to reach a controller that runs here.
 
-A line has one client at a time. What the controller says while there is none is lost, as on a cable
-without a computer; so is what a client leaves unread beyond ``UNREAD``.
+A line has one client at a time. Bytes that the controller sends while there is none are lost, as on
+a cable without a computer. So are bytes beyond the ``UNREAD`` that a client leaves unread.
 """
 
 import os
@@ -22,39 +22,39 @@ __all__ = ["PORT", "Line", "Pty", "Tcp", "split_address"]
 HOST, PORT = "127.0.0.1", 3333
 LOCAL = ("localhost", "127.", "::1")
 UNREAD = 1 << 20    # bytes
-GRACE_S = 0.5       # a client that comes may be the one that goes: its going is seen later
+GRACE_S = 0.5       # a new client may be the old one: that it has gone may be seen later
 
 Say = Callable[[str], None]
 
 
 class Line(Protocol):
-    """One end of a line of bytes that a client may hold or leave."""
+    """One end of a line of bytes; a client may connect to the other and leave it."""
 
-    url: str    # by which a client reaches it, as pyserial names ports
+    url: str    # pyserial's name of the port that a client opens
     gone: int   # clients that have left so far
 
     def take(self, most: int) -> bytes:
-        """What the client has sent, at most so much; at once, and nothing if there is none."""
+        """Bytes that the client has sent, at most ``most``; returns at once, maybe empty."""
 
     def give(self, data: bytes) -> None:
         """Send to the client, if there is one; never waits."""
 
     def wait(self, timeout_s: float) -> None:
-        """Return when a client sends or comes, at the latest after so long."""
+        """Return when a client connects or sends, at the latest after ``timeout_s``."""
 
     def close(self) -> None:
         """Let no client in any more."""
 
 
 def split_address(address: str) -> tuple[str, int]:
-    """Host and port of ``HOST:PORT``, ``HOST``, ``PORT`` or nothing; what is missing is ours.
+    """Host and port of ``HOST:PORT``, ``HOST``, ``PORT`` or nothing; missing parts are defaults.
 
     ``socket://`` may stand before it, as in the URL by which clients connect.
 
     Raises
     ------
     UsageError
-        If it is no address.
+        If the text is no such address.
     """
     bare = address.removeprefix("socket://")
     try:
@@ -69,10 +69,10 @@ def split_address(address: str) -> tuple[str, int]:
 
 
 class Tcp:
-    """A line over TCP, at ``host`` and ``port``; port 0 is any that is free.
+    """A line over TCP, at ``host`` and ``port``; port 0 takes any free one.
 
-    ``local`` says whether only programs of this computer reach it. ``say`` is told of every client
-    that comes, goes, or is turned away because there is one already.
+    ``local`` says whether only programs of this computer reach it. ``say`` gets a sentence for
+    every client that comes, goes, or is turned away because there is one already.
 
     Raises
     ------
@@ -95,8 +95,8 @@ class Tcp:
         self.url = f"socket://{shown}:{self._listener.getsockname()[1]}"
         self.local = host.startswith(LOCAL)
         self._client: socket.socket | None = None
-        self._next: socket.socket | None = None     # has come while there is a client
-        self._patience_s = 0.0                      # until when it waits for that one to go
+        self._next: socket.socket | None = None     # a client that has come while there is one
+        self._patience_s = 0.0                      # time until which it waits for that one to go
         self._unread = bytearray()
 
     def take(self, most: int) -> bytes:
@@ -165,12 +165,12 @@ class Tcp:
 
 
 class Pty:
-    """A line over a pseudo-terminal, which clients take for a serial port.
+    """A line over a pseudo-terminal, which clients use as a serial port.
 
     Raises
     ------
     UserError
-        If the computer has none to give.
+        If the computer has no free pseudo-terminal.
     """
 
     local = True

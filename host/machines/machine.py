@@ -21,7 +21,7 @@ Tables = dict[str, Any]     # of a machine's file, as TOML has them
 def _check(name: str, tables: Tables) -> None:
     """Refuse a file that does not describe a machine, with one sentence.
 
-    What is given and cannot be is told before what is missing, and that before what no machine has.
+    Of several faults, impossible values come first, then missing ones, then unknown names.
     """
     kind = tables.get("kind", WORDS["kind"][0])
     if kind not in WORDS["kind"]:
@@ -38,7 +38,7 @@ def _check(name: str, tables: Tables) -> None:
 
 
 def _wrong_setting(number: int, value: int) -> str:
-    """What is wrong with a value of a setting of the controller; nothing if it can be entered."""
+    """Complaint about a value of a controller's setting; empty if the value is allowed."""
     setting = of_number(number)
     if setting is None:
         return "is no setting of the controller; docs/reference/settings.md lists them"
@@ -48,7 +48,7 @@ def _wrong_setting(number: int, value: int) -> str:
 
 
 def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, str]:
-    """How late one of the model's complaints is to be told, and its sentence."""
+    """Rank of one of the model's complaints (the lowest is shown), and its sentence."""
     path = [str(part) for part in problem["loc"] if part != "[key]"]
     key = ".".join(path)
     if problem["type"] == "missing":
@@ -115,14 +115,15 @@ class Machine:
 
     @property
     def kind(self) -> str:
-        """What moves: the electrode of a sinker, or a wire."""
+        """``sinker`` (an electrode moves) or ``wire``."""
         return str(self.tables.get("kind", "sinker"))
 
     @property
     def start_mm(self) -> dict[str, float]:
-        """Where electrode or wire stands when the program starts, from the workpiece's zero.
+        """Place of the electrode or wire when the program starts, from the workpiece's zero.
 
-        A sinker's is at the electrode's place on the top of the workpiece; a wire has no height.
+        A sinker's zero is where the electrode touches the top of the workpiece; a wire has no
+        height.
         """
         if self.kind == "wire":
             return {"x": self.number("workpiece", "start_x_mm"),
@@ -131,7 +132,7 @@ class Machine:
 
     @property
     def start_line(self) -> str:
-        """Block that declares the place where the program starts, entered there by hand."""
+        """Block that an operator enters at the start, to declare that place."""
         x, y, z = (f"{place:.4f}" if place else "0" for place in self.start_mm.values())
         return f"G92 X{x} Y{y} Z{z}"
 
@@ -157,8 +158,8 @@ def load(name: str) -> Machine:
     Raises
     ------
     UsageError
-        If there is none, or its file cannot be read, is not complete, or has numbers that no
-        machine can have.
+        If there is no such machine, or its file cannot be read, is not complete, or has impossible
+        numbers.
     """
     path = Path(name) if name.lower().endswith(".toml") else BUILT_IN / f"{name}.toml"
     if not path.is_file():

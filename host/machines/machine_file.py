@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a machine's file holds: every number with its unit, its range and its meaning.
+"""Contents of a machine's file: every number with its unit, its range and its meaning.
 
-One model for the sinker and one for the wire machine. They check a file
-(``host.machines.machine``), and ``docs/reference/machine-file.md`` is made of them
-(``host.pages``). Names of tables and numbers are those by which the plant knows them. Sources of
-the values are told in the built-in machines' files.
+There is one model for the sinker and one for the wire machine. ``host.machines.machine`` checks
+files with them, and ``host.pages`` makes ``docs/reference/machine-file.md`` of them. The plant uses
+the same names of tables and numbers. The built-in machines' files name the sources of the values.
 """
 
 from collections.abc import Iterator
@@ -17,13 +16,13 @@ from pydantic.fields import FieldInfo
 __all__ = ["HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES", "STEPS", "WORDS", "MachineFile",
            "SinkerFile", "Table", "WireFile", "bounds", "entries"]
 
-# Below, the firmware cannot keep up with its watchdog; above is no device.
+# Below this range the firmware cannot keep up with its watchdog; no device runs above it.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
 
 STEPS = 16  # of the stock's width, at most
 
-# Ranges: what the controller is built for, and what the formulas of the plant bear (they divide by
-# most numbers).
+# Ranges within which the controller works and the plant's formulas are defined (they divide by most
+# numbers).
 SHARE, ANY, DIVISOR, SHAPE = (0, 1), (0, 10**9), (0.001, 10**9), (0.1, 10)
 SPEED_UP, OHM_CM = (0.001, 1_000_000), (1, 10**12)
 
@@ -35,7 +34,7 @@ def _number(unit: str, bounds: tuple[float, float], meaning: str) -> Any:
 
 
 class Table(BaseModel):
-    """A table of numbers. All must be given, and no others; a word or a truth is no number."""
+    """A table of numbers. All must be given, and no others; text and booleans are refused."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -70,14 +69,15 @@ class Gap(Table):
         "A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's "
         "resistivity, to this power; never by less than 1.")
     ignition_law: float = _number("", SHARE,
-        "Law of the delay: 0 exponential, 1 a mixture of two Weibull laws.")
+        "Distribution of the delay: 0 exponential, 1 a mixture of two Weibull distributions.")
     weibull_gap_um: float = _number("µm", ANY,
-        "Gap at which one Weibull law passes into the other.")
-    weibull_width_um: float = _number("µm", DIVISOR, "Width of gap over which it passes.")
-    weibull_narrow_shape: float = _number("", SHAPE, "Shape of the Weibull law of a narrow gap.")
-    weibull_wide_shape: float = _number("", SHAPE, "Shape of the Weibull law of a wide gap.")
+        "Gap in the middle between the two Weibull distributions.")
+    weibull_width_um: float = _number("µm", DIVISOR,
+        "Width of gap over which one distribution changes into the other.")
+    weibull_narrow_shape: float = _number("", SHAPE, "Weibull shape of a narrow gap.")
+    weibull_wide_shape: float = _number("", SHAPE, "Weibull shape of a wide gap.")
     formative_us: float = _number("µs", ANY,
-        "Time from the begin of a pulse in which nothing ignites, but for arcs.")
+        "Time from the start of a pulse in which nothing ignites, except arcs.")
     contact_um: float = _number("µm", ANY, "Gap below which electrode and workpiece touch.")
     fluid_ohm_cm: float = _number("Ω cm", OHM_CM,
         "Resistivity of the fluid when the program starts.")
@@ -103,14 +103,14 @@ class WireGap(Gap):
     delay_square_us: float = _number("µs/µm²", DIVISOR,
         "Mean delay of ignition is (this g² + `delay_linear_us` g + `delay_constant_us`) / ln 2 at "
         "a gap g in µm that faces half of the wire's surface.")
-    delay_linear_us: float = _number("µs/µm", (-1000, 1000), "Its linear part.")
-    delay_constant_us: float = _number("µs", DIVISOR, "Its constant part.")
+    delay_linear_us: float = _number("µs/µm", (-1000, 1000), "Linear coefficient of that delay.")
+    delay_constant_us: float = _number("µs", DIVISOR, "Constant term of that delay.")
     delay_least_um: float = _number("µm", (0, 100),
         "Gap below which the mean delay stays the same.")
     reach_um: float = _number("µm", (10, 200), "Gap across which nothing ignites any more.")
     engagement_um: float = _number("µm", (0, 50),
-        "Where the gap is so much wider than at its narrowest place, discharges are e times rarer; "
-        "0: there are none but at the narrowest place.")
+        "Discharges are e times rarer for each such increase of the gap over its narrowest place; "
+        "0: they occur at the narrowest place only.")
 
 
 class Fluid(Table):
@@ -128,7 +128,7 @@ class Fluid(Table):
 
 
 class Source(Table):
-    """The power supply, and what burns at it."""
+    """The power supply, and the discharges that it feeds."""
 
     open_v: float = _number("V", (1, 1000), "Open voltage with the supply's code at 0.")
     supply_step_v: float = _number("V", (1, 1000), "Open voltage for each step of that code.")
@@ -162,7 +162,7 @@ class Comparator(Table):
     current_level_a: float = _number("A", ANY,
         "Level of the current, which sees what leaks through the fluid as well.")
     reference_full_v: float = _number("V", (1, 1000),
-        "Level of a reference pin that is always high, told at the gap, and full scale of the "
+        "Gap voltage that a reference pin stands for if it is always high, and full scale of the "
         "converter.")
     reference_rc_us: float = _number("µs", DIVISOR,
         "Time constant of the filter behind each reference pin.")
@@ -170,7 +170,7 @@ class Comparator(Table):
 
 
 class Debris(Table):
-    """Debris in the gap, as its share of the volume, and what it does."""
+    """Debris in the gap, as its share of the volume, and its effects."""
 
     deionisation_us: float = _number("µs", DIVISOR,
         "Time constant with which the channel of a discharge deionises.")
@@ -208,18 +208,19 @@ class WireDebris(Debris):
     flow_mm3_s: float = _number("mm³/s", ANY, "Fluid through a gap of `flow_gap_um` or more.")
     flow_gap_um: float = _number("µm", DIVISOR,
         "Gap below which the flow goes with the cube of the width.")
-    flow_debris: float = _number("", ANY, "The flow is e times less for debris of 1 / this.")
+    flow_debris: float = _number("", ANY,
+        "The flow is e times less for debris of 1 over this number.")
     flow_spread: float = _number("", (0, 3),
         "The flow drifts: standard deviation of its logarithm.")
     flow_time_s: float = _number("s", DIVISOR,
         "Time for which the flow is much the same, before it is speeded up.")
-    clog_least: float = _number("", (0.01, 1), "Debris beyond which a gap of no width is shorted.")
+    clog_least: float = _number("", (0.01, 1), "Debris beyond which a gap of width 0 is shorted.")
     clog_per_um: float = _number("1/µm", ANY,
-        "So much more debris is needed for that with each µm of gap.")
+        "Increase of that debris for each µm of gap.")
     clog_most: float = _number("", SHARE, "Debris beyond which a gap of any width is shorted.")
     random_short_per_us: float = _number("1/µs", SHARE,
-        "Rate of other shorts in a gap of no width.")
-    random_short_um: float = _number("µm", DIVISOR, "Gap from which on there are none.")
+        "Rate of other shorts in a gap of width 0.")
+    random_short_um: float = _number("µm", DIVISOR, "Gap from which on there are no such shorts.")
     random_short_us: float = _number("µs", ANY, "How long such a short lasts.")
 
 
@@ -233,7 +234,7 @@ class Side(Table):
         "Time that the main contactor takes to close, and to open.")
     limit_low_mm: float = _number("mm", (-10_000, -0.1),
         "Place of every axis's lower limit switch, from where the axis started.")
-    limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper one.")
+    limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper limit switch.")
 
 
 class Wire(Table):
@@ -241,10 +242,10 @@ class Wire(Table):
 
     diameter_mm: float = _number("mm", (0.02, 1), "Diameter.")
     crater_us: float = _number("µs", (0.1, 1000),
-        "Length of the discharges for which the table of craters is; others go by their energy.")
+        "Discharge duration for which the table of craters holds; others are scaled by energy.")
     deflection_um_a: float = _number("µm/A", (0, 100),
-        "The wire bends away from the discharges, so far for each ampere of mean current.")
-    deflection_ms: float = _number("ms", (0.01, 10_000), "Time constant of that.")
+        "Bending of the wire, away from the discharges, for each ampere of mean current.")
+    deflection_ms: float = _number("ms", (0.01, 10_000), "Time constant of the bending.")
     break_a: float = _number("A", ANY,
         "Mean current of good discharges and arcs at which the wire breaks (0: never); the third "
         "drive then reports a fault.")
@@ -259,14 +260,14 @@ class Workpiece(Table):
         "Side of the cells of the plan view in which its material is counted.")
     start_x_mm: float = _number("mm", (-1000, 1000),
         "X of the wire when the program starts, from the workpiece's zero, which is the program's.")
-    start_y_mm: float = _number("mm", (-1000, 1000), "Y of the same.")
+    start_y_mm: float = _number("mm", (-1000, 1000), "Y of the wire when the program starts.")
 
 
 Step = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class Stock(Table):
-    """What stands on the workpiece of a wire machine before the cut."""
+    """Stock of a wire machine's workpiece before the cut."""
 
     kind: Literal["solid", "wall", "circle", "rectangle"] = Field(
         description="`solid`: a plate from X = `edge_mm` on. `wall`: along X, its finished surface "
@@ -300,7 +301,7 @@ WHAT_MOVES = "What moves: the electrode of a sinker, or a wire; `sinker` if not 
 
 
 class MachineFile(Table):
-    """What both machines' files have."""
+    """Numbers that the files of both kinds of machine have."""
 
     clock_hz: float = _number("Hz", (LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ),
         "Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates "
@@ -344,14 +345,13 @@ class WireFile(MachineFile):
 
 MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile}
 
-# Words of a file, in the order in which the plant numbers them, from 0. A file that does not say
-# its kind is a sinker's.
+# Words of a file, in the plant's order, numbered from 0. A file without a kind is a sinker's.
 WORDS: dict[str, tuple[str, ...]] = {
     "kind": tuple(MACHINES), "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
 
 
 def entries(model: type[Table], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """Yield what a file has, by name: ``key`` or ``table.key``, in order."""
+    """Yield the entries of a file by name, ``key`` or ``table.key``, in order."""
     for name, field in model.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, Table):
             yield from entries(field.annotation, f"{prefix}{name}.")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Basic data of the roughing planner: what a current needs and leaves, measured on few areas.
+"""Basic data of the roughing planner: undersize and stock of each current, for a few areas.
 
-One TOML file for an electrode material, a workpiece material and an area. Its format, and how a
-shop enters its own, is in ``tapes/basic/README.md``.
+There is one TOML file for an electrode material, a workpiece material and an area. The format, and
+how to enter your own data, is in ``tapes/basic/README.md``.
 
 Ref: CN 1112469 A, basic data memory 23, Figures 3 and 4 (whose numbers are not in its text).
 """
@@ -71,7 +71,7 @@ def _materials(path: Path) -> str:
 
 
 def _pair(path: Path) -> tuple[str, ...]:
-    """Electrode and workpiece of a file: a name alone does not tell copper_tungsten on steel."""
+    """Electrode and workpiece of a file: its name alone is ambiguous (copper_tungsten_steel)."""
     named = _materials(path)
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -82,7 +82,7 @@ def _pair(path: Path) -> tuple[str, ...]:
 
 
 class _Reader:
-    """Takes values out of a file, and refuses them by name and line."""
+    """Takes values out of a file; a refusal names value and line."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -263,7 +263,7 @@ def read_all(electrode: str, workpiece: str, folder: Path = FOLDER) -> list[Basi
     Raises
     ------
     UserError
-        If there are none, one of the files is refused, or their depths or finishes differ.
+        If there are no data, if one of the files is refused, or if depths or finishes differ.
     """
     pairs = {path: _pair(path) for path in folder.glob(FILES)}
     if (electrode, workpiece) not in pairs.values():

@@ -6,19 +6,19 @@ Three inputs, six hidden units and a linear part beside them, one output:
     y = a0 + Σ a[j] x[j] + Σ c[k] φ(b[k] + Σ w[k][j] x[j]),   φ(z) = z / (1 + z²)
 
 ``softcore/firmware/roughing/network.c`` is the same in C. Both use nothing but + - * / on IEEE
-numbers of single precision, and in the same order, so that they agree to the last bit; a sum here
-is therefore a loop and not ``numpy.sum``, whose order is numpy's own. The soft core has no floating
-point unit: single precision takes a third of the time and half of the memory, and is more than
-basic data have.
+numbers of single precision, and in the same order, so that they agree to the last bit. Sums are
+therefore loops and not ``numpy.sum``, whose order is numpy's own. The soft core has no floating
+point unit: single precision takes a third of the time and half of the memory of double precision,
+and basic data are less exact anyway.
 
-Inputs and output are scaled to -1 … 1 over the samples. The third input is then freed of what the
-first two say of it (a linear fit over the samples): the least undersize and the current rise
-together, and their difference is what counts.
+Inputs and output are scaled to -1 … 1 over the samples. From the third input its linear fit on the
+first two (over the samples) is then subtracted: the least undersize and the current rise together,
+and only their difference matters.
 
-The start weights are one unit of each sign for every pair of inputs, at the bend of φ, and each
-jittered by a seeded generator: two such units make a product of two inputs and no square of one.
-Learning is Levenberg and Marquardt's, over the whole batch, in its dual form: one linear system of
-the samples' number, not the weights'.
+The start weights have one hidden unit of each sign for every pair of inputs, at the bend of φ, each
+jittered by a seeded generator: two such units approximate the product of two inputs without the
+square of either. Learning is the method of Levenberg and Marquardt over the whole batch, in its
+dual form: the linear system has as many equations as there are samples, not weights.
 
 Ref: D. W. Marquardt, J. SIAM 11(2), 431-441 (1963).
 """
@@ -38,15 +38,15 @@ ITERATIONS = 40             # of the learning, at most
 TOLERANCE = 1e-5            # of the scaled output, for every sample
 PAIRS = ((0, 1, 1.0), (0, 1, -1.0), (0, 2, 1.0), (0, 2, -1.0), (1, 2, 1.0), (1, 2, -1.0))
 SINGLE = np.float32
-# Of SINGLE all; but numpy's annotations say that a Python number makes doubles of them.
+# All are of SINGLE. numpy's annotations wrongly make doubles of sums with Python numbers.
 Singles = NDArray[Any]
 Number = float | np.float32
 Weights = tuple[Singles, Singles, Singles, Singles, np.float32]     # w, b, c, a, a0
 W = TypeVar("W", Singles, np.float32)
 WEIGHT, BEND, JITTER, FAINT = 0.25, 0.40625, 0.1, 0.01
 DAMPING, LEAST_DAMPING = 2.0**-7, 2.0**-20
-LEAST = 2.0**-12            # of a scaled input; less than that is rounding
-# Square of the argument from which the slope of φ has its minimum, -1/8, behind it.
+LEAST = 2.0**-12            # of a scaled input; anything less is rounding
+# Square of the argument at which the slope of φ has its minimum, -1/8.
 TURN, LOWEST_SLOPE = 3.0, -0.125
 
 
@@ -65,9 +65,9 @@ class _Generator:
 class Network:
     """A network that has learned.
 
-    ``iterations`` of the learning; ``converged`` tells whether every sample came out within
-    ``TOLERANCE``; ``lowest`` and ``highest`` are the bounds of the samples' inputs as the hidden
-    units see them.
+    ``iterations`` is the number of learning steps. ``converged`` says whether every sample is
+    reproduced within ``TOLERANCE``. ``lowest`` and ``highest`` are the bounds of the samples'
+    inputs, scaled as the hidden units get them.
     """
 
     middle: Singles
@@ -103,9 +103,9 @@ class Network:
         """Whether the output is proved monotone over the samples' box, widened to ``inputs``.
 
         ``signs`` says for each input whether the output must rise (1) or fall (-1) with it, or
-        need not (0). The proof takes the slope of each hidden unit at its bounds over the box; it
-        may fail for a network that is monotone, but never holds for one that is not. An input that
-        is the same in all samples is not asked.
+        need not (0). The proof uses bounds of the slope of each hidden unit over the box: it may
+        fail for a network that is monotone, but never succeeds for one that is not. An input that
+        is the same in all samples is not tested.
         """
         x = self._scaled(inputs)
         low, high = np.minimum(self.lowest, x), np.maximum(self.highest, x)
@@ -125,7 +125,7 @@ class Network:
 
 def _unmix(weights: list[np.float32], slopes: tuple[np.float32, np.float32],
            inverse: np.float32) -> None:
-    """From weights of the freed third input to those of the one it was made of."""
+    """Weights of the original third input, from those of the third input less its fit."""
     weights[2] = weights[2] * inverse
     for j in (0, 1):
         weights[j] = weights[j] - slopes[j] * weights[2]

@@ -2,15 +2,15 @@
 """``gapkeeper plan``: the staircase of a roughing job as a table, a plot and a machining program.
 
 The program has a condition for each current: one that is built into the controller
-(``softcore.tables.conditions``), or a row that it enters with G10, whose pulse lies between those
-of the built-in ones. They are for copper on steel, electrode positive; for other materials enter
-rows of your own instead. Where the
-supply divides an IP, so do the rows; a comment then names the setting that the controller needs.
+(``softcore.tables.conditions``), or a row that the program enters with G10 and whose pulse lies
+between those of the built-in ones. They are for copper on steel, electrode positive; for other
+materials enter your own rows instead. If the supply has steps of part of an IP, so have the rows,
+and a comment names the setting that the controller needs.
 
-The gap is held by counted pulse classes (G95 P1). The retractable limit follows the depth: 0.5 mm
-to Zr = -1.5 mm, where the electrode stands near the surface of the fluid; 2 mm from there on, and 5
-mm from -6 mm on, where bridges of debris are longer and there is fluid enough above. None lets
-the electrode rise more than 0.5 mm above the workpiece. Speeds and changeover are those of
+Counted pulse classes control the gap (G95 P1). The retractable limit follows the depth: 0.5 mm down
+to Zr = -1.5 mm, where the electrode is near the surface of the fluid; 2 mm from there on; 5 mm from
+-6 mm on, where bridges of debris are longer and there is enough fluid above. No limit lets the
+electrode rise more than 0.5 mm above the workpiece. Speeds and changeover are those of
 ``tapes/sink_shallow_deep.nc``: they suit a machine with a start/stop speed of 10 mm/s. With a depth
 series (G39) the whole way is one block with one limit of 5 mm. A ceiling 1 mm above the workpiece
 keeps the electrode from leaving the fluid.
@@ -48,7 +48,7 @@ FIRST_ENTERED, FIRST_PART = PLANNED, 964
 MOST_ENTERED, MOST_CHANGES = ENTERED, 32
 MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
 AMPERES = IP_MA / 1000  # of one IP
-# A pulse must outlast the time in which the gap is not looked at.
+# A pulse must be longer than the blanking, in which the gap is not observed.
 LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
 DEPTH_SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
@@ -58,7 +58,7 @@ MOST_COMMENT = 250  # a block has 256 characters, its brackets and its end among
 
 
 def parts_of_step(step_ip: float) -> int:
-    """Into how many parts a supply divides one IP, given its step.
+    """Number of parts into which a supply with this step divides one IP.
 
     Raises
     ------
@@ -73,19 +73,19 @@ def parts_of_step(step_ip: float) -> int:
 
 
 def _step_ma(parts: int) -> int:
-    """Step of a supply that divides one IP, as the controller takes it: a whole number."""
+    """Step of a supply that divides one IP, in mA, rounded to a whole number for the setting."""
     return round(1000 * AMPERES / parts)
 
 
 def _current(ip: float) -> str:
-    """A current as a word's number, and for people: to 1/1000 IP."""
+    """A current as text, for words and for people: to 1/1000 IP."""
     return f"{ip:.3f}".rstrip("0").rstrip(".")
 
 
 def condition(ip: float, number: int | None = None) -> tuple[int, str]:
-    """Number of the condition for a current, and the G10 block that enters it, if it needs one.
+    """Number of the condition for a current, and the G10 block that enters it, or "".
 
-    ``number`` is for a current that is no whole IP.
+    ``number`` is the condition's number if the current is not a whole number of IP.
     """
     for known, built_in, *_ in BUILT_IN:
         if ip == known:
@@ -106,14 +106,14 @@ def condition(ip: float, number: int | None = None) -> tuple[int, str]:
 
 
 def conditions(steps: Sequence[Step]) -> list[tuple[int, str]]:
-    """``condition`` of each step, those of parts of an IP numbered as they come."""
+    """``condition`` of each step; currents that are not whole IP are numbered in order."""
     part = count(FIRST_PART)
     return [condition(step.ip, None if step.ip == round(step.ip) else next(part))
             for step in steps]
 
 
 def _millimetres(depth_um: int) -> str:
-    """A depth as a word's number: with its point, and no digits that say nothing."""
+    """A depth as a word's number, with decimal point and without trailing zeros."""
     return f"{depth_um / 1000:.3f}".rstrip("0")
 
 
@@ -141,7 +141,7 @@ def _way(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
         for at in sorted({at for at in changes if last < at < step.depth_um} | {step.depth_um}):
             yield f"G01 Z-{_millimetres(at)}{feed}" if feed else f"Z-{_millimetres(at)}"
             feed, last = "", at
-            # The condition first: a step that ends where a limit changes has both.
+            # The condition comes first where a step ends and a limit changes at the same depth.
             if at == step.depth_um and following is not None:
                 yield f"C{following}"
             if at in changes and (following is not None or at < step.depth_um):
@@ -149,7 +149,7 @@ def _way(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
 
 
 def _depth_series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
-    """The same as one block, behind its depth series."""
+    """Blocks of the same way as a depth series and one motion."""
     if len(steps) - 1 > MOST_CHANGES:
         raise UserError(f"the staircase has {len(steps) - 1} changes, and a depth series takes "
                         f"{MOST_CHANGES}.")
@@ -190,7 +190,7 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
 
 
 def _plain(comment: str) -> str:
-    """Capitals, only what both tape codes have, and no more than a block takes."""
+    """A comment in capitals, with the characters of both tape codes, cut to fit a block."""
     return "".join(char if char in "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789+-., /" else " "
                    for char in comment.upper())[:MOST_COMMENT]
 
@@ -202,7 +202,7 @@ def _pieces(steps: Sequence[Step]) -> list[tuple[int, Step]]:
 
 def table(found: Staircase, data: list[BasicData],
           style: box.Box = box.SIMPLE_HEAD) -> Table:
-    """The staircase from the surface down, and what each current needs where it ends."""
+    """The staircase from the surface down, with the undersize that each current needs."""
     near = neighbours(data, found.job.area_mm2)
     made = Table(box=style)
     for title in ("from, mm", "to, mm", "IP", "current, A", "condition", "needs there, um"):
@@ -251,7 +251,7 @@ def plot(found: Staircase, data: list[BasicData], path: Path) -> None:
         left.axvline(found.alpha, color=figures.FAINT, linestyle=(0, (4, 3)), zorder=0)
         left.set(xlabel=f"current, IP of {AMPERES:g} A", ylabel="depth, mm",
                  xlim=(0, found.steps[0].ip + 1), ylim=(job.depth_mm, 0))
-        # A material is a name, and no formula between two $.
+        # In a material's name a $ must not begin a formula.
         left.set_title(f"{data[0].electrode} on {data[0].workpiece}, {exact(job.area_mm2)} mm²",
                        parse_math=False)
         for step in found.steps if len(found.steps) <= MOST_LABELS else ():
@@ -281,7 +281,7 @@ def _write(path: Path, write: Callable[[], object]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write()
     except OSError as error:
-        # Where a disk is full, the error has no name of a file.
+        # On a full disk the error names no file.
         raise UserError(f"{error.filename or path} cannot be written: {error.strerror}."
                         ) from error
 
@@ -291,7 +291,7 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
     """Infer the staircase of a job and show it; write its program and its plot if asked for."""
     data = read_all(electrode, workpiece, folder)
     found = plan(data, job, seed)
-    # Written before a word is said: whoever reads the words may stop listening.
+    # Files are written before anything is printed: the reader of a pipe may close it early.
     written = []
     if target is not None:
         text = program(found, neighbours(data, job.area_mm2), series=series)

@@ -1,45 +1,46 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The roughing planner: at every depth the greatest current that the electrode is small enough for.
+"""The roughing planner: at every depth the greatest current that the electrode's undersize allows.
 
-From basic data (``host.roughing.basic``) and a job it infers a staircase of currents: the
-greatest from the surface on, each to the depth at which the cavity would become wider than the last
-one makes it, the last one to the end. Steps S10 to S24 of CN 1112469 A, Figures 2A to 2F:
+From basic data (``host.roughing.basic``) and a job it infers a staircase of currents. The greatest
+current begins at the surface. Each current ends at the depth at which it would make the cavity
+wider than the last one will; the last one goes to the end. These are steps S10 to S24 of
+CN 1112469 A, Figures 2A to 2F:
 
-* S11: of an electrode with a gradient the undersize X counts as X cos(gradient).
-* S12, S13: neighbours are the two files next to the area, in each the two depths next to D, at each
-  of them the two currents whose least undersize is next to X: eight samples.
-* S14 to S16: the first network learns the current from area, depth and undersize. What it infers,
-  rounded down to what the supply can be set to, is alpha, the current of the last step.
-* S17 to S19: the second learns the undersize from area, depth and current near alpha, and infers
-  beta, what alpha needs at D.
-* S20 to S24: for alpha + 1, alpha + 2, ... the third learns the depth from area, current and
-  undersize near beta, and infers gamma, how deep that current may go. The first gamma that is not
-  above 0 ends it.
+* S11: the undersize X of an electrode with a gradient counts as X cos(gradient).
+* S12, S13: neighbours are the two files next to the area; in each the two depths next to D; at each
+  depth the two currents whose least undersize is next to X. That gives eight samples.
+* S14 to S16: the first network learns the current from area, depth and undersize. Its answer,
+  rounded down to a step of the supply, is alpha, the current of the last step.
+* S17 to S19: the second network learns the undersize from area, depth and current near alpha. Its
+  answer is beta, the undersize that alpha needs at D.
+* S20 to S24: for alpha + 1, alpha + 2, ... the third network learns the depth from area, current
+  and undersize near beta. Its answer is gamma, the depth to which that current may go. The first
+  gamma that is not above 0 ends the staircase.
 
-"Next to" is on either side where there is one on either side. The samples of the third network have
-two depths, those between which beta lies at this area and current.
+"Next to" means one value on either side, if the data have both. The samples of the third network
+have two depths, those between which beta lies at this area and current.
 
-Numbers are of single precision throughout, in the order of
-``softcore/firmware/roughing/staircase.c``, which comes to the same staircase.
+All numbers have single precision, in the order of ``softcore/firmware/roughing/staircase.c``, which
+finds the same staircase.
 
-Where the patent says nothing: area and depth outside of the data are refused, and an undersize too
-small for the least current. An undersize larger than the greatest current needs gives that current;
-a gamma above the shallowest depth of the data is inferred beyond them. Both are told as a note.
-The last step ends at the job's depth, which is a whole number of um; the depths of the others are
-rounded down to one. beta is never taken above X. A current that would reach no less deep than the
-one below it is left out.
+Where the patent is silent: area and depth outside the data are refused, and so is an undersize too
+small for the least current. An undersize larger than the greatest current needs gives that current.
+A gamma above the shallowest depth of the data is inferred beyond them. A note says so in both
+cases. The last step ends at the job's depth, which is a whole number of um; all other depths are
+rounded down to one. beta is never taken above X. A current that would reach as deep as the current
+below it, or deeper, is left out.
 
 A network that did not learn all its samples, or is not proved monotone over them, is not trusted:
-the multilinear interpolation between the same samples stands in, and a note says so. Nor is one
-whose answer departs from the interpolation by more than 0.1 settable step of the current, or 5 % of
-the depth; of the depth the interpolation is that for a beta that was interpolated too. Near the
-surface the depth hangs on the last digit of the data: 0.1 um of beta move a depth of 0.3 mm by 20
-um. Of 500 random jobs on the shipped data with steps of 1/10 IP the interpolation stood in for 2 to
-4 % of the depths, and for the current in 9 to 34 % of the jobs, by the undersizes that are drawn.
+the multilinear interpolation between the same samples replaces it, and a note says so. Nor is a
+network trusted whose answer differs from the interpolation by more than 0.1 step of the supply's
+current, or 5 % of the depth (interpolated for a beta that was interpolated too). Near the surface
+the depth depends on the last digit of the data: 0.1 um of beta moves a depth of 0.3 mm by 20 um. In
+500 random jobs on the shipped data, with steps of 1/10 IP, the interpolation replaced 2 to 4 % of
+the depths, and the current in 9 to 34 % of the jobs, depending on the undersizes drawn.
 
-Neither network nor interpolation knows what the data do not hold: the undersize of the shipped data
-bends between two areas, and by its formula steps of 350 random jobs down to 40 mm need up to 1.3 um
-more than beta, and the last one up to 1.0 um more than X.
+Neither network nor interpolation knows what lies between the data. The undersize of the shipped
+data is curved between two areas: by its formula, steps of 350 random jobs down to 40 mm need up to
+1.3 um more than beta, and the last one up to 1.0 um more than X.
 """
 
 from collections.abc import Callable, Sequence
@@ -58,7 +59,7 @@ __all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_
            "plan", "undersize_cell"]
 
 SINGLE = np.float32
-GRANTED = 2.0**-10      # of a settable step, and of 1 um: an answer that lacks less is as good
+GRANTED = 2.0**-10      # part of a step, or of 1 um, by which an answer may be short when rounded
 DEGREE = 0.017453292519943295
 STEEPEST_DEG = 60.0
 TERMS = 8
@@ -69,10 +70,10 @@ Sample = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be roughed. Areas in mm², depths in mm, the undersize per side in um.
+    """A roughing job. Areas in mm², depths in mm, the undersize per side in um.
 
-    ``steps`` is into how many parts the supply divides one IP. ``rmax_um`` is the roughness of the
-    finished surface.
+    ``steps`` is the number of parts into which the supply divides one IP. ``rmax_um`` is the
+    roughness of the finished surface.
     """
 
     area_mm2: float
@@ -93,10 +94,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Staircase:
-    """What was inferred, from the surface down.
+    """An inferred staircase; ``steps`` go from the surface down.
 
-    ``undersize_um`` is X after the correction, ``ip`` the current before rounding. Stock left by
-    the last step, the side's for the roughness that was asked for.
+    ``undersize_um`` is X after the correction, ``ip`` the current before rounding. ``bottom_um``
+    and ``side_um`` are the stock left by the last step, the side's for the roughness of the job.
     """
 
     job: Job
@@ -112,9 +113,9 @@ class Staircase:
 
 @dataclass(frozen=True)
 class Cell:
-    """Samples of a network: rows of three inputs and the output; and what is to be inferred.
+    """Samples of a network, rows of three inputs and the output; and the inputs of the question.
 
-    ``signs`` as ``Network.rises`` has them; ``between`` is the multilinear interpolation.
+    ``signs`` are those of ``Network.rises``; ``between`` is the multilinear interpolation.
     """
 
     samples: tuple[Sample, ...]
@@ -124,7 +125,7 @@ class Cell:
 
 
 def cosine(degrees: float) -> np.float32:
-    """Cosine by its series; the soft core does the same."""
+    """Cosine by its power series; the soft core does the same."""
     angle = SINGLE(degrees) * DEGREE
     square, total = angle * angle, SINGLE(1)
     for k in range(TERMS, 0, -1):
@@ -133,7 +134,7 @@ def cosine(degrees: float) -> np.float32:
 
 
 def _next_to(values: Sequence[Number], value: Number) -> NEIGHBOUR:
-    """Places of the two values next to one, on either side if possible; of one value its own."""
+    """Indices of the two values next to ``value``, one on either side if possible."""
     if len(values) == 1:
         return (0,)
     at = sum(bool(SINGLE(one) <= value) for one in values) - 1
@@ -142,7 +143,7 @@ def _next_to(values: Sequence[Number], value: Number) -> NEIGHBOUR:
 
 
 def _line(x: Sequence[Number], y: Sequence[Number], at: Number) -> np.float32:
-    """Value at a place of the line through one or two points."""
+    """Value at ``at`` of the line through two points, or of the only point."""
     if len(x) == 1:
         return SINGLE(y[0])
     (x0, x1), (y0, y1) = map(SINGLE, x), map(SINGLE, y)
@@ -150,7 +151,7 @@ def _line(x: Sequence[Number], y: Sequence[Number], at: Number) -> np.float32:
 
 
 def _undersize(one: BasicData, ip: np.float32, depth: int) -> np.float32:
-    """Least undersize of one file at a current and the place of a depth."""
+    """Least undersize of one file at a current and the index of a depth."""
     rows = _next_to(one.ip, ip)
     return _line([one.ip[row] for row in rows], [one.undersize_um[row][depth] for row in rows], ip)
 
@@ -209,7 +210,7 @@ def depth_cell(data: Sequence[BasicData], area_mm2: Number, ip: Number,
 
 
 class _Inference:
-    """Trains a network for each question, and keeps account of those that are not trusted."""
+    """Trains a network for each question, and notes those that are not trusted."""
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
@@ -233,17 +234,17 @@ class _Inference:
 
 
 def _same_depth(one: np.float32, two: np.float32) -> bool:
-    """Whether two depths agree; above the surface there is none."""
+    """Whether two depths agree; all places above the surface count as the same."""
     return bool((one <= 0 and two <= 0) or abs(one - two) <= DEPTH_SHARE * two)
 
 
 def neighbours(data: Sequence[BasicData], area_mm2: float) -> list[BasicData]:
-    """S12: the files next to an area; of a single one itself.
+    """S12: the files next to an area, or the only one.
 
     Raises
     ------
     UserError
-        If the area is outside of them.
+        If the area is outside of the data.
     """
     if not data[0].area_mm2 <= area_mm2 <= data[-1].area_mm2:
         held = (f"{exact(data[0].area_mm2)} to {exact(data[-1].area_mm2)} mm2" if len(data) > 1

@@ -7,10 +7,10 @@ No machine was measured. The least undersize of a current IP at a depth d (mm) o
 
     U = 30 + 9 IP + (0.6 + 0.28 IP) d^0.85 (1 + 0.1 log2(A / 50))   µm
 
-which has what basic data must have: it rises with the current, with the depth (secondary discharges
-widen a deep cavity) and with the area. The tables of CN 1112469 A are drawings that are not in its
-text; nothing is taken from them. The stock left and its correction for a coarser finish are as made
-up. No current is left out for being more than so small an electrode bears.
+which has the properties of basic data: it rises with the current, with the depth (secondary
+discharges widen a deep cavity) and with the area. The tables of CN 1112469 A are drawings that are
+not in its text; nothing is taken from them. The stock left, and its correction for a coarser
+finish, are invented too. Every area has all currents, even those too great for a small electrode.
 """
 
 import math

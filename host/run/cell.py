@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fluid's cell: what a code of the converter says of the resistivity.
+"""The conductivity cell: the fluid's resistivity from a code of the converter.
 
-The cell, of constant 1/cm, has a resistor parallel to it, so that a broken wire can be told from
-oil, and is read in a divider by a converter of 12 bits.
+The cell has a constant of 1/cm. A resistor is parallel to it, so that a broken wire can be told
+from oil. A converter of 12 bits reads it in a voltage divider.
 """
 
 __all__ = ["code", "resistivity"]
@@ -14,13 +14,13 @@ HIGHEST_OHM_CM = 1e8    # from here on the parallel resistor hides the fluid
 
 
 def code(ohm_cm: float) -> int:
-    """Code of a fluid of a resistivity in ohm cm."""
+    """Code for a resistivity in ohm cm."""
     ohm = 1 / (1 / ohm_cm + 1 / PARALLEL_OHM)
     return round(FULL_SCALE * ohm / (ohm + SERIES_OHM))
 
 
 def resistivity(level: int) -> float | None:
-    """Resistivity in ohm cm, to 3 digits; None where the code tells nothing of the fluid."""
+    """Resistivity in ohm cm, to 3 digits; None if the code says nothing about the fluid."""
     if not 0 < level < FULL_SCALE:
         return None
     conductance = (FULL_SCALE - level) / level / SERIES_OHM - 1 / PARALLEL_OHM

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller at a port as a run sees it: what it tells of itself, and nothing of its machine.
+"""A controller at a port, as a run sees it: by its status reports.
 
-A simulated machine knows the true gap, what has been removed, every millisecond of the path. A
-controller has its status report: the axes by their coders, their error counters, the state of a
-retraction, the classes of its discharge pulses. It is asked for one ten times a second.
+A simulated machine knows the true gap, the material removed, every millisecond of the path. A real
+controller only reports its status: the axes by their coders, their error counters, the state of a
+retraction, the classes of its discharge pulses. The host asks for a report ten times a second.
 """
 
 from collections.abc import Callable
@@ -20,31 +20,31 @@ from host.run.workpiece import Columns
 __all__ = ["SAMPLE_S", "UNKNOWN", "Controller"]
 
 SAMPLE_S = 0.1          # between two status reports
-ANSWER_S = 1.0          # for the first of them, asked for
-ASKED = 3               # times
+ANSWER_S = 1.0          # wait for the first report, each time it is asked for,
+ASKED = 3               # so many times
 ARM_S = 60.0            # for a person to press the button
-TREMBLE_PULSES = 2      # of an axis at rest
-CLASSES = ("open", "ok", "dame", "short")   # as the report has them
-# What of a run only a simulated machine tells, by its name in summary or trace.
+TREMBLE_PULSES = 2      # motion of an axis at rest
+CLASSES = ("open", "ok", "dame", "short")   # in the report's order
+# Values that only a simulated machine has, by their names in summary or trace.
 UNKNOWN = ["pressed_mm", "removed_mm3", "gap_um", "gap_v", "debris", "path", "feed"]
 
 
 class Controller:
-    """A controller at an open port, as a pipe of bytes for a link, with what its reports tell.
+    """A controller at an open port: a pipe of bytes for a link, and the values of its reports.
 
     Parameters
     ----------
     port : Port
-        The line to it. It stays the caller's to close.
+        The line to it. The caller closes it.
     machine : Machine
-        What the controller moves.
+        The machine that the controller moves.
     clock_hz : int
         The controller's clock, by which its events count time.
     say : callable
-        Told, in one sentence, what a person has to do.
+        Called with one sentence when a person has to do something.
     """
 
-    cycle = None    # a controller tells its clock with events only
+    cycle = None    # a controller gives its clock with events only
 
     def __init__(self, port: Port, machine: Machine, *, clock_hz: int,
                  say: Callable[[str], None]) -> None:
@@ -60,7 +60,7 @@ class Controller:
         self.port.write(data)
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come; wait for something, at most ``timeout_s``."""
+        """Return the bytes that have come; wait at most ``timeout_s`` for one."""
         return self.port.read(timeout_s)
 
     def time_s(self) -> float:
@@ -70,9 +70,9 @@ class Controller:
     # ---- who it is
 
     def identify(self, *, reset: bool) -> None:
-        """See that it is one of ours and free, and reset it: its greeting is then to come.
+        """Check that it is a Gapkeeper controller and idle, and reset it; its greeting follows.
 
-        Nothing but ``?`` is sent before that is certain. ``reset`` takes it even from a program.
+        Only ``?`` is sent before that is certain. With ``reset`` even a busy controller is reset.
 
         Raises
         ------
@@ -123,7 +123,7 @@ class Controller:
             numbers = [int(number) for name in ("Er", "Rt", "Gap")
                        for number in fields[name].split(",")]
         except (KeyError, ValueError):
-            return  # bent on its way: the next one comes soon
+            return  # damaged on its way: the next report comes soon
         if len(places) + len(numbers) == 12:
             self._rows.append((self.time_s(), *places, *numbers))
             self._armed = "Armed" in fields
@@ -168,17 +168,17 @@ class Controller:
                 for index, name in enumerate(CLASSES)}
 
     def front(self) -> int:
-        """How far an axis was from where it was first, in pulses; not counting its trembling."""
+        """Greatest distance of an axis from its first place, in pulses, less its trembling."""
         places = np.array([row[1:4] for row in self._rows]).reshape(-1, 3)
         far = int(np.abs(places - places[:1]).max(initial=0))
         return far if far > TREMBLE_PULSES else 0
 
     def trace(self, controllers_s: Callable[[Any], Any]) -> Columns:
-        """Reports as columns, a row for every ``SAMPLE_S``; see the simulated machine's.
+        """Reports as columns, a row for every ``SAMPLE_S``, in the form of a simulated trace.
 
-        ``controllers_s`` turns seconds since the connection into those of the controller's clock.
-        There are ``t``, ``x y z``, ``error_x/y/z``, ``state``, ``shorted`` and the classes of the
-        pulses. Between two reports a place is taken to change evenly.
+        ``controllers_s`` converts seconds since the connection into those of the controller's
+        clock. There are ``t``, ``x y z``, ``error_x/y/z``, ``state``, ``shorted`` and the classes
+        of the pulses. Places between two reports are interpolated.
         """
         rows = np.array(self._rows) if self._rows else np.zeros((1, 13))
         then = controllers_s(rows[:, 0])

@@ -31,10 +31,10 @@ class EventError(UserError):
 
 @dataclass(frozen=True)
 class Scale:
-    """What turns the controller's numbers into a user's.
+    """Converts the controller's numbers into a user's.
 
-    ``source`` gives the line in the source text of a tape block's number, ``told`` a sentence of
-    the controller with that line beside the block.
+    ``source`` gives the line of the source text for the number of a tape block. ``told`` adds that
+    line to a sentence of the controller.
     """
 
     clock_hz: int
@@ -47,7 +47,7 @@ class Scale:
         return int(pulses) / self.pulses_per_mm
 
     def line(self, block: int) -> int:
-        """Line of the source of a tape block; 0 for what is no block of the tape."""
+        """Line of the source for a tape block; 0 for anything else."""
         return self.source(block) if block > 0 else 0
 
 
@@ -56,11 +56,11 @@ def _speed(um_per_min: str) -> float:
 
 
 def _milli(text: str) -> int | float:
-    whole, rest = divmod(int(text), 1000)
-    return whole + rest / 1000 if rest else whole
+    whole, remainder = divmod(int(text), 1000)
+    return whole + remainder / 1000 if remainder else whole
 
 
-# What the file has for a value of the line, by the kind of its field.
+# Functions from a value of the line to that of the file, by the kind of the field.
 _VALUES: dict[str, Callable[[Scale, str], Any]] = {
     "count": lambda scale, text: int(text),
     "milli": lambda scale, text: _milli(text),
@@ -82,9 +82,9 @@ def _value(field: table.Field, scale: Scale, text: str) -> Any:
 
 
 def _read(kind: table.Event, scale: Scale, rest: str | None) -> Event:
-    """What an event holds beside its place, from what stands behind it on the line."""
+    """Values of an event, from the part of the line behind its place."""
     fields = [field for field in kind.fields if field.kind != "by"]
-    # The last one may be a text with commas.
+    # The last field may be a text with commas.
     given = rest.split(",", max(0, len(fields) - 1)) if rest else []
     if not sum(not field.optional for field in fields) <= len(given) <= len(fields):
         raise ValueError(rest)
@@ -119,7 +119,7 @@ def parse(line: str, scale: Scale, kinds: Sequence[table.Event] = table.EVENTS) 
     Raises
     ------
     EventError
-        If its name, the number of its fields or a field is not as agreed.
+        If its name, the number of its fields or a field is wrong.
     """
     match = _LINE.fullmatch(line)
     try:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots of a run, as SVG text to stand inside the report's page.
+"""Plots of a run, as SVG text for the report's page.
 
-Traces have far more samples than a page has columns, so lines are drawn as the envelope of what
-falls into one column: no retraction, however short, is lost by leaving samples out.
+A trace has far more samples than a page has columns. So a line is drawn as the envelope of the
+samples that fall into each column: every retraction shows, however short it is.
 """
 
 import io
@@ -98,7 +98,7 @@ def _overview(figure: Figure, trace: Columns, events: list[Event],
         else:
             _positions(ax, trace, retractions, letters)
 
-    # Height of a panel, the column without which it cannot be drawn, and who draws it.
+    # Height of a panel, the column that it needs, and the function that draws it.
     panels: list[tuple[float, str, Callable[[Axes], None]]] = [
         (3.2, "t", position), (1.2, "feed", lambda ax: _feed(ax, trace)),
         (1.0, "t", lambda ax: _errors(ax, trace, letters)),
@@ -136,7 +136,7 @@ def _width(ax: Axes, trace: Columns) -> None:
 
 
 def _typical(values: NDArray[Any]) -> float:
-    """Top of a scale that shows where a value mostly is; retractions go far beyond."""
+    """Top of a scale for the usual values; retractions go far beyond."""
     return max(2.5 * float(np.median(values)), 10.0) if len(values) else 10.0
 
 
@@ -180,7 +180,7 @@ def _positions(ax: Axes, trace: Columns, retractions: list[Retraction], letters:
 
 def above(trace: Columns, retractions: list[Retraction], plan: Columns | None,
           parameters: dict[str, Any]) -> str:
-    """Path of X and Y, seen from above; with a wire's ``plan`` what is left of the workpiece."""
+    """Path of X and Y from above; with a wire's ``plan`` also the remaining workpiece."""
     radius = parameters["wire"]["diameter_mm"] / 2 if plan else 0.0
     margin = max(1.5 * radius, 0.05)
     wide, high = (float(np.ptp(trace[axis])) + 2 * margin for axis in "xy")
@@ -214,7 +214,7 @@ def _above(figure: Figure, trace: Columns, retractions: list[Retraction], plan: 
 
 
 def _bends(trace: Columns) -> NDArray[Any]:
-    """Points of the path without those that are nearly where the last one was."""
+    """Points of the path, without those that are very near the one before."""
     points = np.column_stack([trace["x"], trace["y"]])
     least = max(float(np.ptp(points, axis=0).max()) / COLUMNS, 1e-4)
     keep, last = [0], points[0]
@@ -228,7 +228,7 @@ def _bends(trace: Columns) -> NDArray[Any]:
 
 
 def _height(trace: Columns, times: Any) -> NDArray[Any]:
-    """Z at times. Events have it too, but in the program's frame, which G92 may have shifted."""
+    """Z at some times. That of events is in the program's frame, which G92 may have moved."""
     heights: NDArray[Any] = np.interp(times, trace["t"], trace["z"])
     return heights
 
@@ -262,7 +262,7 @@ def _switches(events: list[Event]) -> list[Event]:
 
 
 def staircase(trace: Columns, events: list[Event]) -> str:
-    """Current against the depth reached, if depth has switched it; else nothing."""
+    """Current against the depth reached, if a depth series has switched it; else nothing."""
     if not _switches(events):
         return ""
     return svg(_staircase, 11.6, 2.6, trace, events)
@@ -284,8 +284,8 @@ def _staircase(figure: Figure, trace: Columns, events: list[Event]) -> None:
 
 
 def _feed(ax: Axes, trace: Columns) -> None:
-    # Machining feeds are a hundred times slower than retractions; both must be seen. A sample of
-    # a millisecond holds a pulse or two of a machining feed, so ten of them are taken together.
+    # Machining feeds are a hundred times slower than retractions, and both must be visible. In a
+    # millisecond a machining feed makes a pulse or two, so ten samples are taken together.
     ax.plot(*envelope(trace["t"], _smoothed(trace["feed"])), color=FEED, linewidth=0.9)
     ax.set_yscale("symlog", linthresh=10)
     ax.set_yticks([-1000, -100, -10, 0, 10, 100, 1000])
@@ -329,7 +329,7 @@ def _close_up(figure: Figure, trace: Columns, one: Retraction, pulses_per_mm: in
     if np.ptp(trace["z"]) > 0.001:
         ax.plot(t, trace["z"][near] - _height(trace, begin), color=FAINT, linewidth=1.0, zorder=3,
                 label="electrode, by its encoder")
-    # The start point lies between two samples, so it is reckoned from a place that does not.
+    # The start point lies between two samples, so it is computed from a place that is a sample.
     front = np.interp(end, trace["t"], trace["path"])
     if not one.resume:
         front += one.distance * pulses_per_mm

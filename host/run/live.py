@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper simulate``: a simulated controller and machine that any client may connect to.
 
-What a client sends goes over the simulated line, byte after byte at the line's rate, and what it
-gets are the bytes that the controller's UART says. The machine keeps to the computer's clock where
-the simulation is fast enough, and says so where it is not.
+A client's bytes go over the simulated line at the line's rate, and the client gets the bytes that
+the controller's UART sends. The machine keeps to the computer's clock if the simulation is fast
+enough; if it is not, a message says so.
 """
 
 import sys
@@ -21,23 +21,24 @@ from host.terminal import enter_pressed
 __all__ = ["Live", "simulate"]
 
 STEP_S = 1e-3       # of the machine's time between two looks at the client
-BUTTON_S = 0.03     # that the button is held down, and let go
-TELL_S = 10.0       # between two lines on how fast it is
-KEEPS_UP = 0.98     # share of real time that counts as such
-AHEAD_S = 0.005     # a client that sends without a pause may let the machine be early by so much
-# Of the machine's time, behind a client: no other is heard or spoken to. A frame that it has left
-# open is given up in 50 ms, and what is asked for in a few; see softcore/firmware/link.
+BUTTON_S = 0.03     # time for which the button is held down, and then released
+TELL_S = 10.0       # between two messages on the speed
+KEEPS_UP = 0.98     # share of real time that counts as keeping up
+AHEAD_S = 0.005     # lead of the machine's time while a client sends without a pause
+# Pause after a client has left, in the machine's time, before the next one is heard or answered.
+# The controller gives up an open frame within 50 ms, and answers within a few; see
+# softcore/firmware/link.
 UNPLUGGED_S = 0.1
-# What the plug does to the line: no character, by which a line that is left open is refused whole
-# instead of being completed by the next client.
+# Pulling the plug damages a byte. So the controller refuses a line that was left open, and the next
+# client cannot complete it.
 GLITCH = b"\xff"
-FORGIVEN_S = 0.05   # the machine makes no more than this up: it would run too fast for its client
+FORGIVEN_S = 0.05   # most delay that is made up: else the machine runs too fast for its client
 
 Say = Callable[[str], None]
 
 
 class Machine(Protocol):
-    """What lives: a simulated machine, its time, its line and its button."""
+    """A simulated machine: its time, its line and its button."""
 
     byte_s: float
 
@@ -49,10 +50,10 @@ class Machine(Protocol):
 
 
 class Live:
-    """A machine that runs on, joined to the line by which a client reaches it.
+    """A machine that keeps running, connected to the line of its client.
 
-    ``arm`` presses the button of that name by itself whenever the machine is not armed.
-    ``clock`` is the computer's, in seconds, and ``sleep`` lets it go on.
+    ``arm`` presses the button of that name by itself whenever the machine is not armed. ``clock``
+    gives the computer's time in seconds, and ``sleep`` waits for some seconds.
     """
 
     def __init__(self, machine: Machine, line: Line, say: Say, *, arm: bool = False,
@@ -67,19 +68,19 @@ class Live:
         self._plugged_s = 0.0   # machine's time from which a client is heard again
         self._button = False
         self._turn_s = 0.0      # machine's time at which the button may be moved again
-        self._presses = 0       # asked for, and not begun
+        self._presses = 0       # presses still to be made
 
     def press(self) -> None:
         """Press the button ``arm`` once, as soon as it is up."""
         self._presses += 1
 
     def step(self, most_s: float = STEP_S) -> None:
-        """Let the machine live on until it says something, by so much at most; keep to real time.
+        """Run the machine for at most ``most_s`` of its time, and keep to real time.
 
-        The first bytes for the client end a step.
+        A step ends early at the first bytes for the client.
         """
         plugged = self.machine.time_s() >= self._plugged_s
-        # As much as the line carries in that time: the rest waits where the client has sent it.
+        # Only as many bytes as the line carries in that time; the others wait in the client's port.
         data = self.line.take(int(most_s / self.machine.byte_s) + 2) if plugged else b""
         if data:
             self.machine.write(data)

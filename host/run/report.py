@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page a person looks at after a run: one HTML file that needs nothing else."""
+"""The report of a run: one HTML file that needs nothing else."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -27,13 +27,13 @@ OUTCOMES = {
 REASONS = {"cleared": "cleared", "limit": "at the limit", "path_start": "at the path's start"}
 PHASES = {"high": "forward at H", "low": "forward at E"}
 MOVED_MM = 0.001    # more than the trembling of an axis at rest
-PRESSED_MM = 0.005  # there is contact at some micrometres; what is further in was pushed there
-# Blocks and conditions are told by the listing; the table of events is for what happened.
+PRESSED_MM = 0.005  # contact alone is at most some micrometres; anything more was pushed in
+# The listing shows blocks and conditions, so the table of events leaves them out.
 QUIET = {"block"}
 
 
 def _number(value: float | None, digits: int = 3) -> str:
-    """A number for reading: no digits that say nothing, a true minus sign."""
+    """A number for a sentence: without trailing zeros, with a true minus sign."""
     if value is None:
         return DASH
     text = f"{value:,.{digits}f}" if isinstance(value, float) else f"{value:,}"
@@ -43,7 +43,7 @@ def _number(value: float | None, digits: int = 3) -> str:
 
 
 def _fixed(value: float | None, digits: int) -> str:
-    """A number for a column: always as many digits, a true minus sign."""
+    """A number for a column: a fixed number of digits, a true minus sign."""
     return DASH if value is None else f"{value:.{digits}f}".replace("-", MINUS)
 
 
@@ -64,7 +64,7 @@ def _parameter(name: str) -> str:
 
 
 def _details(event: Event) -> str:
-    """What an event says beyond when and where."""
+    """Values of an event beside its time and place."""
     common = {"cycle", "t", "event", "line", "pos"}
     said = {name.replace("_", " "): value if isinstance(value, str) else _number(value, 4)
             for name, value in _flat({name: value for name, value in event.items()
@@ -79,7 +79,7 @@ def guards_off(summary: dict[str, Any]) -> str:
 
 
 def collision(summary: dict[str, Any]) -> str:
-    """What to say of an electrode that was pushed into solid work; nothing if it was not."""
+    """Sentence on an electrode that was pushed into solid work; empty if it was not."""
     pressed = summary.get("pressed_mm", 0.0)
     return "" if pressed <= PRESSED_MM else (
         f"The electrode was pressed {pressed:.3f} mm into the workpiece: on a real machine, a "
@@ -87,7 +87,7 @@ def collision(summary: dict[str, Any]) -> str:
 
 
 def _story(one: Retraction, last: bool) -> str:
-    """What a retraction did, as far as it came."""
+    """Sentence on what a retraction did, as far as it came."""
     steps = ["Back at R of the jump" if one.cause == "jump" else "Back at R"]
     steps += [PHASES[event["phase"]] for event in one.advances]
     if one.resume:
@@ -135,9 +135,9 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
     """HTML of a run.
 
     ``listing`` is the tape's text with its line numbers, ``parameters`` the machine's nested
-    tables, ``plan`` what a wire machine has left of its workpiece, the rest what the run has
-    written into its folder. There is a view from above if X or Y has moved. Of a run on a
-    controller at a port there is less; what the trace lacks is not drawn.
+    tables, ``plan`` the remaining workpiece of a wire machine. The others are the files of the
+    run's folder. There is a view from above if X or Y has moved. Columns that the trace lacks, as
+    it does for a controller at a port, are not drawn.
     """
     lateral = any(np.ptp(trace[axis]) > MOVED_MM for axis in "xy" if len(trace[axis]))
     wire = bool(plan) or parameters.get("kind") == "wire"

@@ -12,7 +12,7 @@ class Retraction:
 
     ``burst_t`` is when the first retraction of its short burst began: a short during the re-advance
     starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm;
-    a jump is not under it, and events do not tell how far one is to go.
+    it does not hold for a jump, and events do not give a jump's distance.
     """
 
     number: int
@@ -67,7 +67,7 @@ def collect(events: list[Event]) -> list[Retraction]:
 
 
 def most_telling(retractions: list[Retraction]) -> Retraction | None:
-    """The retraction to show in close-up: whole, with every phase, and the longest of those."""
+    """The retraction to show in close-up: the longest that is complete and has every phase."""
     def worth(one: Retraction) -> tuple[bool, int, bool, float]:
         return (one.resume is not None, len(one.advances), one.cause == "short", one.distance)
     return max(retractions, key=worth, default=None)

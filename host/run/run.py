@@ -2,9 +2,9 @@
 """One tape on one machine: set it up as an operator would, feed the tape, watch what happens.
 
 The order is an operator's: unlock, set the controller's parameters, declare where Z 0 is, enter the
-defaults by hand (MDI), start the tape. All time of a simulated machine is its own, so that the same
-seed gives the same run whatever the computer is doing; that of a controller at a port is the
-computer's.
+defaults by hand (MDI), start the tape. A run on a simulated machine uses the machine's time: the
+same seed gives the same run whatever the computer is doing. A run on a controller at a port uses
+the computer's time.
 """
 
 import json
@@ -37,8 +37,8 @@ from host.run.controller import SAMPLE_S, Controller
 from host.run.events import Event
 from host.tape.tape import Tape
 
-ALIVE_S = 1.0      # how long the controller may say nothing before it is asked for its status,
-ASKED = 3          # so often: a byte may get lost
+ALIVE_S = 1.0      # longest silence of the controller before it is asked for its status,
+ASKED = 3          # so many times: a byte may get lost
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
@@ -46,7 +46,7 @@ STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 
 
 class Simulated(BytePipe, Protocol):
-    """A simulated machine: a pipe with a clock, and what no real machine would tell."""
+    """A simulated machine: a pipe with a clock, and values that no real machine gives."""
 
     clock_hz: int
 
@@ -70,7 +70,7 @@ class Simulated(BytePipe, Protocol):
         """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
 
     def mean_voltage(self) -> float:
-        """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
+        """Mean gap voltage that the feed mode used last, V; 0 before the first."""
 
 
 @dataclass
@@ -78,18 +78,17 @@ class Run:
     """A tape running on a machine.
 
     ``simulation`` is a simulated machine, or a controller at a port. ``mdi`` are lines entered by
-    hand before the tape. ``until_s`` of the machine's time ends it early: the feed is held at the
-    first poll from then on. So does ``interrupt``.
-    ``at_start`` declares that the machine stands where its file has it at the start; without it
-    both position and program zero must be declared already. ``arm`` has the discharge armed.
-    ``goes_on`` is asked at a programmed stop whether it is to be resumed.
+    hand before the tape. ``until_s`` of the machine's time ends the run early: the feed is held at
+    the next poll. ``interrupt`` does the same. ``at_start`` declares that the machine stands at the
+    start of its file; without it both position and program zero must have been declared. With
+    ``arm`` the run waits until the discharge is armed. ``goes_on`` is called at a programmed stop,
+    until it returns True. ``watch`` is called now and then with the run, to show its progress.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
-    None), ``events``, ``guards_off`` (what settings have switched off of what guards the machine),
-    and ``offset``: program zero at the start of the tape, in the machine's frame
-    by axis, in millimetres. A G92 of the tape does not change it; events are told in the frame that
-    is in force when they happen.
-    ``watch`` is called now and then with the run, to show how far it is.
+    None), ``events``, ``guards_off`` (guards of the machine that settings have switched off), and
+    ``offset``: program zero at the start of the tape, in the machine's frame, in millimetres by
+    axis. A G92 of the tape does not change ``offset``. Events are in the frame that is in force
+    when they happen.
     """
 
     machine: Machine
@@ -115,7 +114,7 @@ class Run:
         self._asked = 0
         self._sampled_s = 0.0
         self._interrupted = self._paused = False
-        self._heard_at: list[tuple[float, float]] = []  # of each event: when heard, its own time
+        self._heard_at: list[tuple[float, float]] = []  # for each event: time heard, its own time
         self.began = False      # the tape has been begun
         # Program zero is the workpiece's.
         self.offset = {axis: 0.0 - place for axis, place in self.machine.start_mm.items()}
@@ -159,10 +158,10 @@ class Run:
         self._interrupted = True
 
     def controllers_s(self, heard_s: NDArray[Any]) -> NDArray[Any]:
-        """Times at which something was heard, s, in the time that the events count.
+        """Times at which something was heard, s, converted to the time of the events.
 
-        Between two events time is taken to pass evenly, and before the first and behind the last
-        as it passes here.
+        Between two events the conversion is linear; before the first and after the last the two
+        times differ by a constant.
         """
         if not self._heard_at:
             return heard_s
@@ -204,7 +203,7 @@ class Run:
             raise UsageError(f"{name} is refused by the controller: {error.reason}") from error
 
     def _over(self) -> bool:
-        """Whether the run is over; on the way, see that machine and controller are well."""
+        """Whether the run is over; also checks that the controller still answers."""
         now = self.simulation.time_s()
         if now - self._heard_s > ALIVE_S:
             if self._asked == ASKED:
@@ -241,7 +240,7 @@ class Run:
             raise LinkError("the controller has started anew in the middle of the run.")
 
     def _alarm(self, code: int, text: str) -> Event:
-        """An alarm of which there is no event: when and where it was heard."""
+        """Event for an alarm that came without one, with the time and place of its hearing."""
         places = self.simulation.positions().items()
         last = self.events[-1] if self.events else {"cycle": 0, "line": 0}
         cycle = self.simulation.cycle
@@ -261,15 +260,15 @@ class Run:
                 self.link.press(RESUME)
             return
         if self.outcome is not None:
-            return  # what follows the end is not the program's
+            return  # events after the end do not belong to the program
         self.events.append(event)
         if event["event"] == "program_end":
             self.outcome = "end"
         elif event["event"] == "alarm":
             self.alarm = {"code": event["code"], "text": event["text"]}
-            # What the tape did wrong before a block of it moved an axis rejects it; what the
-            # machine did wrong is an alarm of the machine at any time. The path tells: encoders
-            # tremble at rest, and a block's event may be that of a motion to where the machine is.
+            # A fault of the tape rejects it if no block has moved an axis yet. A fault of the
+            # machine is always an alarm. The path tells whether an axis has moved: encoders tremble
+            # at rest, and the event of a block may belong to a motion of length 0.
             rejected = not alarms.of_machine(event["code"]) and not self.simulation.front()
             self.outcome = "rejected" if rejected else "alarm"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper run``: a tape on a machine, simulated or real, and the folder that tells of it."""
+"""``gapkeeper run``: a tape on a machine, simulated or real, and the folder of its results."""
 
 import json
 import signal
@@ -40,16 +40,16 @@ from host.words import counted
 
 RUNS = Path("build") / "runs"
 FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html")
-# Lines of progress where there is no terminal to draw on.
+# Time between lines of progress if the output is no terminal.
 QUIET_STEP_S = 10.0
-# Of a machine's file, what concerns its controller too; the rest describes the simulated machine.
+# Entries of a machine's file that a real controller needs too; all others describe the simulation.
 CONTROLLERS = ("kind", "pulses_per_mm", "settings")
 
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
              mdi: list[str], until_s: float | None, clock_hz: int | None,
              console: Console) -> int:
-    """Run a tape on a simulated machine, write its folder, say how it went; return the status."""
+    """Run a tape on a simulated machine, write its folder, print the result; return the status."""
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     tape = _punched(path, folder, chosen, seed, clock_hz)
@@ -77,9 +77,9 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
 def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path | None,
                 mdi: list[str], until_s: float | None, clock_hz: int | None, at_start: bool,
                 arm: bool, reset: bool, console: Console) -> int:
-    """Run a tape on the controller at a port; the rest as ``run_tape``.
+    """Run a tape on the controller at a port; otherwise as ``run_tape``.
 
-    ``at_start``, ``arm``: see ``Run``. ``reset`` takes the controller even from a program.
+    ``at_start``, ``arm``: see ``Run``. With ``reset`` even a busy controller is reset and used.
     """
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
@@ -121,9 +121,9 @@ class Stop:
 
 
 def _checked(folder: Path, mdi: list[str]) -> Path:
-    """The folder of a run, made; refuses what can be refused before anything is started.
+    """Make the folder of a run; check all that can be checked before the start.
 
-    What an earlier run left in it stays until this one has begun its tape.
+    Files of an earlier run stay until this run has begun its tape.
     """
     for line in mdi:
         check_line(line)
@@ -138,7 +138,7 @@ def _checked(folder: Path, mdi: list[str]) -> Path:
 
 
 def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: int) -> Tape:
-    """The tape; one that cannot be punched is a rejected run."""
+    """The tape; if it cannot be punched, the run's outcome is ``rejected``."""
     try:
         return load(path)
     except TapeError as error:
@@ -148,7 +148,7 @@ def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: in
 
 
 def _execute(job: Run, folder: Path) -> None:
-    """Run the tape; write what happened, even if the run breaks off."""
+    """Run the tape; write the events even if the run breaks off."""
     try:
         with _interruptible(job):
             job.execute()
@@ -160,7 +160,7 @@ def _execute(job: Run, folder: Path) -> None:
 
 @contextmanager
 def _interruptible(job: Run) -> Iterator[None]:
-    """Let Ctrl-C end a tape that has begun as its time would; a second one breaks off."""
+    """Let Ctrl-C end a tape that has begun, as ``--until`` does; a second Ctrl-C breaks off."""
     pressed = 0
 
     def on_interrupt(_signal: int, _frame: FrameType | None) -> None:
@@ -171,7 +171,7 @@ def _interruptible(job: Run) -> Iterator[None]:
         job.interrupt()
 
     if threading.current_thread() is not threading.main_thread():
-        yield   # signals are the main thread's
+        yield   # only the main thread gets signals
         return
     before = signal.signal(signal.SIGINT, on_interrupt)
     try:
@@ -181,13 +181,13 @@ def _interruptible(job: Run) -> Iterator[None]:
 
 
 def _clear(folder: Path) -> None:
-    """Remove what an earlier run left."""
+    """Remove the files of an earlier run."""
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
 
 
 def _say(console: Console, status: Status, text: str) -> None:
-    """Show how far a start is: on a terminal in one line, elsewhere line by line."""
+    """Show the progress of a start: in one line on a terminal, else line by line."""
     status.update(text)
     if not console.is_terminal:
         console.print(text, soft_wrap=True)
@@ -195,7 +195,7 @@ def _say(console: Console, status: Status, text: str) -> None:
 
 def _write(folder: Path, path: Path, job: Run, trace: Columns, summary: Summary, plan: Columns,
            parameters: machines.Tables) -> None:
-    """Write the files of a run but its events."""
+    """Write the files of a run except its events."""
     _write_summary(folder, summary)
     np.savez_compressed(folder / "trace.npz", allow_pickle=False, **trace)
     if plan:
@@ -207,7 +207,7 @@ def _write(folder: Path, path: Path, job: Run, trace: Columns, summary: Summary,
 
 
 class Watch:
-    """Shows how far a run is: on a terminal as it goes, elsewhere a line now and then."""
+    """Shows the progress of a run: all the time on a terminal, else a line now and then."""
 
     def __init__(self, console: Console, status: Status, machine: Machine) -> None:
         self.console, self.status, self.machine = console, status, machine
@@ -248,7 +248,7 @@ def _listing(tape: Tape, path: Path) -> list[tuple[int, str]]:
 
 
 def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
-    """Print what a user wants to know first."""
+    """Print the main results."""
     name, _ = report.OUTCOMES[summary["outcome"]]
     if summary["alarm"]:
         console.print(f"{name}: {summary['alarm']['text']}", style="red", markup=False,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated machine as the host sees it: a pipe of bytes, and what no real machine tells."""
+"""The simulated machine as the host sees it: a pipe of bytes, and values of the simulation."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,14 +11,14 @@ from host.machines.machine import Machine
 from host.places import ROOT
 from host.run.workpiece import Columns
 
-Progress = Callable[[str], None]     # told of every step that takes long
+Progress = Callable[[str], None]     # called with a sentence before every long step
 
-CONVERTER_V = 100.0  # at the gap, its full scale
+CONVERTER_V = 100.0  # gap voltage at its full scale
 LOG = ROOT / "build" / "failure.log"
 
 
 class Native(Protocol):
-    """What lies behind the door: the test bench's native simulation, which says it all."""
+    """The test bench's native simulation, which has the contracts of these methods."""
 
     clock_hz: int
     byte_clocks: int
@@ -59,11 +59,11 @@ class Simulation:
         self._native.send(data)
 
     def read(self, timeout_s: float) -> bytes:
-        """Let the machine run until it says something, at most ``timeout_s`` of its time."""
+        """Run until the controller sends something, at most ``timeout_s`` of machine time."""
         return self._native.receive(max(1, round(timeout_s * self.clock_hz)))
 
     def run(self, clocks: int) -> None:
-        """Let the machine run; what it says waits for ``read``."""
+        """Run for so many clocks; bytes that come wait for ``read``."""
         self._native.run(clocks)
 
     def time_s(self) -> float:
@@ -103,7 +103,7 @@ class Simulation:
         return self._native.get(name)
 
     def set(self, name: str, value: float) -> None:
-        """Change a number of the machine, or force something upon it (``force.short``)."""
+        """Change a number of the machine, or force a state (``force.short``)."""
         self._native.set(name, value)
 
     def front(self) -> int:
@@ -111,14 +111,14 @@ class Simulation:
         return self._native.probe("path_front")
 
     def servo_steps(self) -> dict[str, int]:
-        """UP and DOWN pulses of the preset counters so far, those that nothing followed included.
+        """UP and DOWN pulses of the preset counters so far, even those that moved nothing.
 
-        To be asked for before ``close``.
+        Call it before ``close``.
         """
         return {way: self._native.probe(f"servo_{way}s") for way in ("up", "down")}
 
     def mean_voltage(self) -> float:
-        """Mean of the gap voltage that the feed law went by last, V; 0 before the first."""
+        """Mean gap voltage that the feed mode used last, V; 0 before the first."""
         return self._native.probe("feed_voltage_mean") / 2**16 * CONVERTER_V
 
     def trace(self) -> Columns:
@@ -138,8 +138,8 @@ def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
           progress: Progress, trace: bool = True) -> Simulation:
     """Switch a simulated machine on; builds it first where it has changed.
 
-    ``trace`` is whether samples of the run are kept: 100 MB for some ten minutes. ``progress`` is
-    told of every step that takes long, in one sentence.
+    ``trace`` says whether samples of the run are kept: 100 MB for some ten minutes. ``progress`` is
+    called with a sentence before every long step.
     """
     try:
         return Simulation(door.start(machine=machine.tables, clock_hz=clock_hz, seed=seed,
@@ -147,7 +147,7 @@ def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
                                      progress=progress))
     except ValueError as error:
         raise UsageError(f"machine {machine.name}: {error}.") from error
-    except RuntimeError as error:  # a compiler or Verilator, with pages of its own words
+    except RuntimeError as error:  # of a compiler or Verilator, with pages of output
         LOG.parent.mkdir(exist_ok=True)
         LOG.write_text(f"{error}\n", encoding="utf-8")
         raise UserError("the simulated machine or its firmware could not be built; what the tool "

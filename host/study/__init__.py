@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated machine for programs that study it: by hand, and as an environment of Gymnasium."""
+"""The simulated machine for programs that study it: step by step, or as a Gymnasium environment."""

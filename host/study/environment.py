@@ -2,11 +2,11 @@
 """Die-sinking as an environment of Gymnasium: an agent in the place of the gap servo.
 
 Every ``STEP_S`` the agent moves the electrode by a block that it sends to the controller over the
-link (``G91 G01 Z``), as a gap servo moves it by a step, and may choose another pause between the
-pulses (``C``). So it can do what a program at a real machine could, and no more: the rest is still
-the controller's. A short is retracted from, with the discharge off, whatever the agent wants.
+link (``G91 G01 Z``), as a gap servo moves it by a step. It may also choose another pause between
+the pulses (``C``). So it can do what a program at a real machine could, and no more. The controller
+does everything else: it retracts from a short, with the discharge reduced, whatever the agent does.
 
-Gymnasium is in the project's group ``study``.
+Gymnasium is in the project's dependency group ``study``.
 """
 
 from collections.abc import Callable
@@ -25,16 +25,16 @@ from host.study.machine import SimulatedMachine
 
 __all__ = ["FEATURES", "MOST_UM", "PAUSES_US", "STEP_S", "Sinking"]
 
-STEP_S = 0.02       # the servo's time device as settings are built
-MOST_UM = 5.0       # of a step, as the servo's
+STEP_S = 0.02       # period of the servo's time device by default
+MOST_UM = 5.0       # longest step, that of the servo
 FEED = 60           # mm/min, within a step
-LEAST_UM = 0.05     # half a pulse: less is no way
-PULSE_US = 15       # of the condition, at 1.5 A: what 10 mm2 bear
+LEAST_UM = 0.05     # half a pulse: anything shorter is no motion
+PULSE_US = 15       # on-time, at 1.5 A: suited to 10 mm2
 PAUSES_US = (25, 50, 100, 200, 400)
 FIRST_CONDITION = 901
 FRONT = 0           # state of the retraction in which the program moves the machine
 SEEDS = 2**63
-# What the controller can know of a step, by place in the observation, with bounds.
+# Features of a step, in the order of the observation, with bounds: all that a controller can know.
 FEATURES = {
     "open": (0, 5000), "ok": (0, 5000), "dame": (0, 5000), "short": (0, 5000),
     "gap_v": (0, 500), "z_um": (-1e6, 1e6), "deepest_um": (-1e6, 1e6), "lag_um": (-1e5, 1e5),
@@ -48,49 +48,49 @@ Action = NDArray[np.float32]
 class Sinking(gymnasium.Env[Observation, Action]):
     """A cavity to be sunk by small steps of the electrode.
 
-    An action is two numbers of -1 to 1. The first is the way of the electrode within the step, in
-    parts of ``MOST_UM`` and into the workpiece if above zero; it is rounded to pulses of the
-    machine (0.1 µm). The second is the pause: -1 for the first of ``PAUSES_US``, 1 for the last,
-    and between them the nearest. The controller changes a condition when the axes have come to
-    rest: that takes some steps, in which the electrode stands.
+    An action is two numbers from -1 to 1. The first is the motion of the electrode within the step,
+    as a share of ``MOST_UM``, into the workpiece if above zero; it is rounded to pulses of the
+    machine (0.1 µm). The second chooses the pause: -1 is the first of ``PAUSES_US``, 1 the last,
+    and any other number the nearest. The controller changes a condition when the axes have come to
+    rest: that takes some steps, during which the electrode stands.
 
-    An observation has one number for each of ``FEATURES``, of the step that has ended: discharge
-    pulses by class as the gateware judges them; ``gap_v`` the mean gap voltage; ``z_um`` how
-    far the electrode is above the workpiece's top by its coder (so less than 0 in the cavity), and
-    ``deepest_um`` the least of it yet; ``lag_um``
-    how far the axis is behind its command; ``pause_us`` in force; ``busy`` whether the controller
-    retracts from a short or carries out an earlier line: then the action is dropped.
+    An observation has one number for each of ``FEATURES``, for the step that has ended: discharge
+    pulses by class, as the gateware judges them; ``gap_v``, the mean gap voltage; ``z_um``, the
+    height of the electrode above the workpiece's top by its coder (below 0 in the cavity);
+    ``deepest_um``, the least ``z_um`` so far; ``lag_um``, by which the axis is behind its command;
+    ``pause_us`` in force; ``busy``, whether the controller retracts from a short or carries out an
+    earlier line: then the action is dropped.
 
     The reward is removal less damage: depth removed in µm, less ``damage_um`` for each arc and
-    each shorted pulse. ``info`` has what no controller knows: ``gap_um``, ``debris``,
-    ``removed_mm3``, and ``retractions`` so far.
+    each shorted pulse. ``info`` has values that no controller knows: ``gap_um``, ``debris``,
+    ``removed_mm3``, and the number of ``retractions`` so far.
 
     An episode ends at ``depth_mm`` by the coder, or with an alarm, whose text is in ``info``; it is
-    truncated after ``steps`` steps. ``reset(seed)`` begins with a machine newly switched on.
+    truncated after ``steps`` steps. ``reset(seed)`` begins with a newly switched on machine.
 
     Parameters
     ----------
     machine : str
         A sinker: built-in, or a TOML file.
     depth_mm : float
-        Of the cavity, above 0, by the coder from the workpiece's top.
+        Depth of the cavity, above 0, by the coder from the workpiece's top.
     steps : int
-        In an episode at most.
+        Most steps of an episode.
     damage_um : float
-        What an arc or a shorted pulse costs.
+        Cost of an arc or a shorted pulse.
     servo : bool
-        The controller's own gap servo (G95 P1) moves the electrode: actions count for nothing.
+        The controller's own gap servo (G95 P1) moves the electrode; actions are ignored.
     trace : bool
         Keep a sample of every millisecond, for ``bench.trace()``.
     progress : callable
-        Told of every step of a build, in one sentence.
+        Called with a sentence before every step of a build.
 
     Raises
     ------
     ValueError
         If a number is out of its range.
     UsageError
-        If there is no such machine, or it is no sinker.
+        If there is no such machine, or it is not a sinker.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ class Sinking(gymnasium.Env[Observation, Action]):
         return 1000 * (bench.positions_mm()["z"] + bench.machine.start_mm["z"])
 
     def _totals(self) -> dict[str, float]:
-        """What counts up, so far."""
+        """Present values of the counters."""
         bench = self._need()
         return {**bench.discharges(), "clock": bench.clock,
                 "volts": bench.get("read.gap_v_clocks"), "mm3": bench.get("read.removed_mm3")}

@@ -25,9 +25,9 @@ EMPTY = "M02"   # a tape for those who send lines
 
 
 class SimulatedMachine:
-    """A simulated machine and its controller, switched on; nothing has happened yet.
+    """A simulated machine and its controller, newly switched on.
 
-    What has changed since it was built last is built first. Use it in a ``with`` statement, or
+    Parts that have changed since the last build are built first. Use it in a ``with`` statement, or
     ``close`` it.
 
     Parameters
@@ -35,15 +35,15 @@ class SimulatedMachine:
     machine : str
         A built-in machine (sinker, small, wire), or a TOML file of one.
     seed : int
-        Of everything random, 0 to 2**64 - 1.
+        Seed of everything random, 0 to 2**64 - 1.
     clock_hz : int or None
-        Clock of the controller; the file's if not given.
+        Clock of the controller; that of the file if not given.
     trace : bool
         Keep a sample of the run for every millisecond; see ``trace``.
     waves : Path or None
         Folder for waveforms.
     progress : callable
-        Told of every step that takes long, in one sentence.
+        Called with a sentence before every long step.
 
     Raises
     ------
@@ -90,10 +90,10 @@ class SimulatedMachine:
         return self._simulation.time_s()
 
     def step(self, seconds: float) -> None:
-        """Let the machine live on for so long, to the clock."""
+        """Run the machine for exactly ``seconds`` of its time, in whole clocks."""
         self._need_on()
         end = self.clock + round(seconds * self.clock_hz)
-        if not self._ready:     # its greeting is for `set_up` to hear
+        if not self._ready:     # `set_up` needs the greeting
             self._simulation.run(end - self.clock)
         while (left := end - self.clock) > 0:
             self._job.link.poll(left / self.clock_hz)
@@ -107,14 +107,14 @@ class SimulatedMachine:
         self._job.set_up()
 
     def run_tape(self, tape: str | Path | Tape, *, until_s: float | None = None) -> str:
-        """Set up and run a tape; ``events`` and ``alarm`` tell of it.
+        """Set up and run a tape; its results are in ``events`` and ``alarm``.
 
         Parameters
         ----------
         tape : str, Path or Tape
             File of a text or of punched rows, or the tape itself (``host.tape.tape.encode``).
         until_s : float or None
-            Of the machine's time, ends it early.
+            Machine time at which the run ends early.
 
         Returns
         -------
@@ -135,7 +135,7 @@ class SimulatedMachine:
         return self._job.execute()
 
     def command(self, line: str) -> None:
-        """Send a line, and let the machine live on until the controller has answered it.
+        """Send a line, and run the machine until the controller has answered it.
 
         Raises
         ------
@@ -146,18 +146,18 @@ class SimulatedMachine:
         self._job.link.command(line)
 
     def send(self, line: str) -> Sent:
-        """Send a line, and wait for nothing: its ``answer`` comes in a later ``step``."""
+        """Send a line without waiting: its ``answer`` comes in a later ``step``."""
         self._need_ready()
         return self._job.link.send_line(line)
 
     def status(self) -> dict[str, str]:
-        """Fields of a status report that the controller is asked for, the state as ``state``."""
+        """Ask for a status report; return its fields, the state as ``state``."""
         self._need_ready()
         return self._job.link.status()
 
     @property
     def events(self) -> list[Event]:
-        """What the controller has told so far, as ``events.jsonl`` has it."""
+        """Events of the controller so far, in the form of ``events.jsonl``."""
         return self._job.events
 
     @property
@@ -179,7 +179,7 @@ class SimulatedMachine:
         return self._simulation.get(name)
 
     def set(self, name: str, value: float) -> None:
-        """Change a number of the machine's file, or force something on it (``force.short``).
+        """Change a number of the machine's file, or force a state (``force.short``).
 
         Raises
         ------
@@ -204,18 +204,18 @@ class SimulatedMachine:
             raise ValueError(f"the controller has no signal {name!r}") from None
 
     def positions_mm(self) -> dict[str, float]:
-        """Where the axes are by their coders, from where they were switched on."""
+        """Positions of the axes by their coders, from the place of switching on."""
         return self._in_mm(self._simulation.positions())
 
     def lags_mm(self) -> dict[str, float]:
-        """How far the axes are behind their commands."""
+        """Following errors of the axes: command less position."""
         return self._in_mm(self._simulation.errors())
 
     def _in_mm(self, pulses: dict[str, int]) -> dict[str, float]:
         return {axis: number / self.machine.pulses_per_mm for axis, number in pulses.items()}
 
     def discharges(self) -> dict[str, int]:
-        """Discharge pulses so far, as the gateware has judged them: open, ok, dame, short."""
+        """Discharge pulses so far, by the gateware's classes: open, ok, dame, short."""
         return self._simulation.discharges()
 
     def trace(self) -> Columns:
@@ -223,7 +223,7 @@ class SimulatedMachine:
         return self._simulation.trace()
 
     def workpiece(self) -> Columns:
-        """Plan of what is left of a wire machine's workpiece."""
+        """Plan of a wire machine's remaining workpiece."""
         return self._simulation.workpiece()
 
     def _need_on(self) -> None:

@@ -9,20 +9,20 @@ from host.link.link import check_line
 from host.machines.machine import Machine
 from host.tape.tape import Tape
 
-NO_AXIS = 15    # as the axis of jumps: a wire has none
+NO_AXIS = 15    # number of the jump axis if there is none, as on a wire machine
 JUMP_AXIS = 2
 
 
 def check(tape: Tape, mdi: Sequence[str] = (), machine: Machine | None = None) -> int:
-    """Number of blocks of a tape that has no fault, after the lines ``mdi`` entered by hand.
+    """Check a tape after the lines ``mdi`` entered by hand; return the number of its blocks.
 
-    With a ``machine`` its clock, its settings and the ends of its travel are judged too, from the
-    place in which its file has it at the start.
+    With a ``machine`` its clock, its settings and the ends of its travel are checked too, from the
+    start place of its file.
 
     Raises
     ------
     TapeError
-        With the firmware's sentence.
+        If the tape has a fault; with the firmware's sentence.
     UsageError
         If a line cannot be entered by hand, or the firmware refuses it.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two codes of 8-channel punched tape: which holes stand for which character.
+"""The two codes of 8-channel punched tape: the holes of each character.
 
 Track n of the tape is bit n - 1 of a byte; a hole is a one. No row is legal in both codes, so the
-code of a tape can be told from its first end of block.
+first end of block tells the code of a tape.
 
 Ref: ISO 840:1973 (EIA RS-358): seven bits of ISO 646 in tracks 1 to 7, even parity in track 8.
 Ref: EIA RS-244-B: odd parity in track 5, end of block in track 8 alone. The 43 codes of letters,
@@ -51,7 +51,7 @@ def _iso() -> Code:
     legal = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ%:/+-.,() \t=*#$&'@[]!\";<>?"
     even = {char: ord(char) | odd(ord(char)) << 7 for char in legal}
     silent = [BLANK, CARRIAGE_RETURN, 0xFF]  # NUL, CR, DEL
-    # Punched are capitals only; small letters and the rest of ISO 646 are read, for comments.
+    # Only capitals are punched. Small letters and all of ISO 646 can be read, for comments.
     readable = {ord(char) | odd(ord(char)) << 7: char for char in map(chr, range(32, 127))}
     return Code(name="iso", title="ISO 840", parity=0, end_of_block=0x0A, punch=even,
                 read=readable | {even["\t"]: "\t"} | dict.fromkeys(silent, ""),

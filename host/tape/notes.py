@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What of a sound program other controls would read otherwise, so that nobody takes it for granted.
+"""Notes on words of a correct program that other controls would read differently.
 
-Each is told once, at the first line that has it.
+Each kind of note comes once, for the first line to which it applies.
 
 Ref: least increments as on Fanuc's controls; dwells of grbl 1.1 and LinuxCNC, which count P in
 seconds; LinuxCNC, which reads F before it carries out G20 or G21 of the same block.
@@ -16,7 +16,7 @@ from host.tape.tape import Tape, decode
 __all__ = ["notes"]
 
 _WORD = re.compile(r"([A-Z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))")
-_PLACES = frozenset("XYZIJKR")      # words that are lengths, but in blocks of
+_PLACES = frozenset("XYZIJKR")      # words that are lengths, except in blocks of
 _OTHERS = frozenset({4, 10, 36, 37, 38, 39})
 
 
@@ -25,7 +25,7 @@ def _codes(words: list[tuple[str, str]]) -> set[float]:
 
 
 def _wholes(words: list[tuple[str, str]]) -> list[str]:
-    """Lengths without a decimal point that it would make a difference to."""
+    """Lengths without a decimal point to which a point would make a difference."""
     if _codes(words) & _OTHERS:
         return []
     return [letter + number for letter, number in words
@@ -33,7 +33,7 @@ def _wholes(words: list[tuple[str, str]]) -> list[str]:
 
 
 def notes(tape: Tape) -> Iterator[str]:
-    """Sentences on a tape that has been found without a fault, each with its line."""
+    """Sentences on a tape without fault, each with its line."""
     blocks = [(tape.line(block), _WORD.findall(COMMENT.sub(" ", text.upper())))
               for block, text in enumerate(decode(tape.rows)[0].splitlines(), start=1)]
     wholes = [(line, word) for line, words in blocks for word in _wholes(words)]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Subprograms written out: the controller takes the moves one after another, as a tape has them.
+"""Subprograms: the host writes them out, since the controller takes one block after another.
 
 ``M98 P2000 L3`` carries out the subprogram O2000 three times, and so does ``M98 P32000``; M99 is
 its end. Subprograms stand behind the end word (M02 or M30) of the program, in the same file, and
-may call others. So the way back of a retraction leads through calls as through any other blocks.
+may call others. As calls are written out, a retraction goes back through them as through any block.
 
 Ref: calls and returns as on most controls since Fanuc's series 6.
 """
@@ -33,20 +33,19 @@ MOST_TIMES = 9999       # of one call
 def ends_program(block: str) -> bool:
     """Whether a block holds the end word M02 or M30, outside comments and not skippable.
 
-    As the controller reads it, softcore/firmware/interp/block.c, of every block that it does not
-    refuse.
+    For every block that the controller accepts this agrees with softcore/firmware/interp/block.c.
     """
-    block = COMMENT.sub("()", block.upper())  # a comment still parts a letter from its number
+    block = COMMENT.sub("()", block.upper())  # a comment still separates letter and number
     return not _SKIPPED.match(block) and bool(_END_WORD.search(block))
 
 
 def _words(line: str) -> str:
-    """A block with its comments as spaces, so that every word keeps its column."""
+    """A block with spaces for its comments, so that every word keeps its column."""
     return COMMENT.sub(lambda found: " " * len(found[0]), line.upper())
 
 
 def _without(line: str, *found: re.Match[str] | None) -> str:
-    """A block with some words as spaces."""
+    """A block with spaces for some words."""
     for word in found:
         if word:
             line = line[:word.start()] + " " * len(word[0]) + line[word.end():]
@@ -55,7 +54,7 @@ def _without(line: str, *found: re.Match[str] | None) -> str:
 
 @dataclass
 class _Program:
-    """Lines of a text with their numbers, and where its subprograms begin."""
+    """Lines of a text with their numbers, and the starts of its subprograms."""
 
     lines: Sequence[str]
     first: int                              # number of the first line in its source
@@ -83,7 +82,7 @@ class _Program:
         self.blocks.append((index, text))
 
     def call(self, index: int, words: str, running: tuple[int, ...]) -> None:
-        """The subprogram that a block calls, as often as it says."""
+        """Carry out the call of a block, as many times as it says."""
         call = _CALL.search(words)
         assert call
         which, times = (found.search(words, call.end()) for found in (_WHICH, _TIMES))
@@ -117,7 +116,7 @@ class _Program:
                times: re.Match[str] | None) -> tuple[int, int]:
         """Number of the subprogram that a call names, and how often it is to run.
 
-        Without L, what stands before the last four digits of P may be the repeats, as Fanuc has it.
+        Without L, digits before the last four of P may be the number of repeats, as on Fanuc's.
         """
         number, repeats = int(which[1]), int(times[1]) if times else 1
         before, last = divmod(number, 10_000)
@@ -164,9 +163,9 @@ class _Program:
 
 
 def written_out(lines: Sequence[str], first: int) -> list[tuple[int, str]]:
-    """Blocks of a program as they are carried out, each with its index in ``lines``.
+    """Blocks of a program in the order of execution, each with its index in ``lines``.
 
-    A program without calls stays as it is, with what may stand behind its end.
+    A program without calls stays unchanged, text behind its end included.
 
     Parameters
     ----------

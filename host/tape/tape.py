@@ -2,7 +2,7 @@
 """Tape codec: part programs as text (``.nc``) and as punched bytes (``.ptp``).
 
 A punched tape is: leader, start (``%`` or ER) and end of block, blocks, end (``%`` or ER), trailer.
-Texts are in upper case, as both codes have one case only; what is written small is punched large.
+Texts are in upper case, as both codes have one case only; small letters are punched as capitals.
 """
 
 import re
@@ -14,23 +14,23 @@ from host.errors import TapeError, UsageError
 from host.tape.codes import BLANK, CARRIAGE_RETURN, CODES, EIA, ISO, Code, odd
 from host.tape.subprograms import COMMENT, ends_program, written_out
 
-# A word and whatever follows, as a line that no program is does not begin.
+# A word, and anything behind it: a line that begins otherwise is not part of a program.
 _BLOCK = re.compile(r"\s*(?:/\s*)?[A-Za-z:]\s*[+-]?(?:\d|\.\d)")
-# What begins one of the O-words of LinuxCNC, up to the word that has no number.
+# Start of one of LinuxCNC's O-words, up to the word without a number.
 _O_WORD = re.compile(r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?=[O:]\s*<|[O:]\s*\d+\s*[A-Z]\s*[^\s\d.+-])"
                      r"(?:[O:]\s*\d+\s*)?")
 _EXPRESSION = re.compile(r"[][#=]")
-_PLACE = re.compile(r"^Block (\d+)(?: \(N\d+\))?")  # as the controller begins a sentence
-_LINE_END = re.compile(r"\r\n|\r|\n")    # and nothing else that Unicode takes for one
+_PLACE = re.compile(r"^Block (\d+)(?: \(N\d+\))?")  # start of the controller's sentences
+_LINE_END = re.compile(r"\r\n|\r|\n")    # not the other line ends of Unicode
 FEED_ROWS = 60  # blank rows before and behind: six inches, enough to thread the tape by hand
 
 
 @dataclass(frozen=True)
 class Tape:
-    """Punched bytes and how they came about.
+    """Punched bytes and their source.
 
-    ``lines`` are the lines of the source from which the blocks were punched, in the order of the
-    tape; empty for a tape that was read, whose blocks are their own lines.
+    ``lines`` are the line numbers of the source from which the blocks were punched, in the order of
+    the tape. It is empty for a tape that was read: there the number of a block is that of its line.
     """
 
     rows: bytes
@@ -42,17 +42,17 @@ class Tape:
         return self.lines[block - 1] if 0 < block <= len(self.lines) else block
 
     def told(self, sentence: str) -> str:
-        """A sentence of the controller on a block of this tape, with the line of the source."""
+        """A sentence of the controller on a block of this tape, with the source line added."""
         if not self.lines:
             return sentence
         return _PLACE.sub(lambda found: f"{found[0]}, line {self.line(int(found[1]))}", sentence)
 
 
 def _punchable(line: str, code: Code, *, kept: bool) -> str:
-    """A line in capitals; what its code cannot punch in comments is a space there.
+    """A line in capitals; in comments a space replaces each character that the code lacks.
 
-    What begins a comment stays: without it the comment would be words of the program. Of a line
-    that is not ``kept``, behind the end word, spaces stand for anything that cannot be punched.
+    The start of a comment is never replaced: without it the comment would be words of the program.
+    In a line that is not ``kept``, behind the end word, characters are replaced everywhere.
     """
     if not kept:
         return "".join(char.upper() if char.upper() in code.punch and char != "%" else " "
@@ -87,7 +87,7 @@ def _stands_alone(line: str) -> bool:
 def _begin(lines: Sequence[str]) -> int:
     """Index of the program's first line: behind the ``%`` that starts it, if there is one.
 
-    What precedes that is leader, which no machine reads.
+    Lines before that are leader, which no machine reads.
 
     Raises
     ------
@@ -118,9 +118,9 @@ def encode(text: str, code: Code = ISO) -> Tape:
     """Punch a text.
 
     Leader, trailer, and the ``%`` at the start and at the end are added if the text lacks them. The
-    end word is not: that a program ends there is for its author to say. What stands before the
-    first ``%`` and behind the second is no part of the program. In comments a space stands for
-    what the code has not. Calls of subprograms are written out: see ``host.tape.subprograms``.
+    end word is not added: only the author knows that the program ends there. Text before the first
+    ``%`` and behind the second is not part of the program. In comments a space replaces each
+    character that the code lacks. Calls are written out: see ``host.tape.subprograms``.
 
     Raises
     ------
@@ -134,11 +134,11 @@ def encode(text: str, code: Code = ISO) -> Tape:
         lines.pop()
     end = next((n for n, line in enumerate(lines) if _stands_alone(line)), len(lines))
     over = next((n + 1 for n, line in enumerate(lines[:end]) if ends_program(line)), end)
-    # Behind the end word only subprograms are of use.
+    # Behind the end word only subprograms matter.
     lines = [_punchable(line, code, kept=n < over) for n, line in enumerate(lines[:end])]
 
     rows = bytearray([BLANK] * FEED_ROWS + [code.start, code.end_of_block])
-    numbers = [first or 1]      # a text without a start has its line 1 behind it
+    numbers = [first or 1]      # line of the start; else line 1 follows
     for index, line in written_out(lines, first + 1):
         number = first + 1 + index
         for column, char in enumerate(line, start=1):
@@ -158,16 +158,16 @@ def encode(text: str, code: Code = ISO) -> Tape:
 def recognise(rows: bytes) -> tuple[Code, int]:
     """Find the start of a tape; return its code and the index of the start row.
 
-    The start is the first ``%`` or ER that stands right before an end of block of its code (in ISO
-    code a carriage return may come between). What precedes is leader and may hold any pattern, but
-    not a block of characters: that would be a program whose start is damaged or missing.
+    The start is the first ``%`` or ER right before an end of block of its code (in ISO code a
+    carriage return may come between). Rows before it are leader. The leader may hold any pattern
+    except a block of characters: that would be a program whose start is damaged or missing.
 
     Raises
     ------
     TapeError
         If the tape has no start; the character is the last one read.
     """
-    begin, read = 0, len(rows)  # where the block at work begins; rows read before giving up
+    begin, read = 0, len(rows)  # start of the present block; rows to read before giving up
     for index, row in enumerate(rows):
         code = next((c for c in (ISO, EIA) if row == c.end_of_block), None)
         if code is None:
@@ -198,14 +198,14 @@ def _read_row(code: Code, row: int, block: int, character: int) -> str:
 def decode(rows: bytes) -> tuple[str, Code]:
     """Read punched bytes; return the text, with ``%`` at its start and end, and the code.
 
-    Every row from the start to the end of block of the end word is checked; what precedes and what
-    follows is leader and trailer.
+    Every row from the start to the end of block of the end word is checked; the rows before and
+    after are leader and trailer.
 
     Raises
     ------
     TapeError
-        In the words of the controller's own reader, softcore/firmware/interp/reader.c,
-        with the block and the character where the tape is damaged, has a wrong code, or stops.
+        If the tape is damaged, has a wrong code, or stops; with block and character. The sentences
+        are those of the controller's own reader, softcore/firmware/interp/reader.c.
     """
     code, start = recognise(rows)
     lines, line, block, character = [], "", 1, 0
@@ -236,20 +236,20 @@ def is_punched(path: Path) -> bool:
 
 
 def load(path: Path) -> Tape:
-    """Tape of a file: punched rows as they are, a text punched in ISO code."""
+    """Tape of a file: punched rows unchanged, or a text punched in ISO code."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}.") from error
     if is_punched(path):
-        # A tape with a damaged start is still a tape: the machine's own reader is to refuse it.
+        # A tape with a damaged start is still a tape: the controller's own reader will refuse it.
         code = next((c for row in data for c in CODES.values() if row == c.end_of_block), ISO)
         return Tape(data, code)
     return encode(text_of(path, data))
 
 
 def text_of(path: Path, data: bytes) -> str:
-    """Text of a part program's bytes, without the mark that some editors put before it."""
+    """Text of a part program's bytes, without a byte order mark."""
     if b"\0" in data:
         before = _LINE_END.split(data[:data.index(0)].decode("latin-1"))
         raise TapeError(f"a byte of {path.name} is zero, so that it is no text (UTF-16?); save it "
@@ -258,4 +258,4 @@ def text_of(path: Path, data: bytes) -> str:
     try:
         return data.decode().removeprefix("\ufeff")
     except UnicodeDecodeError:
-        return data.decode("latin-1")   # each byte a character, which only a comment may hold
+        return data.decode("latin-1")   # any byte is a character; only comments may have such

@@ -90,7 +90,7 @@ struct ComparatorParameters {
     double short_level_v = 12.0;
     // Level of the current, which sees what leaks through the fluid as well. [A]
     double current_level_a = 0.5;
-    // Level of a reference pin that is always high, told at the gap, and full scale of the
+    // Gap voltage that a reference pin stands for if it is always high, and full scale of the
     // converter. [V]
     double reference_full_v = 100.0;
     // Time constant of the filter behind each reference pin. [µs]
@@ -108,7 +108,7 @@ struct SideParameters {
     double contactor_ms = 20.0;
     // Place of every axis's lower limit switch, from where the axis started. [mm]
     double limit_low_mm = -300.0;
-    // Place of the upper one. [mm]
+    // Place of the upper limit switch. [mm]
     double limit_high_mm = 300.0;
 };
 
@@ -123,17 +123,17 @@ struct GapParameters {
     // A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's
     // resistivity, to this power; never by less than 1.
     double ignition_conductivity = 0.3;
-    // Law of the delay: 0 exponential, 1 a mixture of two Weibull laws.
+    // Distribution of the delay: 0 exponential, 1 a mixture of two Weibull distributions.
     double ignition_law = 0.0;
-    // Gap at which one Weibull law passes into the other. [µm]
+    // Gap in the middle between the two Weibull distributions. [µm]
     double weibull_gap_um = 30.0;
-    // Width of gap over which it passes. [µm]
+    // Width of gap over which one distribution changes into the other. [µm]
     double weibull_width_um = 4.0;
-    // Shape of the Weibull law of a narrow gap.
+    // Weibull shape of a narrow gap.
     double weibull_narrow_shape = 0.8;
-    // Shape of the Weibull law of a wide gap.
+    // Weibull shape of a wide gap.
     double weibull_wide_shape = 1.6;
-    // Time from the begin of a pulse in which nothing ignites, but for arcs. [µs]
+    // Time from the start of a pulse in which nothing ignites, except arcs. [µs]
     double formative_us = 0.5;
     // Gap below which electrode and workpiece touch. [µm]
     double contact_um = 2.0;
@@ -154,16 +154,16 @@ struct GapParameters {
     // Mean delay of ignition is (this g² + `delay_linear_us` g + `delay_constant_us`) / ln 2 at a
     // gap g in µm that faces half of the wire's surface. [µs/µm²]
     double delay_square_us = 0.48;
-    // Its linear part. [µs/µm]
+    // Linear coefficient of that delay. [µs/µm]
     double delay_linear_us = -3.69;
-    // Its constant part. [µs]
+    // Constant term of that delay. [µs]
     double delay_constant_us = 14.05;
     // Gap below which the mean delay stays the same. [µm]
     double delay_least_um = 3.84;
     // Gap across which nothing ignites any more. [µm]
     double reach_um = 80.0;
-    // Where the gap is so much wider than at its narrowest place, discharges are e times rarer; 0:
-    // there are none but at the narrowest place. [µm]
+    // Discharges are e times rarer for each such increase of the gap over its narrowest place; 0:
+    // they occur at the narrowest place only. [µm]
     double engagement_um = 4.0;
 };
 
@@ -196,21 +196,21 @@ struct DebrisParameters {
     double flow_mm3_s = 3.0;
     // Gap below which the flow goes with the cube of the width. [µm]
     double flow_gap_um = 25.0;
-    // The flow is e times less for debris of 1 / this.
+    // The flow is e times less for debris of 1 over this number.
     double flow_debris = 3.0;
     // The flow drifts: standard deviation of its logarithm.
     double flow_spread = 0.0;
     // Time for which the flow is much the same, before it is speeded up. [s]
     double flow_time_s = 5.0;
-    // Debris beyond which a gap of no width is shorted.
+    // Debris beyond which a gap of width 0 is shorted.
     double clog_least = 0.3;
-    // So much more debris is needed for that with each µm of gap. [1/µm]
+    // Increase of that debris for each µm of gap. [1/µm]
     double clog_per_um = 0.02;
     // Debris beyond which a gap of any width is shorted.
     double clog_most = 0.95;
-    // Rate of other shorts in a gap of no width. [1/µs]
+    // Rate of other shorts in a gap of width 0. [1/µs]
     double random_short_per_us = 0.001;
-    // Gap from which on there are none. [µm]
+    // Gap from which on there are no such shorts. [µm]
     double random_short_um = 40.0;
     // How long such a short lasts. [µs]
     double random_short_us = 100.0;
@@ -219,11 +219,11 @@ struct DebrisParameters {
 struct WireParameters {
     // Diameter. [mm]
     double diameter_mm = 0.2;
-    // Length of the discharges for which the table of craters is; others go by their energy. [µs]
+    // Discharge duration for which the table of craters holds; others are scaled by energy. [µs]
     double crater_us = 3.0;
-    // The wire bends away from the discharges, so far for each ampere of mean current. [µm/A]
+    // Bending of the wire, away from the discharges, for each ampere of mean current. [µm/A]
     double deflection_um_a = 0.5;
-    // Time constant of that. [ms]
+    // Time constant of the bending. [ms]
     double deflection_ms = 5.0;
     // Mean current of good discharges and arcs at which the wire breaks (0: never); the third drive
     // then reports a fault. [A]
@@ -240,7 +240,7 @@ struct WorkpieceParameters {
     // X of the wire when the program starts, from the workpiece's zero, which is the program's.
     // [mm]
     double start_x_mm = 0.0;
-    // Y of the same. [mm]
+    // Y of the wire when the program starts. [mm]
     double start_y_mm = 0.0;
 };
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Basic data of the roughing planner: the files that are shipped, and files that are refused."""
+"""Basic data of the roughing planner: the shipped files, and files that are refused."""
 
 import re
 from itertools import pairwise

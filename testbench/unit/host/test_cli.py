@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: what it says, what it writes, and its exit status; never a traceback."""
+"""The command line: its messages, its files and its exit status; never a traceback."""
 
 import json
 import os
@@ -95,7 +95,7 @@ def test_unknown_board_is_refused_with_the_known_ones():
     ("KeyboardInterrupt",          "gapkeeper: interrupted.\n"),
 ])
 def test_a_build_that_ends_half_way_warns_of_nothing(failure, message):
-    """All gateware that was made and not yet built in: Amaranth would warn of each block."""
+    """Amaranth would warn of every block of gateware that was made and not yet used."""
     script = ("import sys\n"
               "from host import cli\n"
               "from softcore import top\n"
@@ -247,7 +247,7 @@ def test_a_line_by_hand_that_is_none_is_usage_of_a_check(program, line, message)
 
 
 def test_a_mark_of_the_byte_order_is_no_character(program, workdir):
-    """Windows' editor puts one before every text."""
+    """Windows' editor begins every text with one."""
     punched = [workdir / name for name in ("plain.ptp", "marked.ptp")]
     assert gapkeeper("tape", "encode", "-o", punched[0], program).returncode == 0
     program.write_bytes(b"\xef\xbb\xbf" + program.read_bytes())
@@ -309,7 +309,7 @@ def test_a_text_that_cannot_be_punched_is_a_rejected_run(workdir):
 
 
 def test_a_fault_of_the_program_is_no_traceback(workdir):
-    """A folder where a file is wanted is caught; this one is not a file of machine tables."""
+    """A file that is no machine's file is refused."""
     machine = workdir / "odd.toml"
     machine.write_text("clock_hz = 'fast'\n")
     program = workdir / "p.nc"
@@ -387,7 +387,7 @@ def run_text(workdir, text, *options):
 
 
 def test_a_run_stops_at_its_time(workdir):
-    """Within a poll of 10 ms, and at rest."""
+    """The run ends within a poll of 10 ms, with the axes at rest."""
     text = "%\nG21 G90 G94\nG01 Z0.05 F6\nM02\n"
     result, summary, _, trace = run_text(workdir, text, "--until", 0.35)
     assert (result.returncode, summary["outcome"]) == (0, "stopped")
@@ -417,7 +417,7 @@ def test_depth_and_trace_keep_the_frame_in_which_the_program_began(workdir):
 
 @pytest.mark.parametrize("options", [[], ["--mdi", "G92 Z5.1"]])
 def test_an_electrode_pushed_into_solid_work_is_told(workdir, options):
-    """Machining is not on: nothing sparks, nothing gives way. Contact is an alarm."""
+    """Machining is off, so nothing is removed. Contact is an alarm."""
     height = 4.8 if options else -0.2
     result, summary, events, trace = run_text(
         workdir, f"%\nG90\nG01 Z{height} F600\nM02\n", *options)

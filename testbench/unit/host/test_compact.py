@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Short event lines: what the firmware says of short blocks, and what the host makes of it."""
+"""Compact events: the firmware's lines for short blocks, and the host's expansion of them."""
 
 import random
 from itertools import pairwise
@@ -13,7 +13,7 @@ NUMBERS = (24, 6, 12, 12, 12)   # bits of clock, line and place
 
 
 def short(numbers, text):
-    """A short line, from the words of softcore/firmware/link/output.h."""
+    """A compact event, written by the rules of softcore/firmware/link/output.h."""
     digits = [chr(ord("0") + (number >> shift & 63)) for number, bits in
               zip(numbers, NUMBERS, strict=True)
               for shift in range(bits - 6, -1, -6)]
@@ -55,7 +55,7 @@ def test_what_is_no_event_stays_as_it_is():
 
 
 def machine_lines(machine, rows):
-    """What the firmware says on a tape, as it comes over the line."""
+    """Lines of the firmware on a tape, as they come over the line."""
     came, inner = [], machine._full
     machine._full = lambda line: came.append(line) or inner(line)
     machine.unlock()

@@ -92,7 +92,7 @@ TAPE = encode("%\nG01 Z-1\nM02\n")
 
 
 class Simulated(Pipe):
-    """The model of the controller, as a simulated machine that moves when it is told."""
+    """The model of the controller as a simulated machine; the test moves it."""
 
     clock_hz = 2_000_000
 
@@ -122,7 +122,7 @@ class Simulated(Pipe):
 
 
 def ended_by(*lines):
-    """A machine that says ``lines`` when the tape has come."""
+    """A machine that sends ``lines`` when the tape has come."""
     def finish(controller):
         for line in lines:
             controller.say(line)

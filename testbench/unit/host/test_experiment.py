@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment fluid``: its figures on traces made up, its table, its refusals."""
+"""``gapkeeper experiment fluid``: its figures on invented traces, its table, its refusals."""
 
 import json
 import os
@@ -28,14 +28,14 @@ from host.machines import machine
 from rtl.motion.retraction import State
 
 SMALL = machine.load("small")
-# What `small` has of its own.
+# Values of the machine `small`.
 OWN = {"gap.area_mm2", "gap.fluid_ohm_cm", "removal_scale"}
 
 
 def made_up(seconds=4.0, begin=1.0):
-    """A trace: 100 um of gap until ``begin``; from there discharges, at 30 or 34 um in turn.
+    """A trace: 100 um of gap until ``begin``; then discharges, at 30 and 34 um in turn.
 
-    The bottom sinks 0.1 mm a second. From 2.2 s to 2.4 s the machine retracts, the gap being wide.
+    The bottom sinks 0.1 mm a second. From 2.2 s to 2.4 s the machine retracts and the gap is wide.
     """
     t = np.arange(0, seconds, 1e-3)
     burning = t >= begin
@@ -134,7 +134,7 @@ def test_plot_is_drawn(workdir):
 
 
 def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
-    # With runs made up: only how they are put down is tested here.
+    # With invented runs: these tests check only the output.
     monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(experiment, "_runs", lambda seeds, tell: [
         (tell(one), one)[1] for one in RUNS])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment removal``: its figures on walls made up, its table, a short run of it."""
+"""``gapkeeper experiment removal``: its figures on invented walls, its table, a short run of it."""
 
 import json
 
@@ -40,8 +40,9 @@ PLAN = Plan(WAY, 20.0, 2.0)
 def made_up(ratio=1.5, step_um=2.0, begin=0.5):
     """A wall cut at 0.2 mm/s: trace, and plan.
 
-    0.04 mm3/s, ``ratio`` times it from where the wire meets the step on; the surface ``step_um``
-    higher behind it; 2000 discharges a second; a retraction of 0.1 mm in 0.2 s from X 0.7 on.
+    The removal is 0.04 mm3/s, and ``ratio`` times as much from the step on. Behind the step the
+    surface is ``step_um`` higher. There are 2000 discharges a second, and a retraction of 0.1 mm
+    in 0.2 s from X 0.7 on.
     """
     t = np.arange(0, 6.2, 1e-3)
     place = np.clip((t - begin) * 0.2, 0, 0.7)
@@ -143,7 +144,7 @@ def test_the_best_gain_is_that_of_least_variation():
     tried[0] = {"wall": "step", "mode": "P3", "seed": 1, "gain": 2.0, "outcome": "alarm"}
     assert mean_variations(tried) == {0.5: 20, 1.0: 17.5, 2.0: None}
     assert best_gain(mean_variations(tried)) == 1.0
-    with pytest.raises(UserError, match="none of its gains"):
+    with pytest.raises(UserError, match="with any of its gains"):
         best_gain(mean_variations(tried[:1]))
 
 
@@ -185,7 +186,7 @@ def test_plot_is_drawn(workdir):
 
 
 def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
-    # With runs made up: only what is run, and how it is put down, is tested here.
+    # With invented runs: these tests check only the choice of runs and the output.
     asked = []
 
     def made_up_runs(function, trials, tell):

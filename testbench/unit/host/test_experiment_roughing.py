@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper experiment roughing``: its figures on runs made up, its table, its two tapes."""
+"""``gapkeeper experiment roughing``: its figures on invented runs, its table, its two tapes."""
 
 import json
 import re
@@ -146,7 +146,7 @@ def test_sentences_compare_seeds_that_ended_in_both_arms():
 
 
 def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
-    # With runs made up: only how they are put down is tested here.
+    # With invented runs: these tests check only the output.
     monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(experiment, "in_parallel", lambda function, trials, tell: [
         (tell(one), one)[1] for one in RUNS])

@@ -34,7 +34,7 @@ def never():
 
 
 def talk(controller, **options):
-    """A link whose greeting has been heard, and what it hears from then on."""
+    """A link that has got its greeting, and the lines that come from then on."""
     heard = []
     link = Link(Pipe(controller, **options), heard.append)
     if controller.out:
@@ -57,7 +57,7 @@ def test_frame_is_length_sequence_payload_and_crc():
 
 
 def test_stuffed_bytes_are_never_what_means_something_by_itself():
-    """All bytes come through, and none of them is sent that begins a frame or acts at once."""
+    """All bytes come through, and no byte is sent that begins a frame or acts at once."""
     data = bytes(range(256))
     sent = stuffed(data)
     assert unstuffed(sent) == data
@@ -139,7 +139,7 @@ def test_lines_are_answered_and_the_rest_is_heard():
 
 
 def test_what_is_no_line_is_not_sent():
-    """Not even as something that looks like it: a `?` for a letter would ask for a status."""
+    """Not even with a replacement: a `?` in place of a letter would ask for a status."""
     controller = Controller()
     link, _ = talk(controller)
     for line in ("GÄ", "G00 X1?", "X1\nX2", ""):
@@ -158,7 +158,7 @@ def test_no_answer_is_an_error():
 
 
 def test_a_line_may_take_as_long_as_the_machine_is_at_it():
-    """It is sent again meanwhile, which does nothing."""
+    """The line is sent again meanwhile, without effect."""
     def script(controller, line):
         controller.due = link.pipe.now + 7
         return ""
@@ -203,7 +203,7 @@ def test_no_line_is_lost_or_carried_out_twice_over_a_bad_cable(rng, share):
 
 
 def test_a_line_whose_end_is_lost_is_taken_when_it_comes_again():
-    """What is sent again ends what the line has left behind."""
+    """The repetition begins with a line end, which ends the damaged line."""
     written = []
 
     def noise(direction, data):
@@ -395,7 +395,7 @@ def test_realtime_bytes_are_sent_alone():
                                  b"\x06"])
 @pytest.mark.parametrize("waiting", ["command", "status", "await_greeting", "send_tape"])
 def test_a_held_processor_is_told_by_all_that_waits_for_it(waiting, cut):
-    """At once, whatever line it came in the middle of, and with the status of an alarm."""
+    """It ends the run at once, within any line, with the exit status of an alarm."""
     calls = {"command": ("G90",), "send_tape": (b"rows", never)}
     controller = Controller()
     link, heard = talk(controller)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller that lives behind a line, a run at a port, and any client.
+"""A controller that runs behind a line, a run at a port, and any client.
 
-The controller is the firmware compiled for this computer, alive in a thread behind TCP.
+The controller is the firmware compiled for this computer, in a thread behind TCP.
 """
 
 import random
@@ -31,7 +31,7 @@ ANSWER = re.compile(r"ok|error:\d+.*")
 
 
 class Machinery(Firmware):
-    """The firmware on this computer as what lives behind a line."""
+    """The firmware on this computer, as the machine behind a line."""
 
     byte_s = 1e-5
 
@@ -44,7 +44,7 @@ class Machinery(Firmware):
 
 
 class Still:
-    """A machine that says nothing and whose time passes; what it is given is kept."""
+    """A machine that sends nothing and whose time passes; it keeps the bytes that it gets."""
 
     byte_s = STEP_S / 20
 
@@ -70,7 +70,7 @@ class Still:
 
 
 class Quiet:
-    """A line on which ``waits`` counts what was slept."""
+    """A line that records the waiting times in ``waits``."""
 
     url, gone = "none", 0
 
@@ -130,7 +130,7 @@ def test_a_machine_keeps_to_real_time():
 
 
 def test_a_client_that_never_pauses_cannot_drive_the_machine_ahead():
-    """To wait for a client that sends takes no time: then real time is waited for."""
+    """Waiting for a client that sends takes no time, so the machine must wait for real time."""
     machine, line, now = Still(), Quiet(), [0.0]
 
     def sleep(seconds):
@@ -181,7 +181,7 @@ def test_the_button_is_pressed_and_let_go():
 # ---- who is there
 
 def answering(answers):
-    """A TCP port at which ``answers(bytes)`` says what the other end answers."""
+    """A TCP port whose other end answers with ``answers(bytes)``."""
     class Other:
         url = "socket://other:1"
         now = 0.0
@@ -297,7 +297,7 @@ def plain(events):
 
 
 def test_a_run_at_a_port_tells_what_a_run_in_simulation_tells():
-    """On the model of the hardware nothing is random: all but the time is the same."""
+    """The model of the hardware has nothing random: all but the times is the same."""
     machine = Machinery()
     here = Run(MACHINE, encode(PROGRAM), machine)
     here.execute()
@@ -416,7 +416,7 @@ WORDS = [MOVE, MOVE, MOVE, MOVE, "$X", "$#", "$L", "$$", "G21", "(a comment)", "
 
 @pytest.mark.parametrize("left", ["G91 G01 F600 X1", "G91 G01 F600 X", "\x02\x05\x01AB"])
 def test_the_next_client_completes_nothing_that_one_has_left(left):
-    """A sender for grbl begins by a line's end: of half a motion it would make a motion."""
+    """A sender for grbl begins with a line end, which would complete half a motion's line."""
     machine = firmware()
     with serving(machine) as (url, _):
         client = Client(Port(url))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Machine files: what they give, and what of them is refused."""
+"""Machine files: their values, and the refusals."""
 
 import re
 import tomllib
@@ -26,13 +26,13 @@ UNITS = {
 
 
 def plain(names):
-    """Names of numbers, without those that the steps of a stock have."""
+    """Names of numbers, without those of the steps of a stock."""
     return {name for name in names if not re.match(r"stock\.(at_mm|width_um)_\d+$", name)}
 
 
 @pytest.mark.parametrize("kind", MACHINES)
 def test_the_model_of_a_file_has_what_the_plant_has(kind):
-    """Every number in the plant's name for it, with bounds, a meaning, and the unit of its name."""
+    """Every number has the plant's name, bounds, a meaning, and the unit that its name says."""
     found = dict(entries(MACHINES[kind]))
     assert found.keys() - {"settings"} == plain(name for name, _ in parameters(load(kind).tables))
     for name, field in found.items():

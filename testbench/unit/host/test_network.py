@@ -60,14 +60,14 @@ def test_samples_that_contradict_each_other_are_not_learned():
 
 
 def test_an_input_that_the_first_two_tell_already_is_no_harm():
-    """Two samples that differ in the area and in the third input: which of them it was is open."""
+    """Two samples that differ in the area and in the third input: the cause is ambiguous."""
     network = train([(50, 10, 5, 80), (100, 10, 6, 90)], 1)
     assert network.converged
     assert network.infer((75, 10, 5.5)) == pytest.approx(85, abs=0.5)
 
 
 def test_the_proof_of_monotony_agrees_with_slopes_that_are_measured():
-    """Whatever is proved holds on a fine mesh; and most of what holds is proved."""
+    """Every proved network is monotone on a fine mesh; and most monotone ones are proved."""
     draw, proved, holds = random.Random(11), 0, 0
     for _ in range(150):
         bend = draw.uniform(0, 4)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ports and the lines behind them: opening, losing, being in use, being turned away."""
+"""Ports and the lines behind them: opening, loss, ports in use, clients turned away."""
 
 import re
 import socket
@@ -100,7 +100,7 @@ def test_a_line_has_one_client_at_a_time():
 
 
 def test_a_client_may_come_back_at_once():
-    """Its going and its coming are seen in whatever order."""
+    """The events that it goes and that it comes may be seen in either order."""
     said = []
     line = Tcp("127.0.0.1", 0, said.append)
     for number in range(20):

@@ -137,7 +137,7 @@ def test_a_close_up_tells_what_happened(cause, numbers, story):
 @pytest.mark.parametrize(("cause", "shown"), [("short", "0.5000"), ("operator", "0.5000"),
                                               ("jump", "\u2013")])
 def test_a_jump_is_not_under_the_retractable_limit(cause, shown):
-    """It has a way of its own, which events do not tell."""
+    """A jump has its own distance, which events do not give."""
     html = page(events=[*EVENTS[:2], EVENTS[2] | {"cause": cause}, *EVENTS[3:7]])
     cells = re.findall(r'<td class="n">(.*?)</td>', html.split("<tbody>")[1])
     assert cells[4:6] == ["0.3000", shown]
@@ -156,7 +156,7 @@ def test_discharges_are_the_pulses_that_discharged(pulses, told):
 
 
 def rules(html, medium):
-    """What the page's style says of a medium, by selector."""
+    """Rules of the page's style for a medium, by selector."""
     inside = html.split(f"@media {medium}", 1)[1].split("\n  }\n", 1)[0]
     return dict(re.findall(r"([.\w][^{}]*?) \{([^{}]*)\}", inside.split("{", 1)[1]))
 
@@ -181,7 +181,7 @@ def test_a_run_at_one_height_is_drawn():
 
 
 def test_a_shifted_frame_does_not_shift_the_drawing():
-    """Events are told in the program's frame; what is drawn has one frame only."""
+    """Events are in the program's frame; the plots have one frame only."""
     def drawn(shift):
         events = [event | {"pos": {"x": 0.0, "y": 0.0, "z": event["pos"]["z"] + shift}}
                   for event in EVENTS]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper plan``: the program it writes, by the firmware's own reader, and what it says."""
+"""``gapkeeper plan``: its program, read by the firmware's own reader, and its output."""
 
 import inspect
 import math
@@ -45,7 +45,7 @@ def checker():
 
 
 def made(*steps, parts=1):
-    """A staircase of these steps; nothing else of it matters for a program."""
+    """A staircase of these steps; a program needs nothing else of it."""
     job = Job(70, 110, steps[-1][1] / 1000, steps=parts)
     return Staircase(job, 110, 6.2, steps[-1][0], 107.8, tuple(Step(*one) for one in steps), 30,
                      25, ())
@@ -158,7 +158,7 @@ def test_parts_of_an_ip_have_rows_of_their_own():
 @pytest.mark.parametrize("series", [False, True])
 @pytest.mark.parametrize("parts", range(2, 21))
 def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, parts, series):
-    """With the setting that it names, and not without; every level that the gateware has."""
+    """It needs the setting that it names; it uses every level that the gateware has."""
     setting = assign("current_step_ma", round(1500 / parts))
     number, value = setting[1:].split("=")
     ends = [(20, 16, 12, 8, 4), (19, 15, 11, 7, 3), (18, 14, 10, 6, 2), (17, 13, 9, 5, 1)]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The host against the firmware itself, compiled for this computer: both ends of one link.
 
-The machine below the firmware is a model that follows the path at once and knows no time; what is
-checked here is that the two understand each other, byte by byte.
+The machine below the firmware is a model that follows the path at once and has no time. The tests
+check that both ends understand each other, byte by byte.
 """
 
 import ctypes
@@ -121,7 +121,7 @@ def test_broken_tape_ends_the_run_as_it_should(name):
     machine = Firmware()
     encoded = encode("M02")
     job = Run(MACHINE, type(encoded)(tape.rows, encoded.code), machine)
-    # Whether a move before the damage has begun when the damage is read is a matter of time.
+    # It depends on time whether a move before the damage has begun when the damage is read.
     outcome = job.execute()
     moved = any(machine.positions().values())
     assert outcome == ("alarm" if moved else "rejected")
@@ -135,7 +135,7 @@ def test_broken_tape_ends_the_run_as_it_should(name):
 @pytest.mark.parametrize(("height", "outcome", "path"), [("0.05", "rejected", 0),
                                                          ("0.0501", "alarm", 1)])
 def test_a_single_pulse_of_motion_tells_an_alarm_from_a_rejected_tape(height, outcome, path):
-    """The machine stands at Z 0.05: going there is a block of motion that moves nothing."""
+    """The machine stands at Z 0.05: a block to that place moves nothing."""
     job, machine = run(f"G90\nG00 Z{height}\nG04 P10\nB2\nM02")
     assert (job.outcome, machine.front()) == (outcome, path)
 
@@ -180,7 +180,7 @@ def test_an_unknown_setting_of_a_machine_is_named():
 
 
 def test_the_longest_line_is_what_the_controller_takes():
-    """One character more, and it refuses the line, as often as it is sent."""
+    """With one more character it refuses the line, however often it is sent."""
     comment = f"({'A' * (LONGEST_LINE - 2)})"
     job, _ = run("M02", mdi=[comment])
     assert job.outcome == "end"

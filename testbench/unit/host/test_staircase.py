@@ -86,7 +86,7 @@ def jobs(seed, count):
 
 
 def interpolated(found, near):
-    """Current, undersize and depths of a staircase as the interpolation alone has them."""
+    """Current, undersize and depths of a staircase by the interpolation alone."""
     job, x = found.job, found.undersize_um
     current = min(current_cell(near, job.area_mm2, job.depth_mm, x).between, 15)
     needed = min(undersize_cell(near, job.area_mm2, job.depth_mm, found.alpha).between, x)
@@ -95,7 +95,7 @@ def interpolated(found, near):
 
 
 def test_the_answer_stays_by_the_interpolation():
-    """All the way, over random jobs and seeds; every staircase is monotone, and proved to be."""
+    """Complete plans over random jobs and seeds; every staircase is monotone, with proof."""
     compared = stood_in = 0
     for job, seed in jobs(1, 60):
         found = plan(DATA, job, seed)
@@ -115,7 +115,7 @@ def test_the_answer_stays_by_the_interpolation():
 
 
 def test_a_depth_by_a_beta_that_departs_is_interpolated_and_told():
-    """By its network it was 22 um where the interpolation has 9."""
+    """The network gave 22 um where the interpolation gives 9."""
     job = Job(338.98, 156.2, 11.244, steps=10)
     seed = next(seed for one, seed in jobs(4, 300) if one == job)
     found = plan(DATA, job, seed)
@@ -144,7 +144,7 @@ def test_a_current_of_fine_steps_that_departs_is_interpolated_and_told():
 
 
 def test_no_step_needs_more_than_the_last():
-    """What the patent is after: at the end of each step the cavity is no wider than at the end."""
+    """The patent's aim: no step makes the cavity wider than the last step does."""
     for job, seed in jobs(2, 30):
         found, near = plan(DATA, job, seed), pair(job)
         for step in found.steps:
@@ -162,7 +162,7 @@ def test_a_staircase_can_be_repeated_and_a_seed_changes_little():
 
 
 def test_a_current_that_would_reach_no_less_deep_is_left_out():
-    """With fine steps, where the networks of two of them learn from other rows of the data."""
+    """With fine steps, of which two have networks that learn from other rows of the data."""
     data = [basic(area, (2, 6, 10, 14)) for area in (50.0, 100.0)]
     found = plan(data, Job(70, 110, 15, steps=20))
     levels = [round(step.ip * 20) for step in reversed(found.steps)]
@@ -183,7 +183,7 @@ def test_neighbours_are_eight_samples_on_either_side():
 
 
 def test_currents_are_chosen_depth_by_depth():
-    """Where the cavity widens much with the depth, the two depths have no current in common."""
+    """If the cavity widens much with the depth, the two depths have no common current."""
     steep = [basic(area, range(1, 16), (0, 5, 30), lambda area, ip, depth:
                    20 + 5 * ip + (0.2 + 0.3 * ip) * depth) for area in (50.0, 100.0)]
     cell = current_cell(steep, 70, 10, 90)
@@ -194,7 +194,7 @@ def test_currents_are_chosen_depth_by_depth():
 
 
 def test_a_value_that_the_data_hold_is_given_back():
-    """Area, depth and undersize of a row: its current, and no step less for rounding."""
+    """Area, depth and undersize of a row give its current, not a step less by rounding."""
     for one in DATA[1:4]:
         for row in (3, 7, 11):
             job = Job(one.area_mm2, one.undersize_um[row][8], one.depth_mm[8])
@@ -238,7 +238,7 @@ def test_jobs_outside_of_the_data_are_refused(job, why):
 
 
 def test_the_last_step_ends_at_the_programmed_depth():
-    """To the micrometre, whatever single or double precision make of it in mm."""
+    """The depth is exact to 1 um, whatever rounding single or double precision cause in mm."""
     draw = random.Random(9)
     for depth_um in (1, 500, 2203, 4_035, 39_999, *(draw.randrange(1, 40_000) for _ in range(12))):
         found = plan(DATA, Job(70, 160, depth_um / 1000))
@@ -341,7 +341,7 @@ def test_the_least_current_is_used_where_its_undersize_is_just_enough():
 
 
 def test_depths_are_rounded_down():
-    """To 1 um, and a thousandth is granted."""
+    """Depths are rounded down to 1 um, with a tolerance of a thousandth."""
     rests = []
     for job, seed in jobs(3, 10):
         found = plan(DATA, job, seed)
