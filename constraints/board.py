@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board must offer, and what is said of one.
+"""Requirements for a board, and its description.
 
 A board is an Amaranth platform with a resource for each of ``PADS`` (or for ``CHAIN`` in place of
-those of ``CHAINED``), under the pad's name, and a ``Board`` that tells how to build for it. Where
-a pin must be inverted so that its wire is active-high, or so that a broken wire is a fault, the
-resource says so (``PinsN``).
+those of ``CHAINED``), under the pad's name, and a ``Board`` with the data of its builds. If a pin
+must be inverted so that its wire is active-high, or so that a broken wire is a fault, the resource
+says so (``PinsN``).
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ AXES = 3
 class Pad:
     """A signal that leaves the device: ``direction`` is ``"i"`` or ``"o"``, ``width`` its pins.
 
-    ``doc`` says what it is, in a sentence; ``docs/reference/pins.md`` has it.
+    ``doc`` describes it in a sentence, for ``docs/reference/pins.md``.
     """
 
     name: str
@@ -86,9 +86,9 @@ class Board:
     Members
     -------
     name : str
-        What ``gapkeeper build`` calls it.
+        Its name for ``gapkeeper build``.
     title : str
-        What its maker calls it.
+        Its maker's name for it.
     platform : callable
         Makes its Amaranth platform.
     clock_hz : int
@@ -96,8 +96,7 @@ class Board:
     memory_size : int
         Bytes of block RAM for the processor.
     arm_strapped : bool
-        The discharge needs no press of the button ``arm``: whoever builds the machine so has said
-        that no hand at it is wanted.
+        The discharge needs no press of the button ``arm``, as the machine's builder has decided.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
     """

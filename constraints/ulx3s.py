@@ -11,13 +11,13 @@ and sensing off, the drives disabled and steps away. The shift registers come up
 output enable must be wired to ``drive_enable`` (inverted), which has such a resistor. ``tx`` has
 the USB chip's pull-up: idle. The lamp ``safe`` is then dark.
 
-**With a broken wire** an input falls to its own pull-down, which for all that guard the machine
-means a fault: they are closed contacts, or outputs that say "good", to 3.3 V. The voltage
-comparators are high above their level, so that a lost gap is a short and the electrode draws back;
-that of the current is high while none flows, so that a lost one is a gate that does not let go.
-An encoder that falls silent is found by the following error, a lost FIN by its time-out.
+**With a broken wire** an input falls to its own pull-down. For every input that guards the machine
+this is a fault: such inputs are closed contacts, or outputs that say "good", to 3.3 V. The voltage
+comparators are high above their level, so that a broken wire is a short and the electrode retracts.
+The current comparator is high while no current flows, so that a broken wire is a stuck gate. The
+supervision finds a silent encoder, a time-out a lost FIN.
 
-**The way back** that the firmware remembers is 8190 lines or 4095 arcs with the 304 KB of the 85F,
+**The path back** that the firmware remembers is 8190 lines or 4095 arcs with the 304 KB of the 85F,
 510 lines or 255 arcs with the 184 KB of the 45F. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.

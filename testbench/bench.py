@@ -66,8 +66,8 @@ def _run(native, tape, *, until_s=None):
 def simulation_speed():
     """Rows on the speed of the whole simulated system, and of its netlist alone on the same inputs.
 
-    So the netlist does the same work in both, with the processor asleep and awake alike. The best
-    of some rounds counts: what else runs on the computer can only make one slower.
+    So the netlist does the same work in both, whether the processor sleeps or not. The best of some
+    rounds counts: other programs on the computer can only make a round slower.
     """
     tape = load(TAPES / "sink_shallow_deep.nc")
     whole, bare = [], []
@@ -85,7 +85,7 @@ def simulation_speed():
 
 
 def environment():
-    """Row on what a step of the environment costs over the native run of the same clocks."""
+    """Row on the cost of a step of the environment over a native run of the same clocks."""
     found = [step_cost(STUDIED) for _ in range(ROUNDS)]
     assert all(one == other for one, other in (cost.ends for cost in found))
     least = min(found, key=lambda cost: cost.environment_s / cost.native_s)
@@ -129,14 +129,14 @@ def short_blocks():
 
 
 def path_pulses():
-    """Rows on how close path pulses come to each other at the highest speed."""
+    """Rows on the least distance between path pulses at the highest speed."""
     for way in WAYS:
         mean, least = clocks_a_pulse(way)
         yield f"path pulses at the highest speed, {way}", f"{mean:.4f} clocks, least {least}"
 
 
 def _memory(sources):
-    """Bytes of code and constants, and of data, that firmware takes."""
+    """Bytes of code and constants, and of data, of the firmware."""
     with (tempfile.TemporaryDirectory() as place, patch.object(image, "SOURCES", sources),
           patch.object(image, "BUILD", Path(place))):
         made = image.target_image()
@@ -152,7 +152,7 @@ def _memory(sources):
 
 
 def planning():
-    """Rows on roughing planned by the controller: its clocks, and what of the memory it takes."""
+    """Rows on roughing planned by the controller: its clocks, and its memory."""
     data = read_all("copper", "steel")[1:3]
     for undersize_um in (110, 150):
         with _native() as native:
@@ -169,7 +169,7 @@ def planning():
 
 
 def reaction_times():
-    """Rows on the clocks from the sample that completes a short to what follows it."""
+    """Rows on the reaction to a short, in clocks from the sample that completes it."""
     for speed, shorts in reaction.SPEEDS:
         with _native() as native:
             found = reaction.at_speed(native, speed, shorts)["reactions"]

@@ -18,10 +18,10 @@ BUFFER = 4096
 class Cable:
     """Firmware and model machine; every pass of the main loop counts 1000 clocks.
 
-    Of the bytes to the controller one in ``every`` is harmed: a bit or some are turned over, it is
-    lost, comes twice or has no stop bit. Of those that are bent a part becomes a real-time byte,
-    more often than chance would have it. ``hits`` counts by kind, ``became`` those that were bent
-    by the byte that came, ``sent`` all bytes.
+    One byte in ``every`` to the controller is damaged: one or more bits are inverted, it is lost,
+    comes twice or has no stop bit. A byte with inverted bits becomes a real-time byte more often
+    than by chance. ``hits`` counts damaged bytes by kind, ``became`` those with inverted bits by
+    the byte received, ``sent`` all bytes.
     """
 
     CLOCK_HZ = 2_000_000
@@ -40,11 +40,11 @@ class Cable:
         self._next = self._gap()
 
     def _gap(self):
-        """Bytes up to the next that is harmed."""
+        """Number of bytes up to the next damaged one."""
         return int(self.rng.expovariate(1 / self.every)) if self.every else 1 << 60
 
     def write(self, data: bytes) -> None:
-        """Send bytes, some of them harmed."""
+        """Send bytes, some of them damaged."""
         begin = 0
         while self._next < len(data) - begin:
             at = begin + self._next
@@ -74,7 +74,7 @@ class Cable:
             self.library.gk_send_broken()
 
     def read(self, timeout_s: float) -> bytes:
-        """Let time go by until something is said."""
+        """Run until the firmware sends something."""
         for _ in range(max(1, round(timeout_s / self.PASS_S))):
             self.library.gk_pass(1)
             self.passes += 1

@@ -37,7 +37,7 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
-    """Note what the process has taken before a test's first fixture."""
+    """Note the CPU seconds of the process before a test's first fixture."""
     item.stash[BEGAN] = seconds.cpu_s()
     return (yield)
 
@@ -82,7 +82,7 @@ def workdir(request) -> Path:
 
 @pytest.fixture
 def idle_simulation() -> Simulation:
-    """A simulation that nothing is asked of but to be closed, for tests whose runs are made up."""
+    """A stand-in for a simulation that can only be closed, for tests with invented runs."""
     class Idle(Simulation):
         def __init__(self):
             pass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware on this computer: its checks of tapes, and the whole of it on a model machine."""
+"""The firmware on this computer: its check of tapes, and all of it on a model machine."""
 
 import ctypes
 from binascii import crc_hqx
@@ -21,7 +21,7 @@ BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind")
 
 
 class Record(ctypes.Structure):
-    """What a block would do: ``gk_record`` of host.h."""
+    """Effect of a block: ``gk_record`` of host.h."""
 
     _fields_ = [
         ("line", ctypes.c_uint32),
@@ -39,7 +39,7 @@ class Record(ctypes.Structure):
 
 
 class Segment(ctypes.Structure):
-    """A segment as the gateware gets it: ``gk_segment`` of host.h."""
+    """A segment as written to the gateware: ``gk_segment`` of host.h."""
 
     _fields_ = [
         ("length", ctypes.c_uint32), ("rate", ctypes.c_uint32), ("highest", ctypes.c_uint32),
@@ -77,7 +77,7 @@ class Motion(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Fault:
-    """What the firmware found wrong. ``line`` and ``column`` are 0 where there is none."""
+    """A fault that the firmware found. ``line`` and ``column`` are 0 if it has none."""
 
     code: int
     line: int
@@ -91,7 +91,7 @@ class Fault:
 
 
 def library(sanitize: str = "undefined") -> ctypes.CDLL:
-    """Load the firmware; a violation of C's rules ends the process where the compiler can tell."""
+    """Load the firmware; undefined behaviour that the sanitizer detects ends the process."""
     loaded = ctypes.CDLL(str(host_library(sanitize)))
     loaded.gk_check_forget()
     return loaded
@@ -109,12 +109,12 @@ class Checker:
         self._sentence = ctypes.create_string_buffer(256)
 
     def enter(self, line: str) -> str:
-        """Enter a line by hand; the firmware's objection, or nothing."""
+        """Enter a line by hand; return the firmware's fault, or None."""
         refused = self.library.gk_check_line(line.encode(), self._sentence, 256)
         return self._sentence.value.decode() if refused else ""
 
     def forget(self) -> None:
-        """Take back what was entered by hand."""
+        """Undo all lines entered by hand."""
         self.library.gk_check_forget()
 
     def check(self, tape: bytes, *, tv: bool = False) -> list[Record] | Fault:
@@ -127,7 +127,7 @@ class Checker:
         return self._records[:blocks]
 
     def motions(self, tape: bytes) -> list[Motion] | Fault:
-        """What the machine would do on a tape, with the wire offset; or the first fault."""
+        """Motions of the machine on a tape, with the wire offset; or the first fault."""
         place = (ctypes.c_uint32 * 3)()
         count = self.library.gk_check_motions(bytes(tape), len(tape), self._motions, self.RECORDS,
                                               place, self._sentence, 256)
@@ -137,10 +137,10 @@ class Checker:
 
 
 class Arc:
-    """An arc as the firmware cuts it. The library holds the last one only.
+    """An arc, cut into pieces by the firmware. The library holds only the last one.
 
-    ``directions`` are the tangents at its start and end, 2**-15; ``steps`` the calls that it took
-    to make it ready.
+    ``directions`` are the tangents at its start and end, 2**-15; ``steps`` is the number of calls
+    that were needed to prepare it.
     """
 
     def __init__(self, move: Move, sanitize: str = "undefined"):
@@ -174,7 +174,7 @@ class Controller:
         self.run(100)
 
     def run(self, passes: int = 200) -> list[str]:
-        """Let the main loop run; the lines that came meanwhile."""
+        """Run the main loop; return the lines that came meanwhile."""
         self.library.gk_pass(passes)
         buffer = ctypes.create_string_buffer(65536)
         count = self.library.gk_receive(buffer, len(buffer))
@@ -200,18 +200,18 @@ class Controller:
         self.library.gk_send(bytes(data), len(data))
 
     def line(self, text: str, passes: int = 400) -> list[str]:
-        """Send a line, or the byte ``?``; what came until some passes later."""
+        """Send a line, or the byte ``?``; return the lines of the next passes."""
         self.send(text.encode() + b"\n" * (text != "?"))
         return self.run(passes)
 
     def unlock(self) -> None:
-        """Get ready for programs: unlock, arm by hand, and take the position as it is counted."""
+        """Get ready for programs: unlock, arm by hand, and accept the counted position."""
         assert self.line("$X")[-1] == "ok"
         self.library.gk_arm()
         assert self.line("$POSITION=HERE") == ["ok"]
 
     def tape(self, rows: bytes, *, passes: int = 20_000) -> list[str]:
-        """Send a tape, as fast as it is taken, and let it run; the lines that came."""
+        """Send a tape as fast as it is taken, and run it; return the lines that came."""
         count = len(self.lines)
         self.frame(0, 0)
         sequence = 0
@@ -250,7 +250,7 @@ class Controller:
         raise TimeoutError(f"frame {sequence} was never acknowledged")
 
     def event(self, kind: str, detail: int, first: int = 0, second: int = 0) -> None:
-        """Let the gateware report an event where the machine stands."""
+        """Report an event of the gateware, with the machine's place."""
         self.library.gk_event(KINDS.index(kind), detail, first, second)
 
     def state(self, name: str) -> None:
@@ -262,7 +262,7 @@ class Controller:
         return self.library.gk_bound(BOUNDS.index(name))
 
     def slot(self, number: int) -> Segment:
-        """What the firmware has written into a slot."""
+        """Words that the firmware has written into a slot."""
         words = Segment()
         self.library.gk_slot(number, ctypes.byref(words))
         return words
@@ -274,7 +274,7 @@ class Controller:
 
     @property
     def flags(self) -> set[str]:
-        """What is switched on."""
+        """Names of the outputs that are on."""
         names = ("run", "hold", "discharge", "data", "safe", "held")
         return {name for bit, name in enumerate(names) if self.library.gk_flags() >> bit & 1}
 
@@ -289,14 +289,14 @@ class Controller:
 
     @property
     def power(self) -> dict[str, int]:
-        """What the power supply was told: clocks, IP, steps of voltage."""
+        """Orders to the power supply: clocks, IP, steps of voltage."""
         words = (ctypes.c_uint32 * 6)()
         self.library.gk_power_read(words)
         return dict(zip(("on", "off", "rest", "level", "voltage", "negative"), words, strict=True))
 
     @property
     def gap(self) -> dict[str, object]:
-        """What the gap was told: references in 1/1024, presets, servo in clocks and pulses."""
+        """Settings of the gap: references in 1/1024, presets, servo in clocks and pulses."""
         words = (ctypes.c_uint32 * 12)()
         self.library.gk_gap_read(words)
         names = ("servo", "mode", "period", "step", "convert", "lag_time")
@@ -305,7 +305,7 @@ class Controller:
 
     @property
     def feed_mode(self) -> dict[str, int]:
-        """What the firmware has written for the feed mode: see ``hal_feed_mode``."""
+        """Words of the feed mode that the firmware has written: see ``hal_feed_mode``."""
         words = (ctypes.c_uint32 * 12)()
         self.library.gk_law_read(words)
         names = ("mode", "measure", "unit", "window", "no_load", "voltage", "drop", "least",

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Feed the firmware what nobody would: ``python -m testbench.fuzz --cases 1000 --seed 1``.
+"""Fuzz the firmware with damaged tapes: ``python -m testbench.fuzz --cases 1000 --seed 1``.
 
-Tapes are grown from good ones by damage of text and of punched rows; what takes a way through the
-code that was not taken before is kept and grown further. Now and then the whole firmware gets one,
-together with lines, real-time bytes, broken frames and events at random. The process ends at the
-first violation of C's rules; otherwise with one line of figures.
+Tapes are made from good ones by damage of text and of punched rows. A tape that takes a new way
+through the code is kept and damaged further. Now and then the whole firmware gets a tape, together
+with random lines, real-time bytes, broken frames and events. The process ends at the first
+undefined behaviour that the sanitizer detects; otherwise with one line of figures.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def damaged_rows(rng, rows):
 
 
 def grown(rng, corpus):
-    """A new tape, out of one that was interesting or out of nothing."""
+    """A new tape, made from a kept one or from scratch."""
     if not corpus or rng.random() < 0.2:
         blocks = programs.program(rng, rng.randint(1, 12))
         for _ in range(rng.randrange(3)):
@@ -63,7 +63,7 @@ def grown(rng, corpus):
 
 
 def whole(rng, rows, sanitize):
-    """The whole firmware with a tape and everything that may come between."""
+    """Run the whole firmware on a tape, with random disturbances in between."""
     machine = Controller(sanitize=sanitize, jump_axis=rng.choice((0, 2, 15)))
     if rng.random() < 0.9:
         machine.unlock()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller that lives in a thread of this program, and clients that connect to it."""
+"""A controller that runs in a thread of this program, and clients that connect to it."""
 
 import threading
 from contextlib import contextmanager
@@ -12,9 +12,9 @@ __all__ = ["Client", "serving"]
 
 @contextmanager
 def serving(machine, line=None, **options):
-    """Let ``machine`` live while the block runs; yields its URL, and what was said of clients.
+    """Run ``machine`` during the block; yield its URL, and the messages about clients.
 
-    Clients reach it by ``line``, which is closed at the end; without one, by TCP. A failure of the
+    Clients reach it by ``line``, which is closed at the end, or else by TCP. A failure of the
     thread is raised at the end of the block, whatever else went wrong in it.
     """
     said, failures, over = [], [], threading.Event()
@@ -51,7 +51,7 @@ class Client:
         self.port.write(text.encode("latin-1"))
 
     def lines_until(self, enough, seconds=20.0):
-        """Lines that come until ``enough(lines)``, the last one whole."""
+        """Lines that come until ``enough(lines)``; the last one is complete."""
         end = self.port.time_s() + seconds
         while self.port.time_s() < end:
             self.text += self.port.read(0.05).decode("ascii")
@@ -63,7 +63,7 @@ class Client:
         raise TimeoutError(f"within {seconds} s it says no more than {self.text!r}")
 
     def ask(self, text):
-        """Send a line; what comes up to its answer."""
+        """Send a line; return all lines up to its answer."""
         self.send(text + "\n")
         return self.lines_until(lambda lines: any(
             line.strip() == "ok" or line.startswith("error:") for line in lines))

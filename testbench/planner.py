@@ -13,7 +13,7 @@ _SINGLE, _UNSIGNED = ctypes.c_float, ctypes.c_uint32
 
 
 def lines(data: Sequence[BasicData]) -> Iterator[str]:
-    """Yield what a host sends to enter basic data."""
+    """Yield the lines by which a host enters basic data."""
     yield "$BD" + ",".join(f"{depth:g}" for depth in data[0].depth_mm)
     for one in data:
         yield f"$BA{one.area_mm2:g}"
@@ -36,7 +36,7 @@ class _Run(ctypes.Structure):
 
 
 class Result(ctypes.Structure):
-    """What was inferred: ``staircase_result`` of staircase.h."""
+    """The inferred staircase: ``staircase_result`` of staircase.h."""
 
     _fields_ = [("undersize_um", _SINGLE), ("ip", _SINGLE), ("beta_um", _SINGLE),
                 ("runs", _Run * RUNS), ("count", _UNSIGNED), ("untrusted", _UNSIGNED),
@@ -84,7 +84,7 @@ class Planner:
         return "" if taken else fault.text.decode()
 
     def depths(self, values_um: list[int]) -> str:
-        """Begin anew; the firmware's objection, or nothing."""
+        """Begin anew; return the firmware's fault, or None."""
         return self._take("basic_depths", values_um)
 
     def area(self, hundredths: int) -> str:
@@ -96,7 +96,7 @@ class Planner:
         return self._take("basic_current", hundredths, tenths_um)
 
     def enter(self, data: Sequence[BasicData]) -> str:
-        """Enter basic data; the first objection, or nothing."""
+        """Enter basic data; return the first fault, or None."""
         said = self.depths([round(depth * 1000) for depth in data[0].depth_mm])
         for one in data:
             said = said or self.area(round(one.area_mm2 * 100))
@@ -105,7 +105,7 @@ class Planner:
         return said
 
     def plan(self, job: Job, seed: int) -> Result | str:
-        """Staircase of a job from what was entered; or why there is none."""
+        """Staircase of a job from the entered data; or the reason why there is none."""
         fault = _Fault()
         wanted = _Job(round(job.area_mm2 * 100), round(job.undersize_um * 10),
                       round(job.depth_mm * 1000), round(job.taper_deg * 100), job.steps, seed)

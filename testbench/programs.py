@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random part programs: mostly right ones, and what damage can be done to them."""
+"""Random part programs, most of them right, and ways to damage them."""
 
 import random
 
@@ -10,7 +10,7 @@ LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def number(rng: random.Random, *, signed=True, largest=99.0) -> str:
-    """A number in one of the ways in which people write them."""
+    """A number in one of the ways in which people write numbers."""
     sign = rng.choice(("", "", "-", "+")) if signed else ""
     decimals = rng.choice((0, 1, 2, 3, 4, 7, 11))
     text = f"{rng.uniform(0, largest):.{decimals}f}"
@@ -24,7 +24,7 @@ def number(rng: random.Random, *, signed=True, largest=99.0) -> str:
 
 
 def arc(rng: random.Random) -> list[str]:
-    """Words of an arc that mostly closes."""
+    """Words of an arc; most of them have a consistent centre."""
     plane, first, second, third = rng.choice(((17, "XI", "YJ", "Z"), (18, "ZK", "XI", "Y"),
                                               (19, "YJ", "ZK", "X")))
     a, b = (round(rng.uniform(-9, 9), rng.choice((1, 3, 4, 6))) for _ in range(2))
@@ -42,7 +42,7 @@ def arc(rng: random.Random) -> list[str]:
 
 
 def block(rng: random.Random) -> str:
-    """One block that is right in most states."""
+    """One block that is valid in most modal states."""
     move = [f"{axis}{number(rng)}" for axis in rng.sample("XYZ", rng.randint(1, 3))]
     kinds = [
         lambda: [rng.choice(("G00", "G1", "G01", "")), *move, f"F{number(rng, signed=False)}1"],

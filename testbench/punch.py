@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Punch the tapes that are derived: ``python -m testbench.punch``.
+"""Punch the derived tapes: ``python -m testbench.punch``.
 
-From the part programs in ``tapes/`` the same in ISO and in EIA code, and in ``tapes/broken/`` one
-tape for every way to be wrong. The files are committed, so that they can be handed to a machine; a
-test holds them to this script.
+It punches the part programs in ``tapes/`` in ISO and in EIA code and, in ``tapes/broken/``, one
+tape for every kind of fault. The files are committed, so that they can be given to a machine; a
+test compares them with this script.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ N80 M02
 %
 """
 
-# A step of 0.3 mm between two inside corners, of which a wire beside it takes 0.2 mm each.
+# A step of 0.3 mm between two inside corners; a wire with its offset needs 0.2 mm at each.
 STEP = """N20 C130
 N21 G10 D1 R0.2
 N22 G41 D1 G01 X1 F6
@@ -42,7 +42,7 @@ N26 G40 X0
 class Broken:
     """A broken tape: its rows, and where a reader must find the fault.
 
-    ``character`` is 0 where the fault is no single character. ``moves`` says that blocks before the
+    ``character`` is 0 if the fault is not a single character. ``moves`` says that blocks before the
     fault move the machine.
     """
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which tests are quick: those that ``make check`` runs.
 
-All unit tests but those of the files named here, which take longest. Proofs, cosimulation, planted
-breaks, faults and budgets are left to ``make test``.
+They are all unit tests except those in the files named here, which take longest. Proofs,
+cosimulation, planted breaks, faults and budgets are left to ``make test``.
 """
 
 from pathlib import PurePosixPath

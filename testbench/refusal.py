@@ -11,8 +11,8 @@ from amaranth.hdl import UnusedElaboratable
 def refuses(block: type, message: str, *wrong, **named):
     """Make a ``block`` of wrong parameters and expect a ``ValueError`` that matches ``message``.
 
-    Amaranth warns of each object that was made and never built into a design, which this one can
-    not be. The warning comes with the object's end, so that must come here too.
+    Amaranth warns of an object that was made and never used in a design, as this one cannot be. The
+    warning comes when the object is deleted, so it must be deleted here.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusedElaboratable)

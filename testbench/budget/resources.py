@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the gateware costs on an ECP5: cells and clock of every block and of the whole.
+"""Cost of the gateware on an ECP5: cells and clock of every block and of the whole.
 
-Each block is cut out of the whole controller, with the parameters that it has on a board, and is
-synthesised alone. Its clock is that of a layout without pads (``--out-of-context``): it counts
-paths inside the block only. The clock of the whole is the one that a board must meet; it comes from
-that board's bitstream. One seed: others move a clock by some per cent.
+Each block is cut out of the whole controller, with its parameters on a board, and synthesised
+alone. Its clock is that of a layout without pads (``--out-of-context``), so only paths inside the
+block count. The clock of the whole is the one that a board must reach; it comes from that board's
+bitstream. All layouts have one seed; others change a clock by some per cent.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ from softcore.top import simulated
 BUILD = Path(__file__).parents[2] / "build" / "budget"
 BOARD = BOARDS["ulx3s"]
 DEVICE = ["--45k", "--package", "CABGA381", "--speed", "6"]
-# Of the axes, which are equal, the last is measured. Pads are the boards' business.
+# All axes are equal, and the last one is measured. Pads belong to the boards.
 LEFT_OUT = {"axis_x", "axis_y", "limits_x", "limits_y", "pads", "gate"}
 # What joins blocks is measured by them.
 JOINING = {"controller", "motion", "drives", "gap"}
@@ -42,7 +42,7 @@ class Resources:
 
 
 def netlist() -> str:
-    """The controller as on a board but for the pads, as RTLIL with its hierarchy.
+    """The controller as on a board but without the pads, as RTLIL with its hierarchy.
 
     Its memory is the smallest board's, so that every block fits ``DEVICE``.
     """
@@ -123,8 +123,7 @@ def measure_all(progress: Callable[[str], None] = lambda text: None,
                 ) -> Iterator[tuple[str, Resources]]:
     """Yield every block and its cost, the whole last, as on ``BOARD``.
 
-    ``progress`` gets a sentence before each; what has been measured of the same sources is taken
-    as it is.
+    ``progress`` gets a sentence before each. Results for the same sources are used again.
     """
     for name, text in blocks(netlist()).items():
         progress(f"Laying out {name}.")

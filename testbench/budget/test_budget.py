@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every block stays within its budget of cells; the processor is bought as it is and has none.
+"""Every block stays within its budget of cells; the processor is third-party and has none.
 
-A budget is what the block took when it was set, and a tenth more for look-up tables and carries,
-which the synthesiser chooses among. A block that outgrows it needs a better reason than a bigger
-number here.
+A budget is the cost of the block when the budget was set. Look-up tables and carries have a tenth
+more, since the synthesiser may exchange them. To raise a budget there must be a good reason.
 """
 
 from functools import cache
@@ -57,7 +56,7 @@ def netlists():
 
 
 def over(found, budget):
-    """What exceeds its budget, as text by kind of cell."""
+    """Cells above the budget, as text by kind of cell."""
     return {kind: f"{used} of {limit}" for kind, used, limit in
             ((kind, getattr(found, kind), getattr(budget, kind)) for kind in vars(budget))
             if used > limit}
@@ -76,7 +75,7 @@ def test_block_stays_within_its_budget(block):
 
 
 def alone(block, without=()):
-    """Cells of a block without some of its outputs, and so without what makes only those."""
+    """Cells of a block without some of its outputs, and so without the logic for only those."""
     ports = [Value.cast(getattr(block, name)) for name in block.signature.members
              if name not in without]
     return resources.cells(rtlil.convert(block, name="block", ports=ports, emit_src=False))

@@ -25,13 +25,13 @@ FREE = {"commit_valid": "commit", "run": "control_run"}
 
 
 class Motion(wiring.Component):
-    """``rtl.motion.motion`` with a lone signal for each member, as a bench likes to set them.
+    """``rtl.motion.motion`` with a plain signal for each member, for benches to set.
 
-    What holds in every clock, whatever the inputs, is asserted: a pulse commanded is stored, on its
-    way or in the position; pulses Ps are 4 clocks apart; the direction changes at rest only; and
-    no pulse Ps follows ``shorted``, ``wait`` or ``contact`` forwards.
+    It asserts in every clock, for any inputs: a commanded pulse is stored, on its way or in the
+    position; pulses Ps are 4 clocks apart; the direction changes at rest only; and no forward pulse
+    Ps follows ``shorted``, ``wait`` or ``contact``.
 
-    The blocks are attributes too, so that a bench can look at what it wants.
+    The blocks are attributes too, for benches to look at.
 
     Parameters
     ----------
@@ -41,16 +41,16 @@ class Motion(wiring.Component):
     Members
     -------
     load : In(1), load_slot : In(6)
-        As ``path_origin`` of the registers: obeyed at rest only.
+        As ``path_origin`` of the registers: it acts at rest only.
     fast_ahead, fast_behind : In(signed(32))
-        Where the machine must be slow next: what firmware tells anew in every clock.
+        Next places at which the machine must be slow; written in every clock.
     start_rate, acceleration : In(30)
-        Of the ramp.
+        Inputs of the ramp.
     axis : Out(signed(32)) x axes
         Sum of the axis pulses Pi.
     contact : In(1)
-        For one clock, and not while going back, as ``rtl.gap.contact`` and this give it together.
-    The others are the members of ``Retraction`` and of ``SegmentWindow`` by the same name.
+        High for one clock, and not while going back, as ``rtl.gap.contact`` would have it here.
+    The others are the members of ``Retraction`` and of ``SegmentWindow`` with the same names.
     """
 
     def __init__(self, *, axes=1):
@@ -100,7 +100,7 @@ class Motion(wiring.Component):
         return m
 
     def _check(self, m):
-        """Assert what always holds."""
+        """Assert the rules that always hold."""
         feed, ramp, path, retraction = self.feed, self.ramp, self.path, self.retraction
 
         under_way = Signal(signed(32))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Benches that drive the joined motion blocks: a path, a gap, and what is reported."""
+"""Benches that drive the joined motion blocks: a path, a gap, and the reported events."""
 
 from bisect import bisect_left
 from dataclasses import replace
@@ -24,12 +24,12 @@ LINE = [(60, ONE // 10, [60]), (120, ONE // 10, [120])]  # from -60 to 120
 
 
 def change(**values):
-    """``DATA`` with other values."""
+    """``DATA`` with some values changed."""
     return replace(DATA, **values)
 
 
 def brief(bench):
-    """Kinds, details and positions of what was reported."""
+    """Kind, detail and position of every reported event."""
     return [event[:3] for event in bench.events]
 
 
@@ -39,7 +39,7 @@ def wrapped(value):
 
 
 class Bench:
-    """A machine on a path of up to 64 segments, with a scripted gap; everything it reports.
+    """A machine on a path of up to 64 segments, with a scripted gap; it records all events.
 
     ``segments`` are ``(length, rate, travel of each axis)``; the first ``before`` of them lie
     before coordinate 0. ``offset`` moves all coordinates, to make them wrap. ``highest`` has the
@@ -74,7 +74,7 @@ class Bench:
         return self.segments[bisect_left(self.borders, position) - 1][1]
 
     def axis(self, position, index):
-        """Where an axis is, by the closed form over all segments."""
+        """Position of an axis, by the closed form over all segments."""
         def until(place):
             total = 0
             for start, (length, _, travel) in zip(self.borders, self.segments, strict=False):
@@ -83,7 +83,7 @@ class Bench:
         return until(position) - until(0)
 
     def set(self, ctx, **values):
-        """Set inputs that differ from what they are."""
+        """Set those inputs whose values differ."""
         for name, value in values.items():
             if self.inputs.get(name) != value:
                 self.inputs[name] = value
@@ -147,7 +147,7 @@ class Bench:
         completed = shorted and not self.rose
         self.rose = shorted
         self.set(ctx, shorted=shorted, completed=completed, cycle=self.clock % (1 << 32))
-        # An order is taken at the front: for a jump, as machining time.
+        # An order acts at the front; a jump is ordered by machining time.
         order = self.gap.order
         if order and ctx.get(retraction.state) == State.STOPPING:
             self.gap.order = order = 0
@@ -191,7 +191,7 @@ class Bench:
 
 
 class Ordered(Bench):
-    """A bench in which the test says when the gap is short."""
+    """A bench in which the test itself sets the short."""
 
     short = False
 

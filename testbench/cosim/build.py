@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build the cocotb simulation: ``bench.sv``, the emitted Verilog and the plant, as one program.
 
-cocotb's own runner would make everything public, which costs two thirds of the speed, and needs
-make and perl; here the tools are called directly and only the probes are public. Kept under
-``build/native/`` as the native library is.
+cocotb's own runner makes every signal public, which costs two thirds of the speed, and needs make
+and perl. Here the tools are called directly and only the probes are public. The result is kept
+under ``build/native/``, as the native library is.
 """
 
 from importlib.metadata import version
@@ -20,7 +20,7 @@ __all__ = ["TOP", "program"]
 HERE = Path(__file__).parent
 TOP = "bench"
 
-# Coroutines, which the clock in SystemVerilog needs.
+# The clock in SystemVerilog needs coroutines.
 STANDARD = ["-std=c++20"]
 WORD = 64   # probes in a word of ``bench_watched``
 VERILATE = ["--timing", "--vpi", "--top-module", TOP]
@@ -29,7 +29,7 @@ OPTIONS = [*STANDARD, *verilated.includes(timing=True)]
 
 
 def _readings() -> str:
-    """SystemVerilog that hands every watched probe of the controller to C++, by its number."""
+    """SystemVerilog that passes every watched probe of the controller to C++, by its number."""
     lines = []
     for index, probe in enumerate(probes.PROBES):
         if index % WORD == 0:

@@ -69,7 +69,7 @@ def burst(session: Session) -> dict:
 
 
 def rapid(session: Session) -> dict:
-    """Shorts that are back at once: firmware is not overrun, and the burst ends in its alarm."""
+    """Shorts that return at once: firmware keeps up, and the burst ends in its alarm."""
     data = Data(speed=600, limit=0.2, high=600, low=600, changeover=0)
     job = Job(session, watched=("safety_pet_strobe", "safety_pet"))
     job.start(program(data, "G01 Z-0.4 F1"))
@@ -95,7 +95,7 @@ def rapid(session: Session) -> dict:
 
 
 def ceiling_wins(session: Session) -> dict:
-    """A ceiling lower than the limit, on a slope: the axis stops on it, and there the alarm."""
+    """A ceiling below the limit, on a slope: the axis stops at it, and the alarm comes there."""
     data = Data(limit=0.5, ceiling=-0.05)
     job = Job(session)
     job.start(program(data, "G01 X0.3 Z-0.25 F120"))
@@ -115,7 +115,7 @@ def ceiling_wins(session: Session) -> dict:
 
 
 def jump(session: Session) -> dict:
-    """Jumps without a short: after so much machining, so far, at their own speeds."""
+    """Jumps without a short: with their own period, distance and speeds."""
     data = Data(speed=300, high=300, changeover=0.05)
     job = Job(session)
     job.start(program(data, "G38 P40 L0.3 R900 H1200", "G01 Z-0.1 F60"))
@@ -140,7 +140,7 @@ def jump(session: Session) -> dict:
 
 
 def jump_into_short(session: Session) -> dict:
-    """A short at the top of a jump: it goes on as a retraction, to the limit of its own."""
+    """A short at the top of a jump: a retraction follows, with its own limit."""
     data = Data(limit=0.4)
     job = Job(session)
     job.start(program(data, "G38 P60 L0.2 R600 H600", "G01 Z-0.2 F60"))
@@ -162,7 +162,7 @@ def jump_into_short(session: Session) -> dict:
 
 
 def operator_retracts(session: Session) -> dict:
-    """The operator's byte: up to the limit and back, no alarm, and not while held in vain."""
+    """The operator's byte: up to the limit and back, without an alarm, also during a hold."""
     data = Data(limit=0.25)
     job = Job(session)
     job.start(program(data, "G01 Z-0.4 F120"))
@@ -201,7 +201,7 @@ def hold_and_resume(session: Session) -> dict:
     job.short(True)
     _state(job, State.RETRACTING)
     _hold(job)
-    # The retraction goes on; what it held is the way forward.
+    # The retraction goes on; the hold stops only the way forward.
     clear_after(job, 3000, data.speed)
     job.wait("retraction_end")
     job.run(100_000)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every retraction must satisfy, and how fast the controller reacts to a short."""
+"""Rules for every retraction, and the controller's reaction times to a short."""
 
 from dataclasses import asdict, dataclass
 from itertools import pairwise
@@ -20,7 +20,7 @@ def pulses(mm: float) -> int:
 
 @dataclass(frozen=True)
 class Reaction:
-    """What followed the sample that completed a short, in clocks after it.
+    """Reactions to the sample that completed a short, in clocks after it.
 
     ``last_forward``: the last forward path pulse; 0 if there was none. ``slowed``: the first step
     of the deceleration; 0 at or below the start/stop speed. ``reversed``: the reversed command at
@@ -40,7 +40,8 @@ def reactions(record: Record) -> list[Reaction]:
     Raises
     ------
     AssertionError
-        If it did not retract, and was not going back nor halted, nor is the record at its end.
+        If the machine did not retract although it was neither going back nor halted, and the record
+        goes on.
     """
     found = []
     stops = record.rises("completed")
@@ -77,7 +78,7 @@ def check_reactions(record: Record) -> list[dict]:
     Raises
     ------
     AssertionError
-        If one is slower than promised: 8 clocks, 16 clocks, 2000 clocks.
+        If a reaction is slower than promised: 8 clocks, 16 clocks, 2000 clocks.
     """
     found = reactions(record)
     for one in found:
@@ -128,7 +129,7 @@ def _check_speeds(record, edges, data, clock_hz):
 
 
 def check_returns(job: Job, data: Data) -> list[Excursion]:
-    """Check every excursion of a job, its path, its reactions and what was told of its speeds.
+    """Check every excursion of a job: its path, its reactions and the speeds in its events.
 
     Returns the excursions.
     """
@@ -146,7 +147,7 @@ def check_returns(job: Job, data: Data) -> list[Excursion]:
 
 
 def _retractions(record, one):
-    """Speed of every retraction of an excursion, None if it was not held."""
+    """Speed of every retraction of an excursion, None for one without a plateau."""
     found = []
     for (clock, state), (until, _) in pairwise([*one.states, (one.end, State.FRONT)]):
         if state is State.STOPPING:

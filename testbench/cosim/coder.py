@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Coders that fail: in every situation the machine is in, on every axis, as it is delivered.
+"""Coders that fail: in every situation of the machine, on every axis, with default settings.
 
-A run with the fault is held against the same run without it: how far the axis gets from where it
-would have been until the drives are off, and how far it coasts then. A situation is reached once,
-and every fault is tried on a copy of it.
+A run with the fault is compared with the same run without it: the axis' greatest deviation until
+the drives are off, and the distance that it coasts then. A situation is reached once, and every
+fault is tried on a copy of it.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,17 +20,17 @@ from testbench.native.station import AXES, Session
 __all__ = ["DEVIATION_UM", "FAULTS", "SITUATIONS", "Outcome", "Situation", "course", "courses",
            "judge", "jump_between_edges"]
 
-DEVIATION_UM = 300      # from where it would have been, until the drives are off
+DEVIATION_UM = 300      # allowed until the drives are off
 STEP_S = 5e-4           # between two looks at the axes
 AT_REST = 4             # looks
 TRIPPED = alarm_number("trip")
-TOLD_S = 0.02           # an alarm has been told by then
-BRAKE_MM_S2 = 8000      # of a drive that is off
-GAIN_MM_S = 3           # of speed between two looks: 5 m/s2
+TOLD_S = 0.02           # time within which an alarm must come
+BRAKE_MM_S2 = 8000      # deceleration of a drive that is off
+GAIN_MM_S = 3           # greatest increase of speed between two looks: 5 m/s2
 DATA = Data(speed=900, limit=0.5, high=900, low=120, changeover=0.1)
 
-# Fault: the forces of it, and what may be said. A phase that happens to have the level that it is
-# stuck at changes nothing; one that jumps there together with the other is an illegal transition.
+# Fault: its forces, and the allowed messages. A phase that gets stuck at its present level changes
+# nothing at first; one that jumps together with the other phase is an illegal transition.
 ILLEGAL = "illegal transition"
 SILENT, A, B = "both phases are silent", "phase A is silent", "phase B is silent"
 WRONG = ("it counts against the command", "it counts another way", "it does not go as its drive")
@@ -50,10 +50,10 @@ FAULTS = {
 
 @dataclass(frozen=True)
 class Situation:
-    """What the machine does when the coder fails: ``reach`` gets there, ``then`` goes on.
+    """Situation of the machine when the coder fails: ``reach`` gets there, ``then`` goes on.
 
-    ``then`` gets the block as well; it takes the same time with the fault and without, unless the
-    fault was told before.
+    ``then`` also gets the block. It takes the same time with and without the fault, unless the
+    alarm comes before.
     """
 
     feed: float                                     # mm/min, of the block
@@ -67,7 +67,7 @@ class Situation:
 
 @dataclass
 class Outcome:
-    """Where the axes truly were, pulses, at each look; and the trip."""
+    """True places of the axes, in pulses, at each look; and the trip."""
 
     looks: list = field(default_factory=list)       # clock, places and speeds by axis
     safe: int | None = None                         # clock
@@ -92,7 +92,7 @@ def _go(job, way):
 
 
 def _set_out_again(job, way):
-    """Unlock after the alarm of a short that stays, and go on by hand, the discharge off."""
+    """Unlock after the alarm of a permanent short, and go on by hand with the discharge off."""
     job.run(round(TOLD_S * job.session.clock_hz))
     if job.probe("safe"):
         return  # it was found at rest
@@ -189,7 +189,7 @@ def _reach(session, situation, axis, condition, highest):
 
 
 def _follow(job, situation, axis, way, fault):
-    """Let the coder fail, and go on until all is told and at rest; without a fault to the end."""
+    """Let the coder fail, and run until the alarm and rest; without a fault, to the end."""
     session = job.session
     outcome, begun = Outcome(), session.cycle
     alarms, said = len(job.told("alarm")), len(job.said)
@@ -224,7 +224,7 @@ def _follow(job, situation, axis, way, fault):
 
 def course(session: Session, name: str, axis: str, fault: str = "", condition: int = 100,
            highest: float = 1800) -> tuple[Outcome, int]:
-    """Go to a situation along an axis, let its coder fail, and go on; and the clock of that."""
+    """Go to a situation along an axis, let its coder fail, go on; return the clock of the fault."""
     situation = SITUATIONS[name]
     job = _reach(session, situation, axis, condition, highest)
     return _follow(job, situation, axis, _block(situation, axis, highest), fault)
@@ -232,7 +232,7 @@ def course(session: Session, name: str, axis: str, fault: str = "", condition: i
 
 def courses(session: Session, name: str, axis: str, faults: Iterable[str], condition: int = 100,
             highest: float = 1800) -> tuple[dict[str, Outcome], int]:
-    """Do the same with each fault, and with none (``""``), from one and the same clock on."""
+    """Do this with each fault, and with none (``""``), all from the same clock on."""
     situation = SITUATIONS[name]
     job = _reach(session, situation, axis, condition, highest)
     begun = session.cycle
@@ -251,7 +251,7 @@ def judge(name: str, axis: str, fault: str, found: Outcome, healthy: Outcome, be
     Raises
     ------
     AssertionError
-        If it was not found, not named, or too late.
+        If the fault was not found, not named, or found too late.
     """
     what = f"{fault} at {name}, axis {axis}"
     assert healthy.safe is None, f"{name}: a sound coder has tripped: {healthy.alarm}"

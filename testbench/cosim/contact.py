@@ -25,14 +25,14 @@ REST_S = 0.15           # until the axes stand
 REACTION = 8            # clocks from the completing sample to the last forward pulse
 FEED_UP = 600           # mm/min: up to here the feed is at or below the start/stop speed
 
-# What a program does that was not written for this controller, and its highest speed.
+# Blocks of a program that was not written for this controller, and its highest speed.
 WAYS = {
     "feed": ("G01 Z-0.5 F120", 120),
     "rapid": ("G00 Z-0.5", 1800),
     "arc": ("G18 G03 X0.4 Z-0.1 R2 F300", 300),
     # Pulses that the ramp has stored on the way down leave at the speed at which new ones come.
     "after_rapid": ("G00 Z1.3\nG01 Z-0.5 F600", 600),
-    # When its command has ended an axis is still half a millimetre short of it.
+    # When the command has ended, the axis is still half a millimetre short of it.
     "tail": ("G00 Z1\nG00 Z-0.1", 1800),
 }
 
@@ -45,7 +45,7 @@ def with_hole(hole_mm: float) -> dict:
 
 
 def _begin(session, *lines):
-    """A controller over the bare workpiece: the machine's own gap counts."""
+    """A controller with the gap of the simulated machine, not a forced one."""
     job = Job(session, *lines, watched=WATCHED)
     session.set("force.short", -1)
     session.set("force.gap_um", math.nan)
@@ -57,7 +57,7 @@ def _tape(*blocks):
 
 
 def _pressed_um(session, hole_mm):
-    """How far the electrode is in the work; of a wire, in the wall of the hole around its start."""
+    """Depth of the electrode in the work; of a wire, in the wall of the hole around its start."""
     if not hole_mm:
         return -session.get("read.gap_um")
     places = session.positions()
@@ -66,7 +66,7 @@ def _pressed_um(session, hole_mm):
 
 
 def _check_sensing(job, record, since):
-    """No main pulse at all; sensing pulses only from the first run on, and none after the end."""
+    """No main pulse at all; sensing pulses only from the first motion on, and none at the end."""
     assert not record.rises("gap_on")
     pulses = record.rises("gap_sense")
     assert pulses[0] > record.rises("retraction_control_run")[0]
@@ -77,10 +77,10 @@ def _check_sensing(job, record, since):
 
 def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = False,
             delay: int = 0, hole_mm: float = 0) -> dict:
-    """A way into the work, entered by hand or on a tape, at ``highest`` mm/min at most.
+    """A motion into the work, entered by hand or on a tape, at ``highest`` mm/min at most.
 
-    At or below the start/stop speed it halts, above it trips; neither presses it in further than
-    stopping takes, and neither is told as a program's end.
+    At or below the start/stop speed the machine halts, above it trips. In both cases the electrode
+    goes no further in than stopping takes, and no program end is reported.
     """
     job = _begin(session)
     job.run(delay)
@@ -123,7 +123,7 @@ def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = Fa
 
 
 def out_again(session: Session) -> dict:
-    """After contact and ``$X`` the electrode still touches: only a way out of the work goes on."""
+    """After contact and ``$X`` the electrode still touches: only a motion out of the work runs."""
     job = _begin(session)
     job.start(_tape("G01 Z-0.5 F60"))
     job.alarm()

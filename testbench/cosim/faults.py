@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: what makes the outputs safe, how soon, and what the operator is told."""
+"""Scenarios: causes of safe outputs, the time until they are safe, and the messages."""
 
 import pytest
 
@@ -25,7 +25,7 @@ LOOP = 0x6F.to_bytes(4, "little")  # jump to itself
 
 NUMBER = numbers()
 
-# Cause: force and its value, settings, clocks at 2 MHz until safe, what is said, position kept.
+# Cause: force and its value, settings, clocks at 2 MHz until safe, message, position kept.
 FAULTS = {
     "estop": ("force.estop", 1, (), PADS, "emergency stop", True),
     "drive_fault": ("force.drive_fault", 2, (), PADS, "a drive reports a fault (axis Y)", True),
@@ -50,9 +50,9 @@ def _machining(session, *settings):
 
 
 def _check_safe(job, since):
-    """From ``since`` on every output is in its safe state, and stays so.
+    """Check that from ``since`` on every output is in its safe state, and stays so.
 
-    The velocity command, behind a register of its own, one clock later than what enables it.
+    The velocity command has a register of its own and follows one clock after the enables.
     """
     record = job.collect()
     for pin in PINS:
@@ -62,7 +62,7 @@ def _check_safe(job, since):
 
 
 def _restart(job, force):
-    """No restart without the operator; then the machine goes on from where it is."""
+    """Check that nothing restarts without the operator, and then the machine goes on."""
     job.start(program(Data(), "G01 Z0.05 F300"))
     job.until(lambda: any("locked" in line for line in job.said), "the refusal", step=2000)
     assert job.probe("safety_status_safe")
@@ -95,7 +95,7 @@ def tripped(session: Session, cause: str) -> dict:
     # The controller counts clocks from the end of its reset.
     assert safe - alarm["cycle"] == Top.RESET_CLOCKS + 1
     assert ("the position is kept" in alarm["text"]) == kept
-    # What the ramp had stored is not moved later.
+    # Pulses that the ramp had stored are not moved later.
     assert record.at("path_command", session.cycle) == record.at("path_position", session.cycle)
     if kept:
         # The machine coasts, and every edge is counted.
@@ -108,10 +108,11 @@ def tripped(session: Session, cause: str) -> dict:
 def hung(session: Session, kind: str, delay: int) -> dict:
     """The processor hangs in the middle of a cut: safe after exactly the watchdog's period.
 
-    That is counted from its last call, or from the last answer of its interrupt if that was before.
+    The period counts from the last call, or from the last answer of the interrupt if that was
+    before.
 
-    ``clock``: it stops, until the event of the trip wakes it. ``memory``: its program is gone; it
-    goes on for as long as its cache has the words it needs.
+    ``clock``: the processor stops until the event of the trip wakes it. ``memory``: its program is
+    lost; it runs on for as long as its cache has the words that it needs.
     """
     job = _machining(session)
     job.run(delay)
@@ -119,7 +120,7 @@ def hung(session: Session, kind: str, delay: int) -> dict:
         session.poke("sleep_left", 0xFFFF)
     else:
         session.load(LOOP * (len(target_image().read_bytes()) // 4))
-        session.send(b"?")  # takes it through words that it does not use otherwise
+        session.send(b"?")  # makes it execute words that it does not use otherwise
     session.run(session.clock_hz // 50)
     record = job.collect()
     period = round(WATCHDOG_S * session.clock_hz)
@@ -138,10 +139,10 @@ def hung(session: Session, kind: str, delay: int) -> dict:
 
 
 def browned_out(session: Session, clocks: int) -> dict:
-    """The supply fails in mid-motion for so long: safe at once, and the position is not believed.
+    """The supply fails for some clocks in mid-motion: safe at once, and the position is lost.
 
-    The memory keeps what it held. Nothing moves or burns until somebody has unlocked, pressed the
-    button and taken the position.
+    The memory keeps its contents. Nothing moves or burns until somebody has unlocked, pressed the
+    button and accepted the position.
     """
     job = _machining(session)
     session.set("force.brown_out", 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Retractions of a run of any length, followed pulse by pulse as it goes."""
+"""Retractions of a run of any length, followed pulse by pulse during the run."""
 
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -16,9 +16,9 @@ WATCHED = ("path_command", "path_position", "path_front", "path_status_state", "
 class Way:
     """One way back and forth: clocks, start points, the lowest coordinate commanded.
 
-    ``net`` is the sum of the path pulses in it, from where it first goes back: a pulse under way
-    when the short came still belongs to the way there. ``changeovers`` are the distances to the
-    start point at which the re-advance went from high to low.
+    ``net`` is the sum of its path pulses from the first backward one on: a pulse under way when the
+    short came still belongs to the way forward. ``changeovers`` are the distances to the start
+    point at which the re-advance changed from high to low.
     """
 
     begin: int
@@ -38,7 +38,7 @@ class Follower:
     Raises
     ------
     AssertionError
-        If the path jumps, or Z stands elsewhere where the path has been before.
+        If the path jumps, or Z has a different place at a coordinate that was passed before.
     """
 
     ways: list[Way] = field(default_factory=list)

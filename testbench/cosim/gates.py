@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: a gate that does not let go, a transistor that is shorted, a comparator's wire."""
+"""Scenarios: a stuck gate, a shorted transistor, the wire of a comparator."""
 
 from host.link.link import RefusedError
 from softcore.tables.causes import numbers
@@ -15,7 +15,7 @@ GATE_BIT = numbers()["gate"]
 SAID = "current or voltage with both sources off"
 LIMIT_S = 1e-3      # from the end of the pause to safe
 KINDS = {"main": 1, "sensing": 2, "shorted": 3}     # force.gate_stuck
-BEHIND = ("main", "shorted")    # of the main source, which hangs on the main contactor
+BEHIND = ("main", "shorted")    # faults of the main source, which the main contactor switches
 # Force of a comparator's wire: one that is broken must not hide a gate.
 WIRES = {"short_dead": ("force.comparator_dead", 1), "current_cut": ("force.comparator_cut", 2)}
 
@@ -78,7 +78,8 @@ def _trips_again(job):
 def stuck(session: Session, kind: str, when: str, delay: int = 0) -> dict:
     """A gate, a transistor or a comparator's wire, at any time: safe in time, named, not cleared.
 
-    It is found while the machine stands, too; a sensing source on a short is found when it opens.
+    The fault is also found while the machine stands. A stuck sensing source on a short is found
+    when the short opens.
     """
     job = _begin(session, when)
     job.run(delay)
@@ -104,7 +105,7 @@ def stuck(session: Session, kind: str, when: str, delay: int = 0) -> dict:
 
 
 def later(session: Session) -> dict:
-    """The emergency stop, and then the gate does not let go: it is named as well."""
+    """The gate sticks after the emergency stop: it is named as well."""
     job = _begin(session, "cut")
     session.set("force.gate_stuck", KINDS["main"])
     session.set("force.estop", 1)
@@ -119,7 +120,7 @@ def later(session: Session) -> dict:
 
 
 def phases(session: Session, count: int) -> dict:
-    """The main gate, stuck at so many phases of the pulses and of a gap that burns: the worst."""
+    """Worst time to safe with the main gate stuck at different phases of pulses and discharge."""
     job = Job(session, watched=WATCHED)
     job.link.command("C130")
     found = []

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenario: firmware goes wrong about a soft limit, and the gateware does not."""
+"""Scenario: firmware has a wrong soft limit, and the gateware keeps the right one."""
 
 from testbench.cosim.job import Job
 from testbench.native.station import Session
 
 __all__ = ["soft_limit"]
 
-LIMIT = 12_344  # pulses; of the parity that the limit in force has, or its guard would trip
+LIMIT = 12_344  # pulses; with the parity of the limit in force, or its guard would trip
 
 
 def soft_limit(session: Session) -> dict:
-    """The gateware's limit is elsewhere than firmware's: what firmware gets wrong stops there."""
+    """The gateware's limit differs from firmware's: a motion that firmware allows stops there."""
     job = Job(session, watched=("safe", "path_position"))
     session.poke("axis_x_high", LIMIT)
     job.press("G90 G00 X5")

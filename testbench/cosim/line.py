@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: a bad line and a person's plain lines. Nothing bent is carried out, or unsaid.
+"""Scenarios: a bad serial line and plain lines. No damaged line is carried out unnoticed.
 
-Each of these was found as it is told here, at a controller that did otherwise.
+Each scenario reproduces a fault that an earlier controller had.
 """
 
 from softcore.tables.faults import error_line
@@ -26,7 +26,7 @@ def broken_character(session: Session, at: int) -> dict:
             session.send(bytes([byte]))
     terminal.run(0.05)
     if at == 9:
-        session.send(b"\n")     # it was the line's end that was hit
+        session.send(b"\n")     # the damage had hit the line's end
     terminal.run(0.3)
     assert terminal.answers(said) == [error_line("line")]
     assert terminal.lines[-2].startswith("[MSG:")
@@ -38,7 +38,7 @@ def broken_character(session: Session, at: int) -> dict:
 
 
 def stray_start(session: Session, stop: bytes) -> dict:
-    """`!` and Ctrl-X are heard after a stray start of a frame."""
+    """`!` and Ctrl-X act after a stray start of a frame."""
     terminal = Terminal(session, ["path_command", "power_control_machining", "gap_on"])
     for line in ("G91 G94 F60", "C100", "M03", "G36 R600 L0.5 H600 E120 Q0.05"):
         terminal.enter(line)
@@ -70,7 +70,7 @@ def strange_character(session: Session) -> dict:
 
 
 def begin_cut(terminal: Terminal, *lines: str) -> int:
-    """Begin a cut that goes on for a quarter of a second; returns how many lines have been said."""
+    """Begin a cut of a quarter of a second; return the number of lines received so far."""
     for line in ("G91 G94 F12", "C100", "M03", "G36 R600 L0.5 H600 E120 Q0.05", *lines):
         terminal.enter(line)
     said = len(terminal.lines)
@@ -88,7 +88,7 @@ def check_cut(terminal: Terminal) -> None:
 
 
 def burst(session: Session, piece: bytes) -> dict:
-    """3 kB at once in a cut, more than can be taken: it goes on, and what is lost is told."""
+    """3 kB at once in a cut, more than fits: the cut goes on, and lost lines are reported."""
     terminal = Terminal(session)
     said = begin_cut(terminal)
     count = 3000 // len(piece)
@@ -98,7 +98,7 @@ def burst(session: Session, piece: bytes) -> dict:
     terminal.run(0.2)  # until the end of the cut some lines wait
     while len(terminal.run(0.1)) > 1:
         pass
-    session.send(b"\n")  # what was lost may have been a line's end
+    session.send(b"\n")  # the end of a line may have been lost
     terminal.run(0.1)
     answers = terminal.answers(said)
     assert len(answers) <= count + 2

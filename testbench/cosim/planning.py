@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planned roughing: basic data of a short job, planning on the controller, what must be seen."""
+"""Planned roughing: basic data of a short job, planning on the controller, and checks."""
 
 import re
 from bisect import bisect_left, bisect_right
@@ -18,20 +18,20 @@ from testbench.planner import lines
 __all__ = ["WATCHED", "check_currents", "check_switches", "plan_on", "steep"]
 
 WATCHED = ("condition_switched", "axis_z_position", "gap_ma", "gap_on")
-STEEPER = 18.75     # 15 mm of the synthetic data are 0.8 mm of the made-up ones
+STEEPER = 18.75     # 15 mm of the synthetic data become 0.8 mm here
 DEPTHS_MM = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2)
 CURRENTS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0)
-SENSING_MA = 1000   # more than this flows in main pulses only
+SENSING_MA = 1000   # only main pulses have a higher current
 LONGEST_S = 60.0    # of a planning, in the machine's time at 2 MHz
 STEP = re.compile(r"\[MSG:IP (\d+) to (\d+)\.(\d{3})0 mm\]")
 NEEDS = re.compile(r"\[MSG:The last step needs an undersize of ([\d.]+) um, of ([\d.]+) um\]")
 
 
 def steep(area_mm2: float) -> BasicData:
-    """Basic data of an area, made up.
+    """Invented basic data of an area.
 
-    The undersize rises within 0.8 mm as that of the synthetic data does within 15: so a shallow
-    cavity has several steps.
+    The undersize rises within 0.8 mm as much as that of the synthetic data within 15 mm: so a
+    shallow cavity has several steps.
     """
     stock = tuple(3 * ip for ip in CURRENTS)
     return BasicData(
@@ -48,7 +48,7 @@ def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing) -> 
     Returns
     -------
     job : Job
-        The controller, for what is to follow.
+        The controller, for use afterwards.
     found : dict
         ``steps`` from the surface down, as the host has them; ``needs_um`` and ``has_um`` of the
         undersize; ``clocks`` from the line to its answer; ``longest`` step of the main loop's
@@ -71,7 +71,7 @@ def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing) -> 
 
 
 def check_switches(record: Record, steps: Sequence[Step], origin: int) -> None:
-    """The gateware's switches, to the pulse of the encoder and never before."""
+    """Check that the gateware switches exactly at the encoder's pulse, never before."""
     clocks = record.rises("condition_switched")
     assert len(clocks) == len(steps) - 1
     for clock, step in zip(clocks, steps, strict=False):
@@ -82,7 +82,7 @@ def check_switches(record: Record, steps: Sequence[Step], origin: int) -> None:
 
 def check_currents(record: Record, steps: Sequence[Step], origin: int, step_ma: float,
                    margin: int) -> None:
-    """What flows in the gap is the planned current of the furthest depth reached so far.
+    """Check that the gap has the planned current of the furthest depth reached so far.
 
     Pulses that begin within ``margin`` pulses of a border may have the current of either side.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How close path pulses come to each other at the highest speed."""
+"""Distance in clocks between path pulses at the highest speed."""
 
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ from testbench.native.simulation import Simulation
 __all__ = ["WAYS", "clocks_a_pulse"]
 
 MACHINE = machines.load("sinker")
-# Stepping axes, whose own speed bounds nothing; soon at full speed, and no bound on arcs.
+# Stepping axes, whose speed is no bound; high acceleration; no bound on arcs.
 FAST = (assign("step_axes", 7), assign("reversed_encoders", 0), assign("step_width_ns", 1),
         assign("step_space_ns", 1), assign("acceleration_mm_s2", 100_000),
         assign("highest_speed_mm_min", 60_000), assign("arc_deviation_nm", 0))

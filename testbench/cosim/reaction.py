@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the controller reacts to a short, measured at the speeds that are hardest for it."""
+"""Reaction times to a short, measured at the speeds that are hardest for the controller."""
 
 from testbench.cosim.checks import check_returns
 from testbench.cosim.job import Data, Job, program
@@ -14,7 +14,7 @@ SPEEDS = ((593, 24), (1200, 6))
 
 
 def at_speed(session: Session, speed: float, shorts: int) -> dict:
-    """Shorts at a feed in mm/min, each at another phase of the path pulses and of the gap's."""
+    """Shorts at a feed in mm/min, each at another phase of the path and gap pulses."""
     data = Data(limit=0.2, changeover=0.01, high=600, low=600)
     job = Job(session)
     job.start(program(data, f"G01 Z-3.5 F{speed:g}"))
@@ -35,7 +35,7 @@ def at_speed(session: Session, speed: float, shorts: int) -> dict:
 
 
 def summary(reactions: list[dict]) -> dict[str, tuple[float, int]]:
-    """Mean and worst of each figure that says something, in clocks, by what it is."""
+    """Mean and worst of each figure that applies, in clocks, by its description."""
     fast = any(one["slowed"] for one in reactions)
     figures_of = {
         "completing sample to begin of deceleration": "slowed",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the watched signals did, to the clock, and what a retraction must look like in it."""
+"""Record of watched signals, exact to the clock, and the checks of a retraction in it."""
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
@@ -46,7 +46,7 @@ class Record:
     signals: dict[str, tuple[list[int], list[int]]] = field(default_factory=dict)
 
     def extend(self, changes: list[tuple[int, str, int]]) -> None:
-        """Add what came after."""
+        """Add later changes."""
         for clock, name, value in changes:
             clocks, values = self.signals.setdefault(name, ([], []))
             clocks.append(clock)
@@ -79,7 +79,7 @@ class Record:
                 for clock in self.rises("safety_pet_strobe", begin)]
 
     def last_care(self, end: int) -> int:
-        """The clock before ``end`` from which it waited: the last call, or the last answer."""
+        """Clock before ``end`` from which the watchdog waited: the last call, or answer."""
         found = {key: clock for clock, key in self.watch_keys() if clock < end}
         return min(found[SECOND_KEY], found[THIRD_KEY])
 
@@ -112,12 +112,12 @@ class Record:
         return max(clocks[-1] for clocks, _ in self.signals.values())
 
     def check_path(self) -> None:
-        """Every path pulse is one step, and on every axis each undoes exactly what it did.
+        """Check that the path goes pulse by pulse, and that each axis retraces itself exactly.
 
         Raises
         ------
         AssertionError
-            If the path jumps, or an axis stands elsewhere where the path has been before.
+            If the path jumps, or an axis has a different place at a coordinate passed before.
         """
         for name in ("path_command", "path_position"):
             for (_, before), (clock, now) in pairwise(self.changes(name)):

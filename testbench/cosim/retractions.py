@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: shorts at every kind of place, and what the retraction makes of them.
+"""Scenarios: shorts at every kind of place, and the retractions that follow.
 
-A scenario is a function of a session, native or under cocotb; it returns figures that must be the
-same on both.
+A scenario is a function of a session, native or under cocotb; its figures must be the same in both.
 """
 
 import math
@@ -25,20 +24,20 @@ def pace(session: Session, mm_min: float) -> float:
 
 
 def figures(job: Job) -> dict:
-    """What a scenario returns: everything that was told, and the reactions."""
+    """Result of a scenario: all lines and events, and the reactions."""
     return {"events": job.events, "reactions": check_reactions(job.record),
             "cycle": job.session.cycle}
 
 
 def clear_after(job: Job, distance: int, mm_min: float) -> None:
-    """Let the short be while the path goes back by so much, then clear it."""
+    """Keep the short until the path has gone back by so much, then clear it."""
     job.until(lambda: job.probe("path_status_state") == State.RETRACTING.value, "a retraction")
     job.reach(job.probe("path_front") - distance, pace(job.session, mm_min), backward=True)
     job.short(False)
 
 
 def at_limit(job: Job) -> None:
-    """Run until the way back has come to its bound, on the axes as well."""
+    """Run until the way back has reached its bound, with the axes too."""
     job.until(lambda: job.probe("path_status_state") == State.AT_LIMIT.value, "the limit")
     job.run(16)
 
@@ -69,8 +68,8 @@ def simple(session: Session) -> dict:
 def above_start_speed(session: Session) -> dict:
     """A short while the feed is still accelerating: the deceleration begins at once.
 
-    The start point is where the machine came to rest; the retraction, too, is above the start/stop
-    speed, and what it needs to stop is within the limit.
+    The start point is the place where the machine came to rest. The retraction too is above the
+    start/stop speed, and its braking distance lies within the limit.
     """
     data = Data(speed=1200, high=1500, limit=0.3)
     job = Job(session)
@@ -95,7 +94,7 @@ def above_start_speed(session: Session) -> dict:
 def at_corners(session: Session) -> dict:
     """Shorts around corners, so that the way back begins in one block and ends in another.
 
-    The corners lie on lines of every kind; one short at least completes on a corner's own pulse.
+    The corners join lines of every kind. At least one short completes at the pulse of a corner.
     """
     data = Data(limit=0.3, changeover=0.02)
     points = ((0, 0, 0), (0.1, 0, -0.1), (0.3, 0, -0.1), (0.3, 0.05, -0.3), (0.4, 0.05, -0.28),
@@ -171,7 +170,7 @@ def before_first_point(session: Session, bound: str) -> dict:
 
 
 def clearing_at_limit(session: Session) -> dict:
-    """A short that is gone just when the limit is reached: no alarm, and not a pulse further."""
+    """A short that clears just when the limit is reached: no alarm, and no pulse further."""
     data = Data(limit=0.2)
     job = Job(session)
     job.start(program(data, "G01 Z-0.4 F120"))
@@ -239,7 +238,7 @@ def limit_between_blocks(session: Session) -> dict:
 
 
 def from_mdi(session: Session) -> dict:
-    """Data entered by hand; the tape's win for the words it names, until G37."""
+    """Data entered by hand; the tape's data override the words that they name, until G37."""
     by_hand = Data(limit=0.2, speed=900)
     job = Job(session, str(by_hand))
     job.start(program("G01 Z-0.1 F120", "G36 L0.1", "Z-0.3", "G37", "Z-0.5"))

@@ -24,20 +24,20 @@ def _write(numbers: list[int], path: Path) -> None:
 
 def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
                clock_hz: int | None = None, image: Path | None = None, **arguments):
-    """Run ``scenario(session, **arguments)`` under cocotb and return its result, as of JSON.
+    """Run ``scenario(session, **arguments)`` under cocotb; return its result, converted by JSON.
 
-    The same call on a native ``Simulation`` of the same seed sees the same, to the clock; that one
-    also writes waveforms. Exactly one test must have run and passed: a simulator that died early
-    would otherwise pass with none.
+    The same call on a native ``Simulation`` with the same seed gives the same, to the clock, and
+    can also write waveforms. Exactly one test must have run and passed: otherwise a simulator that
+    died early would pass with none.
 
     Parameters
     ----------
     scenario : callable
-        A function of a module, not a nested one: the simulator's Python imports it by name.
+        A top-level function of a module: the simulator's Python imports it by name.
     workdir : Path
-        Where the log and the results go.
+        Folder for the log and the results.
     machine, seed, clock_hz
-        See ``testbench.native.simulation.Simulation``; the clock is the machine's by default.
+        See ``testbench.native.simulation.Simulation``; the default clock is that of the machine.
     image : Path or None
         Firmware; compiled from the sources if not given.
     arguments : dict

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: under servo along the path, and what goes wrong there."""
+"""Scenarios: servo control along the path, and its faults."""
 
 from itertools import pairwise
 
@@ -19,7 +19,7 @@ DEPTH_MM = 0.4
 WAY = pulses(0.1 + DEPTH_MM)
 WATCHED = ("path_command", "path_front", "safety_status_safe", "power_control_machining")
 
-# What is wrong with the fluid's cell: force and value, what is said.
+# Faults of the conductivity cell: force and value, message.
 TROUBLES = {
     "broken": ("force.fluid_sensor", 1, "the fluid's cell reads too high: an open circuit"),
     "shorted": ("force.fluid_sensor", 2, "the fluid's cell reads too low: a shorted wire"),
@@ -28,7 +28,7 @@ TROUBLES = {
 
 
 def _gap(job, width_um, debris=0.0):
-    """Hold the gap's width and foulness."""
+    """Force the gap's width and its debris."""
     job.session.set("force.gap_um", width_um)
     job.session.set("force.debris", debris)
 
@@ -51,7 +51,7 @@ def _locked(job):
 
 
 def both_ways(session: Session) -> dict:
-    """DOWN over open pulses, standing still over good ones, UP over arcs; and to the depth."""
+    """DOWN with open pulses, no step with good ones, UP with arcs; and on to the depth."""
     job = _start(session, data=Data(limit=0.3))
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
     _gap(job, NARROW_UM)
@@ -94,8 +94,8 @@ def widens_beyond(session: Session) -> dict:
 
 
 def stuck_open(session: Session) -> dict:
-    """No discharge comes: not a step further than allowed without one."""
-    # Firmware looks now and then: with longer between steps than it takes for that.
+    """No discharge comes: the servo goes no step further than allowed without one."""
+    # Firmware checks now and then, so the time between steps must be longer than that.
     job = _start(session, assign("servo_period_us", 10_000), assign("no_discharge_um", 150),
                  data=Data())
     alarm = job.alarm()
@@ -108,21 +108,21 @@ def stuck_open(session: Session) -> dict:
 
 
 def never_down(session: Session) -> dict:
-    """Nothing asks for DOWN: the electrode stands, until its time without progress is over."""
+    """No DOWN comes: the electrode stands until the allowed time without progress is over."""
     job = _start(session, "G10 W0 Y0", assign("no_progress_s", 1), data=Data())
     alarm = job.alarm()
     assert alarm["code"] == alarm_number("no_progress")
     assert "no progress in 1 s of machining at the front" in alarm["text"]
     assert job.probe("path_front") == job.probe("path_command") == 0
     began, = job.told("block", text=f"G01 Z-{DEPTH_MM} F600")
-    # There is a way to go some passes of the main loop after the block is told.
+    # The path is loaded some passes of the main loop after the event of the block.
     assert 1 <= alarm["t"] - began["t"] < 1.02
     _locked(job)
     return {"cycle": session.cycle, "events": job.events}
 
 
 def stuck_short(session: Session) -> dict:
-    """A short that stays, in the middle of the servo's work: retraction, and the alarm at L."""
+    """A permanent short under servo: retraction, and the alarm at L."""
     data = Data(limit=0.06)
     job = _start(session, data=data)
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
@@ -138,7 +138,7 @@ def stuck_short(session: Session) -> dict:
 
 
 def cell(session: Session, trouble: str) -> dict:
-    """The fluid's class cannot be known any more: one alarm, and again while it is so."""
+    """The fluid's class becomes unknown: one alarm, and another at each new attempt."""
     force, value, said = TROUBLES[trouble]
     session.set("force.fluid_ohm_cm", 4e4)
     job = _start(session, assign("fluid_mode", 1), data=Data())
@@ -153,7 +153,7 @@ def cell(session: Session, trouble: str) -> dict:
 
 
 def thresholds(session: Session) -> dict:
-    """Thresholds out of order, told before anything moves."""
+    """Thresholds out of order are reported before anything moves."""
     job = Job(session, PERIOD, assign("fluid_threshold_1", 500), assign("fluid_mode", 1),
               watched=WATCHED)
     _unknown(job, "the thresholds of the fluid's classes are out of order")
@@ -169,7 +169,7 @@ def thresholds(session: Session) -> dict:
 
 
 def _unknown(job, said):
-    """The alarm, and once more when the operator unlocks and machines on, all being as before."""
+    """The alarm, and again when the operator unlocks and goes on with nothing changed."""
     alarm = job.alarm()
     assert (alarm["code"], said in alarm["text"]) == (alarm_number("fluid"), True), alarm
     _locked(job)

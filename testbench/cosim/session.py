@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The session under cocotb, and the one cocotb test there is: it runs a scenario.
+"""The session under cocotb, and the only cocotb test, which runs a scenario.
 
-A scenario is a plain function of a ``Session``, so that the same one runs natively. It has a thread
-of its own here, and waits there while the clock runs.
+A scenario is a plain function of a ``Session``, so that it runs natively too. Here it has its own
+thread, which waits while the clock runs.
 """
 
 import ctypes
@@ -21,7 +21,7 @@ from softcore.top import SIMULATED_DIVISOR
 from testbench.native.probes import MEMORY, PARITY, PROBES
 from testbench.native.station import Session, declare
 
-JOB = "GAPKEEPER_SCENARIO"  # environment: the file that says what to run (see runner.py)
+JOB = "GAPKEEPER_SCENARIO"  # environment variable with the file of the job (see runner.py)
 
 NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
 
@@ -41,7 +41,7 @@ def _signed(probe, value):
 class CosimSession(Session):
     """A controller in Verilator under cocotb. Make it before the first clock.
 
-    ``byte_clocks`` is how long a byte takes on the line.
+    ``byte_clocks`` is the time of a byte on the line.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class CosimSession(Session):
     machine, clock_hz
         See ``Session``.
     seed : int
-        Of everything random.
+        Seed of everything random.
     """
 
     byte_clocks = 10 * SIMULATED_DIVISOR
@@ -127,7 +127,7 @@ class CosimSession(Session):
 
 @cocotb.test()
 async def scenario(dut):
-    """Run the function that the job names, and keep what it returns."""
+    """Run the function that the job names, and write its result."""
     job = json.loads(Path(os.environ[JOB]).read_text())
     session = CosimSession(dut, machine=job["machine"], clock_hz=job["clock_hz"], seed=job["seed"])
     module, _, name = job["function"].rpartition(".")

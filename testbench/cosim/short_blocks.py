@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths of very short blocks: what each costs, and the way back over thousands of them."""
+"""Paths of very short blocks: the cost of each, and the way back over thousands of them."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ BLOCK = 100             # pulses: 10 um
 LOOK_CLOCKS = 20_000    # between two looks at a condition
 ENDS = 20               # blocks at either end of a path that are not counted
 RADIUS_MM = 5
-# Neither speed nor acceleration is what bounds the way.
+# Neither speed nor acceleration bounds these paths.
 FAST = (assign("acceleration_mm_s2", 30_000), assign("highest_speed_mm_min", 6000))
 
 
@@ -33,7 +33,7 @@ class Way:
 
 
 def go(job, train, until):
-    """Let the machine go one way until something holds."""
+    """Run in one direction until a condition holds."""
     begin, since = job.probe("path_position"), job.session.cycle
     way = Way(lowest=begin)
     while not until():
@@ -53,7 +53,7 @@ def go(job, train, until):
 
 
 def retrace(blocks, back):
-    """Machine so many blocks in a line, go ``back`` of them and forward again.
+    """Machine ``blocks`` blocks in a line, go back over ``back`` of them and forward again.
 
     Returns the mean speed of the first way in mm/s, and the two other ways.
     """
@@ -86,7 +86,7 @@ def retrace(blocks, back):
 
 @dataclass(frozen=True)
 class Cost:
-    """What a block of a path took: clocks, and bytes that the controller said."""
+    """Cost of a block of a path: clocks, and bytes that the controller sent."""
 
     clocks: float
     said: float

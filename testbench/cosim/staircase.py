@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: the depth series (G39), to the pulse, whatever moves the axis."""
+"""Scenarios: the depth series (G39) switches at the exact pulse, whatever moves the axis."""
 
 from itertools import pairwise
 
@@ -30,7 +30,7 @@ def _check_stamps(told, clocks):
 
 
 def check_switches(job, steps, origin=HEIGHT_MM):
-    """Every step is switched once, in order and at its depth to the pulse, and told so."""
+    """Check that every step is switched once, in order, exactly at its depth, with its event."""
     record = job.record
     told = [event for event in job.told("condition") if event["by"] == "series"]
     clocks = record.rises("condition_switched")
@@ -40,14 +40,14 @@ def check_switches(job, steps, origin=HEIGHT_MM):
     for event, clock in zip(told, clocks, strict=True):
         assert event["pos"]["z"] == event["depth"]
         depth = pulses(event["depth"] - origin)
-        # Two clocks from the position: it has never been deeper before, and is there then.
+        # Two clocks before, the position reached this depth for the first time.
         assert record.at("axis_z_position", clock - 2) == depth
         assert record.lowest("axis_z_position", 0, clock - 2) == depth + 1
     return clocks
 
 
 def check_levels(record, switches, first, steps):
-    """Every main pulse has one current, that of the condition by when it began."""
+    """Check that every main pulse has one current: that of the condition at its start."""
     gates = record.changes("gap_on")
     currents = [IP[number] for number in (first, *(number for _, number in steps))]
     seen = set()
@@ -66,9 +66,9 @@ def check_levels(record, switches, first, steps):
 
 
 def _short(job, number):
-    """A short while the path goes forward, left after 70 um; it is the so manyth.
+    """Make short number ``number`` while the path goes forward, and clear it after 70 um.
 
-    One that came during a jump would belong to the jump, and be no retraction of its own.
+    A short during a jump would belong to the jump, without a retraction of its own.
     """
     job.until(lambda: job.probe("path_status_state") == 0, "motion forward")
     job.short(True)
@@ -122,7 +122,7 @@ def steps_under_servo(session: Session) -> dict:
 
 
 def crowded_steps(session: Session) -> dict:
-    """Steps that lie closer than firmware loads them, and one already passed: late, none lost."""
+    """Steps closer than firmware can load them, and one already passed: late, but none lost."""
     steps = [(0.05, 140), (-0.05, 130), (-0.0501, 120), (-0.0502, 110), (-0.0503, 100),
              (-0.1, 150)]
     job = Job(session, watched=WATCHED)

@@ -36,7 +36,7 @@ PLACE = re.compile(r"Block (\d+)(?: \(N\d+\))?, character (\d+): .*\.")
 
 
 def _again(job):
-    """Unlock, and go back to where every tape begins."""
+    """Unlock, and go back to the place where every tape begins."""
     job.events.clear()
     job.said.clear()
     job.make_ready()
@@ -95,7 +95,7 @@ def flipped_bits(session: Session, count: int, choice: int) -> dict:
 
 
 def cut_short(session: Session, count: int, choice: int) -> dict:
-    """Tapes that end anywhere: the blocks that are whole are carried out, and no other moves."""
+    """Tapes that end anywhere: complete blocks are carried out, and no other block moves."""
     job = Job(session, watched=WATCHED)
     rng = random.Random(choice)
     rows = encode(TAPE).rows
@@ -138,7 +138,7 @@ def broken_tapes(session: Session, names: Sequence[str] = ()) -> dict:
 
 
 def _bent(data, at, bit):
-    """A frame with one bit turned over, or the next one: no byte becomes a real-time byte."""
+    """A frame with one inverted bit, or two neighbours; no byte becomes a real-time byte."""
     realtime = {DOOR, *(one.byte for one in REALTIME)}
     found = bytearray(data)
     while found[at] == data[at] or found[at] in realtime:
@@ -148,9 +148,9 @@ def _bent(data, at, bit):
 
 
 def noisy_line(session: Session) -> dict:
-    """Frames damaged anywhere, that come twice, or cut off: asked for again, and no byte is lost.
+    """Frames that are damaged anywhere, come twice, or are cut off: no byte is lost.
 
-    Then lines and frames over a line that loses, doubles and breaks one byte in eighty.
+    Then lines and frames go over a line that loses, doubles and breaks one byte in eighty.
     """
     job = Job(session, watched=WATCHED)
     rows = encode(TAPE.replace("N50 M02", "(A HOLD !)\nN50 M02")).rows
@@ -158,7 +158,7 @@ def noisy_line(session: Session) -> dict:
     heard = bytearray()
 
     def answers(data):
-        """Answers to a frame until the sender's patience ends, and what they are about."""
+        """Answers to a frame until the sender's time-out, with their sequence numbers."""
         session.send(data)
         end = session.cycle + session.clock_hz // 10
         while session.cycle < end and not {TAKEN, AGAIN} & set(heard):
@@ -203,7 +203,7 @@ def noisy_line(session: Session) -> dict:
 
 
 def hard_work(session: Session) -> dict:
-    """What costs the firmware most, all at once: it still calls the watchdog in good time.
+    """The most expensive work of the firmware all at once: it still calls the watchdog in time.
 
     Numbers with every digit, many blocks without motion before one that acts, short segments around
     corners, blocks as long as may be, status reports asked for all the time, a retraction, a trip.
@@ -238,7 +238,7 @@ def hard_work(session: Session) -> dict:
 def natural(session: Session, name: str, until_s: float) -> dict:
     """A tape of the collection as ``gapkeeper run`` runs it, with nothing forced.
 
-    To one way back at least: a short or a jump, and the way forward or the alarm after it.
+    It runs until at least one way back: a short or a jump, and the way forward or the alarm after.
     """
     job = Run(machines.load("sinker"), load(TAPES / name), Piped(session), until_s=until_s)
     job.execute()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A person at a terminal: plain lines and single bytes on the line of a simulated controller.
 
-Nothing is numbered, checked or sent again here: what the line does to a byte, the controller gets.
+Lines are not numbered, checked or sent again: the controller gets whatever the line makes of a
+byte.
 """
 
 
@@ -19,7 +20,7 @@ AGAIN = b"\x15"
 class Terminal:
     """A controller, switched on and unlocked, with its machine in a gap that burns.
 
-    ``lines`` are those that it has said.
+    ``lines`` are those that it has sent.
 
     Parameters
     ----------
@@ -43,10 +44,10 @@ class Terminal:
         self.enter("$POSITION=HERE")
 
     def take(self, clocks: int) -> None:
-        """Let time go by, and hear what is said."""
+        """Let time pass, and collect the lines that come."""
         for byte in self.session.receive(clocks):
             if self._open[:1] == AGAIN:
-                self._open.clear()  # to a frame: its sequence number ends it
+                self._open.clear()  # an answer to a frame ends with its sequence number
                 continue
             self._open.append(byte)
             if byte == 0x0A:
@@ -55,7 +56,7 @@ class Terminal:
         self.changes += self.session.changes()
 
     def run(self, seconds: float) -> list[str]:
-        """Let so much time go by; the lines that were said meanwhile."""
+        """Let so much time pass; return the lines that came meanwhile."""
         count, end = len(self.lines), self.session.cycle + round(seconds * self.session.clock_hz)
         while self.session.cycle < end:
             self.take(min(20_000, end - self.session.cycle))
@@ -74,7 +75,7 @@ class Terminal:
             self.take(2000)
 
     def enter(self, line: str) -> None:
-        """Type a line that is taken."""
+        """Type a line that must be accepted."""
         self.session.send(line.encode("latin-1") + b"\n")
         assert self.until(("ok", "error")) == "ok", (line, self.lines[-2:])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor sleeps as long as nothing asks for it."""
+"""The processor sleeps while there is nothing to do."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A short stretch of a job at a board's clock agrees with the same at the simulation's slow one."""
+"""A short stretch of a job is the same at a board's clock and at the simulation's slow clock."""
 
 import pytest
 
@@ -24,7 +24,7 @@ REMOVAL = 0.04
 
 
 def stretch(clock_hz):
-    """Machine for a while, then go through one retraction; return what a user would see of it."""
+    """Machine for a while, then go through one retraction; return the figures a user would see."""
     with Simulation(machine=MACHINE.tables, clock_hz=clock_hz, seed=1, trace=False) as session:
         job = Job(session, watched=("path_status_state",))
         session.set("force.gap_um", GAP_UM)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A coder that fails is found in time and named: some of the cases, and as a soak the whole matrix.
+"""A coder that fails is found in time and named: some cases, and in the soak the whole matrix.
 
 The matrix is every fault in every situation, on every axis of both machines, at 2 and at 50 MHz.
 """
@@ -16,7 +16,7 @@ SEED = 1
 
 
 def check(machine, situation, axis, faults, clock_hz=2_000_000):
-    """Try faults in a situation; every one that is not found, named and in time is told."""
+    """Try faults in a situation; return those that are not found in time and named."""
     _, condition, highest = MACHINES[machine]
     tables = machines.load(machine).tables
     with Simulation(machine=tables, clock_hz=clock_hz, seed=SEED, trace=False) as session:

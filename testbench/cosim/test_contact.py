@@ -58,7 +58,7 @@ def test_the_way_out_is_open(scenario):
 @pytest.mark.parametrize("feed", FEEDS + FAST)
 @pytest.mark.parametrize("way", DOWN)
 def test_contact_at_every_speed_down(way, feed):
-    """A rapid to where the feed is reached before the work is; then rest, and down."""
+    """A rapid to a place above the work; then rest, and a feed down."""
     height = max(0.02, min(1.5, feed * 0.0025))
     lag_mm = 0.0 if feed > 600 else 0.05
     for delay in (0, 37, 71):
@@ -72,7 +72,7 @@ def test_contact_at_every_speed_down(way, feed):
 @pytest.mark.parametrize("rapid", ["G00 Z3\nG00 Z-{d}", "G00 Z3\nG01 Z0.2 F1800\nG01 Z-{d} F590",
                                    "G00 Z3\nG00 X1 Y1 Z-{d}"])
 def test_contact_while_the_axes_slow_down(rapid, depth):
-    """The command is slow or has ended, the axes are not: they lag by half a millimetre."""
+    """The command is slow or has ended, but the axes still lag by half a millimetre."""
     touches(SINKER, rapid.format(d=depth), 1800)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A handful of the corpus on the simulated machine: the whole way, sample by sample."""
+"""Some programs of the corpus on the simulated machine: the whole path, sample by sample."""
 
 from math import atan2, hypot, pi
 
@@ -16,12 +16,12 @@ from testbench.corpus.table import PROGRAMS
 SINKER = machines.load("sinker")
 NEAR_MM = 3e-4      # three pulses: rounding of three axes, and what an arc may deviate
 SAMPLE_S = 1e-3
-SEEN_S = 5e-3       # a move that lasts so long has samples
-STEADY_S = 0.1      # behind its start and before its end a move has its feed
+SEEN_S = 5e-3       # shortest move that certainly has samples
+STEADY_S = 0.1      # time after its start and before its end in which a move may lack its feed
 
 
 def on_line(place, move):
-    """How far a place is from a line, and how far along it, mm."""
+    """Distance of a place from a line, and its distance along the line, mm."""
     start, end = (np.array([float(one) for one in ends]) for ends in (move.start, move.end))
     way = end - start
     whole = float(np.linalg.norm(way))
@@ -66,7 +66,7 @@ def followed(places, moves):
     Raises
     ------
     AssertionError
-        If a place is on no move, or on one that was over.
+        If a place is on no move, or on one that has ended before.
     """
     at, reached, found = 0, 0.0, []
     for number, place in enumerate(places):
@@ -106,7 +106,7 @@ def test_the_machine_goes_the_way_that_the_reference_says(name):
         if seconds > 3 * STEADY_S and move.feed:
             edge = round(STEADY_S / SAMPLE_S)
             steady = np.mean(samples[edge:-edge])
-            # On an arc the settings allow what keeps it within its deviation.
+            # On an arc the settings bound the feed so that the deviation stays allowed.
             assert steady == pytest.approx(feed, rel=0.01) or (move.turn and steady < feed), move
     end = [round(float(one) * SINKER.pulses_per_mm) for one in moves[-1].end]
     assert list(np.rint(places[-1] * SINKER.pulses_per_mm)) == end

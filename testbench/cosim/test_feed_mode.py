@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole controller under G95 P2 to P4, over gaps that are held at a width."""
+"""The whole controller under G95 P2 to P4, with gaps of forced width."""
 
 from statistics import mean
 
@@ -23,7 +23,7 @@ PROBES = ("no_load", "voltage_mean", "voltage_drop", "status_ratio", "in_force")
 
 @pytest.fixture
 def begin():
-    """Begin a way under a feed mode, with settings; the job, and what closes it."""
+    """Begin a cut in a feed mode, with settings; return the job. All are closed at the end."""
     open_sessions = []
 
     def under(mode, *settings):
@@ -41,7 +41,7 @@ def begin():
 
 
 def look(job):
-    """What the feed mode goes by, right after a mean."""
+    """Values used by the feed mode, right after a mean."""
     windows = job.probe("feed_status_windows")
     job.until(lambda: job.probe("feed_status_windows") != windows, "a mean")
     job.run(200)
@@ -49,7 +49,7 @@ def look(job):
 
 
 def over(job, width_um, means):
-    """What was seen at so many means over a gap, the first two apart, and the feed in mm/min."""
+    """Values at the next means over a gap (the first two do not count), and the feed, mm/min."""
     job.session.set("force.gap_um", width_um)
     look(job)
     look(job)
@@ -81,7 +81,7 @@ def test_constant_removal(begin):
                 FEED * one["status_ratio"] / 4096, rel=1e-3)
         feeds = [speed(one["in_force"]) for one in found]
         assert 0.9 * min(feeds) < feed < 1.1 * max(feeds)
-        # What is removed per time by the mode's own measure: feed times Ex.
+        # The removal rate by the mode's own measure: feed times Ex.
         assert feed * volts(found, "voltage_drop") == pytest.approx(FEED * DROP, rel=0.25)
 
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bit that turns over in a guarded register, in the middle of a cut.
+"""A bit in a guarded register inverts in the middle of a cut.
 
-That every bit is found, the unit tests of the blocks show; here, what comes of it. Verilator takes
-a change only of registers that lead to no port: they stand for the others of their guard.
+The unit tests of the blocks show that every such bit is detected; these tests show the effect.
+Verilator allows a change only in registers that lead to no port: they stand for all others of their
+guard.
 """
 
 import pytest
@@ -14,8 +15,8 @@ from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
-CLOCKS = 6          # from the bit to safe outputs
-AWAY_UM = 110       # at 300 mm/min: the lag is not made up, and what it coasts
+CLOCKS = 6          # from the change to safe outputs
+AWAY_UM = 110       # at 300 mm/min: the lag, and the distance that the axis coasts
 
 
 @pytest.mark.parametrize(("register", "bit", "said"), [
@@ -39,7 +40,7 @@ def test_a_bit_trips_with_its_reason(register, bit, said):
                                       f"({said}); the position is lost.")
         assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
         assert abs(session.get("read.z_pulses") - place) / 10 <= AWAY_UM
-        # The path is begun anew and the registers are written, so that nothing damaged stays.
+        # The path begins anew and the registers are written, so that no damage remains.
         job.run(session.clock_hz // 10)
         job.link.command("$X")
         assert not job.probe("safety_status_safe")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware holds its image against the digest: what that costs, and what it finds."""
+"""The firmware compares its image with the digest: the cost of the check, and its findings."""
 
 import pytest
 
@@ -24,7 +24,7 @@ def job():
 
 
 def spent(job):
-    """Clocks that the check has taken."""
+    """Clocks that the check has used."""
     job.link.command("$P")
     told = next(line for line in reversed(job.said) if line.startswith("[PRF:"))
     return int(told.rstrip("]").split("image ")[1])
@@ -37,7 +37,7 @@ def share(job, clocks):
 
 
 def test_it_takes_its_share_of_the_clocks(job):
-    """Idle, where the processor sleeps between the rounds of its main loop, and in a cut."""
+    """The cost while idle, with sleep between the rounds of the main loop, and in a cut."""
     shares = [share(job, 1_500_000)]
     job.start(program(Data(), "G01 Z-0.9 F300"))
     job.reach(2000, pace(job.session, 300))
@@ -49,7 +49,7 @@ def test_it_takes_its_share_of_the_clocks(job):
 @pytest.mark.soak
 @pytest.mark.parametrize("name", ["__image_digest", "network_ask"])
 def test_two_bits_of_a_word_that_is_not_used_are_found(job, name):
-    """The word's parity is right again."""
+    """A changed word with a correct parity is found."""
     address = (firmware_symbols()[name][0] & -4) - (4 if name == "__image_digest" else 0)
     job.run(round(ROUND_S / 2 * MACHINE.clock_hz))
     assert not job.probe("safety_status_safe"), "what is sound stays unnoticed"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ends of the travel: soft limits that hold by themselves, and the way off a limit switch."""
+"""The ends of the travel: soft limits of the gateware, and the way off a limit switch."""
 
 from itertools import pairwise
 
@@ -24,14 +24,14 @@ def job():
 
 
 def by_hand(job, line):
-    """Enter a line; what was said of it."""
+    """Enter a line; return the lines that answer it."""
     count = len(job.said)
     job.link.command(line)
     return job.said[count:]
 
 
 def refused(job, line):
-    """Enter a line that is not carried out; why."""
+    """Enter a line that is refused; return the reason."""
     with pytest.raises(RefusedError) as refusal:
         job.link.command(line)
     return refusal.value.reason
@@ -93,7 +93,7 @@ def test_the_way_off_a_limit_switch(job):
 
 
 def test_no_pulse_goes_further_onto_the_switch(job):
-    # Firmware does not know where a retraction by hand leads: the gateware does.
+    # Firmware does not know the end of a retraction by hand; the gateware bounds it.
     session = job.session
     session.set("side.limit_high_mm", 1.0)
     job.start(program(Data(), "G00 Z2"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a bad line may do to a person's plain lines, in the whole system: nothing unsaid."""
+"""A bad serial line and plain lines, in the whole system: no damage goes unreported."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_a_burst_in_a_cut_costs_no_watchdog(session, piece):
 
 @pytest.mark.soak
 def test_every_line_of_a_flood_is_answered_in_turn(session):
-    """500 of them at the pace of 500 kbaud at 50 MHz: what finds no room is refused."""
+    """500 lines at the pace of 500 kbaud at 50 MHz: lines without room are refused."""
     terminal = Terminal(session)
     said = begin_cut(terminal)
     for _ in range(250):
@@ -53,7 +53,7 @@ def test_every_line_of_a_flood_is_answered_in_turn(session):
     answers = terminal.answers(said)
     assert len(answers) == 501, answers
     carried_out = answers.index(error_line("line"))
-    # Those that found room were the first; while others were refused none was carried out.
+    # The first lines found room; after a refused line none was carried out.
     assert answers[:carried_out] == ["ok", *[error_line("missing"),
                                              error_line("number")] * 250][:carried_out]
     assert carried_out > 100

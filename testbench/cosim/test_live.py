@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated machine behind a line: what a client gets is what a run in one program gets."""
+"""The simulated machine behind a line: a client gets the same as a run within one program."""
 
 import json
 import re
@@ -45,7 +45,7 @@ def start(seed=1):
 
 
 class Lockstep:
-    """A pipe over a line whose far end lives only while this end waits: no time is lost between."""
+    """A pipe over a line; the machine runs only while this end waits, so that no time is lost."""
 
     def __init__(self, machine, line):
         self.machine, self.port = machine, Port(line.url)
@@ -89,9 +89,9 @@ def test_in_lockstep_a_line_changes_no_byte(kind):
 
 
 def assert_same(there, here):
-    """Events agree in all but time.
+    """Check that events agree in all but time.
 
-    A block is begun in motion, when the firmware comes to it: the place is that of some
+    A block begins during motion, when the firmware comes to it. So its place may be that of some
     milliseconds sooner or later, at 0.5 mm/s.
     """
     assert len(there) == len(here)

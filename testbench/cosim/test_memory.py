@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bit of the processor's memory that turns over in the middle of a cut.
+"""A bit of the processor's memory inverts in the middle of a cut.
 
-The words of a whole region get one each, so that the one is found that is read first: what the
-processor's caches hold is not read again soon.
+Every word of a region gets an inverted bit; the word that is read first shows it. One word alone
+may stay in the processor's caches and not be read again soon.
 """
 
 import pytest
@@ -59,7 +59,7 @@ def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
         begun = session.cycle
         job.short(True)
         for _ in range(1000):
-            # What is written is right again; of the stack, what is read was written before.
+            # A word that is written becomes right again; the stack is written before it is read.
             for address in flipped if kind == "stack" or session.cycle == begun else ():
                 session.flip(address, bit)
             session.run(1009)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An orbit sunk on the simulated machine: shorts of natural cause take it back along its helix."""
+"""An orbit on the simulated machine: natural shorts make it retract along its helix."""
 
 import math
 

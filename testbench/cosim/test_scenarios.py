@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every scenario on the simulations of the emitted Verilog, its firmware and the machine.
 
-All of them run natively. One of each group runs under cocotb and Verilator as well, and the others
-in the soak. That both simulations are equal in every clock is held by ``test_controller.py``.
+All of them run natively. One of each group also runs under cocotb and Verilator, and the others in
+the soak. ``test_controller.py`` checks that both simulations are equal in every clock.
 """
 
 import pytest
@@ -17,7 +17,7 @@ SEED = 1
 
 
 def of_groups():
-    """The first scenario of each module, and what stops the machine or leads it back at speed."""
+    """The first scenario of each module, and those that stop the machine or retract at speed."""
     firsts = {scenario.function.__module__: scenario for scenario in reversed(SCENARIOS)}
     more = {"above_start_speed", "at_corners", "jump", "hold_and_resume", "hung"}
     of_name = {scenario.function.__name__: scenario for scenario in reversed(SCENARIOS)

@@ -29,7 +29,7 @@ def command(session, line):
 
 
 def greeting(session):
-    """Wait until the controller says who it is; what was sent before that is not taken."""
+    """Wait for the greeting; bytes sent before it would be lost."""
     said = b""
     while not said.endswith(b"help]\r\n"):
         more = session.receive(session.clock_hz // 2)
@@ -39,7 +39,7 @@ def greeting(session):
 
 
 def machining(session, clocks=600_000):
-    """Start machining, force a short and let it go; return all that could be seen."""
+    """Start machining, force a short and clear it; return everything visible."""
     said = [greeting(session)]
     said += [command(session, line) for line in READY]
     session.press_arm()

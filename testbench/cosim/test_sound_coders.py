@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sound coders never trip: on drives whose gain is off by 0.3, and as a soak on every tape."""
+"""Sound coders never trip: on drives with a gain wrong by 0.3, and in the soak on every tape."""
 
 import copy
 
@@ -26,7 +26,7 @@ ENDS = {
 }
 SEEDS = 20
 GAINS = (0.7, 1.3)
-# All that is fast, both ways: rapids, arcs, jumps, retractions from both, hold.
+# All fast motions: rapids, arcs, jumps, retractions, hold, both forwards and backwards.
 HASTE = ("G00 X1.5 Y1", "G02 X2 Y0 I0.25 J-0.5 F1500", "G00 X0.5 Z0.6", "G38 P10 L0.5 R1800 H1800",
          "G01 Z0.4 F600", "G38 P0")
 
@@ -40,7 +40,7 @@ def drive(machine, gain, lag_ms=3.0):
 
 
 def hurried(machine, clock_hz):
-    """Go through all that is fast, with a short and a hold on the way."""
+    """Go through all fast motions, with a short and a hold on the way."""
     with Simulation(machine=machine.tables, clock_hz=clock_hz, seed=1, trace=False) as session:
         job = Job(session)
         data = Data(speed=1800, high=1800, limit=1)

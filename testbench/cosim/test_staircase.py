@@ -49,7 +49,7 @@ def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
 
 
 def check_events(events):
-    """Told in order, from within one block, with jumps and natural shorts around."""
+    """The events come in order, within one block, with jumps and natural shorts around."""
     told = [event for event in events if event["event"] == "condition"]
     assert [(event["number"], event["ip"], event["by"]) for event in told] == [
         (FIRST, IP[FIRST], "program"), *((number, IP[number], "series") for _, number in STEPS)]
@@ -63,7 +63,7 @@ def check_events(events):
 
 
 def check_depths(record):
-    """To the pulse of the encoder, and never before."""
+    """The switch comes exactly at the encoder's pulse, never before."""
     clocks = record.rises("condition_switched")
     origin = round(MACHINE.initial_gap_mm * MM)
     for clock, (depth, _) in zip(clocks, STEPS, strict=True):
@@ -74,7 +74,7 @@ def check_depths(record):
 
 
 def check_currents(record, clocks):
-    """What flows in the gap is the current of the condition by which its pulse began."""
+    """A pulse has the current of the condition that was in force at its start."""
     step_ma = 1000 * MACHINE.tables["source"]["step_a"]
     wanted = [step_ma * IP[number] for number in (FIRST, *(number for _, number in STEPS))]
     flows = record.changes("gap_ma")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The status report and the overrides of the simulated controller, held against its machine."""
+"""The status report and the overrides of the simulated controller, compared with its machine."""
 
 import math
 import re
@@ -233,7 +233,7 @@ def test_a_slower_feed_ahead_is_reached_at_its_border(hand):
 
 
 def test_a_retraction_keeps_its_speed(hand):
-    """With the feed at 200 % and at 10 %: back at R, forward at H and E, and no sooner or later."""
+    """With the feed at 200 % and at 10 %: R, H and E are unchanged."""
     found = []
     for byte in (0x90, 0x91, 0x92):
         hand.enter(DATA, "C100", "M03")
@@ -308,7 +308,7 @@ ALL = pytest.param(1, id="all", marks=pytest.mark.soak)
 @pytest.mark.parametrize("step", [SOME, ALL])
 @pytest.mark.parametrize("name", ["Idle", "Run", "Hold:0", "Alarm", "retraction"])
 def test_every_byte_in_every_state(hand, name, step):
-    """Bytes that are no order in a row: what moves goes on as it did, what rests stays."""
+    """A row of bytes that are no orders: a motion goes on, and a machine at rest stays so."""
     inert = [byte for byte in range(0x80, 0x100) if byte not in ACTING][::step]
     scene(hand, name)
     discharging = hand.session.probe("power_control_machining")

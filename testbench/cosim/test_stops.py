@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`!` and Ctrl-X stop the whole simulated controller, whatever part of whatever came before."""
+"""`!` and Ctrl-X stop the whole simulated controller, after any part of any line or frame."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from testbench.native.station import Session
 
 MACHINE = machines.load("sinker")
 DIVISOR = 8                             # clocks per bit: softcore.top.SIMULATED_DIVISOR
-MIDDLE = 9 * DIVISOR + DIVISOR // 2     # of a stop bit, from the first clock of the start bit on
+MIDDLE = 9 * DIVISOR + DIVISOR // 2     # of the stop bit, in clocks from the start bit's first
 PADS = 3                                # clocks from a pin to the gateware
 REACTION = 8                            # clocks from there
 PATIENCE = 1_000_000
@@ -90,7 +90,7 @@ ALL = pytest.param(1, id="all", marks=pytest.mark.soak)
 @pytest.mark.parametrize("step", [SOME, ALL])
 @pytest.mark.parametrize("byte", [HOLD, RESET], ids=["hold", "reset"])
 def test_stops_within_8_clocks_after_every_prefix(byte, step):
-    """From the middle of its stop bit to the last path pulse; Ctrl-X ends the discharge, too.
+    """Time from the middle of the stop bit to the last path pulse; Ctrl-X ends the discharge too.
 
     The sensing source watches for contact until the axes have come to rest. Then firmware does
     its part: `?` is answered, and the machine goes on when it is told to.

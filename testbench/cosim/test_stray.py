@@ -65,7 +65,7 @@ def test_a_random_client_on_the_machine_for_long(seed):
 
 
 class Doubtful(Machinery):
-    """A machine that sometimes does what it must not."""
+    """A machine that sometimes breaks a rule."""
 
     def __init__(self, fault):
         super().__init__()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""grbl-streamer, a sender for grbl that is not ours, drives the simulated machine as it is."""
+"""grbl-streamer, an unmodified third-party sender for grbl, drives the simulated machine."""
 
 import math
 import os
@@ -29,12 +29,12 @@ SETTLED_S = 0.05        # from the state Hold to rest
 TRACE_S = 1e-3
 PATIENCE_S = 600        # of a computer that is busy; 45 s of one that is idle
 FEED_DOWN = 0x92        # "feed -10 %" of grbl
-# Codes of this control that grbl does not have. The sender makes comments of what it does not know.
+# Codes of this control that grbl does not have; the sender turns unknown codes into comments.
 OURS = (36, 39, 41, 42, 95)
 
 
 class Sender:
-    """The sender at a terminal, and what it was told since it was made."""
+    """The sender at a terminal, and the messages that it has got so far."""
 
     def __init__(self, url):
         self.url, self.lines, self.counts, self.states = url, [], Counter(), []
@@ -64,14 +64,14 @@ class Sender:
         return [line for line in self.lines if line.startswith(text)]
 
     def connect(self):
-        """Connect, and let it download what it downloads by itself."""
+        """Connect, and wait for the downloads that the sender starts by itself."""
         self.streamer.cnect(self.url, 250_000)
         self.until(self.streamer.is_connected)
         self.streamer.poll_start()
         self.until(lambda: self.told("[GC:") and self.told("[PRB:"))
 
     def beside(self, data):
-        """Write to the terminal as a second program does, what the sender cannot write."""
+        """Write bytes to the terminal, as a second program, that the sender cannot write."""
         terminal = os.open(self.url, os.O_WRONLY | os.O_NOCTTY)
         os.write(terminal, data)
         os.close(terminal)

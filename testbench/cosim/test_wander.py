@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random programs through random troubles: no axis pulse is lost, made twice or made elsewhere."""
+"""Random programs with random disturbances: no axis pulse is lost, doubled or misplaced."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The watchdog's stages: calls too soon or too late, interrupts that nobody takes, and silence."""
+"""The watchdog's stages: calls too soon or too late, interrupts not taken, and silence."""
 
 from itertools import pairwise
 
@@ -60,7 +60,7 @@ def test_firmware_keeps_the_window(session):
 
 
 def test_interrupts_switched_off_are_noticed(session):
-    """The main loop goes on and tells it, until it is given up a period later."""
+    """The main loop runs on and reports it, until the gateware takes over a period later."""
     job = machining(session)
     answer = [clock for clock, key in job.collect().watch_keys() if key == THIRD_KEY][-1]
     session.poke("interrupts", 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waveforms of a native run: what the file says is what the probes said."""
+"""Waveforms of a native run: the file has the values of the probes."""
 
 import re
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenario: a random program, retracted at random, every axis pulse held against the model.
+"""Scenario: a random program with random retractions; a model predicts every axis pulse.
 
-By the model the place of each axis is a closed function of the path coordinate alone. So the train
-of axis pulses is known from that of the path pulses, whatever the machine does: a pulse that is
-lost, made twice or made elsewhere on the way back than on the way forward shows at once.
+In the model the place of each axis is a closed function of the path coordinate alone. So the path
+pulses determine the axis pulses, whatever the machine does. A pulse that is lost, made twice, or
+made at different places forward and back shows at once.
 """
 
 import math
@@ -171,7 +171,7 @@ def places(tape: bytes, *, above: int = 0) -> list[tuple[int, int, int]]:
 
 
 class Train:
-    """Axis pulses as they follow from path pulses, against those that come.
+    """Compares the axis pulses that come with those that follow from the path pulses.
 
     ``pulses`` and ``backward`` count path pulses, ``turns`` changes of their direction, ``lag`` is
     the longest time in clocks from a path pulse to its axis pulse.
@@ -179,7 +179,7 @@ class Train:
     Raises
     ------
     AssertionError
-        If the path jumps, or an axis pulse is missing, late, or one that the model does not make.
+        If the path jumps, or an axis pulse is missing, late, or not in the model.
     """
 
     def __init__(self, way: list[tuple[int, int, int]]):
@@ -191,7 +191,7 @@ class Train:
         self._due = [deque(), deque(), deque()]
 
     def place(self, coordinate: int) -> tuple[int, int, int]:
-        """Place of the axes: before the path's first point lies the way up."""
+        """Place of the axes; before the path's first point they go up the jump axis."""
         return self.way[coordinate] if coordinate >= 0 else (0, 0, -coordinate)
 
     def take(self, changes: list[tuple[int, str, int]]) -> None:
@@ -230,7 +230,7 @@ class Train:
         self._at = coordinate
 
     def settled(self) -> bool:
-        """Every axis pulse that was due has come."""
+        """Check that every axis pulse that was due has come."""
         return not any(self._due)
 
 
@@ -246,7 +246,7 @@ class _Operator:
         return self.job.told("program_end") or self.job.told("alarm")
 
     def _run(self, most):
-        """Some clocks, as often few as many."""
+        """A random number of clocks; small and large ones are equally likely."""
         end = self.job.session.cycle + round(_size(self.rng, 1, most))
         while self.job.session.cycle < end and not self._over():
             self.job.run(min(20_000, end - self.job.session.cycle))
@@ -256,7 +256,7 @@ class _Operator:
         return State(self.job.probe("path_status_state"))
 
     def _at_rest(self):
-        """Wait for the machine to stand, and look whether it stands where it should."""
+        """Wait for the machine to stop, and check its place."""
         job, before = self.job, None
         while before != (before := job.probe("path_position")):
             job.run(4000)
@@ -266,7 +266,7 @@ class _Operator:
         assert stands == self.train.place(before), (before, stands)
 
     def _short(self):
-        """A short, for long enough to be back at the limit now and then."""
+        """A short, sometimes long enough to reach the limit."""
         self.job.short(True)
         for _ in range(self.rng.randrange(1, 8)):
             self._run(20_000)
@@ -277,7 +277,7 @@ class _Operator:
 
     def _hold(self):
         self.job.press(HOLD)
-        # At once, or when it stands at last.
+        # At once, or when the machine has stopped.
         if self._state() is State.FRONT and self.rng.random() < 0.5:
             self._at_rest()
         else:
@@ -288,7 +288,7 @@ class _Operator:
         self._resume()
 
     def _resume(self):
-        """Until it is taken: with a hold that came at the same time it is refused."""
+        """Repeat an order until it is accepted: it is refused if a hold comes at the same time."""
         while True:
             try:
                 self.job.link.command(RESUME)
@@ -298,14 +298,14 @@ class _Operator:
                     raise
 
     def work(self, troubles, most):
-        """Let the run go on to its end, with so many troubles, at most so many clocks apart."""
+        """Run to the end, with ``troubles`` disturbances at most ``most`` clocks apart."""
         for _ in range(troubles):
             self._run(most)
             if self._over():
                 return
             self.rng.choice((self._short, self._short, self._hold,
                              lambda: self.job.press(RETRACT)))()
-            # Sometimes the next one meets the way forward, sometimes the front.
+            # Sometimes the next one comes during the way forward, sometimes at the front.
             if self.rng.random() < 0.5:
                 continue
             while not self._over() and self._state() is not State.FRONT:
@@ -323,11 +323,11 @@ def wander(session: Session, program_seed: int, count: int = 8, size: float = 60
     session : Session
         The controller, just switched on.
     program_seed : int
-        Of program and troubles.
+        Seed of program and disturbances.
     count, size
         Moves of the program, and their size in pulses.
     troubles, quiet : int
-        How often to interfere, and the longest time between two, clocks.
+        Number of disturbances, and the longest time between two, in clocks.
 
     Returns
     -------

@@ -44,7 +44,7 @@ def _stops(count, seed):
 
 
 def _flips(count, seed):
-    """What came of bits that turned over; None if it could not be tried."""
+    """Outcomes of changed bits; None if they could not be tried."""
     try:
         found = flips.measure(count, seed)
     except BranchError as error:
@@ -59,7 +59,7 @@ def _flips(count, seed):
 
 
 def main() -> int:
-    """Run it; return the exit status."""
+    """Run the campaign; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m testbench.faults", description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", action="append", default=[], metavar="CLASS",

@@ -21,7 +21,7 @@ __all__ = ["ClassResult", "Result", "chosen", "run", "write"]
 
 @dataclass(frozen=True)
 class Result:
-    """A case, and what was found each time that it was tried; ``failure`` if it could not be."""
+    """A case and the outcome of each trial; ``failure`` says why it could not be tried."""
 
     case: Case
     found: tuple[Found, ...]
@@ -59,7 +59,7 @@ class ClassResult:
 
 
 def chosen(names: Iterable[str]) -> list[FaultClass]:
-    """Classes by number (``F3``) or by a part of their name; all if there are no names.
+    """Classes by number (``F3``) or by a part of their name; all if ``names`` is empty.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _all_tried(trials, seed):
 
 def run(classes: Iterable[FaultClass], seed: int,
         told: Callable[[ClassResult], None] = lambda _: None) -> list[ClassResult]:
-    """Run classes; ``told`` hears of each when it is done."""
+    """Run classes; ``told`` is called with each result."""
     done = []
     for fault in classes:
         began = time.perf_counter()

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cases of the campaign: what is run, and how its outcome is found.
+"""Cases of the campaign: how each is run, and how its outcome is found.
 
-A ``Trial`` is one thing that is done in a cut. A ``Scene`` is a scenario of the cosimulation or of
-``testbench.faults.scenes``; it checks what it knows of, and afterwards its machine is looked at as
-every other. A ``Coder`` is held against the same run with a sound coder. A ``Check`` is about the
-tests or the proofs, not about a machine.
+A ``Trial`` does one thing during a cut. A ``Scene`` is a scenario of the cosimulation or of
+``testbench.faults.scenes``; it has its own checks, and afterwards its machine is judged like every
+other. A ``Coder`` is compared with the same run with a sound coder. A ``Check`` is about the tests
+or the proofs, not about a machine.
 """
 
 import tempfile
@@ -28,10 +28,10 @@ REST_S = 0.02
 
 @dataclass(frozen=True)
 class Scene:
-    """A scenario: a function of a session, which raises ``AssertionError`` at what is wrong.
+    """A scenario: a function of a session, which raises ``AssertionError`` if a check fails.
 
-    ``arguments`` may be a function of the seed. ``tables`` are those of the machine, if it is none
-    of the built-in ones as it is.
+    ``arguments`` may be a function of the seed. ``tables`` are those of the machine, if it is not
+    exactly a built-in one.
     """
 
     name: str
@@ -94,7 +94,7 @@ class Coder:
 
     @property
     def deadline(self) -> int:
-        """Clocks until everything is over: how far it gets is what counts."""
+        """Clocks until everything is over; for a coder the distance counts, not the clocks."""
         return round(coder.SITUATIONS[self.situation].seconds * 2_000_000)
 
     def run(self, seed: int) -> list[Found]:
@@ -119,7 +119,7 @@ class Coder:
 
 @dataclass(frozen=True)
 class Check:
-    """Something about the tests themselves: ``check`` returns what was found."""
+    """A check of the tests themselves: ``check`` returns its finding."""
 
     name: str
     check: Callable[[], Found]

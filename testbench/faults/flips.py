@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bits that turn over anywhere: what came of them, by the part of the controller they are in."""
+"""Changed bits anywhere: their outcomes, by the part of the controller in which they are."""
 
 import random
 from collections import Counter
@@ -15,12 +15,12 @@ __all__ = ["BORNE", "SHARE", "Flips", "bend_code", "bend_memory", "measure", "tu
 BORNE = (Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD)
 SHARE = 0.005       # of all that may end wrong, each listed
 PROCESSOR, MEMORY = "soc.cpu.", "memory, "
-STACK = 1024        # bytes of it that are in use
-LOOP = "main"       # with all that is only called there
+STACK = 1024        # bytes of the stack that are in use
+LOOP = "main"       # with all functions that are called only there
 
 
 def turn_over(job: Job, rng: random.Random) -> str:
-    """Turn any bit of any register over; its name. The processor's are among them."""
+    """Invert any bit of any register, the processor's included; return its name."""
     state = job.session.state()
     inside = [index for index, (name, _) in enumerate(state) if name.startswith("soc.")]
     weights = [state[index][1] for index in inside]
@@ -32,7 +32,7 @@ def turn_over(job: Job, rng: random.Random) -> str:
 
 
 def bend_memory(job: Job, rng: random.Random) -> str:
-    """Turn any bit of the memory over, of its code, its data or its stack; where."""
+    """Invert any bit of the memory, in code, data or stack; return its place."""
     symbols = firmware_symbols()
     end, top = symbols["__bss_end"][0], symbols["__stack_top"][0]
     begin = symbols["__bss_start"][0]
@@ -45,7 +45,7 @@ def bend_memory(job: Job, rng: random.Random) -> str:
 
 
 def bend_code(job: Job, rng: random.Random) -> str:
-    """Turn a bit of every word of the main loop over: the one that is read first is found."""
+    """Invert a bit in every word of the main loop: the word that is read first shows it."""
     bit = rng.randrange(33)
     begin, extent = firmware_symbols()[LOOP]
     for address in range(begin, begin + extent & -4, 4):
@@ -56,7 +56,7 @@ def bend_code(job: Job, rng: random.Random) -> str:
 
 @dataclass(frozen=True)
 class Flips:
-    """What came of bits, by the part that they are in."""
+    """Outcomes of changed bits, by the part in which they are."""
 
     found: tuple[Found, ...]
 
@@ -82,14 +82,14 @@ class Flips:
 
 
 def measure(count: int, seed: int) -> Flips:
-    """Turn so many bits of registers over, and as many of the memory, each in a cut of its own.
+    """Invert ``count`` bits of registers and as many of the memory, each in its own cut.
 
-    After every other one a short comes: what a bit has done to the retraction shows only there.
+    After every other one a short comes: only that shows the effect of a bit on the retraction.
 
     Raises
     ------
     testbench.native.branch.BranchError
-        If it cannot be tried.
+        If a trial cannot be run.
     """
     tried = run_trials([
         Trial(name, act, None, BORNE, count=(count + (not short)) // 2, short=short)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What came of a fault, by one rule for all of them."""
+"""The outcome of a fault, by one rule for all of them."""
 
 import re
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ from testbench.faults.witness import Told, Witness
 __all__ = ["AWAY_UM", "LIED", "SLACK", "Found", "Outcome", "Seen", "away", "judge", "look",
            "misplaced"]
 
-SLACK = 1.5         # pulses between a true place and a told one: an edge is where it is passed
+SLACK = 1.5         # pulses between true and reported place: the place of an edge varies
 REST = 3            # pulses between two ways of coming to rest at one place
-AWAY_UM = 300       # an axis may be so far from where it would have been
+AWAY_UM = 300       # greatest allowed deviation of an axis from its way
 ANEW = "it has started anew, and calls its position lost"
 LIED = "an output was on while it told that all were safe"
-# What it gives as a reason, the best first: the sentence of an alarm, a message, a bare number.
+# Forms of a reason, the best first: the sentence of an alarm, a message, a bare number.
 REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
            re.compile(r"(ALARM:\d+[^\r\n]*|error:\d+)"))
-NOTICE_S = 0.5      # in which firmware notices that nothing moves
+NOTICE_S = 0.5      # time in which firmware notices that nothing moves
 START_S = 0.25      # from power-on until a controller answers
 CLOCKS_AFTER = 2    # from `safe` to the last output behind it
 
@@ -38,11 +38,12 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Seen:
-    """What was seen of a machine when all was over, and on the way.
+    """Observations of a machine at the end of a trial and on the way.
 
-    ``clocks`` from the fault to all outputs safe, None if they are not; ``burns`` and ``moves`` at
-    the end; ``lied``: it told that it was safe, and a pin was not. ``said`` is all that it has said
-    since the fault. ``away_um``: how far an axis got from the way that it should have gone.
+    ``clocks`` count from the fault to all outputs safe, None if they are not. ``burns`` and
+    ``moves`` are the state at the end. ``lied``: the machine reported that it was safe while a pin
+    was not. ``said`` has all its lines since the fault. ``away_um`` is the greatest deviation of an
+    axis from its way.
     """
 
     clocks: int | None
@@ -56,7 +57,7 @@ class Seen:
 
     @property
     def reasons(self) -> list[str]:
-        """What it has given as reasons, the best first."""
+        """Reasons that the machine has given, the best first."""
         found = [reason for kind in REASONS for reason in kind.findall(self.said)]
         if GREETING in self.said and self.told is not None and self.told.lost:
             found.append(ANEW)
@@ -65,7 +66,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Found:
-    """An outcome, the clocks to safe outputs if it came to that, and the sentence for it."""
+    """An outcome, the clocks to safe outputs if they became safe, and the sentence for it."""
 
     outcome: Outcome
     clocks: int | None
@@ -73,7 +74,7 @@ class Found:
 
 
 def _lied(record: Record, begun: int, end: int) -> bool:
-    """Whether `safe` was told while an output was on."""
+    """Whether `safe` was reported while an output was on."""
     told = [begun] * record.at("safe", begun) + record.rises("safe", begun + 1)
     for since in told:
         until = next((clock for clock, level in record.changes("safe", since) if not level), end)
@@ -90,7 +91,7 @@ def _apart(places: Sequence[float], others: Sequence[float], pulses: float) -> b
 
 
 def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0) -> Seen:
-    """Let a machine come to rest, and see how it stands."""
+    """Let a machine come to rest, and observe its state."""
     session.changes()
     session.run(round(rest_s * session.clock_hz))
     quiet = session.cycle
@@ -117,18 +118,18 @@ def look(session: Witness, begun: int, rest_s: float = 0.1, away_um: float = 0.0
 
 
 def misplaced(seen: Seen) -> bool:
-    """Whether it rests, and tells a place where it is not, without calling it lost."""
+    """Whether it is at rest and reports a wrong place without calling it lost."""
     return (seen.told is not None and not seen.told.lost and not seen.moves
             and _apart(seen.true, seen.told.places, SLACK))
 
 
 def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
           away_um: float = AWAY_UM) -> Found:
-    """Say what came of it.
+    """Judge the observations.
 
-    ``deadline`` is in clocks, None if nothing is to be made safe within one. ``target`` is where
-    the axes are at the end when nothing has happened; a machine that stands elsewhere without a
-    word has stopped without a reason.
+    ``deadline`` for safe outputs is in clocks, or None. ``target`` is the place of the axes at the
+    end of a run without the fault; a machine that stands elsewhere without a message has stopped
+    without a reason.
     """
     def found(outcome, why):
         return Found(outcome, seen.clocks, why)
@@ -157,10 +158,10 @@ def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
 
 
 def away(places: list[list[float]], way: list[list[float]]) -> float:
-    """How far, um, a machine got from the way of one without the fault.
+    """Greatest deviation, um, of a machine from the way of one without the fault.
 
-    Both are places of the axes in pulses, at the same looks; of the machine with the fault the last
-    ``len(places)`` of them. Being behind on the way is not far; being ahead of it is.
+    Both arguments are places of the axes in pulses, at the same looks; for the machine with the
+    fault the last ``len(places)`` of them. A lag on the way is no deviation; a lead is.
     """
     worst = 0.0
     for index, place in enumerate(places, start=len(way) - len(places) + 1):

@@ -36,14 +36,14 @@ def _tiles(done, figures):
 
 def is_good(done: Sequence[ClassResult], figures: Sequence[Figure] | None,
             flips: Flips | None) -> bool:
-    """Whether all is as it must be; what is None could not be tried."""
+    """Whether all is as it must be; None stands for a part that could not be tried."""
     return figures is not None and flips is not None and all(
         one.good for one in (*done, *figures, flips))
 
 
 def render(done: Sequence[ClassResult], figures: Sequence[Figure] | None, seed: int,
            flips: Flips | None) -> str:
-    """HTML of a campaign: classes, figures of the stops, bits that turned over."""
+    """HTML of a campaign: classes, figures of the stops, changed bits."""
     good = is_good(done, figures, flips)
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pins that can hurt, and whether they are safe: looked at from outside of the controller."""
+"""The dangerous pins, and whether they are safe, as seen from outside of the controller."""
 
 from testbench.cosim.record import Record
 

@@ -31,7 +31,7 @@ def refused(job: Job, line: str) -> str:
 
 
 def settings_in_a_cut(session: Session) -> dict:
-    """Settings that guard the machine, with the discharge on and no block, and in a cut."""
+    """Settings that guard the machine, while the discharge is on without a block, and in a cut."""
     job = Job(session, watched=("safe",))
     job.link.command("C130")
     job.link.command("M03")
@@ -41,14 +41,14 @@ def settings_in_a_cut(session: Session) -> dict:
     job.reach(2000, pace(session, 300))
     reasons += [refused(job, line) for line in GUARDS]
     assert all("guards the machine" in reason or "a program runs" in reason for reason in reasons)
-    # What they would have switched off is in force.
+    # The guards that they would have switched off are in force.
     session.set("force.fluid_low", 1)
     assert "fluid is below its level" in job.alarm()["text"]
     return {"cycle": session.cycle, "reasons": reasons}
 
 
 def reset_in_motion(session: Session) -> dict:
-    """Ctrl-X in the middle of a cut: an alarm, rest, and the true place is the one that is told.
+    """Ctrl-X in the middle of a cut: an alarm, rest, and the reported place is the true one.
 
     The gateware stops, and the counters go on counting: so nothing is lost.
     """
@@ -71,7 +71,7 @@ def reset_in_motion(session: Session) -> dict:
 
 
 def nobody_presses(session: Session) -> dict:
-    """All that the link can do, and no hand at the machine: no discharge."""
+    """Everything the link can do without a hand at the machine: no discharge."""
     said = []
     link = Link(Piped(session), said.append)
     session.watch(("gap_on", "contactor"))
@@ -97,7 +97,7 @@ def nobody_presses(session: Session) -> dict:
 
 
 def off_the_switch(session: Session) -> dict:
-    """On a limit switch: `$X` lets away from it, slowly, and not a pulse further onto it."""
+    """On a limit switch: `$X` allows motion away from it, slowly, and no pulse further onto it."""
     job = Job(session, watched=("safe", "gap_on"))
     session.set("side.limit_high_mm", 1.0)
     job.start(program(Data(), "G00 Z2"))
@@ -117,7 +117,7 @@ def off_the_switch(session: Session) -> dict:
 
 
 def mad_host(session: Session, count: int, choice: int) -> dict:
-    """So many bytes of nonsense, of lines that are right in the wrong place, of frames torn apart.
+    """Many bytes of nonsense, of valid lines at the wrong time, of torn frames.
 
     Nobody presses ``arm``: no discharge, and no watchdog that expires.
     """
@@ -161,7 +161,7 @@ def mad_host(session: Session, count: int, choice: int) -> dict:
 
 
 def jammed_reader(session: Session) -> dict:
-    """A tape stops within a frame, and comes again later: not a row is lost or doubled."""
+    """A tape stops within a frame, and goes on later: no row is lost or doubled."""
     job = Job(session, watched=("safe",))
     text = program(Data(), *(f"G01 X{number / 100:g} F600" for number in range(1, 30)))
     sent = [data for _, data in frames(encode(text).rows)]

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every stop: clocks from its cause to outputs that are safe, at the pins, worst of many phases.
+"""Every stop: clocks from its cause to safe outputs, at the pins, worst of many phases.
 
-A controller is brought into a situation once; then the cause comes at one phase after the other,
-each tried in a copy of the simulation. A phase is a number of clocks after the situation was
-reached, drawn with a seed from more clocks than the pulse train, the processor's loop and the
-watchdog take to come round.
+A controller is brought into a situation once. Then the cause comes at one phase after the other,
+each in a copy of the simulation. A phase is a random number of clocks after the situation, from a
+range longer than the periods of the pulse train, of the processor's loop and of the watchdog.
 """
 
 import random
@@ -27,8 +26,8 @@ from testbench.native.simulation import Simulation
 
 __all__ = ["STOPS", "Figure", "Stop", "measure"]
 
-ROUND = 20_000      # clocks, at 2 MHz and at every other clock: the phases lie within
-AFTER = 2_000       # clocks that outputs must stay safe, to count
+ROUND = 20_000      # range of the phases, in clocks, at any frequency
+AFTER = 2_000       # clocks for which outputs must stay safe to count
 STEP = 500          # clocks between two looks whether it has stopped
 WATCHED = (*PINS, "safety_latched", "safety_pet_strobe", "safety_pet", "pp", "path_status_reverse",
            "processor_held")
@@ -41,7 +40,7 @@ def _cut(job):
 
 
 def _travel(way):
-    """On the way with the discharge off, the gap wide open."""
+    """A motion with the discharge off and a wide gap."""
     def begin(job):
         job.session.set("force.gap_um", 500)
         job.link.command("M05")
@@ -68,13 +67,13 @@ def _flip(register, bit):
 
 def _lose_program(job):
     job.session.load(LOOP * (len(target_image().read_bytes()) // 4))
-    job.session.send(b"?")  # takes it through words that it does not use otherwise
+    job.session.send(b"?")  # makes it execute words that it does not use otherwise
 
 
-# ---- where clocks are counted from, beside the cause itself
+# ---- starts of the count of clocks other than the cause itself
 
 def _gate_off(record, begun, safe):
-    """The clock in which both gates had been off last: until then it is meant to be on."""
+    """The last clock with both gates off as ordered: until the next, a gate may be on."""
     return max([begun, *(clock for pin in ("gap_on", "gap_sense")
                          for clock, level in record.changes(pin, 0, safe) if not level)])
 
@@ -89,7 +88,7 @@ def _last_call(record, begun, safe):
     return record.last_care(safe)
 
 
-# ---- what counts as stopped
+# ---- ends of the count
 
 def _safe(record, begun, end):
     """The clock from which every output is safe."""
@@ -109,10 +108,10 @@ def _halted(record, begun, end):
 class Stop:
     """A way to be stopped.
 
-    ``begin`` reaches the situation, ``act`` is the cause, and returns its clock if it did not come
-    at once. Clocks count from ``since`` (told in
-    ``counted``) to ``stopped``; ``bound`` is the most that they may be at 2 MHz. ``latched`` is the
-    cause that the interlock must name, of ``softcore.tables.causes``; empty for none.
+    ``begin`` reaches the situation. ``act`` makes the cause, and returns its clock if it did not
+    come at once. Clocks count from ``since`` (described in ``counted``) to ``stopped``; ``bound``
+    is their greatest allowed number at 2 MHz. ``latched`` is the cause that the interlock must
+    name, of ``softcore.tables.causes``; empty for none.
     """
 
     name: str
@@ -168,7 +167,7 @@ STOPS = (
 
 @dataclass(frozen=True)
 class Figure:
-    """What was measured of a stop: clocks by phase."""
+    """Measurements of a stop: clocks by phase."""
 
     stop: Stop
     clocks: tuple[int, ...]
@@ -232,7 +231,7 @@ def measure(count: int, seed: int) -> Iterator[Figure]:
     Raises
     ------
     testbench.native.branch.BranchError
-        If it does not stop, or names another cause.
+        If the machine does not stop, or names another cause.
     """
     for begin in dict.fromkeys(stop.begin for stop in STOPS):
         yield from _measure(begin, [stop for stop in STOPS if stop.begin is begin], count, seed)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fault classes as plain data: what is injected where, and what must come of it.
+"""The fault classes as plain data: what is injected where, and the required outcome.
 
-Ten were found at the machine as it was delivered once, each with nothing to stop it (``F1`` to
-``F10``); 22 are faults that a finished system must survive (``C1`` to ``C22``).
+An earlier state of this controller did not stop ten of them (``F1`` to ``F10``); 22 more are
+faults that a finished system must survive (``C1`` to ``C22``).
 """
 
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ __all__ = ["CLASSES", "FaultClass"]
 
 NO_EFFECT, TOLD = Outcome.NO_EFFECT, Outcome.SAFE_TOLD
 PINS = 6                # clocks from a pin to safe outputs, at 2 MHz
-WATCHDOG = 10_002       # from its last call
+WATCHDOG = 10_002       # from the last call of the watchdog
 SPLASHES = 100_006      # 50 ms of low fluid
-CODER = 100_000         # the slowest way of finding one, in a cut
+CODER = 100_000         # slowest detection of a faulty coder in a cut
 
 
 @dataclass(frozen=True)
 class FaultClass:
     """A class of faults.
 
-    ``injected`` and ``where`` say what is done, ``must`` what has to come of it. ``lacks`` says
-    what of the class cannot be injected here, and why; a class without ``cases`` has nothing else.
+    ``injected`` and ``where`` say what is done; ``must`` is the required outcome. ``lacks`` says
+    which part of the class cannot be injected here, and why; it may be all of the class.
     """
 
     number: str
@@ -96,7 +96,7 @@ def _way(name):
 
 
 def _hung(kind):
-    """A processor without a program can say nothing of it; the gateware does."""
+    """A processor without a program cannot report it; the gateware does."""
     return Scene(f"processor: its {'clock stands' if kind == 'clock' else 'program is gone'}",
                  faults.hung, lambda seed: {"kind": kind, "delay": 1237 * seed % 10_000})
 

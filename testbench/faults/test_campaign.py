@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The campaign: its table is whole, its judge is not deceived, and a short form of it runs."""
+"""The campaign: its table is complete, its judgement is right, and a short form of it runs."""
 
 import json
 from dataclasses import replace
@@ -21,7 +21,7 @@ from testbench.native.branch import BranchError, branch
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
-# Of the short form: what no other test of `make test` does.
+# Cases of the short form: those that no other test of `make test` runs.
 SHORT = ("F5", "F6", "F7", "C16", "C19")
 SHORT_CASES = {"eight settings that guard, M03 on and in a cut", "Ctrl-X in a cut",
                "nobody presses `arm`", "any phase", "a frame torn in two"}
@@ -87,7 +87,7 @@ def test_a_branch_changes_nothing_and_hands_over_what_it_finds():
 
 
 def _faked(session, pin):
-    """An output that goes on although all are told to be safe: the record has it, no machine."""
+    """An output stays on although all are reported safe: only an invented record has this."""
     session.set("force.estop", 1)
     session.run(1000)
     session.changes()

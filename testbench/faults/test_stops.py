@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every stop is as fast as it is said to be: at a few phases, and as a soak at a hundred."""
+"""Every stop is as fast as documented: at a few phases, and in the soak at a hundred."""
 
 import pytest
 
 from softcore.tables.causes import numbers
 from testbench.faults.stops import STOPS, measure
 
-# What must stop the machine: of the interlock's causes, those that something outside of it raises.
+# Causes that must stop the machine: those of the interlock that come from outside of it.
 OTHERS = {"power_on", "firmware", "error_saturated", "following_stopped", "following_moving",
           "travel", "limit_high"}
 

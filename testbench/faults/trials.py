@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trials: a program that cuts, one thing that is done to it at some phase, and what comes of it.
+"""Trials: a program that cuts, one action at some phase, and the outcome.
 
-The same program without the fault, its twin, says where the machine would have been.
+The same program without the fault, its twin, shows the way that the machine should have gone.
 """
 
 import random
@@ -22,19 +22,19 @@ ROUND = 20_000          # clocks in which the phases lie
 LOOK = 4000             # clocks between two looks at where the axes are
 LOOKS = 120             # 0.24 s: the twin ends after 0.16; twice as many with a short
 SHORT = range(ROUND // LOOK, ROUND // LOOK + 4)     # looks at which a short is, if there is one
-REST_S = 0.02           # it rests by then
-RESTING = 10            # looks at one place: it rests
+REST_S = 0.02           # time until it is at rest
+RESTING = 10            # looks at one place that count as rest
 MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 F300", 500)}
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One thing that is done in the middle of a cut.
+    """One action in the middle of a cut.
 
-    ``act`` gets the job and a source of chance, and may return what it did. From it on outputs must
-    be safe within ``deadline`` clocks at 2 MHz; None if the machine need not stop for it at all.
-    ``count`` is how often it is tried. ``short`` lets a short come after it, and go again: what
-    should have drawn back by then shows whether it can.
+    ``act`` gets the job and a random source, and may return a description. After it, outputs must
+    be safe within ``deadline`` clocks at 2 MHz; None if the machine need not stop. ``count`` is the
+    number of trials. With ``short`` a short comes after it and clears again, which shows whether
+    the machine can still retract.
     """
 
     name: str
@@ -57,7 +57,7 @@ def _follow(job, begun, short):
             job.short(index in SHORT)
         places.append(session.true_places())
         if session.probe("safe") and places[-1] in places[-RESTING:-RESTING + 1]:
-            break  # as it will stay
+            break  # it does not move any more
     return places + [places[-1]] * (looks - len(places))
 
 
@@ -76,12 +76,12 @@ def _try(job, trial, rng, begun, way):
 
 
 def run_trials(trials: Sequence[Trial], seed: int) -> list[tuple[Trial, list[Found]]]:
-    """Try each, as often as it says, at phases of its own; all of one machine.
+    """Run all trials of one machine, each ``count`` times, at its own random phases.
 
     Raises
     ------
     testbench.native.branch.BranchError
-        If a trial cannot be made.
+        If a trial cannot be run.
     """
     name, = {trial.machine for trial in trials}
     way, condition = MACHINES[name]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulation that keeps its own account: pins, what was said, and what was done to it.
+"""A simulation that records pins, lines from the controller, and actions from outside.
 
-What a controller says of itself is evidence of what it says, and of nothing else. So the outcome of
-a fault is judged by the pins, by where the plant's axes truly are, and by the bytes on the line.
+A controller's own reports are no evidence of its state. So the outcome of a fault is judged by the
+pins, by the true places of the plant's axes, and by the bytes on the line.
 """
 
 import re
@@ -17,8 +17,8 @@ __all__ = ["MM", "Told", "Witness"]
 
 MM = 10_000             # pulses
 REPORT = re.compile(r"<(\w+)[^|>]*\|MPos:([-\d.,]+)([^>]*)>")
-ASKED_S = 0.05          # until a controller that lives has answered a `?`
-# Forces that are no faults: where the work is, and the operator's hand.
+ASKED_S = 0.05          # time within which a working controller answers a `?`
+# Forces that are no faults: the place of the work, and the operator's hand.
 NO_FAULT = {"force.arm", "force.gap_um", "force.debris", "force.fluid_ohm_cm", "force.short"}
 
 
@@ -32,10 +32,11 @@ class Told:
 
 
 class Witness(Simulation):
-    """A ``Simulation`` that remembers.
+    """A ``Simulation`` that keeps a record.
 
-    ``pins`` is the record of the pins, from the first ``watch`` on. ``deeds`` are what was forced,
-    written or broken from outside, each with its clock. The parameters are those of ``Simulation``.
+    ``pins`` is the record of the pins, from the first ``watch`` on. ``deeds`` lists the forces,
+    writes and damages from outside, each with its clock. The parameters are those of
+    ``Simulation``.
     """
 
     def __init__(self, **options):
@@ -96,16 +97,16 @@ class Witness(Simulation):
         return data
 
     def said(self, since: int = 0) -> str:
-        """Everything that it has said from a clock on, as text."""
+        """All lines of the controller from a clock on, as text."""
         return b"".join(data for clock, data in self._heard if clock >= since).decode(
             "ascii", "replace")
 
     def true_places(self) -> list[float]:
-        """Where the axes truly are, in pulses."""
+        """True places of the axes, in pulses."""
         return [self.get(f"read.{axis}_pulses") for axis in AXES]
 
     def told(self) -> Told | None:
-        """State and places that it tells when asked; None if it does not answer."""
+        """State and places that the controller reports on request; None if it does not answer."""
         since = self.cycle
         self.send(b"?")
         self.run(round(ASKED_S * self.clock_hz))

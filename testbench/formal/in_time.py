@@ -7,8 +7,8 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["ASK", "EARLIEST", "PERIOD", "InTime"]
 
-PERIOD = 24  # clocks of the watchdog that is proven; the argument does not depend on it
-EARLIEST, ASK = 3, 12  # ... before which a call is too soon, and after which an answer is asked for
+PERIOD = 24  # clocks of the watchdog in the proof; the argument does not depend on it
+EARLIEST, ASK = 3, 12  # clocks before which a call is too soon; after which an answer is asked for
 
 
 class InTime(wiring.Component):
@@ -17,7 +17,7 @@ class InTime(wiring.Component):
     Members
     -------
     pet : In(1), key : In(8)
-        A key is written: a strobe, and the key.
+        A strobe that a key is written, and the key.
     called : Out(range(PERIOD + 1))
         Age of the last complete call that was not too soon.
     begun : Out(range(PERIOD + 1))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joined machine, and its motion alone, with every input free: what proofs look at.
+"""The whole controller, and its motion alone, with every input free, for proofs.
 
-Registers, coders, comparators and buttons are inputs, so nothing that firmware does is assumed.
+Registers, coders, comparators and buttons are inputs, so nothing is assumed about firmware.
 """
 
 from amaranth import *
@@ -19,7 +19,7 @@ CLOCK_HZ = 2_000_000
 
 
 class Free(wiring.Component):
-    """A component whose every input is free, and which is not reset on the way."""
+    """A component with every input free and without any reset after the first clock."""
 
     def __init__(self, component):
         self.component = component
@@ -34,13 +34,14 @@ class Free(wiring.Component):
 
 
 def joined(controller: type[Controller]) -> Free:
-    """A controller, by the class that a proof made of it."""
+    """A controller of the class that a proof derived from it."""
     return Free(controller(registers=interfaces(OWNED), clock_hz=CLOCK_HZ))
 
 
 def motion_alone(motion: type[Motion]) -> Free:
-    """Motion with a window of two segments: what it can do is reached in fewer clocks alone.
+    """Motion with a window of two segments; alone it reaches its states in fewer clocks.
 
-    Every input is free, those from the gap, too: it can do all that it can in the joined machine.
+    Every input is free, those from the gap included: so it has every behaviour that it has in the
+    whole controller.
     """
     return Free(motion(registers=interfaces(OWNED), slots=2))

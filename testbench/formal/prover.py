@@ -21,7 +21,7 @@ def prove(spec: wiring.Component, workdir: Path, *, depth: int, mode="prove"):
     ``cover`` looks for a trace to every ``Cover``, and fails if one cannot be reached.
     """
     (workdir / "top.il").write_text(rtlil.convert(spec, platform="formal", emit_src=False))
-    # The wheels' tools see only the working folder and what is below: all paths are relative.
+    # The packaged tools see only the working folder and those below it: so paths are relative.
     (workdir / "top.sby").write_text(
         f"[options]\nmode {mode}\ndepth {depth}\n\n"
         "[engines]\nsmtbmc yices\n\n"

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proof on ``rtl.motion.arc``: the steps depend on the place alone, so it is reversible.
 
-In two: the major axis along the path, and the minor one along the major one, however that steps.
+There are two proofs: the major axis along the path, and the minor axis along the major one, for any
+steps of the major axis.
 """
 
 from amaranth import *
@@ -15,14 +16,14 @@ from testbench.formal.prover import prove
 COUNT, WIDTH, REACH, FINE = 3, 4, 7, 4
 WIDE = signed(12)  # nothing overflows in it
 WORD = signed(REACH)
-LAST = 5  # clocks since a pulse, as far as they matter
+LAST = 5  # clocks after a pulse from which on its age does not matter
 
 
 class ArcContract(wiring.Component):
-    """Two axes that go along a piece, turn wherever they like, and enter it anew at either end.
+    """Two axes that go along a piece, turn anywhere, and may enter it again at either end.
 
-    Entering takes the state over as from another piece. The words are another piece's too, while
-    ``other`` says so: before the clock that precedes a pulse and after the one that follows it.
+    On entering, the state is loaded as from another piece. While ``other`` is high the words belong
+    to another piece too: this may be so except from the clock before a pulse to the one after it.
     """
 
     def __init__(self, piece, *, width=WIDTH):
@@ -63,7 +64,7 @@ class ArcContract(wiring.Component):
         with m.If(enter):
             m.d.sync += entered.eq(1)
 
-        # The pulse under way is what it was told.
+        # The pulse under way keeps its inputs.
         taken = dut.taken
         m.d.comb += [Assert(age <= LAST), Assert(dut.stage == Cat(age == at for at in range(4))),
                      Assert((dut.pi == 0) | (age == 0) | (age == 4))]
@@ -96,7 +97,7 @@ class ArcContract(wiring.Component):
 
 
 class MajorContract(ArcContract):
-    """After k path pulses the major axis has made the steps that the sum of k paces asks for."""
+    """After k path pulses the major axis has made the steps for the sum of k paces."""
 
     def __init__(self):
         super().__init__({"length": COUNT, "divisor": WIDTH, "pace": WIDTH,
@@ -159,11 +160,11 @@ def test_major_is_reachable(workdir):
 
 
 class MinorContract(ArcContract):
-    """With every step of the major axis the minor one is where the curve passes nearest.
+    """With every step of the major axis the minor axis is at the place nearest to the curve.
 
-    There is one such place beside each place on the major axis, whichever way the machine came.
-    A pulse that turns takes back the minor step of the pulse before it, and the state with it, as
-    the major axis takes back its own: that is for ``MajorContract``.
+    There is one such place beside each place on the major axis, from whichever side the machine
+    came. A pulse that turns back undoes the minor step and the state of the pulse before it.
+    ``MajorContract`` shows the same for the major axis.
     """
 
     def __init__(self):
@@ -197,7 +198,7 @@ class MinorContract(ArcContract):
         slope = self.wide(Mux(back, along - 2 * FINE, along), "slope")
         both = self.wide(slope + Mux(back, across - 2 * FINE, across), "both")
 
-        # Where it stood before the last pulse, and what that did: a pulse that turns undoes it.
+        # The place before the last pulse, and that pulse's steps: a pulse that turns undoes them.
         past = [Signal.like(word, name=f"past_{at}") for at, word in enumerate(
             (error, along, across))]
         known, last, last_back = Signal(), Signal(2), Signal()
@@ -214,8 +215,8 @@ class MinorContract(ArcContract):
         m.d.comb += due.eq(major & Mux(back, (nearer < 0) ^ piece.outward,
                                        (further >= 0) ^ piece.outward))
 
-        # An arc: words fit; the piece is entered where the curve passes nearest; both axes go one
-        # way each, and the major one further.
+        # It is an arc: the words fit, the piece is entered at the place nearest to the curve,
+        # neither axis turns back, and the major one goes further.
         limit = 1 << (REACH - 1)
         for word in (dut.along, dut.across):
             m.d.comb += Assume(~self.entered | ((word >= -limit) & (word < limit)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.safety.arming``: nothing is armed without a press after the last bar to it."""
+"""Proofs on ``rtl.safety.arming``: it never arms without a press after ``safe`` or ``disarm``."""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover
@@ -13,7 +13,7 @@ BOUNCE, CLOSING = 2, 3  # clocks
 
 
 class ArmingContract(wiring.Component):
-    """``closed`` is the truth, from the inputs alone: a press has come, and nothing since."""
+    """``closed`` is the specification, from the inputs: a press, and neither bar since."""
 
     arm: In(1)
     safe: In(1)
@@ -49,7 +49,7 @@ class ArmingContract(wiring.Component):
             Assert(dut.contactor == (closed & ~self.safe)),
             Assert(dut.armed == (closed & (age == CLOSING))),
         ]
-        # What makes the argument close: the block's own view of the button is the true one.
+        # Needed for the induction: the block's own view of the button is the true one.
         m.d.comb += [
             Assert(dut.button.steady == low),
             Assert((~dut.held & ~dut.button.steady) == rose),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.motion.axis``: the blocks joined still lose no pulse, and ``safe`` is safe."""
+"""Proofs on ``rtl.motion.axis``: together its blocks lose no pulse, and ``safe`` is safe."""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover
@@ -11,7 +11,7 @@ from testbench.formal.prover import prove
 
 
 class AxisContract(wiring.Component):
-    """The invariant at every clock for any inputs, ``safe``, and who may ``adopt``."""
+    """The invariant in every clock for any inputs, the effect of ``safe``, and ``adopt``."""
 
     pi: In(1)
     pi_reverse: In(1)
@@ -47,7 +47,7 @@ class AxisContract(wiring.Component):
         with m.If(ready & safe & adopt):
             m.d.comb += Assert((dut.error == 0) & (dut.command == dut.position))
         with m.Elif(ready):
-            # One clock moves each position by its pulse and by nothing else.
+            # In one clock each position changes by its pulse and by nothing else.
             m.d.comb += [Assert((dut.command != command) == pi),
                          Assert((dut.position != position) == fp)]
 

@@ -11,15 +11,15 @@ from rtl.power.pulse_generator import PulseGenerator
 from testbench.formal.prover import prove
 
 WIDTH = 8
-FURTHEST = 60   # from the middle: no two places are further apart than half the range of WIDTH
+FURTHEST = 60   # from the middle: so places are at most half the range of WIDTH apart
 ORDERS = "arm", "disarm", "commit", "restart"
 
 
 class SwitchContract(wiring.Component):
-    """Switch and pulse generator, joined as in the machine.
+    """Switch and pulse generator, joined as in the controller.
 
-    Positions go by single pulses, about a middle that may lie anywhere in the range that wraps.
-    Beside the switch stands the truth: the furthest position by plain comparison.
+    Positions change by single pulses, around a middle anywhere in the range that wraps. The
+    specification is kept beside the switch: the furthest position by plain comparison.
     """
 
     origin: In(signed(WIDTH))
@@ -85,8 +85,8 @@ class SwitchContract(wiring.Component):
                 Assert((furthest <= before) & (furthest >= -FURTHEST)),
             ]
 
-        # Never before the depth, once for each arm, in the next clock if nothing is in the way, and
-        # not after another order.
+        # It switches never before the depth, once for each arm, in the next clock if nothing
+        # prevents it, and not after another order.
         due, was_due, was_take, was_count = Signal(), Signal(), Signal(), Signal(8)
         place = Signal(signed(WIDTH))
         credit = Signal()
@@ -103,7 +103,7 @@ class SwitchContract(wiring.Component):
             m.d.comb += Assert(switch.switched == was_due)
             m.d.comb += Assert(switch.count == (was_count + switch.switched)[:8])
 
-        # At the depth to the pulse, if it was armed before the depth and nothing was pending then.
+        # It switches exactly at the depth if it was armed before and nothing was pending then.
         timely = Signal()
         with m.If(self.restart | ordered):
             m.d.sync += timely.eq(0)
@@ -119,7 +119,7 @@ class SwitchContract(wiring.Component):
         with m.If(ready & switch.switched & was_timely):
             m.d.comb += Assert(switch.at == (self.origin + at).as_signed()[:WIDTH].as_signed())
 
-        # One take for each switch or commit, and no pulse has something of two conditions.
+        # There is one take for each switch or commit, and no pulse mixes two conditions.
         owed = Signal()
         with m.If(due | self.commit):
             m.d.sync += owed.eq(1)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs on ``rtl.motion.conservation``: between command and position no path pulse is lost.
 
-In full width: generator, ramp and guard as they are joined in the machine.
+Generator, ramp and guard have their full width and are joined as in the controller.
 """
 
 from amaranth import *
@@ -16,10 +16,10 @@ from testbench.formal.prover import prove
 
 
 class PulsesContract(wiring.Component):
-    """The guard looks at the generator, the ramp and a window that counts what comes.
+    """The guard checks the generator, the ramp and a window that counts the pulses.
 
-    The direction changes at rest only, and the path begins anew only there. All else is anything:
-    rates, bounds, stops, and when what is on its way is dropped.
+    The direction changes at rest only, and so does the origin. All else is free: rates, bounds,
+    stops, and when pulses on their way are dropped.
     """
 
     rate: In(30)
@@ -66,7 +66,7 @@ class PulsesContract(wiring.Component):
         ready, reverse = Signal(), Signal()
         m.d.sync += [ready.eq(1), reverse.eq(self.reverse)]
         m.d.comb += Assume(~ready | (self.reverse == reverse) | ramp.rest)
-        # What the guard asserts, in the clock itself; and what induction needs to know.
+        # The guard's claim, in the same clock; and facts that the induction needs.
         apart, under_way = Signal(32), Signal(25)
         m.d.comb += [
             apart.eq(Mux(self.reverse, position - feed.command, feed.command - position)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.gap.contact``: no pulse into what may touch, no voltage where nothing moves."""
+"""Proofs on ``rtl.gap.contact``: no pulse towards a possible contact, no voltage at rest."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
@@ -14,7 +14,7 @@ CLEARS = 2
 
 
 class ContactContract(wiring.Component):
-    """The guard; every input is free in every clock, but for the number of clear samples."""
+    """The guard; every input is free in every clock, except the number of clear samples."""
 
     off: In(1)
     safe: In(1)
@@ -38,7 +38,7 @@ class ContactContract(wiring.Component):
             m.d.comb += getattr(dut, name).eq(getattr(self, name))
         m.d.comb += dut.clear_needed.eq(CLEARS)
 
-        # VOLTAGE: only with motion, now or so lately that the axes may not have come to rest.
+        # VOLTAGE: only with motion, now or so recently that the axes may still move.
         since = Signal(range(SETTLE + 1), init=SETTLE)  # clocks since there was motion
         with m.If(self.wanted | self.moving):
             m.d.sync += since.eq(0)
@@ -47,9 +47,9 @@ class ContactContract(wiring.Component):
         with m.If(dut.look):
             m.d.comb += [Assert(self.off & ~self.safe & ~self.quiet), Assert(since != SETTLE)]
 
-        # MOTION: a pulse may come only if the discharge is on, or the gap was seen open in a look
-        # that goes on since, or the segment leads away; and never with Ss in a look, but on the
-        # first part of a way away.
+        # MOTION: a pulse may come only if the discharge is on, or the gap was found open in the
+        # present look, or the segment leads away. It never comes with Ss in a look, except on the
+        # first part of a segment that leads away.
         opened = Signal()
         clears = Signal(8)   # in a row
         with m.If(~dut.look):

@@ -13,10 +13,10 @@ WIDTH = 4
 
 
 class DistributorContract(wiring.Component):
-    """An axis that goes along segment after segment, and turns wherever it likes.
+    """An axis that goes along segment after segment, and turns anywhere.
 
     ``place`` is the number of path pulses into the segment and ``steps`` that of the axis pulses,
-    both counted forwards. At either end the next segment may be any, and is entered at either end.
+    both counted forwards. At either end any segment may follow, entered at either of its ends.
     """
 
     pulse: In(1)

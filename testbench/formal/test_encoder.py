@@ -13,10 +13,10 @@ SAMPLES, SETTLE = 3, 4
 
 
 class EncoderContract(wiring.Component):
-    """The contract for any levels, and the count of a shaft that keeps its limits.
+    """The contract for any levels, and the count of a shaft that is slow enough.
 
-    The shaft turns by at most one edge in ``SAMPLES`` + 1 clocks. Its true place, delayed by the
-    latency, is what the pulses must add up to.
+    The shaft turns by at most one edge in ``SAMPLES`` + 1 clocks. The sum of the pulses must be its
+    true place, delayed by the latency.
     """
 
     a: In(1)
@@ -87,7 +87,7 @@ class EncoderContract(wiring.Component):
             m.d.sync += clocks.eq(clocks + 1)
         m.d.sync += [illegal.eq(dut.illegal), cleared.eq(self.clear)]
 
-        # Where the levels stand in 00, 10, 11, 01, and by how much that has changed.
+        # Index of the levels in 00, 10, 11, 01, and its change.
         turned = Signal(2)
         m.d.comb += turned.eq(Cat(a ^ b, b) - Cat(a_before ^ b_before, b_before))
         m.d.comb += [

@@ -43,7 +43,7 @@ class ErrorCounterContract(wiring.Component):
             m.d.comb += Assert(difference == dut.error)
         m.d.comb += [Assert(dut.error <= LIMIT), Assert(dut.error >= -LIMIT)]
 
-        # Er moves by the change asked for, or by nothing and with the alarm: it cannot wrap.
+        # Er changes by the pulses, or not at all and with the alarm: it cannot wrap.
         ready = Signal()
         before, change, adopted, alarm = Signal(signed(WIDTH)), Signal(3), Signal(), Signal()
         m.d.sync += [ready.eq(1), before.eq(dut.error), change.eq(ordered - moved),
@@ -57,7 +57,7 @@ class ErrorCounterContract(wiring.Component):
         with m.Elif(ready):
             m.d.comb += Assert((dut.error == before) & dut.saturated)
 
-        # The guard sees nothing where there is nothing.
+        # The guard gives no false alarm.
         m.d.comb += Assert(~dut.damaged)
 
         m.d.comb += [
@@ -70,9 +70,10 @@ class ErrorCounterContract(wiring.Component):
 
 
 class DamageContract(wiring.Component):
-    """From any state of the registers, reachable or not: where the law is broken, it is told.
+    """From any state of the registers, reachable or not: a broken equation is reported.
 
-    Nothing else is asserted, so that induction begins in every state that a bit may have made.
+    Nothing else is asserted, so that the induction begins in every state that a changed bit can
+    cause.
     """
 
     pi: In(1)

@@ -20,9 +20,9 @@ AT_ONCE = ("drive_fault", "error_saturated", "encoder", "following_stopped", "fo
 
 
 class InterlockContract(wiring.Component):
-    """Watchdog, interlock and the gates of the sources, joined as in the machine.
+    """Watchdog, interlock and the gates of the sources, joined as in the controller.
 
-    Beside them stands the truth, kept from the inputs alone: which causes there are (``causes``),
+    The specification is kept beside them, from the inputs alone: the present causes (``causes``),
     and whether one came that nobody has acknowledged since it went (``owed``).
     """
 
@@ -89,7 +89,7 @@ class InterlockContract(wiring.Component):
             m.d.sync += seen.eq(Cat(level, seen))
             return seen.all()
 
-        # Limit switches and fluid: a cause at the latest when the level has lasted.
+        # Limit switches and fluid are causes at the latest when the level has lasted.
         causes = [self.estop, self.stop, power.stuck,
                   *(getattr(self, name).any() for name in AT_ONCE)]
         excused = []
@@ -102,8 +102,8 @@ class InterlockContract(wiring.Component):
                 causes.append(lasts(switches[axis], 2) & switches[axis] & ~excuse)
         causes.append(lasts(self.fluid_low, SPLASH) & self.machining & self.fluid_required)
 
-        # The watchdog is stale when calls come too late or too soon, or answers do not come. It
-        # says so itself: the proof by induction needs its view to be the true one.
+        # The watchdog expires when calls come too late or too soon, or answers do not come. Its
+        # own view must be the true one: the induction needs this.
         m.submodules.in_time = in_time = InTime()
         m.d.comb += [in_time.pet.eq(self.pet), in_time.key.eq(self.pet_key)]
         stale = in_time.late | in_time.mute
@@ -118,13 +118,13 @@ class InterlockContract(wiring.Component):
                      acknowledged.eq(self.clear & (self.clear_key == CLEAR_KEY))]
         m.d.sync += owed.eq(cause | (owed & ~acknowledged))
 
-        # SAFETY: in the very clock of a cause, and until it is gone and acknowledged.
+        # SAFETY: from the same clock as a cause until it is gone and acknowledged.
         with m.If(cause | owed):
             m.d.comb += [Assert(interlock.safe), Assert(~powered)]
         m.d.comb += Assert(~(power.on & power.sense))
 
-        # EXCUSES: only a switch that is pressed when someone asks, while safe, until it is released
-        # or something else comes; and no discharge as long as there is one.
+        # EXCUSES: only for a switch that is pressed at the request, while safe, until it is
+        # released or another cause comes; and no discharge while there is one.
         asked = Signal()
         m.d.comb += asked.eq(self.leave & (self.leave_key == CLEAR_KEY) & interlock.safe)
         for excuse, at, left, switch in excused:
@@ -143,7 +143,7 @@ class InterlockContract(wiring.Component):
                      Cover(power.stuck & ~self.gate),
                      Cover(interlock.tripped & interlock.simultaneous[1:].all())]
         # Out of time by the main loop alone, by a call too soon, by the interrupts alone.
-        hurried = Signal(2)  # clocks from the call to what is told of it
+        hurried = Signal(2)  # clocks since a call that was too soon
         m.d.sync += hurried.eq(Cat(in_time.hasty & ~interlock.safe, hurried[0]))
         m.d.comb += [Cover(interlock.tripped & in_time.late & ~in_time.mute),
                      Cover(interlock.tripped & hurried[1]),
@@ -162,16 +162,16 @@ class InterlockContract(wiring.Component):
         m.d.sync += [ready.eq(1), latched.eq(interlock.latched), live.eq(interlock.live),
                      clear.eq(acknowledged), safe.eq(interlock.safe)]
         m.d.comb += Assert(interlock.safe == (interlock.live | interlock.latched).any())
-        # Nothing but a bit that turns over tears latch and double apart.
+        # Latch and double differ only after a bit has changed by itself.
         m.d.comb += [Assert(interlock.double == ~interlock.latched), Assert(~interlock.torn)]
         with m.If(ready):
-            # A bit falls only if acknowledged and gone, and rises only with its cause.
+            # A bit falls only if its cause is acknowledged and gone, and rises only with its cause.
             m.d.comb += Assert((latched & ~interlock.latched & (~clear.replicate(len(live)) | live))
                                == 0)
             m.d.comb += Assert((interlock.latched & ~latched & ~live) == 0)
             m.d.comb += Assert((live & ~interlock.latched) == 0)
-            # One strobe per trip: in the clock after safe rose. It may also be that safe would have
-            # fallen, had not a new cause come in the clock after the acknowledgement.
+            # One strobe per trip: in the clock after safe rose, or in which safe would have fallen
+            # if no new cause had come in the clock after the acknowledgement.
             before, cleared, known = Signal(), Signal(), Signal()
             m.d.sync += [before.eq(safe), cleared.eq(clear), known.eq(1)]
             with m.If(known & safe & ~before):

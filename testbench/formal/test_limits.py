@@ -16,8 +16,8 @@ TRAVEL = 8
 class LimitsContract(wiring.Component):
     """The limits before the error counter of their axis, for any pulses and any limits.
 
-    The limits stay as they are, low below high. Within, the command stays within; outside, where
-    ``adopt`` may have left it, it comes no further away. Positions do not wrap.
+    The limits are constant, low below high. A command within stays within; a command outside, where
+    ``adopt`` may have left it, never goes further away. Positions do not wrap.
     """
 
     pi: In(1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``softcore.link_decoder``: what acts, what enters the queue, and who ends a stop."""
+"""Proofs on ``softcore.link_decoder``: bytes that act, bytes that are queued, ends of stops."""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover
@@ -15,15 +15,15 @@ BYTE = {realtime.name: realtime.byte for realtime in REALTIME}
 
 
 def _is(data, name):
-    """Whether a byte is the one of a name; the door's (0x84) is a hold's as well."""
+    """Whether a byte is that of a name; the safety door's (0x84) is a hold too."""
     return (data == BYTE[name]) | ((data == 0x84) if name == "hold" else 0)
 
 
 class DecoderContract(wiring.Component):
-    """The decoder and a queue, written out in registers, that does what it says.
+    """The decoder with a queue of plain registers.
 
-    The solver picks two bytes among those that come, an older and a younger one (``pick``): they
-    stand for any. What is begun by `!` and Ctrl-X is kept beside, from the inputs alone.
+    The solver picks two of the bytes that come, an older and a younger one (``pick``): they stand
+    for any two. The stops begun by `!` and Ctrl-X are kept beside, from the inputs alone.
     """
 
     data: In(8)
@@ -83,7 +83,7 @@ class DecoderContract(wiring.Component):
         return queue, level, taken
 
     def _entries(self, m, dut, queue, level, taken, realtime):
-        """No real-time byte enters; every other once and in order, or a mark stands for it."""
+        """No real-time byte is queued; every other is, once and in order, or a mark replaces it."""
         is_mark = dut.entry[8]
         flushed = Signal()  # in the clock before
         m.d.sync += flushed.eq(self.done & (self.data == BYTE["reset"]))
@@ -96,7 +96,7 @@ class DecoderContract(wiring.Component):
                 flushed, mark("reset"), Mux(self.framing, mark("framing"), mark("overrun"))))),
             Assert(~(dut.push & is_mark) | flushed | self.framing | (self.done & ~dut.room)),
             Assert(dut.flush == (self.done & (self.data == BYTE["reset"]))),
-            # What finds no place at all is lost where a mark stands already.
+            # A byte that finds no room is lost only if a mark already says so.
             Assert((level != DEPTH) | queue[DEPTH - 1][8]),
         ]
 
@@ -128,7 +128,7 @@ class DecoderContract(wiring.Component):
         m.d.comb += [Cover(older & younger & (second == 2)), Cover(level == DEPTH)]
 
     def _stops(self, m, dut, queue, level, taken):
-        """Each stop lasts from its byte on until firmware releases it, having seen the last one."""
+        """Each stop lasts until firmware releases it, having seen the last byte that began it."""
         begun = {name: Signal(name=f"begun_{name}") for name in ("hold", "reset")}
         seen = {name: Signal(name=f"seen_{name}") for name in begun}
         ended = Signal(2)
@@ -166,7 +166,7 @@ class DecoderContract(wiring.Component):
         ]
 
     def _overrides(self, m, dut):
-        """They stay within their bounds, and change only with their bytes or a release."""
+        """The overrides stay within their bounds, and change only with their bytes or a release."""
         feed, rapid = dut.override_feed, dut.override_rapid
         before = Signal.like(Cat(feed, rapid))
         may = Signal()

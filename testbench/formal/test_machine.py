@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on the joined machine: what each block promises holds of all of them together."""
+"""Proofs on the whole controller: the promises of its blocks hold for all of them together."""
 
 import pytest
 from amaranth import *
@@ -11,8 +11,8 @@ from testbench.formal.joined import joined
 from testbench.formal.prover import prove
 
 REACTION = 8    # clocks from the sample that completes a short to the last forward pulse
-ENTRY = 4       # ... and to the last that enters the ramp
-LOOK = 12       # ... and so long none may follow
+ENTRY = 4       # ... to the last that enters the ramp
+LOOK = 12       # ... for which none may follow
 
 
 class SafeMeansOff(Controller):
@@ -32,7 +32,7 @@ class SafeMeansOff(Controller):
         with m.If(self.safe & before):
             m.d.comb += [Assert(~self.dac.any()), Assert(~self.step.any()),
                          Assert(~self.auxiliary_strobe.any())]
-        # What makes the argument close: who waits for nobody asks for nothing.
+        # Needed for the induction: auxiliary functions that are idle have no strobe.
         m.d.comb += Assert(self.registers.auxiliary.status_busy | ~self.auxiliary_strobe.any())
         return m
 

@@ -12,8 +12,8 @@ from rtl.motion.retraction import Retraction, State
 from testbench.formal.joined import joined, motion_alone
 from testbench.formal.prover import prove
 
-SETTLED = 6     # clocks that a back_limit has stood: the bound has followed it
-FAR = 1 << 29   # no two coordinates of the path lie so far apart: 50 m
+SETTLED = 6     # clocks for which a back limit must be constant: then the bound has followed it
+FAR = 1 << 29   # coordinates of the path are less far apart: 50 m
 
 
 class Bounded(Retraction):
@@ -62,7 +62,7 @@ class Bounded(Retraction):
             m.d.comb += Assert(~beyond(self.command, limit))
             with m.If(stood == SETTLED):
                 m.d.comb += Assert(~beyond(self.command, back_limit))
-        # What makes the argument close: it goes back, with data.
+        # Needed for the induction: a state of going back has valid data.
         with m.If(back):
             m.d.comb += [Assert(self.reverse), Assert(jump | own.force["valid"])]
         at_limit = (self.state == State.AT_LIMIT) & (self.position == self.command)
@@ -75,7 +75,7 @@ class Bounded(Retraction):
 
 
 class BoundedMotion(Motion):
-    """Motion with it; no more pulses come than the ramp can store."""
+    """Motion with the property; no more pulses come than the ramp can store."""
 
     RETRACTION = Bounded
 

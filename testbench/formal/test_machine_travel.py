@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proof on the joined machine: no axis is told to leave its soft limits, whatever firmware does."""
+"""Proof on the whole controller: no command leaves the soft limits, whatever firmware does."""
 
 import pytest
 from amaranth import *
@@ -14,10 +14,9 @@ from testbench.formal.prover import prove
 class CommandsStayWithin(Controller):
     """A command goes up only from below its upper limit, and down only from above its lower one.
 
-    So from within it stays within, and from outside, where only taking over the position with
-    ``safe`` may have put it, it comes nearer. The limits stay as they are, low below high. All else
-    is free, paths and their order too. That the limits can be reached, and that pulses pass up to
-    them: ``testbench/formal/test_limits.py``.
+    So a command within stays within. A command outside, where only ``adopt`` with ``safe`` can have
+    put it, comes nearer. The limits are constant, low below high. All else is free, paths and their
+    order too. ``testbench/formal/test_limits.py`` shows that pulses pass up to the limits.
     """
 
     def elaborate(self, platform):

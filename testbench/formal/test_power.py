@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs on ``rtl.power``: no register makes a pulse longer, denser or stronger than allowed.
 
-Nor does any let a source be on when it may not, or hide a gate that is stuck.
+No register lets a source be on when it may not, or hides a stuck gate.
 """
 
 from amaranth import *
@@ -17,7 +17,7 @@ DEAD, LIMIT, SETTLE = 2, 4, 3   # clocks of the read-back
 
 
 class PowerContract(wiring.Component):
-    """Both sources joined as in the machine; every input is free in every clock."""
+    """Both sources joined as in the controller; every input is free in every clock."""
 
     machining: In(1)
     sensing: In(1)
@@ -90,7 +90,7 @@ class PowerContract(wiring.Component):
         m.d.comb += [Cover(power.sense & after_main), Cover(power.on & after_sense)]
 
     def _stuck(self, m, power):
-        """A gap that stays live is found, and gets no pulse meanwhile."""
+        """A gap that stays live is detected, and gets no pulse meanwhile."""
         reference = Signal(10)
         trusted = Signal(range(SETTLE + 1))  # clocks of the short level
         m.d.sync += reference.eq(self.reference)
@@ -113,8 +113,8 @@ class PowerContract(wiring.Component):
         with m.If(silent == LIMIT + 1):
             m.d.comb += Assert(power.stuck)
 
-        # Clocks without life or gate before this one: so many lie before every pulse, but for the
-        # clock in which it was decided.
+        # Clocks before this one without life or gate: DEAD of them precede every pulse, not
+        # counting the clock in which it was decided.
         since = Signal(range(DEAD + 1))
         with m.If(gate | life):
             m.d.sync += since.eq(0)
@@ -130,7 +130,7 @@ class PowerContract(wiring.Component):
         with m.If(gate & ~was):
             m.d.comb += Assert((decided == DEAD) | fresh)
 
-        # What is told was there: life without a gate for LIMIT clocks, pauses below DEAD aside.
+        # No false alarm: there was life without a gate for LIMIT clocks, pauses below DEAD aside.
         quiet = Signal(range(LIMIT + 1))
         with m.If(gate | (since == DEAD)):
             m.d.sync += quiet.eq(0)

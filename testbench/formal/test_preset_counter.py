@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.gap.preset_counter``: no output but for a reason, whatever changes when."""
+"""Proofs on ``rtl.gap.preset_counter``: every output has its reason, for any settings."""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover
@@ -16,7 +16,7 @@ FULL = "dame_full", "open_full", "ok_full"
 
 
 class PresetContract(wiring.Component):
-    """What must hold between the clock before (``was``) and this one; only ``period`` is steady."""
+    """Rules between the clock before (``was``) and this one; only ``period`` is constant."""
 
     def __init__(self):
         self.dut = PresetCounters()
@@ -39,7 +39,7 @@ class PresetContract(wiring.Component):
             Assume(~ready | (self.period == was.period)),
         ]
 
-        # Outputs: one at a time, with a strobe, never frozen, for a full counter, 7 first.
+        # Outputs: one at a time, with a strobe, not while frozen, for a full counter, 7 first.
         dame = was.sample & ((was.kind == PulseClass.DAME) | (was.kind == PulseClass.SHORT))
         open_ = was.sample & (was.kind == PulseClass.OPEN)
         ended = was.sample & (was.mode == Mode.TOTAL)  # a window, perhaps
@@ -61,7 +61,7 @@ class PresetContract(wiring.Component):
         m.d.sync += since.eq(Mux(dut.strobe, 1, Mux(since == PERIOD, PERIOD, since + 1)))
         m.d.comb += Assert(~dut.strobe | ((self.period != 0) & (since >= self.period)))
 
-        # A counter becomes full by a pulse only, and loses that for a reason only.
+        # A counter becomes full by a pulse only, and stops being full for a reason only.
         moved = dut.up | dut.down
         frozen = self.freeze | was.freeze  # an output may be hidden
         for full, before, pulse, preset in ((dut.dame_full, was.dame_full, dame, was.dame),

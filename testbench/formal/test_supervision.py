@@ -11,7 +11,7 @@ from testbench.formal.prover import prove
 
 
 class Small(Supervision):
-    """All but the rate, in few bits and few clocks."""
+    """The supervision without its check of the rate, with few bits and few clocks."""
 
     SIZE, GAIN, PACE, CAME = 2, 2, 4, 5
     LAG, MEMORY = 1, 2
@@ -23,14 +23,14 @@ class Small(Supervision):
         return C(0, 1)
 
 
-APART = 6      # sum of what came less what the model says: at most so many quarters of a pulse
-ALLOWANCE = 4  # twice that, and what the forgetting rounds away: a quarter times 2**MEMORY
+APART = 6      # greatest difference of pulses and model's travel, in quarters of a pulse
+ALLOWANCE = 4  # twice that, and the rounding of the decay: a quarter times 2**MEMORY
 
 
 class Agreement(wiring.Component):
-    """Pulses that never come to differ from the model's way by more than ``APART``.
+    """Pulses whose sum never differs from the model's travel by more than ``APART``.
 
-    Every 8 clocks is a tick. ``on``, Er and the gain are anything.
+    A tick comes every 8 clocks. ``on``, Er and the gain are free.
     """
 
     gain: In(Small.GAIN)
@@ -88,7 +88,7 @@ class Agreement(wiring.Component):
         return m
 
     def _invariants(self, m, dut, clock, add, take, apart, since):
-        """What induction needs to know."""
+        """Facts that the induction needs."""
         with m.If(clock == 0):
             m.d.comb += Assert(dut.step >= Small.STEPS - 1)
         with m.Else():

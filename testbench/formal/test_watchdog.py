@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs on ``rtl.safety.watchdog``: whatever is written when, it is never quiet for too long."""
+"""Proofs on ``rtl.safety.watchdog``: for any writes it is never quiet for too long."""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover

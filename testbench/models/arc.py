@@ -28,9 +28,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Piece:
-    """A segment of the path as the gateware gets it.
+    """A segment of the path as written to the gateware.
 
-    ``start`` and ``end`` are pace, error, along and across there.
+    ``start`` and ``end`` are pace, error, along and across at its ends.
     """
 
     length: int
@@ -106,7 +106,7 @@ class Piece:
 
 
 class Curve:
-    """The arc itself, in pulses of its plane: the radius runs evenly with the angle.
+    """The arc itself, in pulses of its plane: the radius is linear in the angle.
 
     ``delta`` is its end, ``centre`` the centre in 1/64 pulse, both by axis of the plane. Angles and
     lengths are floats: at the largest radius, 1e7 pulses, they are exact to 1e-8 pulse.
@@ -185,15 +185,15 @@ class Curve:
 
     def bound(self, piece: Piece, axes: tuple[int, int], start, near: float,
               turn: float) -> float:
-        """How far from the curve the places of a piece may be, by the piece's words.
+        """Greatest allowed distance of a piece's places from the curve, by the piece's words.
 
-        Half a pulse on a circle. Where the radius changes the place is half a pulse off along the
-        minor axis: half a pulse times the cosine of the angle to the major axis, and what the curve
-        bends within it. To that comes what the words' radius is off at the piece's flatter end, and
-        from there on with the angle: what it is off more at the other end, and the square of the
-        radius, which runs evenly with the major axis, less that of a radius that runs evenly with
-        the angle. In a chain, below 32 pulses of radius, it is twice what the angle of a step is
-        short by. See ``softcore/firmware/path/arc.h``.
+        On a circle it is half a pulse. If the radius changes, the place is half a pulse off along
+        the minor axis: half a pulse times the cosine of the angle to the major axis, plus the
+        curvature within it. To this is added the error of the words' radius at the piece's flatter
+        end and, in proportion to the angle from there: its further error at the other end, and the
+        difference of two squares of the radius, one linear in the major axis, the other of a radius
+        linear in the angle. In a chain, below 32 pulses of radius, it is twice the shortfall of a
+        step's angle. See ``softcore/firmware/path/arc.h``.
 
         Parameters
         ----------
@@ -202,15 +202,15 @@ class Curve:
         start
             Its first place, by axis.
         near : float
-            Angle there, roughly.
+            Approximate angle of that place.
         turn : float
-            Angle of a path pulse, roughly.
+            Approximate angle of a path pulse.
 
         Raises
         ------
         AssertionError
-            If the words' radius is off by more than firmware changes it where the axes change
-            their roles.
+            If the error of the words' radius is more than firmware may cause where the axes
+            exchange their roles.
         """
         if not self.growth:
             return 0.5

@@ -10,7 +10,7 @@ FINE = 64  # parts of a pulse in which a piece lies about its centre
 
 @dataclass(frozen=True)
 class State:
-    """What a piece is entered with: pace, error and its slopes along and across."""
+    """State with which a piece is entered: pace, error and its slopes along and across."""
 
     pace: int
     error: int
@@ -50,7 +50,7 @@ class Piece:
                 + 2 * twice * start.across + FINE * twice * twice)
 
     def across(self, major: int) -> int:
-        """The outer of two neighbours where the curve passes beyond their midpoint."""
+        """The outer of two neighbours if the curve passes beyond their midpoint, else the inner."""
         return _across(self, major)
 
     def state(self, pulses: int) -> State:
@@ -77,7 +77,7 @@ def _across(piece, major):
 def circle_piece(rng, radius: float, *, longest: int = 10**9) -> Piece:
     """A random piece of a circle of so many pulses' radius, within one octant.
 
-    The pace is that of the angle: at its start and end the cosine of the slope, evenly between.
+    The pace at its start and end is the cosine of the slope there; between them it is linear.
     """
     fine = [rng.randrange(FINE) for _ in range(2)]
     r = round(radius * FINE)
@@ -90,7 +90,7 @@ def circle_piece(rng, radius: float, *, longest: int = 10**9) -> Piece:
         x0, x1 = (round(first - fine[0] / FINE), round(last - fine[0] / FINE))
         if abs(x1 - x0) > longest:
             x1 = x0 + longest * (1 if x1 > x0 else -1)
-        # The whole of it on one side of the middle, and not beyond the octant.
+        # All of it lies on one side of the middle, and within the octant.
         xs = [FINE * x + fine[0] for x in (x0, x1)]
         if xs[0] * xs[1] >= 0 and max(map(abs, xs)) * math.sqrt(2) <= r and x0 != x1:
             break

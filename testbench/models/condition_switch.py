@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class ConditionSwitch:
-    """What was reached is looked up in the record of all positions.
+    """The furthest position is found in the record of all positions.
 
     Call ``outputs`` for the levels of a clock, then ``edge`` with the inputs of the same clock.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model of the controller's end of the link, written from the protocol and not from the firmware.
 
-It takes lines and frames, and gives the bytes that a controller would send. Time is counted, not
-waited for, so the host's time-outs can be tested in no time.
+It takes lines and frames, and gives the bytes that a controller would send. Its time is a counter,
+so that the host's time-outs can be tested without waiting.
 """
 
 from collections import deque
@@ -21,7 +21,7 @@ def crc16(data: bytes) -> int:
 
 
 def unstuffed(data: bytes) -> bytes:
-    """What is meant by the bytes between the start and the end of a frame."""
+    """Contents of the stuffed bytes between the start and the end of a frame."""
     found, flip = bytearray(), 0
     for byte in data:
         if byte == 0x10:
@@ -39,8 +39,8 @@ class Controller:
     """Line and tape mode, with a tape buffer of ``room`` bytes that ``drain`` empties.
 
     ``script`` is called as ``script(controller, line)`` for every line of line mode and may return
-    an answer other than ``ok``, or ``""`` if there is none yet; ``on_finish(controller)`` when a
-    tape has come whole.
+    an answer other than ``ok``, or ``""`` if there is none yet; ``on_finish(controller)`` is called
+    when a whole tape has come.
     """
 
     def __init__(self, *, room=256, script=None, on_finish=None):

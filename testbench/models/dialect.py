@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Model of the program dialect: what a block means, in exact decimal arithmetic.
+"""Model of the program dialect: the meaning of blocks, in exact decimal arithmetic.
 
 Written from the rules of the dialect and not from the firmware. Distances are rounded to whole
 pulses half away from zero, speeds to whole um/min half upwards; an inch is 25.4 mm. The centre of
@@ -39,13 +39,13 @@ GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 4: "once",
 SILENT = {49, 50, 61, 64, 69, 80, Decimal("91.1"), 98, 99}
 NOT_THE_MACHINES = {70, 71, 72, 73, 98, 99}     # M codes that are not for the machine side
 ALONE = 10, 36, 37, 38, 39
-STEPS = 32              # of a series of conditions by depth
+STEPS = 32              # of a depth series
 PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}  # first, second and third axis
 
 
 @dataclass
 class Meaning:
-    """What a block does. Distances in pulses, speeds in um/min, times in clocks."""
+    """Effects of a block. Distances in pulses, speeds in um/min, times in clocks."""
 
     skipped: bool = False
     delta: tuple[int, ...] = (0, 0, 0)
@@ -66,7 +66,7 @@ class Meaning:
 
 
 class Dialect:
-    """Modal state of a program, and the judgement of its blocks in turn."""
+    """Modal state of a program, which judges its blocks one after the other."""
 
     def __init__(self, *, pulses_per_mm=10_000, clock_hz=2_000_000, skip=True, mdi=None):
         self.pulses_per_mm, self.clock_hz, self.skip = pulses_per_mm, clock_hz, skip
@@ -99,12 +99,12 @@ class Dialect:
         return {**self.mdi, **self.tape}
 
     def block(self, text: str) -> Meaning:
-        """Judge a block and take over what it changes.
+        """Judge a block and apply its changes to the state.
 
         Raises
         ------
         DialectError
-            If it is damaged; the state is then of no more use.
+            If the block is not allowed; the state must not be used any more.
         """
         found = words_of(text, self.skip)
         if found is None:
@@ -357,7 +357,7 @@ class Dialect:
         self.places[int(once)] = list(self.position)
 
     def _go(self, once, words, meaning):
-        """To a place that was stored; named axes alone, over a point that their words name."""
+        """Motion of the named axes to a stored place, over the point of their words."""
         require(self.side == 40, "under a wire offset")
         require(once in self.places, "no place")
         named = [axis for axis, letter in enumerate("XYZ") if letter in words]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Model of the program dialect: the words of a block, before anything of what they mean.
+"""Model of the program dialect: the words of a block, without their meaning.
 
 Ref: ISO 6983-1; docs/reference/programs.md.
 """
@@ -12,17 +12,17 @@ _NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
 
 
 class DialectError(Exception):
-    """The block is no block of the dialect."""
+    """The block is not allowed by the dialect."""
 
 
 def require(condition, message):
-    """Hold the block to a rule."""
+    """Raise ``DialectError`` if the block breaks a rule."""
     if not condition:
         raise DialectError(message)
 
 
 def words_of(text, skip):
-    """Words of a block as (letter, sign, digits); nothing at all if it is skipped."""
+    """Words of a block as (letter, sign, digits); none if the block is skipped."""
     at, begun, words = 0, False, []
     while at < len(text):
         char = text[at].upper()
@@ -52,7 +52,7 @@ def words_of(text, skip):
 
 
 def value_of(letter, sign, digits):
-    """Value of a word; what is beyond its seventh decimal is not read."""
+    """Value of a word; digits beyond the seventh decimal are ignored."""
     whole, _, decimals = digits.partition(".")
     decimals = decimals[:7]
     digits = f"{whole}.{decimals}" if "." in digits else digits

@@ -9,7 +9,7 @@ OPEN, OK, DAME, SHORT = range(4)
 
 @dataclass(frozen=True)
 class Sample:
-    """What a pulse was."""
+    """Class of a pulse."""
 
     kind: int
     sensing: bool
@@ -30,7 +30,7 @@ class Rules:
 
 @dataclass(frozen=True)
 class Clock:
-    """What the comparators say in one clock."""
+    """Outputs of the comparators in one clock."""
 
     high: int = 0
     arc: int = 0

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass, field
 
-DELAY = 8  # clocks from an average to what follows from it
+DELAY = 8  # clocks from an average to the other outputs
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def classify(level: int, settings: Settings, before: int) -> int:
 
 @dataclass
 class FluidDetector:
-    """What is seen in this clock, ``class_`` and ``changed`` after the inputs of it."""
+    """Outputs in this clock; ``class_`` and ``changed`` depend on the inputs of this clock."""
 
     samples: int = 16
     level: int = 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass
 class PulseGenerator:
-    """Pulses by their times: which kind runs, for how long, and what rest is still owed.
+    """Pulses by their times: which kind runs, for how long, and the pause still due.
 
     Call ``outputs`` for the levels of a clock, then ``edge`` with the inputs of the same clock.
     ``running`` is ``""``, ``"main"`` or ``"sense"``; ``last`` is the kind of the last pulse.
@@ -14,7 +14,7 @@ class PulseGenerator:
 
     running: str = ""
     last: str = "main"
-    clocks: int = 0  # still to come of the pulse, or of the rest
+    clocks: int = 0  # still to come of the pulse, or of the pause
     level: int = 0
     fresh: bool = True
 
@@ -42,5 +42,5 @@ class PulseGenerator:
 
 
 def limit(*, level, on_time, off_time, level_max, on_max, off_min):
-    """Return what is allowed of level, on-time and off-time."""
+    """Return level, on-time and off-time, limited."""
     return min(level, level_max), min(on_time, on_max), max(off_time, off_min)

@@ -22,9 +22,9 @@ def braking(start_rate: int, acceleration: int, level: int) -> int:
 class Ramp:
     """The registers of the ramp as they are after so many calls of ``tick``.
 
-    The speed changes at the end of each fourth clock, by what was stored and asked for in the clock
-    before; the target is looked at in that clock only. A fall to the start/stop speed counts as
-    a fourth clock.
+    The speed changes at the end of each fourth clock, by the inputs and stored pulses of the clock
+    before; the target is read in that clock only. A fall to the start/stop speed counts as a
+    fourth clock.
     """
 
     start_rate: int

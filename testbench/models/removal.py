@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 UNITY = 4096            # the ratio 1
 MOST = 2**20 - 1        # samples of a window
-MEAN, DROP, RATIO = 37, 38, 75  # clocks from the end of a window to what follows from it
+MEAN, DROP, RATIO = 37, 38, 75  # clocks from the end of a window to these results
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def drop_of(mean: int, no_load: int, least: int) -> int:
 
 
 def ratio_of(drop: int, reference: int, lowest: int, highest: int) -> int:
-    """Es over Ex, within the bounds; the upper goes before the lower."""
+    """Es over Ex, within the bounds; the upper one has priority."""
     if not drop:
         return highest
     return min(max(reference * UNITY // drop, lowest), highest)
@@ -40,7 +40,7 @@ def ratio_of(drop: int, reference: int, lowest: int, highest: int) -> int:
 
 @dataclass
 class RemovalDetector:
-    """What is seen in this clock, after calls of ``clock`` for those before."""
+    """Outputs in this clock, after calls of ``clock`` for those before."""
 
     mean: int = 0
     drop: int = 0
@@ -50,7 +50,7 @@ class RemovalDetector:
     samples: list = field(default_factory=list)     # of the window under way
     pulses: int = 0
     clocks: int = 0
-    closed: list | None = None                      # samples of the one that is reckoned with
+    closed: list | None = None                      # samples of the one being computed
     since: int = 0                                  # clocks since its end
     no_load: int = 0                                # as read for it
     reference: int = 0

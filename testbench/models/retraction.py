@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reference model of the retraction: what happens, pulse by pulse, on a scripted gap.
+"""Reference model of the retraction: the events, pulse by pulse, on a scripted gap.
 
-Time does not occur: at and below the start/stop speed the machine answers within a pulse, so that
-the events of a run and where they happen follow from the path alone.
+The model has no time: at and below the start/stop speed the machine answers within a pulse, so that
+the events of a run and their places depend on the path alone.
 """
 
 from dataclasses import dataclass, field, replace
@@ -43,10 +43,10 @@ class Data:
 
 @dataclass(frozen=True)
 class Cue:
-    """Something that happens when the position comes to ``at`` in one direction.
+    """An incident when the position comes to ``at`` in one direction.
 
-    A short clears where the electrode has gone back to ``clear``; one that does not may still
-    clear while the machine waits at its limit (``patient``).
+    A short clears when the electrode has gone back to ``clear``. If it never gets there, the short
+    may still clear while the machine waits at its limit (``patient``).
     """
 
     cause: int
@@ -81,7 +81,7 @@ class Gap:
                 self.order = cue.cause
 
     def wait(self) -> None:
-        """Time passes at the limit."""
+        """Let time pass at the limit."""
         if self.shorted and self.short.patient:
             self.short = None
 
@@ -95,10 +95,10 @@ class HaltedError(Exception):
 
 @dataclass
 class Retraction:
-    """A run from ``position`` to ``end``, with what it reports.
+    """A run from ``position`` to ``end``, with its events.
 
     ``feed`` is the feed at the front by position. An event is ``(kind, detail, position, first,
-    second)``; what depends on time is None.
+    second)``; values that depend on time are None.
     """
 
     data: Data
@@ -130,7 +130,7 @@ class Retraction:
         raise HaltedError
 
     def run(self):
-        """Machine to the end, or to a halt."""
+        """Run to the end, or to a halt."""
         try:
             while True:
                 if self.returning and self.front - self.first >= self.gain:
@@ -148,7 +148,7 @@ class Retraction:
         return self.events
 
     def retract(self, cause, before):
-        """Go back, come forward again, and be at the front."""
+        """Go back, and come forward again to the front."""
         data = self.data
         again = self.returning
         if cause == SHORT:

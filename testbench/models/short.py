@@ -11,7 +11,7 @@ class ShortDetector:
     shorted: bool = False
     completed: bool = False
     samples: list = field(default_factory=list)  # true for shorted, oldest first
-    looked_at: list = field(default_factory=list)  # those since the window was last changed
+    looked_at: list = field(default_factory=list)  # those since the last change of the window
     clocks: int = 0                              # shorted, since the last clear sample
     setting: int = 0                             # window as set in the last clock
 

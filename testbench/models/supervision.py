@@ -7,7 +7,7 @@ magnitude of a speed below 0.
 
 from dataclasses import dataclass, field
 
-# Clocks after the tick in which it is reckoned: what the drive was told, the way, the judgement.
+# Clocks after the tick for: the drive's command, the model's travel, the judgement.
 TOLD, WAY, AGED, JUDGED = 17, 18, 19, 21
 DAC = 32767
 PHASES = frozenset("ab")

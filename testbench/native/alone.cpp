@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant alone, with outputs of a controller that a test holds.
+// The plant alone; a test drives the outputs of a controller.
 #include "station.hpp"
 
 using bench::Station;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plant without a controller: the test holds its inputs. For tests of the physics."""
+"""The plant without a controller, for tests of the physics: the test drives its pins."""
 
 import ctypes
 
@@ -30,8 +30,8 @@ INPUTS = {"enc_a": (0, 3), "enc_b": (3, 3), "gap_high": (6, 1), "gap_arc": (7, 1
 class Alone(Session):
     """A plant whose pins a test drives.
 
-    ``outputs`` are the controller's, held until changed; ``density`` is the velocity command of Z
-    in 1/32768 of full scale, given as an evenly spread bit stream.
+    ``outputs`` are those of a controller, held until changed; ``density`` is the velocity command
+    of Z in 1/32768 of full scale, given as an evenly spread bit stream.
     """
 
     def __init__(self, *, machine: dict, clock_hz: int = 2_000_000, seed: int = 1):
@@ -72,7 +72,7 @@ class Alone(Session):
         self.until((), clocks)
 
     def until(self, names: tuple[str, ...], clocks: int) -> int:
-        """Run until one of these inputs changes, at most ``clocks``; return how many went by."""
+        """Run until one of these inputs changes, at most ``clocks``; return the clocks run."""
         mask = 0
         for name in names:
             at, width = INPUTS[name]
@@ -83,13 +83,13 @@ class Alone(Session):
         return gone
 
     def hold(self, *, gap_um: float, debris: float = 0.0) -> None:
-        """Freeze the state of the gap, and let it be taken over."""
+        """Freeze the state of the gap, and let it take effect."""
         self.set("force.gap_um", gap_um)
         self.set("force.debris", debris)
         self.run(32)
 
     def pulse(self, *, on_us: int, off_us: int, level: int = 6) -> float | None:
-        """One main pulse; return when the current began, in us from the gate, or None."""
+        """Make one main pulse; return the ignition delay in us from the gate, or None."""
         mhz = self.clock_hz // 1_000_000
         self.drive(gap_on=1, gap_level=level)
         delay, began = 0, None

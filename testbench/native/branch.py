@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trying things on one simulation without changing it: each in a copy of the whole process.
+"""Trials on one simulation that do not change it: each runs in a copy of the whole process.
 
-A simulation can neither be saved nor set back. The operating system copies a process in a
-millisecond, with everything that is in it; so a state that takes a second to reach is reached once
-for a hundred trials.
+A simulation can be neither saved nor reset to an earlier state. But the operating system copies a
+process in a millisecond, with everything in it. So a state that takes a second to reach has to be
+reached only once for a hundred trials.
 """
 
 import json
@@ -16,23 +16,23 @@ __all__ = ["BranchError", "branch"]
 
 
 class BranchError(RuntimeError):
-    """What was tried has failed; the text is its traceback."""
+    """A trial has failed; the text is its traceback."""
 
 
 def branch(work: Callable[[], object]) -> object:
     """Run ``work()`` in a copy of this process; return its result, as JSON gives it back.
 
-    Nothing that it does to a simulation, or to anything else in memory, is seen here. It must not
-    wait for another thread: the copy has one only.
+    Its changes of a simulation, or of anything else in memory, stay in the copy. ``work`` must not
+    wait for another thread: the copy has only one.
 
     Raises
     ------
     BranchError
-        If it raises, or the copy dies.
+        If ``work`` raises, or the copy dies.
     """
     reading, writing = os.pipe()
     with warnings.catch_warnings():
-        # Of threads that hold a lock just then: those of pytest and numpy, which are not used.
+        # The warning is about threads that hold a lock: those of pytest and numpy, not used here.
         warnings.simplefilter("ignore", DeprecationWarning)
         child = os.fork()
     if child == 0:
@@ -50,7 +50,7 @@ def branch(work: Callable[[], object]) -> object:
 
 
 def _work(work, reading, writing):
-    """The copy's part; it does not return."""
+    """Run ``work`` in the copy and end it; never returns."""
     status = 1
     try:
         os.close(reading)

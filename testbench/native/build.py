@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build the native simulation: the controller and the plant's C++ into one shared library.
 
-The tools are called directly, so that neither make nor perl is needed. Everything is kept under
-``build/native/`` by the digest of what goes into it, in steps: the flat netlist by the gateware's
-sources; the compiled controller by the netlist; the compiled machine, meanwhile, by its C++; the
-library by all of them. Firmware is none of that: it is loaded when a simulation starts.
+The tools are called directly, so that neither make nor perl is needed. Each result is kept under
+``build/native/`` by the digest of its inputs: the flat netlist by the gateware's sources; the
+compiled controller by the netlist; the compiled machine (compiled at the same time) by its C++; the
+library by all of them. Firmware is not part of it: it is loaded when a simulation starts.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ Progress = Callable[[str], None]
 
 
 def sources() -> list[Path]:
-    """Every file that a change of the bench's C++ can be in."""
+    """Every file of the bench's C++."""
     return sorted(path for folder in (HERE, PLANT) for path in folder.iterdir()
                   if path.suffix in {".cpp", ".hpp"})
 

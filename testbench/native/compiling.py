@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Running compilers, and keeping what they made by the digest of what went in."""
+"""Running compilers, and keeping their results by the digest of the inputs."""
 
 import fcntl
 import hashlib
@@ -18,14 +18,14 @@ BUILD = Path(__file__).parents[2] / "build" / "native"
 # The Verilog is generated: its widths were decided, and reviewed, in Amaranth.
 VERILATE = ["--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
             "-Wno-fatal", "-Wno-lint", "-Wno-style", "--prefix", "Vtop"]
-# The generated C++ is nobody's to read: no warnings.
+# Nobody reads the generated C++: no warnings.
 COMPILE = ["-O2", "-fPIC", "-w"]
 # zig turns sanitizers on by default.
 ZIG = ["-fno-sanitize=all"]
 
 
 class BuildError(RuntimeError):
-    """A tool of the build has failed; its own words follow."""
+    """A tool of the build has failed; the text has its output."""
 
 
 def run(command: Iterable, **options) -> None:
@@ -51,10 +51,10 @@ def digest(*words, sources: Iterable[Path] = ()) -> str:
 
 
 def kept(folder: Path, build: Callable[[Path], None]) -> Path:
-    """``folder``; ``build(place)`` makes it if it is not there.
+    """``folder``; ``build(place)`` makes its contents if it does not exist.
 
-    It is made under another name and moved, so that it is there whole or not at all. A process that
-    finds another one at it waits.
+    It is made under another name and then moved, so that it never exists in part. If another
+    process is making it, this one waits.
     """
     if folder.exists():
         return folder
@@ -85,7 +85,7 @@ def objects(sources: Iterable[Path], folder: Path, options: Sequence) -> list[Pa
 
     def one(source):
         target = folder / f"{source.stem}.o"
-        # What runs once needs no optimisation, and takes the compiler longest.
+        # Code that runs once needs no optimisation, which would take the compiler longest.
         quick = ["-O0"] if "Slow" in source.stem else []
         run([*command, *quick, "-c", source, "-o", target], cwd=folder)
         return target

@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 def component_library(component: wiring.Component, driver: Path) -> ctypes.CDLL:
     """Library of the C++ file ``driver`` with ``component`` as its class ``Vtop``.
 
-    It is built once for what both contain, in some ten seconds.
+    It is built once for the contents of both, in about ten seconds.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller as a C++ class, ``Controller``, in which only what has changed is worked out.
+"""The controller as a C++ class, ``Controller``, which computes only values that may have changed.
 
-Yosys makes one flat module of the emitted netlist and the processor's Verilog. What a clock changes
-in the class is what it changes in that module, bit for bit; ``testbench.cosim.test_controller``
-compares it with Verilator's C++ of the same gateware, in every pin and every clock.
+Yosys makes one flat module of the emitted netlist and the processor's Verilog. A clock of the class
+has the same effect as a clock of that module, bit for bit: ``testbench.cosim.test_controller``
+compares the class with Verilator's C++ of the same gateware, in every pin and every clock.
 """
 
 import json
@@ -20,9 +20,9 @@ from testbench.native.probes import MEMORY, PARITY, PROBES
 __all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
 
 CLOCK, GATE = "clk", "gapkeeper_clock_gate"
-FILES = 3       # of the parts, to be compiled at the same time
-# Memories are read within a clock, by the address that a register keeps. What has no value at the
-# start is zero, as it is in Verilator's C++.
+FILES = 3       # into which the parts go, to be compiled at the same time
+# A memory is read within a clock, at the address that a register keeps. A value that is not defined
+# at the start is zero, as in Verilator's C++.
 SCRIPT = """
 read_verilog processor.v
 hierarchy -top VexRiscv
@@ -90,7 +90,7 @@ def read(folder: Path) -> Emission:
     Raises
     ------
     testbench.native.netlist.NetlistError
-        If there is something in it that this simulation does not know.
+        If the module has a cell that this simulation cannot handle.
     """
     module = json.loads((folder / "controller.json").read_text())["modules"]["gapkeeper"]
     netlist = Netlist(module, CLOCK, GATE)
@@ -100,11 +100,11 @@ def read(folder: Path) -> Emission:
 
 
 def write(emission: Emission, folder: Path) -> list[Path]:
-    """Write the class into a folder, as ``controller.hpp`` and the files to compile; return these.
+    """Write ``controller.hpp`` and the files to compile into a folder; return the latter.
 
-    Its methods: ``set_<input>``, ``<output>`` and ``probe_<name>``; ``poke_<name>`` of probes that
-    may be written; ``edge``, a clock; ``touch`` and then ``settle`` after anything else in it has
-    been changed.
+    Methods of the class: ``set_<input>``, ``<output>`` and ``probe_<name>``; ``poke_<name>`` for
+    writable probes; ``edge`` for a clock; ``touch`` and then ``settle`` after any other change of
+    its members.
     """
     (folder / "controller.hpp").write_text(_header(emission))
     files = [folder / "controller.cpp"]
@@ -222,7 +222,7 @@ def _controller(e):
 
 
 def _contents(memory):
-    """Statements for what is in a memory at the start, where that is not zero."""
+    """Statements that write the initial contents of a memory where they are not zero."""
     text = memory.initial.replace("x", "0")
     if "1" not in text:
         return
@@ -234,7 +234,7 @@ def _contents(memory):
 
 
 def _rounds(e):
-    """C++ that goes through the parts in order: those that are dirty, and those of every clock."""
+    """C++ that runs parts in order: those that are dirty, and those that run in every clock."""
     count, early = len(e.parts.parts), e.parts.early
     out = ["static void (*const PART[])(Controller&) = {"
            + ", ".join(f"part{index}" for index in range(count)) + "};",

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C++ for the parts of a netlist: each worked out only if something that it reads has changed.
+"""C++ for the parts of a netlist: a part is computed only if something that it reads has changed.
 
-A part has a bit in ``dirty``. A clock goes through the bits that are set, in order; a value that
-comes out other than it was sets the bits of its readers. Those that something reads in almost every
-clock have none: each clock works them out. A register that parts behind read, still
-in this clock, changes at its end: the part sets a bit of ``pending``.
+A part has a bit in ``dirty``. A clock goes through the set bits in order. A value that changes sets
+the bits of its readers. Parts whose inputs change in almost every clock have no bit: they are
+computed in every clock. A register that later parts still read in the same clock changes at the end
+of the clock: its part sets a bit of ``pending``.
 """
 
 from collections import defaultdict
@@ -15,14 +15,14 @@ from testbench.native.parts import HELD, Parts
 
 __all__ = ["Emission"]
 
-# Nodes in both branches of a choice that are rather worked out than jumped over, by the part.
+# Number of nodes in both branches of a choice up to which computing them is faster than a jump.
 FEW = {"processor": 12, "busy": 6, "": 3}
 
 
 class Block:
-    """Statements under one condition: nodes, then choices between blocks, then what is taken.
+    """Statements under one condition: nodes, then choices between blocks, then register updates.
 
-    ``path`` are the choices that lead to it, each as its number and the branch.
+    ``path`` has the choices that lead to the block, each as its number and the branch.
     """
 
     def __init__(self, path=()):
@@ -50,7 +50,7 @@ class Emission(Expressions):
         self.guards = [writer.guard() for writer in self.writers]
 
     def _deferred(self):
-        """Registers that a part behind their own reads."""
+        """Registers that are read by a part after their own."""
         found = set()
         for part in self.parts.parts:
             for sink in part.sinks:
@@ -64,8 +64,8 @@ class Emission(Expressions):
     def marks(self, index: int) -> str:
         """Statements that make every reader of a value dirty.
 
-        A reader that does nothing unless its guard is true is left alone while that is false: the
-        guard's own change makes it dirty.
+        A reader that does nothing unless its guard is true is not marked while that is false: the
+        change of the guard will mark it.
         """
         groups = defaultdict(set)
         for reader in self.parts.readers.get(index, ()):
@@ -78,11 +78,11 @@ class Emission(Expressions):
             for test, readers in groups.items())
 
     def always(self, part: int) -> bool:
-        """Whether a part is worked out in every clock."""
+        """Whether a part is computed in every clock."""
         return self.parts.parts[part].name == "busy"
 
     def whole(self, part: int) -> bool:
-        """Whether a part marks itself, as long as its registers can change."""
+        """Whether a part marks itself for as long as its registers can change."""
         return self.parts.parts[part].name == "processor"
 
     @staticmethod
@@ -104,7 +104,7 @@ class Emission(Expressions):
 
 
 class PartWriter:
-    """Writes one part: what only one branch of a choice needs is worked out in that branch."""
+    """Writes one part: a node that only one branch of a choice needs is computed in that branch."""
 
     def __init__(self, emission, part):
         self.e = emission
@@ -113,7 +113,7 @@ class PartWriter:
         users = emission.parts.users
         self.kept = {node.index for node in part.kept}
         here = self.inside | {sink.index for sink in part.sinks}
-        # What is kept and not read here is taken at the end, as registers are.
+        # Kept values that this part does not read are stored at the end, as registers are.
         self.ends = [node for node in part.nodes
                      if node.index in self.kept and not users[node.index] & here]
         self.ending = {node.index for node in self.ends}
@@ -125,7 +125,7 @@ class PartWriter:
         self._plan()
 
     def _temporary(self):
-        """Registers that change in place but are read here by more than their own next value."""
+        """Registers that change in place although this part reads them for other values too."""
         found = set()
         for sink in self.part.sinks:
             if sink.kind != "register" or sink.index in self.e.deferred:
@@ -161,7 +161,7 @@ class PartWriter:
         return self.blocks[path]
 
     def _takes(self, items, path):
-        """Plan what is taken: items are (sink, word, conditions before it); same choice, one if."""
+        """Plan updates, (sink, word, conditions before it); those of one choice share an ``if``."""
         groups = defaultdict(list)
         for sink, word, gates in items:
             if gates:
@@ -201,7 +201,7 @@ class PartWriter:
                 self._takes(inner, (*path, (number, label)))
 
     def _choice(self, word, sink):
-        """The choice that a sink's value is, if nothing else needs it."""
+        """The choice that makes a sink's value, if nothing else uses it."""
         if sink.kind == "write" or len(word) != 1 or word[0].node < 0 or word[0].low:
             return None
         node = self.e.nodes[word[0].node]
@@ -245,7 +245,7 @@ class PartWriter:
     def _place(self):
         """Put every node into the innermost block that has all its users."""
         cost = self._costs()
-        # Users come before what they use in this direction, so that all uses are known.
+        # In this direction users come before the nodes that they use, so that all uses are known.
         for node in reversed(self.part.nodes):
             if node.index in self.taken or node.index in self.ending:
                 continue
@@ -272,7 +272,7 @@ class PartWriter:
             block.nodes.reverse()
 
     def _costs(self):
-        """What each node costs with all that is worked out for it alone."""
+        """Cost of each node, with the nodes that are computed for it alone."""
         found = {}
         for node in self.part.nodes:
             own = {"$pmux": len(node.choices), "read": 5, "$mul": 3}.get(node.kind, 1)
@@ -288,7 +288,7 @@ class PartWriter:
     # -- lines
 
     def guard(self):
-        """C++ of what must be true for the part to do anything, or nothing; and what it reads."""
+        """C++ of the condition for the part to do anything, or ""; and the nodes that it reads."""
         words = self._guard(self.root)
         if not words or len(words) > 3:
             return "", set()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C++ of what the nodes of a netlist make of their words.
+"""C++ expressions for the nodes of a netlist.
 
 Every value is unsigned and has no bits beyond its width.
 """
@@ -44,7 +44,7 @@ class Expressions:
     def __init__(self, parts: Parts):
         self.parts = parts
         self.nodes = parts.netlist.nodes
-        self.local: set[int] = set()    # what the function that is written has in a variable
+        self.local: set[int] = set()    # nodes with a variable in the present function
 
     def name(self, index: int) -> str:
         """C++ of a node's value."""
@@ -109,7 +109,7 @@ class Expressions:
         return self.word(runs, bits if signed and width(runs) < bits else 0)
 
     def value(self, node: Node) -> str:
-        """C++ of what a node makes of its words; choices are made where both sides are ready."""
+        """C++ of a node's operation; both sides of a choice must have been computed."""
         ports, kind, bits = node.ports, node.kind, node.width
         both = all(node.signed)
         a = ports.get("A", [])
@@ -177,7 +177,7 @@ class Expressions:
         return "(" + (" | ".join(self._field(*one) for one in bits.items()) or "0ull") + ")"
 
     def _equals(self, word, constant):
-        """C++ of whether a word is a constant: 0 or 1. Nothing is shifted for it."""
+        """C++ of whether a word equals a constant, 0 or 1, without any shift."""
         value, at = 0, 0
         for run in constant:
             value |= run.constant << at
@@ -207,7 +207,7 @@ class Expressions:
         return "(" + (" & ".join(tests) or "1ull") + ")"
 
     def _field(self, index, field):
-        """C++ of some bits of a node, where they are."""
+        """C++ of some bits of a node, in place (not shifted)."""
         bits = self.nodes[index].width
         if bits > 64:
             raise NetlistError(f"{self.nodes[index].name} is compared in {bits} bits")
@@ -216,7 +216,7 @@ class Expressions:
         return f"((u64){self.name(index)} & {literal(field)})"
 
     def _pieces(self, word):
-        """A word cut into such of at most 64 bits."""
+        """A word cut into words of at most 64 bits."""
         found, now, bits = [], [], 0
         for run in word:
             if bits + run.width > 64:

@@ -47,7 +47,7 @@ public:
         settle();
     }
 
-    // One bit of a word of the memory turns over, or its parity.
+    // Inverts one bit of a word of the memory, or its parity.
     void flip(size_t word, unsigned bit) {
         if (bit == 32)
             controller_.parity()[word] ^= 1;
@@ -64,7 +64,7 @@ public:
             advance<true>();
     }
 
-    // The netlist alone, with the inputs that another session has kept.
+    // Runs the netlist alone, on the inputs that another session has kept.
     void replay(const Session& other) {
         uint64_t clock = 0;
         for (const bench::Inputs& inputs : other.kept) {
@@ -79,7 +79,7 @@ public:
     int64_t probe(size_t index) { return read(PROBES[index]); }
     void poke(size_t index, int64_t value) { PROBES[index].write(controller_, value); }
 
-    // Turn a bit of a register over.
+    // Inverts a bit of a register.
     void turn_over(size_t member, unsigned bit) {
         uint8_t& byte = *(reinterpret_cast<uint8_t*>(&controller_) + STATE[member].offset + bit / 8);
         byte ^= static_cast<uint8_t>(1u << bit % 8);
@@ -99,7 +99,7 @@ public:
     uint64_t trace_period = 0;
 
 private:
-    // After a change from outside.
+    // Called after a change from outside.
     void settle() {
         controller_.touch();
         controller_.settle();
@@ -149,7 +149,7 @@ private:
             if (!told)
                 fst.time(fst.writer, station_.clock * fst.step);
             told = true;
-            // Handles count from 1 in the order of the taps. No more bits than the signal has.
+            // Handles count from 1 in the order of the taps. The value is cut to the signal's bits.
             fst.value(fst.writer, static_cast<uint32_t>(i + 1), probe.bits,
                       static_cast<uint64_t>(value) & (~0ull >> (64 - probe.bits)));
         }

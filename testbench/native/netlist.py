@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A netlist of words, read from the JSON that Yosys writes of a flat module.
 
-Every node has one value of at most 128 bits, made by one cell or by a part of one: registers and
-choices that are wider than 64 bits are cut, as each of their bits is for itself.
+Every node has one value of at most 128 bits, made by one cell or by a part of one. Registers and
+choices wider than 64 bits are cut, since their bits do not depend on each other.
 """
 
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ KNOWN = BITWISE | {"$add", "$sub", "$mul", "$neg", "$eq", "$ne", "$lt", "$le", "
 
 
 class NetlistError(ValueError):
-    """The module has something that this simulation does not know."""
+    """The module has something that this simulation cannot handle."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class Run:
 
 @dataclass(eq=False)
 class Node:
-    """One word: a register, what a cell works out, a port of a memory, or an input.
+    """One word: a register, the result of a cell, a port of a memory, or an input.
 
     ``kind`` is the cell's, or ``input``, ``register``, ``read`` or ``write``; ``ports`` are the
-    words that come in, as lists of runs with the lowest first. A register has ``D`` and, if it is
-    not taken in every clock, ``EN``, a list of the words that must all be true.
+    incoming words, as lists of runs, the lowest first. A register has ``D`` and, if it does not
+    change in every clock, ``EN``, a list of the words that must all be true.
     """
 
     index: int
@@ -68,21 +68,21 @@ class Memory:
 
 
 class Netlist:
-    """The nodes and memories of a module, and where its ports and names are.
+    """The nodes and memories of a module, and the places of its ports and names.
 
     Parameters
     ----------
     module : dict
-        Of the JSON: ``ports``, ``cells``, ``netnames``.
+        The module in the JSON: ``ports``, ``cells``, ``netnames``.
     clock : str
-        Port of the clock; all registers take its rising edge, or that of the gated clock.
+        Port of the clock; all registers use its rising edge, or that of the gated clock.
     gate : str
         Type of the cell that gates a clock: ``enable``, ``gated``.
 
     Raises
     ------
     NetlistError
-        If a cell, a clock or a width is none that can be simulated here.
+        If a cell, a clock or a width cannot be simulated here.
     """
 
     def __init__(self, module: dict, clock: str, gate: str):
@@ -104,7 +104,7 @@ class Netlist:
             connect(node)
         del self._pending
 
-    # ---- what the rest needs
+    # ---- for the other modules
 
     def word(self, bits: list) -> list[Run]:
         """Runs of a list of bits."""

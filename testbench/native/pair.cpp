@@ -15,7 +15,7 @@
 
 namespace {
 
-// Verilator's controller, with the methods of the other.
+// Verilator's controller, with the methods of the other class.
 struct Plain {
     Vtop model;
 
@@ -33,7 +33,7 @@ struct Plain {
         model.clk = 0;
         model.eval();
     }
-    // The falling edge of the clock before, for the gate of the processor's clock, and a rising one.
+    // A falling edge first, for the gate of the processor's clock, then a rising one.
     void edge() {
         settle();
         model.clk = 1;
@@ -108,7 +108,7 @@ void pair_load(Pair* pair, const uint32_t* words, const uint8_t* parities, uint6
     pair->driven.touch();
     pair->driven.settle();
 }
-// Run on the inputs that a session has kept; whether all was the same.
+// Runs on the inputs that a session has kept; returns whether all was the same.
 int pair_run(Pair* pair, const bench::Inputs* kept, uint64_t count, uint64_t clocks) {
     for (const bench::Inputs* inputs = kept; inputs != kept + count; ++inputs) {
         if (!pair->run(inputs->clock < clocks ? inputs->clock : clocks))

@@ -80,10 +80,10 @@ def pair_library(clock_hz: int, kind: str = "sinker", model: Path | None = None)
 
 
 def difference(native: Simulation, library: Path) -> tuple[int, str] | None:
-    """Clock and name of the first pin or probe in which both differ, on what ``native`` has kept.
+    """Clock and name of the first pin or probe that differs, on the inputs that ``native`` kept.
 
-    ``native`` had ``keep_inputs`` called before its first clock, and nothing changed from outside
-    but what goes over pins.
+    ``keep_inputs`` of ``native`` must have been called before its first clock, and nothing must
+    have changed it from outside except over pins.
     """
     code = ctypes.CDLL(str(library))
     declare(code, _FUNCTIONS)

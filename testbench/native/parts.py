@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A netlist cut into parts, each to be worked out only when something that it reads has changed."""
+"""A netlist cut into parts. A part is computed only when something that it reads has changed."""
 
 import re
 from collections import Counter, defaultdict
@@ -11,12 +11,12 @@ from testbench.native.netlist import Netlist, NetlistError, Node, Run
 
 __all__ = ["Part", "Parts"]
 
-HELD = {"input", "register"}        # keep their value; all other nodes are worked out
+HELD = {"input", "register"}        # keep their value; all other nodes are computed
 SINKS = {"register", "write"}
 DECODER = 8                         # comparisons of one word with so many constants
 LARGEST = 48                        # nodes in a part
-# Registers that change in most clocks, as measured: what reads them is one part, worked out in
-# every clock. It costs time, and nothing else, if one is missing or too many.
+# Registers that change in most clocks, as measured. Their readers form one part, which is computed
+# in every clock. A wrong entry in this list only costs time.
 PROCESSOR = ("soc.cpu", "soc.memory")
 BUSY = re.compile(r"""
     soc\.(cycle | uart\.receiver\.timer | sleep\.left
@@ -29,11 +29,11 @@ BUSY = re.compile(r"""
 
 @dataclass(eq=False)
 class Part:
-    """Nodes that are worked out together, in order; what it keeps, and what is taken at its end.
+    """Nodes that are computed together, in order, and the registers and writes at their end.
 
-    ``nodes`` are combinational; ``kept`` of them are read elsewhere; ``sinks`` are the registers
-    and the writes that this part works out the next value of. ``early`` says that no input of the
-    controller reaches it in the same clock.
+    ``nodes`` are combinational; ``kept`` are those of them that are read elsewhere; ``sinks`` are
+    the registers and the writes whose next values this part computes. ``early`` says that no input
+    of the controller reaches it in the same clock.
     """
 
     index: int
@@ -45,14 +45,14 @@ class Part:
 
 
 class Parts:
-    """The parts of a netlist, in an order in which each follows what it reads.
+    """The parts of a netlist, ordered so that each follows the parts that it reads.
 
-    The first ``early`` of them are all that the signals in ``seen`` need.
+    The first ``early`` of them are enough for the signals in ``seen``.
 
     Parameters
     ----------
     netlist : Netlist
-        What to cut.
+        The netlist to cut.
     seen : list of list of Run
         Words that are read from outside between two clocks.
     """
@@ -93,7 +93,7 @@ class Parts:
         return {run.node for word in self.words(node) for run in word if run.node >= 0}
 
     def through(self, sources: Iterable[int]) -> set[int]:
-        """Sources, with what is inlined replaced by what it reads."""
+        """Sources, with inlined nodes replaced by the nodes that they read."""
         found = set()
         for source in sources:
             if source in self.inlined:
@@ -106,10 +106,10 @@ class Parts:
         return self.through(self._direct(node))
 
     def _find_inlined(self):
-        """Nodes that every reader works out for itself.
+        """Nodes that every reader computes for itself.
 
-        A decoder's comparisons: they all change whenever the address does, and few are asked for.
-        And single inverted bits.
+        These are a decoder's comparisons, since all change with the address but few are read, and
+        single inverted bits.
         """
         compared = Counter()
         decoders = {}
@@ -130,7 +130,7 @@ class Parts:
     # ---- order
 
     def _sorted(self):
-        """Combinational nodes, each after what it reads."""
+        """Combinational nodes, each after the nodes that it reads."""
         nodes = self.netlist.nodes
         done: dict[int, bool] = {}
         order = []
@@ -162,7 +162,7 @@ class Parts:
         return order
 
     def _find_early(self, seen):
-        """Nodes that what is seen from outside needs; no input may reach them."""
+        """Nodes on which signals seen from outside depend; no input may reach them."""
         nodes = self.netlist.nodes
         stack = [source for word in seen for run in word if run.node >= 0
                  for source in self.through([run.node])]
@@ -180,7 +180,7 @@ class Parts:
     # ---- parts
 
     def _classify(self):
-        """Class of every node: nodes of one class only are worked out together."""
+        """Class of every node: only nodes of one class are computed together."""
         nodes = self.netlist.nodes
         busy = {node.index for node in nodes
                 if node.kind == "register" and BUSY.fullmatch(node.name)}
@@ -196,7 +196,7 @@ class Parts:
         return found
 
     def _kind(self, index):
-        """Of what kind a node's class is: only nodes of one kind are worked out for each other."""
+        """Kind of a node's class: a node is computed only for another one of its kind."""
         stage, where = self._classes[index]
         return stage == 0, where if where in {"busy", "processor"} else ""
 
@@ -219,7 +219,7 @@ class Parts:
         return name.rpartition(".")[0]
 
     def _units(self, forced):
-        """For every node the one that it is worked out for alone, or itself."""
+        """For every node the only other node that it is computed for, or itself."""
         owner = {node.index: node.index for node in self.netlist.nodes}
         for index in reversed(self._order):
             users = self.users[index]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pins of a controller's class, whoever made it.
+// The pins of a controller's class, Verilator's or ours.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace bench {
 
-// What the controller's inputs are from a clock on.
+// The controller's inputs from a clock on.
 struct Inputs {
     uint64_t clock;
     plant::ToController to;

@@ -7,7 +7,8 @@
 
 extern "C" {
 
-// `inputs` has a row of ten numbers a clock, in the order taken here; the last row holds on.
+// `inputs` has a row of ten numbers for each clock, in the order taken here; the last row holds for
+// all later clocks.
 // `outputs` gets the outputs of the same clock, before its edge: bits 0 to 5 are up, down, strobe,
 // dame_full, open_full and ok_full.
 void preset_run(uint64_t clocks, uint64_t rows, const uint32_t* inputs, uint8_t* outputs) {

@@ -25,7 +25,7 @@ def _library():
 def compiled(inputs, clocks: int | None = None) -> np.ndarray:
     """Outputs by clock from reset on, a byte each with a bit for each of ``OUTPUTS``.
 
-    ``inputs`` has a row of ``INPUTS`` a clock; the last holds on if there are more ``clocks``.
+    ``inputs`` has a row of ``INPUTS`` for each clock; the last row holds for all later ``clocks``.
     """
     inputs = np.ascontiguousarray(inputs, dtype=np.uint32)
     outputs = np.empty(clocks or len(inputs), dtype=np.uint8)

@@ -25,9 +25,9 @@ class Probe:
     """A signal: its name, width and signedness, and where it is.
 
     ``scope`` is a module of the emitted Verilog, or an instance in it of ``module``; ``signal`` is
-    its name there if it is another; for a signal of the machine ``scope`` is empty, and ``value``
-    is the C++ that reads it from the plant ``machine``. ``writable`` says that a test may change
-    it, and ``natively`` that it may so in the native simulation only.
+    the name there if it differs. For a signal of the machine ``scope`` is empty, and ``value`` is
+    the C++ that reads it from the plant ``machine``. ``writable`` says that a test may change the
+    signal; ``natively``, that it may in the native simulation only.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Probe:
 
 
 def _register(name):
-    """Name in the Verilog of what is behind a register."""
+    """Name in the Verilog of the signal behind a register."""
     for block in BLOCKS:
         if name.startswith(f"{block.name}_"):
             return f"registers__{block.name}__{name.removeprefix(f'{block.name}_')}"
@@ -69,7 +69,7 @@ PROBES = (
     Probe("gap_open_count", 32), Probe("gap_ok_count", 32),
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
     Probe("servo_ups", 32), Probe("servo_downs", 32),
-    # Of the condition in force, not of the registers in which one is staged.
+    # These belong to the condition in force, not to the registers in which one is staged.
     *(Probe(name, bits, scope=CONDITION, signal=f"words__{name}") for name, bits in (
         *((f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
         ("feed_no_load", 16), ("power_level", 6))),
@@ -90,14 +90,14 @@ PROBES = (
     Probe("go", 1, scope=MOTION),                     # path pulses may come
     # Rate of the ramp less the start/stop speed, 2**-34 pulse/clock.
     Probe("ramp_above", 32, scope=f"{MOTION}.ramp", signal="above"),
-    # Clocks until the processor's clock runs again: written, it stops the processor.
+    # Clocks until the processor's clock runs again; writing it stops the processor.
     Probe("sleep_left", 16, scope=f"{SOC}.sleep", signal="left", writable=True),
     Probe("safety_limits_leaving", 1),
     Probe("processor_held", 1, scope=f"{SOC}.notice", signal="held"),
     # Whether the processor takes interrupts.
     Probe("interrupts", 1, natively=True, signal="CsrPlugin_mstatus_MIE", module="VexRiscv",
           scope=f"{SOC}.cpu.core"),
-    # Soft limits, and what the guards go by: a test may turn a bit over.
+    # Soft limits and guarded registers, of which a test may invert a bit.
     Probe("axis_x_high", 32, signed=True, natively=True),
     Probe("axis_y_low", 32, signed=True, natively=True),
     Probe("fluid_parity", 1, natively=True, scope=f"{SOC}.registers",
@@ -124,8 +124,8 @@ PROBES = (
 def public(*, writable: bool) -> str:
     """Verilator's configuration: what can be read, and with ``writable`` what can be written.
 
-    What can be written counts as an input, and all that hangs on it is worked out twice a clock:
-    a tenth of the speed. C++ can write without that, if it lets the model settle afterwards.
+    A writable signal counts as an input, and all that depends on it is computed twice a clock, at a
+    tenth of the speed. C++ can write any signal if it lets the model settle afterwards.
     """
     lines = ["`verilator_config"]
     for probe in PROBES:
@@ -165,7 +165,7 @@ def header() -> str:
 
 
 def plain(path: list[str]) -> str:
-    """Name of a signal in Verilator's C++, which keeps two underscores in a row for itself."""
+    """Name of a signal in Verilator's C++, which encodes two underscores in a row."""
     if path[:-1] == [TOP]:
         return path[-1]
     return "__DOT__".join(part.replace("__", "___05F") for part in path)

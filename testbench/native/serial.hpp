@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The host's end of the serial line: 8 data bits, no parity, 1 stop bit, at a whole number of
-// clocks per bit. The way to the controller may be made a bad one.
+// clocks per bit. Bytes on their way to the controller may be damaged.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace bench {
 
-constexpr unsigned BROKEN = 0x100;  // with a byte to send: without its stop bit
+constexpr unsigned BROKEN = 0x100;  // flag of a byte that is sent without its stop bit
 
-// What happens to a byte: one bit is turned over, it is lost, comes twice, or has no stop bit.
+// Damage of a byte: one bit is inverted, it is lost, comes twice, or has no stop bit.
 enum Harm { BENT, DROPPED, DOUBLED, UNSTOPPED, HARMS };
 
 struct Hit {
@@ -29,7 +29,7 @@ public:
     uint64_t framing_errors = 0;
     std::vector<Hit> hits;
 
-    // From now on so large a share of the bytes is harmed in each way.
+    // From now on these shares of the bytes are damaged, by kind.
     void damage(uint64_t seed, const double* shares) {
         random_ = plant::Random(seed);
         for (unsigned harm = 0; harm < HARMS; ++harm)
@@ -68,7 +68,7 @@ public:
             const unsigned next = harmed();
             if (next == NOTHING)
                 return true;
-            // Behind a stop bit that is missing the line is high for a bit, so that it is seen.
+            // After a missing stop bit the line is high for a bit, so that the next start shows.
             const bool stops = !(next & BROKEN);
             frame_ = (stops ? 0x200u : 0x400u) | (next & 0xff) << 1;
             left_ = (stops ? 10 : 11) * divisor_;
@@ -86,7 +86,7 @@ private:
     static constexpr unsigned IDLE = 15;
     static constexpr unsigned NOTHING = ~0u;
 
-    // The next byte to be sent, as it comes.
+    // The next byte to be sent, after any damage.
     unsigned harmed() {
         while (!to_send.empty()) {
             const unsigned sent = to_send.front();

@@ -55,8 +55,7 @@ _FUNCTIONS = {
 class Simulation(Session):
     """A controller with firmware, switched on, and the machine around it.
 
-    Nothing has happened yet when it is made: the first clock is still to come. Use it in a ``with``
-    statement, or ``close`` it.
+    It starts before its first clock. Use it in a ``with`` statement, or ``close`` it.
 
     Parameters
     ----------
@@ -65,13 +64,13 @@ class Simulation(Session):
     clock_hz : int
         Frequency of the simulated clock.
     seed : int
-        Of everything random. Same seed, same run.
+        Seed of everything random. The same seed gives the same run.
     waves : Path or None
         Folder for the waveforms of the key signals, with views for Surfer and GTKWave.
     trace : bool
         Keep a sample of the run for every millisecond; see ``trace``.
     progress : callable
-        Told of every step that takes long, in one sentence.
+        Called with a sentence before every long step.
     code : Path or None
         The built library; made from the sources if not given.
     image : Path or None
@@ -81,7 +80,7 @@ class Simulation(Session):
     def __init__(self, *, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
                  trace: bool = True, progress: Callable[[str], None] = lambda _: None,
                  code: Path | None = None, image: Path | None = None):
-        with ThreadPoolExecutor(1) as pool:     # two compilers that need nothing of each other
+        with ThreadPoolExecutor(1) as pool:     # the two compilations are independent
             compiled = pool.submit(target_image, progress=progress) if image is None else None
             code = code or library(clock_hz, progress, machine.get("kind", "sinker"))
             image = compiled.result() if compiled else image
@@ -158,7 +157,7 @@ class Simulation(Session):
                 for index in range(self._code.gk_state())]
 
     def turn_over(self, index: int, bit: int) -> None:
-        """Turn a bit of ``state()`` over, between two clocks."""
+        """Invert a bit of ``state()``, between two clocks."""
         self._code.gk_turn_over(self._handle, index, bit)
 
     def load(self, image: bytes) -> None:
@@ -167,12 +166,12 @@ class Simulation(Session):
                            bytes(parities(image)), len(words))
 
     def flip(self, address: int, bit: int) -> None:
-        """Turn a bit of the memory over, between two clocks; the processor's caches keep theirs.
+        """Invert a bit of the memory, between two clocks; the processor's caches do not change.
 
         Parameters
         ----------
         address : int
-            Of the word, in bytes.
+            Address of the word, in bytes.
         bit : int
             0 to 31, or 32: the word's parity.
 
@@ -186,18 +185,18 @@ class Simulation(Session):
         self._code.gk_flip(self._handle, address // 4, bit)
 
     def keep_inputs(self) -> None:
-        """Keep what comes into the controller, for ``replay``. Call it before the first clock."""
+        """Keep the controller's inputs for ``replay``. Call it before the first clock."""
         self._code.gk_keep(self._handle)
 
     def kept_inputs(self) -> tuple[int, int]:
-        """Address of what ``keep_inputs`` has kept, in C++, and how many."""
+        """Address in C++ of the kept inputs, and their number."""
         return self._code.gk_kept(self._handle), self._code.gk_kept_count(self._handle)
 
     def replay(self, other: "Simulation") -> None:
         """Run the netlist alone, without machine and line, on the inputs that ``other`` has kept.
 
-        To be called on a new simulation with the same firmware: the controller does what that of
-        ``other`` did. ``cycle`` and everything of the machine stay as they were.
+        Call it on a new simulation with the same firmware: the controller does the same as that of
+        ``other`` did. ``cycle`` and the machine do not change.
         """
         self._code.gk_replay(self._handle, other._handle)
 
@@ -236,7 +235,7 @@ class Simulation(Session):
         ``feed`` mm/min along the path since the last row, negative backwards; ``state`` of the
         retraction; ``shorted`` Ss; ``open ok dame short`` pulses since the last row; ``gap_v`` mean
         voltage since the last row; ``gap_um`` true width; ``debris``; ``removed_mm3`` so far,
-        speeded up as it is.
+        with ``removal_scale``.
         """
         if self._trace is not None:
             return self._trace
@@ -256,7 +255,7 @@ class Simulation(Session):
 
 def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
           trace: bool = True, progress: Callable[[str], None] = lambda _: None) -> Simulation:
-    """Switch a simulated machine on; builds it first where it has changed.
+    """Switch a simulated machine on; builds changed parts first.
 
     The parameters are those of ``Simulation``.
     """

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands around the controller in every simulation: the machine and the host's serial line.
+// The surroundings of the controller in every simulation: the machine and the host's serial line.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace bench {
 
 constexpr unsigned DIVISOR = 8;  // softcore.top.SIMULATED_DIVISOR
 
-// After a byte the caller waits for a pause in the line, so that it gets whole lines; but not for
-// ever.
+// After a byte the caller waits for a pause on the line, so that it gets whole lines; but no longer
+// than this.
 constexpr uint64_t PAUSE = 12 * DIVISOR;
 constexpr size_t ENOUGH = 256;
 
@@ -26,7 +26,7 @@ public:
     uint64_t clock = 0;    // clocks so far
     uint64_t stop_at = 0;  // the caller gets control back here
 
-    // Run for a number of clocks, or until the controller has said something.
+    // Runs for a number of clocks, or until the controller has sent something.
     void arm(uint64_t clocks, bool until_byte) {
         limit_ = clock + clocks;
         until_byte_ = until_byte;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The station for Python: the simulated machine and the host's end of the serial line.
 
-One class for both simulations: the native one and the one under cocotb differ in how clocks are
-run, and in nothing else.
+One class serves both simulations: the native one and the one under cocotb differ only in how clocks
+are run.
 """
 
 import ctypes
@@ -18,7 +18,7 @@ AXES = "xyz"
 HARMS = ("bent", "dropped", "doubled", "unstopped")     # of a byte on the line
 
 GRAINS = 65535  # of a whole cell of the workpiece
-PRESS_S, CLOSE_S = 0.02, 0.04  # a press of the button; from it to closed contacts, and some more
+PRESS_S, CLOSE_S = 0.02, 0.04  # length of a press; then more than the contacts take to close
 
 _POINTER, _UNSIGNED, _DOUBLE = ctypes.c_void_p, ctypes.c_uint64, ctypes.c_double
 _FUNCTIONS = {
@@ -50,10 +50,10 @@ def declare(library: ctypes.CDLL, functions: dict) -> None:
 
 
 def parameters(machine: dict) -> Iterator[tuple[str, float]]:
-    """Numbers of a machine file, named ``key`` or ``table.key``, but for its ``[settings]``.
+    """Numbers of a machine file, named ``key`` or ``table.key``, without the ``[settings]``.
 
-    Those are the controller's. Of ``stock.steps``, pairs of a place and a width, come their number
-    and ``stock.at_mm_0``, ``stock.width_um_0`` and so on.
+    Settings belong to the controller. ``stock.steps``, pairs of a place and a width, becomes their
+    number and ``stock.at_mm_0``, ``stock.width_um_0`` and so on.
 
     Raises
     ------
@@ -78,15 +78,15 @@ def parameters(machine: dict) -> Iterator[tuple[str, float]]:
 
 
 class Session:
-    """A controller that runs, seen from outside: its serial line, its machine, its probes.
+    """A running controller, seen from outside: its serial line, its machine, its probes.
 
-    Subclasses give ``run``, ``receive``, ``probe``, ``poke``, ``load``, ``watch`` and ``changes``.
-    Everything that happens depends on the arguments, the seed and the order of calls only.
+    Subclasses define ``run``, ``receive``, ``probe``, ``poke``, ``load``, ``watch`` and
+    ``changes``. The run depends only on the arguments, the seed and the order of calls.
 
     Parameters
     ----------
     library : ctypes.CDLL
-        Where the functions of ``station.cpp`` are.
+        Library with the functions of ``station.cpp``.
     station : int
         Address of the station.
     machine : dict
@@ -108,14 +108,14 @@ class Session:
         for name, value in parameters(machine | {"clock_hz": clock_hz}):
             self.set(name, value)
 
-    # ---- to be given
+    # ---- defined by subclasses
 
     def run(self, clocks: int) -> None:
         """Let the clock run."""
         raise NotImplementedError
 
     def receive(self, clocks: int) -> bytes:
-        """Run until the controller has said something and paused, at most ``clocks``."""
+        """Run until the controller has sent something and paused, at most ``clocks``."""
         raise NotImplementedError
 
     def probe(self, name: str) -> int:
@@ -133,7 +133,7 @@ class Session:
         raise NotImplementedError
 
     def load(self, image: bytes) -> None:
-        """Write the controller's memory from address 0 on; the processor's caches keep theirs."""
+        """Write the controller's memory from address 0 on; the caches do not change."""
         raise NotImplementedError
 
     def watch(self, names: Iterable[str]) -> None:
@@ -186,7 +186,7 @@ class Session:
     def press_arm(self) -> None:
         """Press the button ``arm`` as a person would, and let the contactor close.
 
-        Not sooner after power-on than anybody could: a button held since then does not count.
+        After power-on it waits first, as a button held since then does not count.
         """
         early = PRESS_S - self.cycle / self.clock_hz
         for level, seconds in ((0, max(0.0, early)), (1, PRESS_S), (0, CLOSE_S)):
@@ -199,10 +199,10 @@ class Session:
                 for index, axis in enumerate(AXES)}
 
     def workpiece(self) -> dict:
-        """What is left of a wire machine's workpiece, seen from above, where the wire came by.
+        """Remaining workpiece of a wire machine, seen from above, around the wire's path.
 
-        ``x`` and ``y`` are the middles of the cells in mm, in the workpiece's coordinates, ``left``
-        their share that is still there, by ``[y, x]``.
+        ``x`` and ``y`` are the middles of the cells in mm, in the workpiece's coordinates; ``left``
+        is the share of each cell that is still there, by ``[y, x]``.
         """
         extent = (ctypes.c_int64 * 4)()
         self._station_library.station_extent(self._station, extent)
@@ -214,7 +214,7 @@ class Session:
                 "y": (y + np.arange(rows) + 0.5) * cell_mm, "left": left / np.float32(GRAINS)}
 
     def auxiliaries(self) -> list[tuple[int, str, int]]:
-        """Auxiliary functions the machine side has seen: clock, letter, code."""
+        """Auxiliary functions that the machine side has seen: clock, letter, code."""
         found = []
         for index in range(self._station_library.station_auxiliaries(self._station)):
             row = (_UNSIGNED * 3)()
@@ -229,20 +229,20 @@ class Session:
         self._station_library.station_send(self._station, data, len(data))
 
     def send_broken(self, byte: int) -> None:
-        """Queue a byte that comes without its stop bit."""
+        """Queue a byte without its stop bit."""
         self._station_library.station_send_broken(self._station, byte)
 
     def damage(self, seed: int, **shares: float) -> None:
-        """Make the line to the controller a bad one: ``shares`` of the bytes, by ``HARMS``.
+        """Damage the line to the controller: ``shares`` of the bytes, by the kinds of ``HARMS``.
 
-        A bent byte has one bit turned over.
+        A bent byte has one inverted bit.
         """
         assert set(shares) <= set(HARMS)
         self._station_library.station_damage(
             self._station, seed, (_DOUBLE * len(HARMS))(*(shares.get(harm, 0) for harm in HARMS)))
 
     def hits(self) -> list[tuple[str, int, int]]:
-        """Bytes that were harmed so far: how, as it was sent, as it came."""
+        """Bytes damaged so far: kind, byte sent, byte received."""
         found = []
         for index in range(self._station_library.station_hits(self._station)):
             row = (_UNSIGNED * 3)()
@@ -251,7 +251,7 @@ class Session:
         return found
 
     def _arm(self, clocks, until_byte) -> bool:
-        """Say where to stop; return whether there is a clock to run."""
+        """Set the clock at which to stop; return whether there is any to run."""
         return bool(self._station_library.station_arm(self._station, clocks, until_byte))
 
     def received(self) -> bytes:

@@ -23,7 +23,7 @@ def _library():
 
 
 def compiled(inputs) -> np.ndarray:
-    """What has been found, by clock from reset on; ``inputs`` has a row of ``INPUTS`` a clock."""
+    """The finding by clock from reset on; ``inputs`` has a row of ``INPUTS`` for each clock."""
     inputs = np.ascontiguousarray(inputs, dtype=np.int32)
     outputs = np.empty(len(inputs), dtype=np.uint8)
     _library().supervision_run(ctypes.c_uint64(len(outputs)),

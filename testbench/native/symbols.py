@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where things of the firmware stand in the processor's memory, by the names of its sources."""
+"""Addresses of the firmware's functions and variables in the processor's memory, by name."""
 
 import re
 import struct
@@ -19,7 +19,7 @@ SYMBOL_TABLE = 2
 def firmware_symbols(path: Path | None = None) -> dict[str, tuple[int, int]]:
     """Address and size in bytes of every function and variable.
 
-    Of several of one name, which the linker numbers, the largest is told.
+    If several have the same name (the linker numbers them), the largest counts.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from testbench.native.probes import PROBES
 
 __all__ = ["Writer"]
 
-# Name in the waveform (the patent's where it has one), probe, how it is drawn, what it is.
+# Name in the waveform (the patent's if it has one), probe, style, description.
 SIGNALS = (
     ("Zc", "path_ahead", "analog", "end of what firmware has commanded, path pulses"),
     ("Ps", "path_command", "analog", "path pulses before the ramp, sum"),
@@ -37,7 +37,7 @@ class Writer:
     """
 
     def __init__(self, folder: Path, clock_hz: int):
-        # Here and not above: only runs with waveforms need it.
+        # Imported here because only runs with waveforms need it.
         import pylibfst
 
         self._ffi, self._lib = pylibfst.ffi, pylibfst.lib
@@ -56,7 +56,7 @@ class Writer:
         lib.fstWriterSetScope(self._writer, lib.FST_ST_VCD_MODULE, SCOPE.encode(), b"")
         bits = {probe.name: probe for probe in PROBES}
         for name, probe, _, _ in SIGNALS:
-            # Not as integers: viewers leave their range away, and the views name it.
+            # Not as integers: viewers drop their range from the name, and the views need it.
             lib.fstWriterCreateVar(self._writer, lib.FST_VT_VCD_WIRE, lib.FST_VD_OUTPUT,
                                    bits[probe].bits, name.encode(), 0)
         lib.fstWriterSetUpscope(self._writer)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of the pulse coders on their way to the controller, and what can befall them.
+// The lines of the pulse coders on their way to the controller, and their faults.
 #pragma once
 
 #include <cmath>
@@ -16,8 +16,8 @@ struct CoderForces {
     double a_low = 0, a_high = 0, b_low = 0, b_high = 0;  // a phase is stuck
     double swap = 0;                     // the phases are exchanged
     double open = 0;                     // the plug is off: the receivers pull up, A first
-    double a_noise = 0;                  // phase A is gone, and its line picks up edges,
-    double noise_hz = 10e3;              // so many a second in the mean
+    double a_noise = 0;                  // phase A is lost, and its line picks up edges,
+    double noise_hz = 10e3;              // with this mean rate
 };
 
 class CoderLines {
@@ -44,7 +44,7 @@ public:
         sound_ = !(cut_ | jump_ | swap_ | noise_ | open_ | a_low_ | b_low_ | a_high_ | b_high_);
     }
 
-    // One clock: the phases at the coders, and the lines, of which a cut one keeps its level.
+    // One clock: from the phases at the coders to the lines; a cut line keeps its level.
     void clock(unsigned a, unsigned b, uint8_t& line_a, uint8_t& line_b) {
         if (!sound_)
             damage(a, b);

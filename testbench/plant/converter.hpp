@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The serial converter at the controller's pins, and the cell that measures the fluid.
+// The serial converter at the controller's pins, and the conductivity cell.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ inline unsigned code(double share) {
     return static_cast<unsigned>(std::lround(CODE_MAX * std::clamp(share, 0.0, 1.0)));
 }
 
-// What the converter reads of the fluid: a divider of the cell, with a resistor parallel to it where
-// it is, and a resistor at the converter. Fault: 0 none, 1 broken wire, 2 shorted one.
+// The converter's code for the fluid. The cell, with a resistor parallel to it at its place, forms
+// a divider with a resistor at the converter. Fault: 0 none, 1 broken wire, 2 shorted wire.
 inline unsigned cell_code(const FluidParameters& p, double ohm_cm, int fault) {
     if (fault != 0)
         return fault == 1 ? CODE_MAX : 0;
@@ -26,17 +26,17 @@ inline unsigned cell_code(const FluidParameters& p, double ohm_cm, int fault) {
     return code(cell / (cell + p.cell_series_ohm));
 }
 
-// 12 bits, 8 channels, frames of 16 clocks, MSB first, as MAX11125 and its family do it in manual
-// mode on an external clock: of the command, bit 15 = 0 and 14..11 = 0001 choose manual mode,
-// 10..7 the channel, bit 2 that results carry its number in their upper four bits. Other commands
-// set what is not modelled, and change nothing here. Bits are taken at the rising edge of the
-// serial clock and given at the falling one, whichever its level at rest; the first one is there
-// when the converter is selected. Assumed, as no data sheet was at hand: the sample is taken when
-// the converter is selected, of the channel that the last whole frame asked for, and it is this
-// frame that gives it; channel 0 before any.
+// 12 bits, 8 channels, frames of 16 clocks, MSB first, like MAX11125 and its family in manual mode
+// on an external clock. In the command, bit 15 = 0 and bits 14..11 = 0001 choose manual mode, bits
+// 10..7 the channel, and bit 2 puts the channel's number into the upper four bits of results. Other
+// commands set functions that are not modelled, and change nothing here. Bits are read at the
+// rising edge of the serial clock and written at the falling one, whatever its idle level; the
+// first one is written when the converter is selected. Assumed, as no data sheet was at hand: the
+// sample is taken at the selection, from the channel that the last whole frame asked for (channel 0
+// before any), and the same frame gives it.
 class Converter {
 public:
-    // Where the select or clock pin has changed. `sample` gives the code of a channel.
+    // Called when the select or clock pin has changed. `sample` gives the code of a channel.
     template <class Sample>
     void change(bool select, bool clock, bool command, const Sample& sample) {
         if (select != select_) {

@@ -8,8 +8,8 @@ namespace plant {
 
 namespace {
 
-constexpr double RISEN = 0.995;  // of the open voltage: nothing changes any more
-constexpr double FALLEN_V = 0.05;  // so little counts as none
+constexpr double RISEN = 0.995;  // of the open voltage: from here on it counts as reached
+constexpr double FALLEN_V = 0.05;  // below this the voltage counts as 0
 constexpr uint32_t NEVER = UINT32_MAX;
 constexpr double SPARKING_US = 1000;  // since the last discharge: bridges may grow
 
@@ -70,7 +70,7 @@ double Gap::leak_ohm() const {
 }
 
 void Gap::open() {
-    // The fluid leaks, and the source has its resistance, through which it charges the gap's capacity.
+    // The fluid leaks. The source charges the gap's capacity through its own resistance.
     leak_ohm_ = leak_ohm();
     source_v_ = supply_v_ * leak_ohm_ / (leak_ohm_ + source_ohm_);
     rising_ = std::exp(-clock_us_ / p_.source.rise_us * p_.source.source_ohm / source_ohm_);
@@ -78,11 +78,11 @@ void Gap::open() {
     integral_ = 0;
     waited_ = looked_ = 0;
     next_ = 1;
-    // The comparators see what the voltage is at the end of a clock.
+    // The comparators see the voltage at the end of a clock.
     enter(State::open, source_v_ - (source_v_ - volts_) * rising_);
 }
 
-// With both gates off that capacity empties, through the fluid too; a bridge takes it all at once.
+// With both gates off the capacity discharges, also through the fluid; a bridge empties it at once.
 void Gap::fall() {
     waited_ = 0;
     const double left = touching() ? 0 : volts_ * falling_;
@@ -129,7 +129,7 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
         return;
     }
     open();
-    // Where the last discharge has left charge carriers, the next one strikes at once, as an arc.
+    // If the last discharge has left charge carriers, the next one ignites at once, as an arc.
     const double pause = static_cast<double>(now_ - ended_) * clock_us_;
     if (gate == Gate::main &&
         sparks_.uniform() < p_.debris.arc_share * debris_ * std::exp(-pause / deionisation_us_) &&
@@ -137,7 +137,7 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
         ignite(true);
 }
 
-// The hazard law, integrated in steps of a microsecond until it reaches the pulse's own draw.
+// The hazard rate is integrated in steps of a microsecond until it reaches the pulse's random draw.
 void Gap::wait() {
     if (state_ == State::off) {
         fall();
@@ -175,7 +175,7 @@ void Gap::ignite(bool arc) {
     enter(arc ? State::arcing : State::burning, wanted);
 }
 
-// End of a discharge: what it has removed is debris now.
+// At the end of a discharge the removed material becomes debris.
 void Gap::extinguish() {
     if (state_ != State::burning && state_ != State::arcing)
         return;
@@ -197,7 +197,7 @@ void Gap::set_hazard() {
     hazard_ = hazard() * (1 + p_.gap.ignition_debris * debris_) * ease_;
 }
 
-// What the integral of the hazard reaches when the pulse ignites: of mean 1 under either law.
+// The integral of the hazard at which the pulse ignites: of mean 1 with either distribution.
 double Gap::draw() {
     if (p_.gap.ignition_law == 0)
         return sparks_.exponential();
@@ -208,7 +208,7 @@ double Gap::draw() {
     return std::pow(sparks_.exponential(), 1 / shape) / std::tgamma(1 + 1 / shape);
 }
 
-// The fluid as it is now, and what follows from it.
+// The fluid's present resistivity, and the values that depend on it.
 void Gap::set_fluid() {
     fluid_ = p_.gap.fluid_ohm_cm;
     if (p_.fluid.drift_s > 0) {

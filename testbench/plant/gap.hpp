@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gap between tool and workpiece: the pulses in it, as every machine has them.
+// The gap between tool and workpiece, and its pulses, as on every machine.
 #pragma once
 
 #include <cmath>
@@ -10,11 +10,11 @@
 
 namespace plant {
 
-// Fluid of this and more is an insulator to the discharges: the highest class of the patent of the
-// counted pulses (JP S60-10852 B) begins here.
+// From this resistivity on the fluid counts as an insulator: here begins the highest class of the
+// patent on counted pulses (JP S60-10852 B).
 constexpr double INSULATING_OHM_CM = 1e6;
 
-// What tests can force; NAN and -1 leave it to physics.
+// Values that tests can force; NAN and -1 leave them to the physics.
 struct GapForces {
     double gap_um;     // width
     double debris;
@@ -23,35 +23,35 @@ struct GapForces {
     GapForces();
 };
 
-// Where the tool is: the wire from where it started, the electrode above the top of the workpiece.
+// Place of the tool: the wire's from its start, the electrode's above the top of the workpiece.
 struct Place {
     double x_um, y_um, height_um;
 };
 
-// A machine's tool adds its area, how easily its gap ignites, what a discharge removes, and how gap,
-// debris and bridges change with time: see sinker.hpp and wire_gap.hpp.
+// A machine's tool adds its area, the rate of ignition, the volume that a discharge removes, and
+// the change of gap, debris and bridges with time: see sinker.hpp and wire_gap.hpp.
 class Gap {
 public:
     enum class State : uint8_t { off, open, burning, arcing, shorted };  // in off it may still fall
     enum class Gate : uint8_t { none, main, sensing };
 
-    // Parameters and forces are the caller's, and stay where they are.
+    // The caller owns parameters and forces, which must outlive this object.
     Gap(uint64_t seed, const MachineParameters& p, const GapForces& forces)
         : p_(p), force_(forces), sparks_(seed, 1), bridges_(seed, 2), noise_(seed, 3) {}
     virtual ~Gap() = default;
 
-    // After a change of parameters or forces.
+    // Call it after a change of parameters or forces.
     void configure();
 
-    // Before the first clock: the tool is where it starts.
+    // Call it before the first clock, with the tool at its start.
     virtual void start() = 0;
 
     // References of the comparators: open, arc, short.
     void put_levels(double high_v, double arc_v, double short_v);
 
-    // Every clock, with the gates of the two sources, the main one's current level and its supply:
-    // bits 0 to 3 the steps of its voltage, bit 4 an electrode that is negative. At the level BARE
-    // nothing but the source's resistance bounds the current: its transistor is shorted.
+    // Call it every clock with the gates of the two sources, and the main source's current level
+    // and supply: bits 0 to 3 are the steps of its voltage, bit 4 makes the electrode negative. At
+    // the level BARE its transistor is shorted: only the source's resistance bounds the current.
     static constexpr unsigned BARE = 64;
     void clock(bool on, bool sensing, unsigned level, unsigned supply) {
         const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
@@ -87,29 +87,29 @@ public:
     uint64_t bridges() const { return bridge_count_; }
 
 protected:
-    // Of the tool, as far as it faces the workpiece.
+    // Area of the tool, as far as it faces the workpiece.
     virtual double area_mm2() const = 0;
     // No current can flow: the wire is broken.
     virtual bool interrupted() const { return false; }
-    // What the gap is short by, besides contact and bridges.
+    // Causes of a short besides contact and bridges.
     virtual bool shorted_for_a_while() const { return false; }
     // Rate of ignition at the open voltage in an insulating fluid without debris.
     virtual double hazard() const = 0;
-    // What one discharge of that length removes, mm3, not scaled: drawn.
+    // Volume that one discharge of that length removes, mm3, not scaled: a random draw.
     virtual double crater_mm3(double microseconds) = 0;
-    // So much has been removed, scaled.
+    // Called with the volume that was removed, scaled.
     virtual void remove(double mm3, double microseconds) = 0;
-    // A tick: gap, debris and bridges are as they are after it.
+    // A tick: updates gap, debris and bridges.
     virtual void change(const Place& place, double dt) = 0;
 
     void set_fluid();
     void set_hazard();
-    // Forced by a test, or as the physics has it.
+    // The value that a test forces, or that of the physics.
     static double or_forced(double physics, double forced) {
         return std::isnan(forced) ? physics : forced;
     }
     bool sparking() const;
-    // A bridge breaks when the tool has drawn it out beyond its stretch.
+    // A bridge breaks when the tool has stretched it beyond its limit.
     void draw_bridge();
     void build_bridge(double stretch_um);
 
@@ -146,7 +146,7 @@ private:
     double high_v_ = 0, arc_v_ = 0, short_v_ = 0;
     double volts_ = 0, leak_ohm_ = 0;
     double supply_v_ = 0, source_v_ = 0, source_ohm_ = 10;  // of the source that is on
-    double rising_ = 0, falling_ = 0;   // what a clock leaves of the way to its voltage, and to 0
+    double rising_ = 0, falling_ = 0;   // shares of the voltage difference left after a clock
     double draw_ = 0, integral_ = 0, field_v_ = 0, field_ = 0;
     double fluid_ = 0, ease_ = 1, deionisation_us_ = 0;
 

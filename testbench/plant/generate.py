@@ -2,9 +2,8 @@
 """Write the plant's numbers in C++ from the model of a machine's file.
 
 ``python -m testbench.plant.generate`` makes ``parameters.hpp``: a struct for each table of the
-file, every number with its unit and meaning, and the names by which a test sets it. A number starts
-as the built-in machines have it: as the sinker does, or as the wire machine does where the sinker
-has no such number.
+file, every number with its unit and meaning, and the names by which a test sets it. The initial
+value of a number is that of the built-in sinker, or of the wire machine if the sinker has none.
 """
 
 import textwrap
@@ -28,7 +27,7 @@ PAIRS = "stock.steps"  # a list of pairs: their number, and an array of each hal
 
 
 def _fields(machines: dict[str, type[Table]]) -> dict[str, FieldInfo]:
-    """What the machines' files have, by name; of one name in several files, the first."""
+    """Entries of the machines' files by name; of one name in several files, the first."""
     found: dict[str, FieldInfo] = {}
     for model in machines.values():
         for name, field in entries(model):

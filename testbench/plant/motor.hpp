@@ -57,8 +57,8 @@ public:
         resting_ = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9;
     }
 
-    // Every clock: at most one edge of the coder. Its disc has a play of a fifth of a pulse, so that
-    // an axis at rest on an edge does not chatter.
+    // Every clock: at most one edge of the coder. The coder has a hysteresis of a fifth of a pulse,
+    // so that an axis at rest on an edge does not chatter.
     void clock() {
         position_ += advance_;
         if (position_ >= static_cast<double>(count_ + 1))

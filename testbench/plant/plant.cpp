@@ -158,7 +158,7 @@ void Plant::levels() {
         gap_->put_levels(reference_v_[0], reference_v_[1], reference_v_[2]);
 }
 
-// Code of one of the converter's channels, as it is now.
+// Present code of one of the converter's channels.
 unsigned Plant::sample(unsigned channel) const {
     if (channel == 0)
         return code(gap_->voltage() / p_.comparator.reference_full_v);
@@ -167,7 +167,7 @@ unsigned Plant::sample(unsigned channel) const {
     return 0;
 }
 
-// A wire machine's third drive is that of the wire: it reports a fault when the wire is broken.
+// The third drive of a wire machine moves the wire: it reports a fault when the wire breaks.
 void Plant::faults() {
     const bool broken = gap_ == &wire_ && wire_.wire().broken();
     drive_fault_ = static_cast<uint8_t>(static_cast<unsigned>(force_drive_fault_) |

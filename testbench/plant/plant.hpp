@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated machine: what is at the other end of the controller's pins.
+// The simulated machine at the other end of the controller's pins.
 #pragma once
 
 #include <cstdint>
@@ -47,12 +47,12 @@ public:
     explicit Plant(uint64_t seed);
     Plant(const Plant&) = delete;  // the table of names points into it
 
-    // Parameters, forces and readings share one space of names: `gap.area_mm2`, `force.short`,
-    // `read.depth_um`. A reading cannot be set. Parameters are to be set before the first clock.
+    // Parameters, forces and readings share one set of names: `gap.area_mm2`, `force.short`,
+    // `read.depth_um`. A reading cannot be set. Parameters must be set before the first clock.
     bool set(const std::string& name, double value);
     bool get(const std::string& name, double& value);
 
-    // One clock: the controller's outputs in it, and what its inputs are in the next.
+    // One clock: from the controller's outputs in it to its inputs in the next.
     void clock(const FromController& from, ToController& to) {
         for (unsigned bits = from.dac; bits; bits &= bits - 1) {
             const int axis = __builtin_ctz(bits);
@@ -112,8 +112,8 @@ private:
     double electrode_um() const;
     unsigned sample(unsigned channel) const;
 
-    // The gates as the sources have them: one that is stuck stays on, at the level it had last. The
-    // source of a shorted transistor has no level. The main source hangs on the main contactor.
+    // The gates as the sources have them. A stuck gate stays on, at its last level. A shorted
+    // transistor has no level. The main contactor switches the main source.
     void gates(const FromController& from) {
         if (from.gap_level != 0)
             level_ = from.gap_level;
@@ -135,7 +135,7 @@ private:
         lines_.clock(a, b, to.enc_a, to.enc_b);
     }
 
-    // A counter of its own for each of three bits.
+    // Each of the three bits has its own counter.
     static constexpr unsigned COUNTER = 21;
     static constexpr uint64_t ONE = 1, TWO = 1ull << COUNTER, FOUR = 1ull << 2 * COUNTER;
     static constexpr uint64_t SPREAD[8] = {0,    ONE,        TWO,        TWO + ONE,
@@ -148,8 +148,8 @@ private:
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
            force_arm_ = 0, force_brown_out_ = 0;
-    // Which gate is stuck; and the wires of comparators, 1 that of the short level, 2 that of the
-    // current: a cut one reads as constraints/ulx3s.py has it, a dead one as good.
+    // The gate that is stuck; and the wires of comparators, 1 that of the short level, 2 that of
+    // the current: a cut wire reads as constraints/ulx3s.py says, a dead one as if all were well.
     enum Stuck { NONE, MAIN, SENSING, SHORTED };
     double force_gate_stuck_ = 0, force_comparator_cut_ = 0, force_comparator_dead_ = 0;
 
@@ -157,7 +157,7 @@ private:
     CoderLines lines_;
     SinkerGap sinker_;
     WireGap wire_;
-    Gap* gap_ = &sinker_;  // that of the machine's kind
+    Gap* gap_ = &sinker_;  // the gap for the machine's kind
     Converter converter_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick

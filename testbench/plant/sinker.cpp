@@ -45,8 +45,8 @@ void SinkerGap::change(const Place& place, double dt) {
     height_ = place.height_um;
     gap_ = or_forced(height_ + depth_, force_.gap_um);
 
-    // Removal is accelerated, so everything that goes on per unit of removal is, too: flushing and
-    // the growth of bridges. What the moving electrode pumps is not: that goes by distance.
+    // Removal is accelerated. So are processes per unit of removal: flushing, growth of bridges.
+    // Pumping by the moving electrode is not, as it depends on distance.
     const double depth = std::max(0.0, depth_ / 1000);  // mm
     const double scaled = dt * p_.removal_scale;
     const double flushing_s = p_.debris.time_s * (1 + depth / p_.debris.depth_mm);

@@ -11,11 +11,11 @@ namespace {
 constexpr double PI = 3.14159265358979323846;
 constexpr double LN2 = 0.69314718055994530942;
 
-constexpr double MOVED_UM = 0.25;   // the gap is looked at anew
-constexpr double FOLDS = 3;         // places rarer than this do not count
+constexpr double MOVED_UM = 0.25;   // motion after which the gap is surveyed again
+constexpr double FOLDS = 3;         // places where discharges are more e-folds rarer do not count
 constexpr double SLACK_UM = 4;      // the gap may have become so much wider since the last survey
 constexpr double DENTED_UM = 20;    // no material is deeper inside the wire than this
-constexpr double LEAST_GAP_UM = 2;  // what there is between is debris
+constexpr double LEAST_GAP_UM = 2;  // a narrower gap is full of debris
 
 // Craters of SPARC, the wire EDM simulator of ETH Zurich, measured: current, mean and deviation of
 // the volume.
@@ -34,7 +34,7 @@ double turn(double dx, double dy) {
     return quarter >= 0 ? quarter / 4 : (quarter + 4) / 4;
 }
 
-// The angle that belongs to it.
+// The angle for such a share.
 double angle(double turn) {
     const double quarter = turn * 4;
     const double whole = std::floor(quarter), part = quarter - whole;
@@ -58,7 +58,7 @@ void Wire::reset() {
 
 double Wire::area_mm2() const { return PI * p_.wire.diameter_mm / 2 * p_.workpiece.thickness_mm; }
 
-// Of the half that faces the work.
+// Area of the half that faces the work.
 double Wire::volume_um3(double gap_um) const {
     return area_mm2() * 1e6 * std::max(gap_um, LEAST_GAP_UM);
 }
@@ -162,7 +162,7 @@ void Wire::erode(double volume_um3, double ampere_us) {
     for (const double weight : weights_)
         sum += weight;
     if (sum <= 0)
-        return;  // a width that a test has forced: nothing is near
+        return;  // a test has forced the width, and no cell is near
     double left = places_.uniform() * sum;
     unsigned at = SECTORS;
     for (unsigned i = 0; i < SECTORS && left >= 0; ++i)
@@ -184,8 +184,8 @@ void Wire::erode(double volume_um3, double ampere_us) {
 
 double Wire::debris(double gap_um) const { return std::min(debris_um3_ / volume_um3(gap_um), 1.0); }
 
-// The fluid takes along what it carries. Removal is scaled, so flushing is, too; and so is the time
-// in which the flow changes.
+// The fluid carries debris away. As removal is scaled, so are flushing and the time in which the
+// flow changes.
 double Wire::flushed(double gap_um, double dt) {
     const double scaled = dt * p_.removal_scale;
     if (p_.debris.flow_spread > 0) {  // Ornstein and Uhlenbeck's process

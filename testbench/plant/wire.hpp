@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wire of a wire machine in its kerf: where it is, how wide its gap is, and what it removes.
+// The wire of a wire machine in its kerf: its place, the width of its gap, and its removal.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,28 @@ namespace plant {
 
 class Wire {
 public:
-    // The parameters are the caller's, and stay where they are.
+    // The caller owns the parameters, which must outlive this object.
     Wire(uint64_t seed, const MachineParameters& p) : p_(p), places_(seed, 4), flows_(seed, 5) {}
 
-    // It stands where it starts, before a workpiece that nothing has cut.
+    // Puts the wire at its start, before an uncut workpiece.
     void reset();
 
     double radius_um() const { return p_.wire.diameter_mm * 500; }
-    double area_mm2() const;   // of the half that faces the work
+    double area_mm2() const;   // of the wire's half that faces the work
 
-    // Once per tick of dt seconds: the axes are at a place, from the start.
+    // Once per tick of dt seconds, with the place of the axes from the start.
     void tick(double x_um, double y_um, double dt);
 
-    // Narrowest place between wire and work, beyond `reach_um` just that; negative where they meet.
+    // Narrowest place between wire and work, at most `reach_um`; negative if they overlap.
     double gap_um() const { return gap_; }
     // Share of a half circle that is as near as the narrowest place, places weighted by how easily
     // they ignite.
     double engagement() const { return engagement_; }
     double hazard_per_us(double gap_um) const;
 
-    // Crater of a discharge, um3, not scaled: drawn.
+    // Volume of a discharge's crater, um3, not scaled: a random draw.
     double crater_um3(double amps, double us, Random& random) const;
-    // A discharge has removed so much, scaled, and carried so much charge.
+    // Called with a discharge's removed volume, scaled, and its charge.
     void erode(double volume_um3, double ampere_us);
 
     // Debris: its share of the gap's volume, after dt seconds of flushing.
@@ -64,13 +64,13 @@ private:
     Workpiece workpiece_;
     Random places_, flows_;
     double x_ = 0, y_ = 0;              // the wire's axis, on the workpiece
-    double seen_x_ = 0, seen_y_ = 0;    // where it was surveyed last
+    double seen_x_ = 0, seen_y_ = 0;    // place of the last survey
     bool stale_ = true;
     double gap_ = 1e3, engagement_ = 1;
     Sector sectors_[SECTORS];
     double weights_[SECTORS];
     double push_x_ = 0, push_y_ = 0;    // deflection
-    double debris_um3_ = 0, flow_ = 0;  // and the logarithm of what the flow is times its usual
+    double debris_um3_ = 0, flow_ = 0;  // and the logarithm of the flow over its usual value
     double mean_a_ = 0;
     bool broken_ = false;
 };

@@ -37,8 +37,8 @@ void WireGap::change(const Place& place, double dt) {
     if (!std::isnan(force_.debris))
         wire_.put_debris(debris_, gap_);
 
-    // Contact, and a gap that is clogged, stay shorted until the wire has drawn back beyond the
-    // stretch. What comes by in the flow shorts for a while.
+    // A contact or a clogged gap stays shorted until the wire has drawn back beyond the stretch.
+    // Particles in the flow short the gap for a while.
     const DebrisParameters& d = p_.debris;
     if (bridged_)
         draw_bridge();

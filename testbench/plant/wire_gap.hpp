@@ -27,7 +27,7 @@ protected:
 
 private:
     Wire wire_;
-    double random_short_us_ = 0;  // that are left of it
+    double random_short_us_ = 0;  // remaining time of a random short
 };
 
 }  // namespace plant

@@ -16,7 +16,7 @@ uint64_t key(int32_t x, int32_t y) {
 
 // ---- the stock, in the workpiece's own coordinates
 
-// Width left at a place along the contour; before the first step it is that step's.
+// Stock width at a place along the contour; before the first step it is that of the first step.
 double left_um(const StockParameters& stock, double along_mm) {
     double width = stock.steps > 0 ? stock.width_um[0] : 0;
     for (size_t i = 1; i < static_cast<size_t>(stock.steps) && i < StockParameters::STEPS; ++i)
@@ -25,7 +25,7 @@ double left_um(const StockParameters& stock, double along_mm) {
     return width;
 }
 
-// Distance to the surface in um, negative inside. The start is that of the wire.
+// Distance to the surface in um, negative inside. `start` is the wire's start.
 double distance_um(const StockParameters& stock, double x_um, double y_um, double start_x_um,
                    double start_y_um) {
     switch (static_cast<StockKind>(static_cast<int>(stock.kind))) {
@@ -75,7 +75,7 @@ void Workpiece::reset(const StockParameters& stock, const WorkpieceParameters& p
     tiles_.clear();
 }
 
-// Cells on the surface are there by the share that it leaves of them.
+// A cell that the surface cuts has the share that lies inside.
 uint16_t Workpiece::fresh(int32_t x, int32_t y) const {
     const double distance = distance_um(stock_, centre(x), centre(y), start_x_, start_y_);
     const double share = std::clamp(0.5 - distance / cell_, 0.0, 1.0);
@@ -101,7 +101,7 @@ double Workpiece::take(int32_t x, int32_t y, double x_um, double y_um, double vo
     auto wanted = static_cast<uint64_t>(owed_);
     owed_ -= static_cast<double>(wanted);
     const uint64_t before = taken_;
-    // Half a disc of the crater's area, and more where it does not hold enough.
+    // Half a disc of the crater's area; a larger one if that holds too little material.
     const double place_x = centre(x), place_y = centre(y);
     const double area = static_cast<double>(wanted) / GRAINS * cell_ * cell_;
     double radius = std::sqrt(2 * area / PI) + 2 * cell_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workpiece of the wire machine, seen from above: which share of every cell is still there.
+// The workpiece of the wire machine, seen from above: the remaining share of every cell.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@
 
 namespace plant {
 
-// A plan view in square cells, made where the wire comes by. The sheet is as thick as the workpiece
-// and the same at every height: one crater, far smaller than the sheet is thick, lowers its cell by
-// a share. Volumes are counted in whole grains, so that what is gone from the cells and what was
-// taken are equal to the last one.
+// A plan view in square cells, which exist only near the wire's path. The sheet is as thick as the
+// workpiece and the same at every height: a crater, far smaller than that thickness, removes a
+// share of its cell. Volumes are counted in whole grains, so that the loss of the cells equals the
+// volume removed exactly.
 class Workpiece {
 public:
     static constexpr unsigned GRAINS = 65535;  // of a whole cell
@@ -29,7 +29,7 @@ public:
         std::array<uint16_t, SIDE * SIDE> left{};
     };
 
-    // Anew, as the stock has it.
+    // Starts again with the stock.
     void reset(const StockParameters& stock, const WorkpieceParameters& p);
 
     double cell_um() const { return cell_; }
@@ -41,17 +41,17 @@ public:
     void each(double x_um, double y_um, double inner_um, double outer_um, const Found& found);
 
     double centre(int32_t index) const { return (index + 0.5) * cell_; }
-    // Distance from a point to a cell's surface: as the cell goes, it recedes by a cell.
+    // Distance from a point to a cell's surface, which recedes by a cell as the cell is removed.
     double distance(double x_um, double y_um, int32_t x, int32_t y, unsigned left) const;
 
-    // Takes a volume near a cell, where it is nearest to the point first; returns what there was.
+    // Removes a volume near a cell, nearest to the point first; returns the volume found.
     double take(int32_t x, int32_t y, double x_um, double y_um, double volume_um3);
 
     double taken_um3() const { return static_cast<double>(taken_) * grain_; }
-    // The same, from the cells.
+    // The same volume, counted from the cells.
     double missing_um3() const;
 
-    // Cells of all that was looked at: least X and Y, and how many.
+    // Cells seen so far: least X and Y, and their number.
     void extent(int64_t out[4]) const;
     // Grains left of the cells of a rectangle, row by row; of those never looked at, the stock's.
     void copy(int64_t x, int64_t y, int64_t columns, int64_t rows, uint16_t* out);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware knows which moves lead away from the work, and what contact is told as."""
+"""The firmware knows which moves lead away from the work, and how it reports contact."""
 
 from itertools import count
 
@@ -34,7 +34,7 @@ def slots(machine, delta):
 
 
 def leads_away(machine, x=0.0, y=0.0, z=0.0):
-    """Move by hand; return whether the gateware gets the segment as one that leads away."""
+    """Move by hand; return whether the segment is marked as leading away."""
     odd = next(UNIQUE)
     delta = tuple(round(10_000 * way) + odd * (way > 0) - odd * (way < 0) for way in (x, y, z))
     words = " ".join(f"{letter}{pulses / 10_000:.4f}"
@@ -80,7 +80,7 @@ def test_without_a_cut_nothing_is_away_for_a_wire(wire):
 
 
 @pytest.mark.parametrize(("blocks", "ways"), [
-    # Down; straight, and so that an eighth of the way leads up.
+    # Down; straight, and then so that an eighth of the way leads up.
     (["G01 Z-1 F60"], [(0, 0, 2, 1), (0, 0, -2, 0), (5, 0, 5, 1), (5, 0, 0.5, 0), (5, 0, 1, 1),
                        (3, 3, 0.5, 0), (3, 3, 1, 1), (3, 3, 0, 0), (0, 5, -1, 0)]),
     # Aside: back, and still straight up, as a jump goes; but not aslant along the wall.
@@ -122,8 +122,8 @@ def test_contact_is_told_and_only_the_way_back_leads_away(wire, tell):
     assert not leads_away(wire, x=1)
     assert leads_away(wire, x=-1)
     assert leads_away(wire, x=-1, y=3)
-    # Contact on the way away does not make the way there the way out, nor does one that is there
-    # before the machine moves.
+    # The direction of the motion before counts as the way out; neither a contact on the way away
+    # nor one before the motion changes this.
     for line, moved in (("X-1.7", 500), ("Y1", 0), ("X1", 0), ("X-0.1 Y-1", 0)):
         touch(wire, tell, line, moved)
         wire.run(400)

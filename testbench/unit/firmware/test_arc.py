@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arcs as the firmware cuts them, against the gateware's recurrence and the curve."""
+"""The firmware's pieces of arcs, against the gateware's recurrence and the curve."""
 
 import math
 from itertools import pairwise
@@ -15,8 +15,8 @@ TOLERANCE = 20                      # of the two radii, pulses
 
 HALF = 0.5
 EXACT = 1e-9        # of the model's own arithmetic, at a radius of some thousand pulses
-# What a radius that changes adds to half a pulse, by rounding of the end or in the strongest spiral
-# that is allowed: see softcore/firmware/path/arc.h. In a chain, by rounding and in a spiral.
+# Addition to half a pulse for a radius that changes, by rounding of the end or in the strongest
+# allowed spiral: see softcore/firmware/path/arc.h. The same in a chain.
 LEANING, CHAINED, CHAINED_SPIRAL = 0.0005, 0.001, 0.005
 
 
@@ -30,7 +30,7 @@ def helix(plane, delta, third):
 
 
 class Job:
-    """An arc, and how the firmware cuts it."""
+    """An arc, and its pieces by the firmware."""
 
     def __init__(self, delta, centre, *, ccw=True, plane=0, third=0):
         self.axes = AXES[plane]
@@ -87,7 +87,7 @@ def random_arc(rng, least, most, *, spiral):
 
 
 def check_words(piece, said):
-    """What the gateware takes for granted."""
+    """Check the assumptions of the gateware."""
     assert piece.length >= 1, said
     if not piece.arc:
         assert all(abs(steps) <= piece.length for steps in piece.travel), said
@@ -104,7 +104,7 @@ def check_words(piece, said):
 
 
 def check_walk(job, index, before, start, piece):
-    """Walk a piece both ways, every pulse; the furthest from the curve, held to its bound."""
+    """Walk a piece both ways, pulse by pulse; check the greatest distance from the curve."""
     worst, trail = 0, [(0, 0, 0)]
     near = before * job.curve.sweep / job.arc.length
     turn = job.curve.sweep / job.arc.length
@@ -141,7 +141,7 @@ SIZES = [(1, 32, 400), (32, 100, 300), (100, 400, 150), (400, 3000, 40)]
 @pytest.mark.parametrize("spiral", [False, True], ids=["circle", "spiral"])
 @pytest.mark.parametrize(("least", "most", "count"), SIZES)
 def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count, spiral):
-    """Both ways, to the last bit of what a slot holds; steps are single and no axis turns round."""
+    """Both ways, to the last bit of a slot's words; single steps, and no axis turns round."""
     worst = 0
     for _ in range(count):
         third = rng.choice([0, 0, rng.randint(-30, 30), rng.randint(-3000, 3000)])
@@ -154,7 +154,7 @@ def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count
 
 
 def strong_spiral(rng, least, most):
-    """Draw a spiral as strong as the interpreter lets pass, across where an axis turns."""
+    """Draw the strongest spiral that the interpreter allows, across a place where an axis turns."""
     while True:
         radius = math.exp(rng.uniform(math.log(least), math.log(most)))
         angle = rng.randrange(4) * math.pi / 2 + rng.uniform(-0.5, 0.05)
@@ -213,11 +213,11 @@ def pace_place(job, before, start, piece, count):
 
 
 def speed_off(job):
-    """What the way of 100 path pulses is off at most, pulses.
+    """Greatest error of the arc length of 100 path pulses, in pulses.
 
-    The way is that of the major axis' pace, so that the pulses' raster does not enter. Where the
-    axes change their roles the raster is seen from the other side, which is not a way: there the
-    window ends. A chain of single steps, below a radius of 32 pulses, has no such pace.
+    The length is computed from the major axis' pace, so that the raster of pulses has no effect.
+    Where the axes exchange their roles the raster has one, so the window ends there. A chain of
+    single steps, below a radius of 32 pulses, has no such pace.
     """
     worst = 0
     runs, last = [[]], None
@@ -308,7 +308,7 @@ def test_helix_spreads_its_third_axis_evenly(rng):
                 assert abs(start[axis] + steps[axis] - pulse * count) <= 1 + EXACT
 
 
-# Of a tangent, 2**-15: its two factors and their product are cut off, and the rest is of the slope.
+# Error of a tangent, 2**-15: the rounding of its two factors and their product, and of the slope.
 TANGENT = 4
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ceiling of a retraction: where on the path the way back ends."""
+"""The ceiling of a retraction: the place on the path at which the way back ends."""
 
 import math
 

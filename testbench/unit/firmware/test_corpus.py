@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every program of the corpus does what it should, or is refused where and as it should."""
+"""Every program of the corpus gives its reference, or is refused as its reference says."""
 
 from fractions import Fraction
 
@@ -39,7 +39,7 @@ def same(one, other):
 
 
 def differences(wanted, told):
-    """Moves that are not what they should be, in pairs."""
+    """Pairs of moves that differ."""
     pairs = zip(wanted, told, strict=False)
     return [pair for pair in pairs if not same(*pair)] + [
         (None, None)] * abs(len(wanted) - len(told))
@@ -96,7 +96,7 @@ def test_a_program_is_refused_where_and_as_it_should(name):
     ("g53_machine.nc", "G53 G01", "G01"), ("block_skip.nc", "/ G00", "G00"),
 ])
 def test_a_difference_is_seen(checker, name, old, new):
-    """The reference of another program than the one that is run."""
+    """The reference of another program does not match."""
     text = text_of(name)
     assert text.count(old) == 1
     other = [one for one in walk(text.replace(old, new)) if isinstance(one, Move)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The depth series (G39), from its words to what the gateware is told."""
+"""The depth series (G39), from its words to the gateware's registers."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def machine():
 
 
 def switched(lines):
-    """Number, 1/1000 IP and depth of every condition told; nothing for a depth of a plain C."""
+    """Number, 1/1000 IP and depth of every condition event; no depth for a plain C."""
     return [tuple(map(int, event[1:])) for event in events(lines, "condition")]
 
 
@@ -75,7 +75,7 @@ def test_going_back_switches_nothing(machine):
 def test_a_depth_that_has_been_passed_applies_at_once(machine):
     seen = levels(machine, ["G01 Z-.15 F60", "C150", *SERIES[:2], "M03", "Z-.3", "M02"])
     assert seen == [(12, -1500), (9, -1500), (6, -2000)]
-    # The furthest place counts, not the present one; a new series begins where the axis is.
+    # The furthest place counts, not the present one; a new depth series begins at the axis' place.
     assert machine.line("C150")[-1] == "ok"
     assert machine.line(SERIES[3])[-1] == "ok"
     assert machine.line("G01 Z0 F60", 2000)[-1] == "ok"
@@ -252,7 +252,7 @@ SHORTER = "G10 C901 I3 P6 Q10 R10"
 
 
 def by_hand(machine, *lines):
-    """Enter lines that must all be taken."""
+    """Enter lines that must all be accepted."""
     for line in lines:
         assert "ok" in machine.line(line), line
 

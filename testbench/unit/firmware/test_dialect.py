@@ -39,7 +39,7 @@ def told(record):
 
 
 def compare(checker, blocks):
-    """Hold the firmware against the model over a program; the number of blocks that are right."""
+    """Compare the firmware with the model over a program; return the number of equal blocks."""
     result = checker.check(programs.punched(blocks))
     expected = list(judged(blocks))
     if isinstance(result, Fault):

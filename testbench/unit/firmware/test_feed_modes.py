@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The feed modes of G95, as firmware brings them to the gateware."""
+"""The feed modes of G95, as firmware writes them to the gateware."""
 
 import pytest
 
@@ -213,14 +213,14 @@ def test_a_cell_that_is_not_there_does_not_matter(machine):
 
 
 def voltage(machine, rows):
-    """Reference voltage that the gateware has when a tape has begun to move; and what was said."""
+    """Reference voltage in the gateware when a tape has begun to move; and the lines sent."""
     machine.library.gk_speed(1)
     lines = machine.tape(punched([DATA, *rows, "M03", "G01 Z-.1 F5", "M02"]), passes=4000)
     return machine.feed_mode["voltage"], lines
 
 
 def test_a_condition_is_under_the_mode_that_it_was_judged_for(machine):
-    """A tape's row may hide one entered by hand, of which the condition in force is."""
+    """A tape's row may replace a row entered by hand whose condition is in force."""
     assert machine.line("G10 C900 I1 P20 Q60 E80 V12.5") == ["ok"]
     reference, lines = voltage(machine, ["C900", "G10 C900 V0", "G95 P2"])
     assert not events(lines, "alarm")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs as other controls and CAM posts write them: what they mean here, and what is refused."""
+"""Programs as other controls and CAM posts write them: their meaning here, or their refusal."""
 
 import math
 
@@ -154,7 +154,7 @@ def test_what_would_change_the_motion_is_refused_by_name(checker, block, column,
 
 
 def test_a_call_by_hand_is_refused_by_name(checker):
-    """Of a text the PC writes calls out, so that none comes to the controller."""
+    """The PC writes out the calls of a text, so that none reaches the controller."""
     assert "belongs to a subprogram" in checker.enter("M98 P2000 L3")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions, tables, the fluid's class and the servo, as firmware brings them to the gateware."""
+"""Conditions, tables, the fluid's class and the servo, as firmware writes them to the gateware."""
 
 import pytest
 
@@ -40,7 +40,7 @@ def test_condition_reaches_supply_and_comparators(machine):
 
 
 def test_a_condition_whose_pulses_are_not_looked_at_is_refused(machine):
-    """The gap is not looked at for 3000 ns from a pulse's start and 1000 ns from its ignition."""
+    """The gap is not observed for 3000 ns from a pulse's start and 1000 ns from its ignition."""
     refused = ("a pulse of C900 takes 4 us, and the gap is sampled after 4000 ns "
                "only ($404, $427).")
     assert machine.line("G10 C900 I1 P4 Q40") == ["ok"]
@@ -157,7 +157,7 @@ def test_rows_entered_by_hand_stay(machine):
         assert machine.power["on"] == 100
         assert level(machine, "C900") == 3
         assert machine.power["on"] == 80
-    # A change by hand of what the tape has left is entered by hand as a whole.
+    # A row of the tape that is changed by hand counts as entered by hand as a whole.
     level(machine, "G10 C900 I5 P50")
     assert machine.line("G10 C900 Q60") == ["ok"]
     for _ in range(2):
@@ -173,7 +173,7 @@ def test_each_tape_has_the_room_that_lines_by_hand_leave(machine):
         assert level(machine, *rows, f"C{first + 5}") == 5
     assert level(machine, *rows, f"G10 C800 {NEW}") == "alarm 139"
     assert machine.line("$X") == ["ok"]
-    # A tape's row takes room of its own; by hand instead of it, it does not.
+    # A tape's row needs its own room; a row entered by hand in its place does not.
     assert level(machine, *rows[1:], "G10 C909 I7", "C909") == 7
     assert machine.line(f"G10 C800 {NEW}")[-1] == error_line("table")
     assert machine.line("G10 C909 I8") == ["ok"]
@@ -243,7 +243,7 @@ def test_a_long_way_without_a_discharge_is_an_alarm(machine):
 
 @pytest.fixture
 def stuck(machine):
-    """Under servo in the middle of a way, where it stands; a second may go by without progress."""
+    """Standing still under servo within a path; one second without progress is allowed."""
     machine.line(assign("no_progress_s", 1))
     machine.library.gk_speed(30)
     machine.tape(punched([DATA, "C130", "G95 P1", "M03", "G01 Z-2 F60", "M05", "M02"]), passes=250)

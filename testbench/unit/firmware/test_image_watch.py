@@ -48,7 +48,7 @@ def test_a_word_that_differs_is_found_and_told(words, rng, place, bits):
     assert "safe" in machine.flags
     assert machine.lines.count(alarm_line("guard")) == 1
     assert any("alarm" in line and TEXT in line for line in machine.lines)
-    # Not even when the word is as it was: what has run meanwhile is not known.
+    # Not even when the word is right again: damaged code may have run meanwhile.
     load(machine, words, image_digest(words))
     machine.run(200)
     assert machine.line("$X")[-2:] == [f"[MSG:{TEXT}.]", error_line("guard")]

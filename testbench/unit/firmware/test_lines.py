@@ -33,7 +33,7 @@ class Sender:
         return Controller.numbered(self.number, text)
 
     def __call__(self, text, passes=200):
-        """Send the next line; what came, the answer without its number at the end."""
+        """Send the next line; return the lines that came, the last one without its number."""
         self.machine.send(self.bytes(text))
         lines = self.machine.run(passes)
         suffix = f" @{self.number}"
@@ -52,7 +52,7 @@ def answers(lines):
 
 
 def named(lines):
-    """What a refused line was told, of the only one."""
+    """The reason given for the only refused line."""
     told, answer = lines
     assert answer.startswith(DAMAGED)
     return re.fullmatch(r"\[MSG:(?:A line|Line @\d+) is refused: (.+)\.\]", told)[1]
@@ -159,7 +159,7 @@ def test_a_line_of_wrong_form_is_refused(machine, line):
 # ---- damage
 
 def test_whatever_bit_is_bent_nothing_else_is_carried_out(machine, sender):
-    """Every bit of a line and its end: refused by name, or the line as it was meant."""
+    """With any one bit of a line or its end inverted it is refused, or has its meaning still."""
     sender("G91")
     became_realtime, place = 0, 0
     for at in range(len(sender.bytes("G00 X.01 (8)"))):
@@ -216,7 +216,7 @@ def test_whatever_byte_is_lost_or_doubled_nothing_else_is_carried_out(machine, s
 
 @pytest.mark.parametrize("at", range(10))
 def test_a_plain_line_with_a_broken_character_is_refused(machine, at):
-    """Wherever it stands, the end and the place before the line with it."""
+    """At any place, the end and the place before the line included."""
     line = b"G00 Z-0.5\n"
     machine.send(line[:at])
     machine.library.gk_send_broken()
@@ -285,7 +285,7 @@ def test_an_over_long_line_is_refused_whole_also_when_its_end_comes_late(machine
 # ---- what follows damage
 
 def test_after_a_damaged_frame_a_plain_line_is_not_trusted_until_a_pause(machine):
-    """What was taken for a frame may have been the start of a line."""
+    """Bytes taken for a frame may have been the start of a line."""
     machine.send(b"\x02G00 Z1\nG00 X1\n")  # G is no length of a frame
     lines = machine.run(100)
     assert [named(lines[:2]), named(lines[2:])] == [STALE] * 2
@@ -409,11 +409,11 @@ def test_orders_are_heard_between_the_frames_of_a_tape(machine, sender):
 
 
 def test_an_order_goes_before_lines_that_wait(machine, sender):
-    """The first of them stands in M00, and they fill the queue."""
+    """The first line waits in M00, and the others fill the queue."""
     for number in range(40):
         machine.send(Controller.numbered(number, "G04 P1 (it waits)" if number else "M00"))
         machine.run(10)
-    # How many have found room is told only behind the first answer: one of these comes next.
+    # Only the first answer shows how many have found room: one of these comes next.
     for number in range(1, 41):
         machine.send(Controller.numbered(number, "$RESUME"))
         machine.run(10)
@@ -443,7 +443,7 @@ def test_an_order_is_refused_of_a_locked_machine():
 # ---- the flood
 
 def test_lines_without_room_are_refused_and_answered_in_turn(machine):
-    """None is carried out behind one that is missing, until all have been answered."""
+    """After a missing line none is carried out until all have been answered."""
     machine.line("G91")
     machine.send(b"".join(b"G00 X.01\n" for _ in range(300)))
     lines = machine.run(8000)
@@ -480,7 +480,7 @@ def test_what_is_refused_for_want_of_room_may_be_sent_again(machine, sender):
 
 
 def test_a_number_that_found_no_room_is_not_told(machine):
-    """Of a line that begins in a queue that is full, and ends when it is not."""
+    """A line that begins while the queue is full, and ends when it is not."""
     machine.send(b"G04 X1\n")
     machine.run(100)
     waiting = [b"G04 P1 (a)\n"] * 46

@@ -77,7 +77,7 @@ def test_realtime_bytes_inside_a_line(machine):
 
 
 def test_a_hold_that_came_with_the_order_to_go_on_stays(machine):
-    """Which came first is not known; the order is refused, and is taken when it is sent again."""
+    """It is unknown which came first: the order is refused, and accepted when sent again."""
     machine.send(b"!$RESUME\n")
     assert machine.run(50) == [
         "[MSG:a hold came at the same time, and is in force: resume again.]", error_line("busy")]
@@ -95,7 +95,7 @@ def test_lines_are_answered_in_turn(machine):
 
 
 def test_a_blank_line_behind_a_damaged_frame_has_its_answer(machine):
-    """A sender may begin by one. Where lines have numbers it may be an end that came twice."""
+    """A sender may begin with one. With numbered lines it may be a line end that came twice."""
     machine.send(bytes([0x02, 5, 1, 0x41]))
     machine.run(200)    # until the frame is given up
     for line in ("", "G04 P1"):
@@ -188,7 +188,7 @@ def test_sequence_numbers_wrap(machine):
 
 @pytest.mark.parametrize("harm", ["bent", "dropped", "doubled", "broken"])
 def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
-    """Whatever byte is hit, nothing of the frame is taken for a real-time byte or a line."""
+    """Whatever byte is damaged, no part of the frame acts as a real-time byte or a line."""
     machine.frame(0, 0)
     good = frame(6, 1, b"!\x18?\n$I\n"[:6])
     harmed = []
@@ -221,7 +221,7 @@ def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
 
 
 def test_frame_that_ends_too_soon_is_no_frame(machine, rng):
-    """Not even if the check of the one before happens to be that of what has come."""
+    """Not even if the CRC of the frame before happens to fit the bytes that have come."""
     machine.frame(0, 0)
     check = crc_hqx(b"\x08\x02", 0xFFFF)
     payload = next(data for data in iter(lambda: rng.randbytes(8), None)
@@ -233,7 +233,7 @@ def test_frame_that_ends_too_soon_is_no_frame(machine, rng):
 
 @pytest.mark.parametrize("cut", [1, 2, 3, 5, 8])
 def test_frame_begins_anew_wherever_the_one_before_ends(machine, cut):
-    """No time has to pass, whatever of the other has come."""
+    """No time has to pass, whatever part of the other has come."""
     machine.frame(0, 0)
     good = frame(3, 1, b"a!c")
     assert answers(machine, good[:cut] + good) == [(ACK, 1)]
@@ -348,7 +348,7 @@ def test_jump_comes_back_at_its_own_speed(machine):
 
 
 def test_more_events_at_once_than_are_taken_are_told_in_turn(machine):
-    """Eight are taken; the others wait in the gateware, which stops for it."""
+    """Firmware takes eight; the others wait in the gateware, which stops forward motion."""
     for number in range(24):
         machine.event("readvance", 1, number)
     machine.run(400)
@@ -356,7 +356,7 @@ def test_more_events_at_once_than_are_taken_are_told_in_turn(machine):
 
 
 def test_what_came_before_an_alarm_is_told_before_it():
-    """Blocks without motion, told one in a pass: once one is told, the others are, too."""
+    """Events of blocks without motion come one a pass; after the first the others follow."""
     told = set()
     for passes in range(12):
         machine = Controller()

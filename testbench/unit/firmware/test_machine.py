@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State of the machine as a whole: unlocked, armed, its position known; what guards it stays."""
+"""State of the machine as a whole: unlocked, armed, position known; its guards stay in force."""
 
 import ctypes
 
@@ -24,7 +24,7 @@ def machine():
 
 
 def enter(machine, *lines):
-    """Enter lines that must all be taken."""
+    """Enter lines that must all be accepted."""
     for line in lines:
         assert machine.line(line)[-1] == "ok", line
 
@@ -79,7 +79,7 @@ def test_a_machine_that_moves_does_not_take_it(machine):
 
 
 def test_pulses_on_their_way_are_motion_too(machine):
-    """The ramp still holds some although the path has been commanded to its end."""
+    """The ramp still holds pulses although the path has been commanded to its end."""
     machine.library.gk_moving(1)
     assert machine.line("$POSITION=HERE")[-1] == error_line("busy")
     assert machine.line("?")[-1].startswith("<Run|")
@@ -119,7 +119,7 @@ def test_events_that_wait_at_an_unlock_are_not_told_after_it(machine):
 
 
 def test_the_first_of_two_alarms_is_told(machine):
-    """They come before either can be told: a reset in motion, and events that were lost."""
+    """A reset in motion and lost events come before either can be reported."""
     machine.library.gk_speed(0)
     machine.tape(punched(["G01 X1 F6", "M02"]), passes=300)
     for _ in range(100):

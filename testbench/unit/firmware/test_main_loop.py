@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the main loop sleeps: on and on while the machine goes by itself, but not past what comes."""
+"""Sleep of the main loop: repeated while the machine runs by itself, and ended by any event."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from testbench.firmware import Controller
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
-SLEEPS = 16         # that follow each other, as in app/main_loop.c
+SLEEPS = 16         # in a row, as in app/main_loop.c
 ROUNDS = 50
 ALWAYS = 1 << 31
 SILENT, KNOWN = 1 << 3, 1 << 4 # of the fluid's state, see hal.h
@@ -23,14 +23,14 @@ def machine():
 
 
 def to_a_round(machine):
-    """Until a round begins."""
+    """Run until a round begins."""
     before = machine.library.gk_sleeps()
     while machine.library.gk_sleeps() == before:
         machine.run(1)
 
 
 def on_its_way(machine):
-    """The discharge is on and the machine stands in the middle of a line, with nothing to tell."""
+    """The discharge is on, and the machine stands within a line, without any event."""
     machine.library.gk_speed(0)
     machine.tape(punched([DATA, "C130", "M03", "G01 Z-1 F6", "M05", "M02"]), passes=400)
     machine.library.gk_go(1000)
@@ -87,7 +87,7 @@ def test_it_sleeps_no_further_when_the_machine_is_at_the_end(machine):
 
 @pytest.mark.parametrize("byte", [b"\x91", b"\x97"])
 def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
-    """Its byte wakes nobody."""
+    """The byte of an override does not wake the processor."""
     on_its_way(machine)
     machine.run(TASKS)
     before = machine.library.gk_sleeps()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Host and firmware over a bad cable: nothing is carried out but what was sent, once and in order.
+"""Host and firmware over a bad cable: everything sent is carried out once, in order, or refused.
 
-The cable bends, loses, doubles and breaks one byte in a thousand on its way to the controller. What
-the machine did is compared with what was sent after every line and every tape.
+The cable bends, loses, doubles and breaks one byte in a thousand on its way to the controller.
+After every line and every tape the test compares the machine's motions with the lines sent.
 """
 
 from collections import Counter
@@ -22,11 +22,11 @@ MOVING = (RESUMES, RETRACTS)
 
 
 class RestartError(UserError):
-    """The controller has been reset: a byte was bent into Ctrl-X."""
+    """The controller has been reset: damage turned a byte into Ctrl-X."""
 
 
 class Operator:
-    """Sends lines and tapes, holds and resumes, and keeps account of where the machine is to be."""
+    """Sends lines and tapes, holds and resumes, and tracks the machine's expected place."""
 
     def __init__(self, cable, rng):
         self.cable, self.rng = cable, rng
@@ -71,11 +71,11 @@ class Operator:
                                           "retraction_set"), line
 
     def _enter(self, line):
-        """Send a line; see whether it was that and nothing else that was carried out."""
+        """Send a line; check that it was carried out, and nothing else."""
         self.link.command(line)
 
     def _settle(self):
-        """Wait for the machine to have done what it was told, and look where it is."""
+        """Wait until the machine has done its motion, and check its place."""
         end = self.cable.time_s() + 5
         while list(self.cable.axes) != self.place:
             assert self.cable.time_s() < end, (self.cable.axes, self.place)
@@ -111,7 +111,7 @@ class Operator:
         self.done["line"] += 1
 
     def tape(self):
-        """A tape: every block of it is told of, once and in order; the machine has gone there."""
+        """A tape: every block gives its event, once and in order; the machine is at the end."""
         ways = [[self.rng.randrange(-300, 300) for _ in range(3)]
                 for _ in range(self.rng.randrange(1, 40))]
         texts = [f"N{number} G00 " + " ".join(
@@ -148,7 +148,7 @@ class Operator:
         self.done["tape"] += 1
 
     def hold(self):
-        """A move that is held: whatever else is sent, it goes on by an order only."""
+        """A move on hold: it goes on by an order only, whatever else is sent."""
         self.cable.library.gk_speed(2)
         axis, way = self.rng.randrange(3), self.rng.choice((-2000, 2000))
         before = list(self.place)
@@ -185,7 +185,7 @@ class Operator:
         self.done["hold"] += 1
 
     def restart(self):
-        """A bent byte has reset the controller: the operator begins anew."""
+        """A damaged byte has reset the controller: the operator begins anew."""
         self.done["restart"] += 1
         while True:
             try:
@@ -197,7 +197,7 @@ class Operator:
                 assert self.greeted
 
     def work(self, characters):
-        """Go on until so many characters have been sent."""
+        """Go on until ``characters`` characters have been sent."""
         while self.cable.sent < characters:
             try:
                 self.rng.choice((*[self.line] * 4, self.tape, self.hold))()

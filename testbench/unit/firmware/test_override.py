@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Overrides of the constant feed and of rapids: what they scale, and what they never do."""
+"""Overrides of the constant feed and of rapids: the speeds that they scale, and all others."""
 
 import pytest
 
@@ -87,7 +87,7 @@ def test_no_feed_is_above_the_highest_speed_nor_nothing(machine):
 
 @pytest.mark.parametrize("mode", ["P1", "P2", "P3", "P4"])
 def test_what_goes_by_the_gap_keeps_its_feed(machine, mode):
-    """Also in the blocks behind it, into which the servo may go back."""
+    """Also in the blocks behind the machine, into which the servo may go back."""
     paused(machine, DATA, "G91 G01 X.01 F60", *CUT, f"G95 {mode} X1 F6", "G00 X1", "M02")
     before = rates(machine, 1)
     data = machine.data

@@ -69,7 +69,7 @@ def test_way_back_is_the_way_that_was_come(machine, rng):
 
 @pytest.mark.parametrize("creep", [-99, -9, 9, 99])
 def test_window_moves_under_a_moving_machine(machine, rng, creep):
-    """What the gateware is about to use is never overwritten, however the machine turns."""
+    """Slots that the gateware may use next are never overwritten, however the machine turns."""
     program = Program(machine, [line(rng.randint(1, 9), 0, -rng.randint(0, 2))
                                 for _ in range(240)])
     trail = {0: machine.axes}
@@ -92,7 +92,7 @@ def test_window_moves_under_a_moving_machine(machine, rng, creep):
 def test_window_holds_what_is_commanded(machine):
     """The machine turns and is commanded back (or ahead) while firmware still loads the other side.
 
-    As far as the bound in force: what lies up to there must not be overwritten.
+    It goes as far as the bound in force: the segments up to there must not be overwritten.
     """
     program = Program(machine, [line(5, 0, 0)] * 240)
     while not program.done:
@@ -250,7 +250,7 @@ class Program:
         self.library.path_begin()
 
     def feed(self):
-        """Append what there is room for."""
+        """Append moves while there is room."""
         while self.appended < len(self.moves) and self.library.path_has_room() == 0:
             self.library.path_append(
                 ctypes.byref(self.moves[self.appended]), self.rate, False, True)
@@ -259,7 +259,7 @@ class Program:
 
     @property
     def done(self):
-        """Everything has been appended and machined."""
+        """Whether everything has been appended and machined."""
         return self.appended == len(self.moves) and bool(self.library.path_at_front())
 
     def places(self):
@@ -442,7 +442,7 @@ def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():
     (0, (0, 0, -5000), (64 * 1000, 0), True),       # helix
 ])
 def test_ceiling_on_an_arc_is_met_to_the_pulse(machine, rng, plane, delta, centre, ccw):
-    """The floor is the least place from which on no pulse is above the ceiling."""
+    """The back limit is the least place from which on no pulse is above the ceiling."""
     height = -rng.randint(50, 2900)
     program = Program(machine, [Move(delta, True, ccw, plane, centre)])
     trail = program.places()

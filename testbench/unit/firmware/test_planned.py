@@ -67,7 +67,7 @@ def entered(checker, ip):
 
 @pytest.mark.parametrize("kept", ["", "G10 C{number} E100 K-1 H60 L.003 X3 Y5 Z18 V5 U2.5"])
 def test_a_planned_current_has_the_condition_of_a_planned_program(checker, kept):
-    """Also when one of its number has been entered by hand, with more than the planner says."""
+    """Also when a row of the same number has been entered by hand, with more words."""
     for ip in range(1, 21):
         wanted = entered(checker, ip).told()
         checker.library.conditions_reset()
@@ -86,7 +86,7 @@ def test_a_planned_current_has_the_condition_of_a_planned_program(checker, kept)
 
 
 def machined(machine, blocks, passes=4000):
-    """Run a tape: the conditions told, and what the power supply was told while it machined."""
+    """Run a tape; return the condition events, and the power supply's levels while machining."""
     powers = []
     count = len(machine.lines)
     machine.tape(punched(blocks), passes=0)
@@ -109,7 +109,7 @@ def test_it_machines_what_the_planned_program_machines(machine):
     way = ["M03", "G01 Z-15 F60", "M02"]
     wanted = machined(machine, [RETRACTION, *steps, *way])
     assert wanted[0] == [(908, 8000), (907, 7000, -22_030), (130, 6000, -74_990)]
-    # The power-on condition would hide what the first one does.
+    # The power-on condition would hide the effect of the first one.
     for line in ("G92 Z0", "C150", PLAN):
         assert machine.line(line, PASSES)[-1] == "ok"
     assert machined(machine, [RETRACTION, "G39 P1", *way]) == wanted

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs carried out by the firmware on a machine that follows at once."""
+"""Programs carried out by the firmware on a model machine that follows without lag."""
 
 from itertools import pairwise
 
@@ -115,7 +115,7 @@ def test_wire_offset_is_for_tapes(machine):
 
 
 def test_short_blocks_run_through(machine):
-    """The machine stands; blocks are granted ahead of it without waiting for it."""
+    """The machine stands; firmware loads blocks ahead without waiting for it."""
     machine.library.gk_speed(0)
     run(machine, "G91 G01 F60", *(["X.01"] * 100), "M02", passes=1)
     machine.run(4000)
@@ -199,7 +199,7 @@ def test_damaged_block_never_moves(machine, blocks, line, moved):
 
 
 def test_damaged_tapes_stop_where_the_model_stands(rng):
-    """Position is kept: where blocks before the fault have led, or on the way there."""
+    """The position is kept: at the end of the blocks before the fault, or on the way there."""
     for _ in range(40):
         machine = Controller()
         machine.unlock()

@@ -81,7 +81,7 @@ def test_every_byte_in_every_state(name):
 
 @pytest.mark.parametrize("before", [b"G91 G00 X", b"G91 G00 ("])
 def test_every_byte_within_a_line(before):
-    """It acts and leaves the line whole, or the line is refused."""
+    """The byte acts and leaves the line intact, or the line is refused."""
     known = {*ACTING, *OVERRIDES, *PASSED_OVER}
     machine = Controller()
     machine.unlock()

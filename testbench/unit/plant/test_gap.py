@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gap of the simulated machine, held against the formulas it is made of."""
+"""The gap of the simulated machine, compared with its formulas."""
 
 import math
 
@@ -10,7 +10,7 @@ from testbench.native.alone import Alone
 
 MACHINE = load("sinker").tables
 MACHINE["comparator"]["fixed"] = 1  # nobody drives the references here
-SIGMAS = 4              # a sound generator misses this once in 16 000
+SIGMAS = 4              # a correct generator is outside once in 16 000
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_sensing_pulses_see_a_short_and_never_burn(plant):
 @pytest.mark.parametrize(("fluid_ohm_cm", "gap_um", "short"), [
     (1e9, 0.5, 0), (1e5, 3, 0), (1e3, 26, 0), (1e3, 22, 1)])
 def test_sensing_pulses_tell_a_leak_from_a_short(plant, fluid_ohm_cm, gap_um, short):
-    # V Rg/(Rg + 24 ohm) with Rg = rho g/A, on 10 mm2: half of it, the short level, at 24 ohm.
+    # V Rg/(Rg + 24 ohm) with Rg = rho g/A, on 10 mm2: at 24 ohm it is half of V, the short level.
     plant.set("gap.area_mm2", 10)
     plant.set("gap.fluid_ohm_cm", fluid_ohm_cm)
     plant.set("gap.contact_um", 0.1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statistics of the simulated gap's discharges, held against their closed forms."""
+"""Statistics of the simulated gap's discharges, compared with closed forms."""
 
 import itertools
 import math
@@ -27,12 +27,12 @@ def plant(rng):
 
 
 def tau_us(gap_um, debris=0.0, decades=0.0):
-    """Mean delay, as sinker.toml and the formulas of domain knowledge have it."""
+    """Mean delay by sinker.toml and the formulas of domain knowledge."""
     return 60 * math.exp((gap_um - 40) / 12) / (1 + 4 * debris) / 10**(0.3 * decades)
 
 
 def alone(plant):
-    """No class but sparks and open pulses."""
+    """Allow only sparks and open pulses."""
     plant.set("debris.arc_share", 0)
     plant.set("debris.single_short", 0)
 
@@ -48,10 +48,10 @@ def delays(plant, count, tau):
 
 
 def laue(found, survival, shares):
-    """Largest deviation of ln N(t)/N0 from a law's, in its standard deviations.
+    """Largest deviation of ln N(t)/N0 from a distribution's, in its standard deviations.
 
-    It is looked at where the law has these shares left. ``survival`` is of the time since 1 us
-    after the gate.
+    It is evaluated where the distribution has these shares left. ``survival`` is a function of the
+    time since 1 us after the gate.
     """
     worst = 0.0
     for share in shares:
@@ -84,7 +84,7 @@ def test_delays_are_exponential(plant, gap_um, debris):
 
 
 def weibull(gap_um, tau):
-    """Survival of the second law, of the time in us."""
+    """Survival function of the second distribution, of the time in us."""
     wide = 1 / (1 + math.exp((30 - gap_um) / 4))
 
     def survival(after):

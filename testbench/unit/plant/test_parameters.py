@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of a machine stand once: what is made of them follows."""
+"""The numbers of a machine are defined once: the generated header follows."""
 
 import pytest
 from pydantic import Field, create_model
@@ -11,7 +11,7 @@ from testbench.plant import generate
 
 
 def altered(**numbers):
-    """Models of the files, the sinker's gap having other numbers as well."""
+    """Models of the files, with more numbers in the sinker's gap."""
     gap = create_model("Gap", __base__=SinkerGap, **numbers)
     return MACHINES | {"sinker": create_model("File", __base__=SinkerFile, gap=(gap, ...))}
 

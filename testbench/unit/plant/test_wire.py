@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated wire machine, held against the formulas it is made of."""
+"""The simulated wire machine, compared with its formulas."""
 
 import copy
 import math
@@ -62,7 +62,7 @@ def at(seed, tables, **axes):
 
 
 def burn(plant, count, *, level=2, on_us=3, off_us=33):
-    """Discharges of ``on_us`` from their ignition on, as the table of domain knowledge has it.
+    """Make discharges of ``on_us`` from their ignition on, as in the table of domain knowledge.
 
     Returns the delays in us.
     """
@@ -97,7 +97,7 @@ def test_delay_and_mean_voltage_against_the_gap(seed, gap_um):
     mean = statistics.fmean(delays)
     deviation = tau / math.sqrt(count)
     assert mean - 1.5 == pytest.approx(tau, abs=SIGMAS * deviation + 0.3)
-    # The mean over the time from the plant's own figure, and how it follows the mean delay.
+    # The mean over time of the plant's own figure, and its dependence on the mean delay.
     period = mean + 3 + 33
     volts = (OPEN_V * mean + BURNING_V * 3) / period
     expected = (OPEN_V * (tau + 1.5) + BURNING_V * 3) / (tau + 1.5 + 36)
@@ -106,7 +106,7 @@ def test_delay_and_mean_voltage_against_the_gap(seed, gap_um):
 
 
 def test_the_table_of_mean_voltages_is_met():
-    # The figures that domain knowledge computes, without the microsecond before the law begins.
+    # The figures of domain knowledge, without the first microsecond, in which nothing ignites.
     table = {5: (11.0, 20.2), 8: (22.0, 31.6), 10: (36.3, 41.2), 15: (96, 58.8), 20: (191, 67.6),
              30: (484, 74.6), 50: (1485, 78.2)}
     plant = Alone(machine=machine(), seed=1)
@@ -235,7 +235,7 @@ def test_what_craters_take_is_gone_from_the_workpiece(seed, scale):
 
 
 def advance(plant, way_um, *, step_um=1.0, level=8, gap_um=10, along="x"):
-    """Cut: go on where the gap is wider than wanted, else discharge."""
+    """Cut: advance if the gap is wider than wanted, else discharge."""
     gone, gaps = plant.targets.get("xyz".index(along), 0) / PULSES_PER_UM, []
     end = gone + way_um
     while gone < end:

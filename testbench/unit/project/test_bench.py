@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ``make bench`` reckons from the changes of a run."""
+"""Figures that ``make bench`` computes from the changes of a run."""
 
 from dataclasses import asdict
 

@@ -66,7 +66,7 @@ def test_no_pin_is_used_twice_nor_taken_from_the_adc(pin_list):
 
 
 def test_pulls_make_a_broken_wire_safe(board, pin_list):
-    """What guards the machine is inverted and pulled down; no output is pulled up but ``tx``."""
+    """Inputs that guard the machine are inverted and pulled down; only ``tx`` is pulled up."""
     platform = board.platform()
     for pad in PADS:
         if (pad.name, 0) not in platform.resources:
@@ -78,7 +78,7 @@ def test_pulls_make_a_broken_wire_safe(board, pin_list):
             assert resource.ios[0].invert, pad.name
             assert pulls == {"DOWN"}, pad.name
         elif pad.name.startswith("adc_"):
-            # On the board: nobody's wire to break.
+            # On the board itself, so no wire can break.
             assert resource.ios[0].invert == (pad.name == "adc_select"), pad.name
             assert pulls == {"UP"}, pad.name
         elif pad.direction == "o":

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rooms of the firmware: includes and calls go one way, and nobody goes round in a circle.
+"""The rooms of the firmware: includes and calls go one way, without a circle.
 
-Includes are read from the sources, calls from the symbols of the compiled objects: one that a
-module needs is a call to the module that defines it. A module is a source with the header of its
-name.
+Includes are read from the sources, calls from the symbols of the compiled objects: a symbol that a
+module needs is a call to the module that defines it. A module is a source with the header of the
+same name.
 """
 
 import re
@@ -19,8 +19,8 @@ from softcore import image
 
 SOURCES = image.SOURCES
 
-# From a room to those below it; `hal` is the interface and its registers, `pc` the model of the
-# hardware for computers, which stands outside and may know everything.
+# From a room to those below it. `hal` is the interface and its registers; `pc`, the model of the
+# hardware for computers, may use every room.
 BELOW = {
     "pc": {"app", "link", "interp", "path", "gap", "roughing", "base", "hal"},
     "app": {"link", "interp", "path", "gap", "roughing", "base", "hal"},
@@ -78,8 +78,8 @@ def symbols(data):
 def objects(tmp_path_factory):
     """Per module the symbols that it defines, and those that it needs.
 
-    Without the registers, which only the target has: they include nothing of another room, so that
-    they cannot call it either.
+    The registers are left out, as only the target has them: they include no other room, so they
+    cannot call one either.
     """
     folder = tmp_path_factory.mktemp("objects")
     found = {}
@@ -159,17 +159,17 @@ def test_calls_point_down(objects):
 
 
 def test_no_module_goes_round_in_a_circle(objects):
-    """Includes and calls together: a call against an include would close one, too."""
+    """Includes and calls together: a call against an include would make a circle too."""
     assert not circle(includes() | calls(objects))
 
 
 def prefixes(module):
-    """What names of a module begin with: its own name, or that of its room."""
+    """Allowed prefixes of a module's names: its own name, or that of its room."""
     return [f"{word}_" for word in (room(module), Path(module).name)]
 
 
 def test_exported_names_bear_their_modules_prefix(objects):
-    """In `pc` stand the registers' model and what Python calls: `hal_`, `gk_` and `host_`."""
+    """`pc` has the registers' model and the functions for Python: `hal_`, `gk_` and `host_`."""
     wrong = []
     for module, (defined, _) in objects.items():
         known = ["hal_", "gk_", "host_", "__sanitizer_"] if room(module) == "pc" else \

@@ -21,7 +21,7 @@ TEXT = CODE | {"", ".md", ".nc", ".lpf", ".j2", ".json"}
 
 
 def files(suffixes):
-    """Files of the project by suffix, in a fixed order; nothing that was made."""
+    """Files of the project by suffix, in a fixed order, without build results."""
     made = {"build", "__pycache__"}
     inside = [path for room in (*ROOMS, "docs", "tapes", ".ci", ".github")
               for path in (ROOT / room).rglob("*")]
@@ -80,7 +80,7 @@ def imported(tree):
 
 
 def forbidden(path, tree):
-    """Yield what a file at ``path`` must not import."""
+    """Yield the forbidden imports of a file at ``path``."""
     top = path.split("/")[0]
     if top not in ALLOWED:
         return
@@ -124,7 +124,7 @@ def test_gateware_uses_no_retired_name():
 
 
 def test_texts_are_in_one_encoding_everywhere():
-    """Not in what the user's computer takes for granted."""
+    """No file names a path of one computer."""
     def breaks(path):
         return (f"line {node.lineno}: without encoding" for node in ast.walk(tree_of(path))
                 if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The graph of imports, drawn from the sources: no circle, and one door into the test bench."""
+"""The graph of imports, from the sources: no circle, and only one door into the test bench."""
 
 import ast
 
@@ -12,7 +12,7 @@ MODULES = {name_of(path).removesuffix(".py").removesuffix("/__init__").replace("
 HOST_ROOMS = {"host.experiments", "host.link", "host.machines", "host.roughing", "host.run",
               "host.study", "host.tape"}
 ((DOORKEEPER, _),) = DOOR
-# From a room of the gateware to those below it. A module that stands alone is a room.
+# From a room of the gateware to those below it. A module outside a folder counts as a room.
 BELOW = {
     "controller": {"report", "gap", "motion", "power", "safety", "auxiliary", "members"},
     "report": {"motion", "safety", "lib", "events"},
@@ -33,7 +33,7 @@ def targets(node):
     if isinstance(node, ast.Import):
         names = [alias.name for alias in node.names]
     elif isinstance(node, ast.ImportFrom):
-        # What is named may be a module itself, or something within one.
+        # The imported name may be a module, or something within one.
         names = [f"{node.module}.{alias.name}" for alias in node.names]
         names = [name if name in MODULES else node.module for name in names]
     else:
@@ -66,7 +66,7 @@ def circle(arrows):
 
 
 def rooms(arrows):
-    """The same graph between the host's packages; a module of none stands for itself."""
+    """The same graph between the host's packages; a module outside a package is its own node."""
     def room(name):
         return ".".join(name.split(".")[:2])
 

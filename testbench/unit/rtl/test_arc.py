@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.motion.arc``, against the closed form, and of that against the circle."""
+"""Unit tests of ``rtl.motion.arc`` against the closed form, and of that form against the circle."""
 
 import math
 
@@ -13,7 +13,7 @@ RADII = (2, 3.5, 7, 20, 100.4, 1000, 30_000, 10_000_000)
 
 
 class Bench:
-    """A distributor and where it is on its piece."""
+    """A distributor and its place on the piece."""
 
     def __init__(self, *, axes=3, major=0, minor=1):
         self.dut = ArcDistributor(axes=axes)
@@ -54,7 +54,7 @@ class Bench:
                 self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
 
     def expected(self):
-        """Where the axes belong."""
+        """Places of the axes by the closed form."""
         position = list(self.origin)
         for axis, sign, steps in zip(self.axes, self.piece.signs, self.piece.steps(self.place),
                                      strict=True):
@@ -62,7 +62,7 @@ class Bench:
         return position
 
     async def pulse(self, ctx, step):
-        """One path pulse; the steps of the one before come out meanwhile."""
+        """One path pulse, while the steps of the pulse before come out."""
         ctx.set(self.dut.pulse, 1)
         ctx.set(self.dut.reverse, step < 0)
         await self.clock(ctx)
@@ -71,7 +71,7 @@ class Bench:
         self.place += step
 
     async def checked(self, ctx, step, spacing=5):
-        """One path pulse, and the axes exactly where they belong 5 clocks later, not before."""
+        """One path pulse; the axes reach their new places exactly 5 clocks later, not before."""
         before = list(self.position)
         await self.pulse(ctx, step)
         for _ in range(self.dut.LATENCY - 1):
@@ -128,7 +128,7 @@ def test_at_full_rate_no_pulse_is_lost(simulate, rng):
 
 
 def test_enters_the_next_piece_in_time(simulate, rng):
-    """The state is taken over 4 clocks after a pulse, 2 before the next: nothing is disturbed."""
+    """Loading the state 4 clocks after a pulse and 2 before the next disturbs nothing."""
     bench = Bench()
 
     async def run(ctx):
@@ -151,7 +151,7 @@ def test_enters_the_next_piece_in_time(simulate, rng):
 
 @pytest.mark.parametrize("radius", RADII)
 def test_the_closed_form_lies_within_half_a_pulse_of_the_circle(rng, radius):
-    """To what rounding the error to 1/64 of a pulse leaves of the radius."""
+    """The place is right up to the rounding of the error to 1/64 pulse."""
     for _ in range(40):
         piece = circle_piece(rng, radius, longest=1500)
         x0, y0 = piece.centre

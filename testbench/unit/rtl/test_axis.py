@@ -20,7 +20,7 @@ class Bench:
     def __init__(self, dut, axis):
         self.dut = dut
         self.axis = axis
-        self.place = 0  # of the motor, in encoder edges
+        self.place = 0  # place of the motor, in encoder edges
         self.overshoot = deque([0] * 3, maxlen=3)
 
     async def clock(self, ctx, *, pi=0, move=0, safe=False, adopt=False, mark=None,
@@ -66,7 +66,7 @@ class Bench:
 @pytest.mark.parametrize("dac", ["sigma_delta", "pwm"])
 @pytest.mark.parametrize("mode", [{}, {"mode_reverse": True}, {"mode_step": True}], ids=str)
 def test_follows_the_model(simulate, rng, dac, mode):
-    # So small an allowance that the supervision has much to say.
+    # The allowance is so small that the supervision often finds something.
     dut = Axis(dac=dac, rest_clocks=10, allowance=3, fastest=200)
     converter = Dac() if dac == "sigma_delta" else Dac(PulseWidth)
     bench = Bench(dut, model.Axis(rest_clocks=10, dac=converter,

@@ -26,7 +26,7 @@ class Bench:
         return (value + self.origin + half) % (2 * half) - half
 
     async def start(self, ctx):
-        """Begin where the machine stands."""
+        """Begin at the machine's place."""
         ctx.set(self.dut.position, self.wrapped(0))
         await ctx.tick()
         ctx.set(self.dut.restart, 1)
@@ -51,7 +51,7 @@ class Bench:
         await ctx.tick()
 
 
-# At an edge of 32 bits the numbers of depth and position lie apart by the whole range.
+# At the wrap of 32 bits the numbers of depth and position differ by the whole range.
 @pytest.mark.parametrize("origin", [0, -(1 << 31), (1 << 31) - 20, 1 << 30])
 def test_follows_the_model_over_random_walks(simulate, rng, origin):
     bench = Bench(ConditionSwitch(), origin)
@@ -79,7 +79,7 @@ def test_follows_the_model_over_random_walks(simulate, rng, origin):
 
 @pytest.mark.parametrize("origin", [0, -(1 << 31) + 100])
 def test_every_step_switches_at_its_depth_to_the_pulse(simulate, rng, origin):
-    """As machining has it: back and forth by retractions and jumps, each step armed in time."""
+    """As in machining: back and forth by retractions and jumps, each step armed in time."""
     bench = Bench(ConditionSwitch(), origin)
     depths = [-(10 + 37 * step) for step in range(30)]
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Unit tests of ``rtl.motion.conservation``.
 
-That it sees nothing where nothing is wrong, ``testbench.checkers.motion`` asserts on the joined
-motion blocks in every test of the retraction.
+``testbench.checkers.motion`` asserts that the guard gives no false alarm, on the joined motion
+blocks in every test of the retraction.
 """
 
 import pytest
@@ -13,7 +13,7 @@ WIDTHS = {"command": 32, "position": 32, "stored": 24}
 
 
 class Path:
-    """Pulses on their way, as the generator, the ramp and the window have them."""
+    """Pulses under way, as generator, ramp and window would count them."""
 
     def __init__(self, start):
         self.command = self.position = start

@@ -13,7 +13,7 @@ from rtl.gap.removal import RemovalDetector
 from rtl.motion.feed import PathPulseGenerator
 
 NO_LOAD = 3200          # codes of the converter
-STOCK_DROP = 400        # ... that the nominal stock takes of it
+STOCK_DROP = 400        # drop of this voltage by the nominal stock
 SAMPLE = 17             # clocks between samples
 UNIT = 40               # path pulses
 RATE = 1 << 26          # a pulse in 64 clocks
@@ -43,7 +43,7 @@ class Loop(Elaboratable):
 
 
 def feeds_along(simulate, mode, r, *, unit=UNIT, pulsed=False):
-    """Feed over the nominal one at each path pulse, the stock being r times from STEP_AT on."""
+    """Feed over the nominal feed at each path pulse; from STEP_AT on the stock is r times."""
     dut = Loop()
     found = []
 
@@ -80,7 +80,7 @@ def test_a_step_of_the_stock_is_followed_within_two_unit_distances(simulate, r, 
     assert feeds[:STEP_AT] == pytest.approx([1] * STEP_AT, rel=1 / 4096)
     after = feeds[STEP_AT + 2 * unit:]
     assert after == pytest.approx([1 / r] * len(after), rel=1 / 1000)
-    # And on the way it is between the two.
+    # In between it lies between the two.
     between = feeds[STEP_AT:STEP_AT + 2 * unit]
     assert min(1, 1 / r) * 0.999 <= min(between) <= max(between) <= max(1, 1 / r) * 1.001
 

@@ -53,7 +53,7 @@ def test_follows_the_model(simulate, rng, part):
             for name, rate in rates.items():
                 if rng.random() < rate:
                     inputs[name] ^= 1
-            # Mostly what lets it look.
+            # Most inputs allow a look.
             for name, usual in (("off", 1), ("safe", 0), ("quiet", 0)):
                 if rng.random() < 0.2:
                     inputs[name] = usual

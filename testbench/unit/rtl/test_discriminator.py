@@ -60,7 +60,7 @@ def test_follows_the_model(simulate, rng):
 
     async def run(ctx):
         for _ in range(1500):
-            # Also what the generator never does: both gates, and a change without a pause.
+            # Also inputs that the generator never makes: both gates, and a change without a pause.
             gates = rng.choice(((1, 0), (1, 0), (1, 0), (0, 1), (0, 0), (1, 1)))
             likely = {name: rng.choice((0, 0.1, 0.5, 0.9, 1)) for name in LEVELS}
             blanking, had = bench.rules.blanking, len(bench.abnormal)
@@ -131,7 +131,7 @@ def test_abnormal_once_confirmed(simulate, confirm, clock):
 
 @pytest.mark.parametrize("level", ["arc", "short"])
 def test_verdict_in_time(simulate, level):
-    """Within 4 clocks of the sample that decides, in mid-pulse and at its end."""
+    """The class comes within 4 clocks of the deciding sample, within a pulse and at its end."""
     bench = Bench(Rules(settle=1, confirm=2))
 
     async def run(ctx):
@@ -148,7 +148,7 @@ def test_verdict_in_time(simulate, level):
 
 
 def test_longest_blanking(simulate):
-    """The age of a pulse stops at its highest count: it does not begin anew."""
+    """The age of a pulse stops at its highest count: it does not wrap."""
     dut = Discriminator()
 
     async def bench(ctx):

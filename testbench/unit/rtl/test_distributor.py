@@ -35,7 +35,7 @@ class Bench:
                 self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
 
     async def pulse(self, ctx, step, spacing=3):
-        """One path pulse, and the axes exactly where they belong 2 clocks later."""
+        """One path pulse; the axes reach their new places 2 clocks later."""
         dut = self.dut
         ctx.set(dut.pulse, 1)
         ctx.set(dut.reverse, step < 0)
@@ -60,7 +60,7 @@ class Bench:
 
 
 def travels(rng, length, axes):
-    """Travels at the edges and inside."""
+    """Travels at the bounds of the range and within it."""
     edges = [0, 1, length // 2, length - 1, length]
     return [rng.choice((1, -1)) * min(length, rng.choice([*edges, rng.randint(0, length)]))
             for _ in range(axes)]
@@ -98,7 +98,7 @@ def test_mirrors_itself_wherever_it_turns(simulate, rng):
 
 @pytest.mark.parametrize("place", [0, LONGEST // 3, LONGEST], ids=["start", "middle", "end"])
 def test_holds_on_the_longest_segment(simulate, rng, place):
-    """The remainders are set to what they are there, and take values all over their range."""
+    """The test sets the remainders for a place; they take values all over their range."""
     bench = Bench(LineDistributor(axes=6))
 
     async def run(ctx):

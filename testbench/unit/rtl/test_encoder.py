@@ -53,7 +53,7 @@ def test_counts_every_edge_with_its_direction(simulate, rng, distance):
             true += move
             for index in range(distance):
                 fp, jump = await clock(ctx, dut, *CYCLE[place % 4])
-                # The latency: the pulse of an edge in clock 0 is there in clock 3.
+                # The latency: the pulse of an edge in clock 0 comes in clock 3.
                 assert fp == (move if index == dut.samples - 1 else 0)
                 assert not jump
                 counted += fp

@@ -31,7 +31,7 @@ def test_follows_the_model(simulate, rng, width, travel):
 
     async def bench(ctx):
         for clock in range(3000):
-            # Long leanings to one side reach the limits of the narrow ones, on both sides.
+            # Long runs to one side reach the limits of narrow counters, on both sides.
             lean = (-1, 0, 1, 0)[clock // 100 % 4]
             pi = rng.choice((-1, 0, 1, lean, lean))
             fp = rng.choice((-1, 0, 1, -lean, 0))

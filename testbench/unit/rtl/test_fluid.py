@@ -42,7 +42,7 @@ class Bench:
             assert ctx.get(getattr(dut, name)) == getattr(expected, name), name
 
     async def average(self, ctx, *codes):
-        """Give one average's samples, the codes in turn, and wait for the decision."""
+        """Give the samples of one average, cycling through the codes; wait for the decision."""
         for n in range(self.model.samples):
             await self.clock(ctx, codes[n % len(codes)])
             for _ in range(9):
@@ -170,7 +170,7 @@ def test_a_broken_cell_freezes_the_class(simulate, code, low, high):
 
     async def run(ctx):
         await bench.average(ctx, code)
-        assert ctx.get(bench.dut.known) == (not low | high), "a broken cell tells nothing"
+        assert ctx.get(bench.dut.known) == (not low | high), "a broken cell gives no class"
         await bench.average(ctx, 2300)
         assert ctx.get(bench.dut.measured) == 2
         await bench.average(ctx, code)

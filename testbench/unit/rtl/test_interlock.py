@@ -106,7 +106,7 @@ def test_safe_until_acknowledged_after_reset(simulate):
 def test_every_cause_acts_in_its_clock_and_holds(simulate, cause):
     bench = Bench()
     name = "stop" if cause is Cause.FIRMWARE else cause.name.lower()
-    # Clocks of the input until it is a cause, and after it until it no longer is one.
+    # Clocks from an input to its cause, and from its end to the end of the cause.
     before, after = {Cause.LIMIT_LOW: (2, 3), Cause.LIMIT_HIGH: (2, 3),
                      Cause.FLUID_LOW: (5, 5)}.get(cause, (0, 0))
     level = {name: 1 if name not in BY_AXIS else 4}
@@ -234,7 +234,7 @@ def test_nothing_else_is_let_pass_while_a_switch_is_left(simulate, cause):
 
 
 def test_only_a_machine_that_is_safe_leaves_a_switch(simulate):
-    """Asked for in the clock of a pulse onto the switch, it would let that pulse pass."""
+    """A request in the clock of a pulse onto the switch would let that pulse pass."""
     bench = Bench()
 
     async def run(ctx):
@@ -264,7 +264,7 @@ def test_low_fluid_counts_while_discharging_only(simulate, off):
 @pytest.mark.parametrize("register", ["latched", "double"])
 @pytest.mark.parametrize("cause", [None, Cause.ESTOP], ids=["quiet", "tripped"])
 def test_a_bit_of_the_latch_that_turns_over_makes_safe(simulate, register, cause):
-    """In its clock, told as ``guard`` when nothing else is; the causes of either stay."""
+    """It is the cause ``guard`` in the same clock; the causes of latch and double stay."""
     dut = Interlock(clock_hz=1000, limit_release_us=3000, fluid_ms=5)
     guard = 1 << Cause.GUARD.value
     held = 0 if cause is None else 1 << cause.value

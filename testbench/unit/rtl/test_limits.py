@@ -8,7 +8,7 @@ from testbench.models import limits as model
 
 
 class Bench:
-    """The limits and their model, with the counter of the axis behind both."""
+    """The limits and their model, each followed by the counter of an axis."""
 
     def __init__(self, low, high, command=0):
         self.dut = SoftLimits()

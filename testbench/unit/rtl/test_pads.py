@@ -51,7 +51,7 @@ def test_inputs_come_after_3_clocks_and_outputs_after_1(simulate):
 
 @pytest.mark.parametrize("inverted", [(), (*OUTPUTS, *INPUTS)], ids=["plain", "inverted"])
 def test_starts_safe(simulate, inverted):
-    """Before the first clock, whatever the machine says: off, idle, emergency stop."""
+    """Levels before the first clock, for any outputs: off, idle, emergency stop."""
     seen, plain = ports(inverted=inverted)
     dut = Pads(seen)
 
@@ -97,13 +97,13 @@ def chained_ports():
 
 
 def test_chain_brings_code_and_strobes_and_the_code_first(simulate, rng):
-    """Everything arrives within three frames, and a code stands for a frame before its strobe."""
+    """Everything arrives within three frames; a code is there for a frame before its strobe."""
     seen, plain = chained_ports()
     dut, chain = Pads(seen), ShiftRegisters(24)
     rose = []
 
     async def run(ctx, clocks):
-        """Run, and note for how many frames the code stood when a strobe rose."""
+        """Run, and note for how many frames the code was constant when a strobe rose."""
         for _ in range(clocks):
             await ctx.tick()
             before = chain.outputs

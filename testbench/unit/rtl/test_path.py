@@ -10,8 +10,8 @@ from rtl.motion.path import SegmentWindow
 from testbench.models.path import Window
 from testbench.refusal import refuses
 
-SETTLE = 4   # clocks after a pulse until the next may come, and until everything is told
-LONGEST = 14  # ... and if a segment has to be fetched
+SETTLE = 4   # clocks from a pulse to the next, and until all outputs have followed
+LONGEST = 14  # the same if a segment must be fetched
 SLOTS = 64
 STATE = ("pace", "error", "along", "across")
 
@@ -23,7 +23,7 @@ def wrapped(value, bits=32):
 
 @dataclass
 class Arc:
-    """What a segment has beyond a line."""
+    """Words that an arc has beyond those of a line."""
 
     major: int
     minor: int
@@ -66,7 +66,7 @@ class Bench:
         self.offset = offset
         self.first, self.last = max(0, start - 5), min(len(segments), start + 10)
         self.entered = []
-        self.state, self.expected = [], []  # with which segments were entered, since
+        self.state, self.expected = [], []  # states with which segments were entered
         self.here = None     # segment entered last
         self.damaged = False
         self.busy = False    # firmware writes the last slot again and again
@@ -78,7 +78,7 @@ class Bench:
         return self.model.borders[self.first]
 
     async def tick(self, ctx):
-        """One clock. What is entered is told in the same clock as the slot, at the border."""
+        """One clock. ``entered`` comes in the same clock as the new slot, at the border."""
         dut = self.dut
         if self.busy:
             ctx.set(dut.data, self.again[self.word])
@@ -106,7 +106,7 @@ class Bench:
         self.again = words + [0] * (16 - len(words))
 
     async def occupy(self, ctx, busy):
-        """Begin, or end, to write the last slot all the time."""
+        """Start or stop writing the last slot in every clock."""
         self.busy = False
         ctx.set(self.dut.data_strobe, 0)
         ctx.set(self.dut.select_strobe, 1)
@@ -168,7 +168,7 @@ class Bench:
                 assert ctx.get(getattr(dut, name)) == getattr(segment.arc, name)
 
     async def settle(self, ctx):
-        """Time for a segment to be entered, because of a load or because there is more."""
+        """Wait until a segment is entered, after a load or when the path goes on."""
         here = self.model.segment(more=self.more)
         if here != self.here and (self.here is not None or self.more):
             self.entering(here, at_end=False)
@@ -186,7 +186,7 @@ class Bench:
         self.entered.clear()
 
     async def pulse(self, ctx, step, spacing=SETTLE):
-        """A path pulse, and its segment one clock later, or as soon as it is there."""
+        """A path pulse; its segment comes one clock later, or as soon as it is fetched."""
         dut = self.dut
         before = self.model.segment(more=self.more)
         ctx.set(dut.pulse, 1)
@@ -233,7 +233,7 @@ class Bench:
         self.expected = [arc.end if at_end else arc.start] if arc else []
 
     def left(self, ctx):
-        """The states handed over are those expected."""
+        """Check that the states passed on are those expected."""
         assert self.state == self.expected
         self.state, self.expected = [], []
 
@@ -316,7 +316,7 @@ def test_waits_at_a_border_until_there_is_more(simulate):
 
 
 def test_first_segment_is_entered_once_also_from_before_it(simulate, rng):
-    """Back before the path's first point while its first segment is still to be written."""
+    """The machine goes back before the path's first point while its segment is being written."""
     segments = random_segments(rng, 8)
     while segments[4].arc is None:
         segments = random_segments(rng, 8)
@@ -412,7 +412,7 @@ def test_refuses_a_ring_that_does_not_wrap(slots):
 
 
 def registers_of(dut):
-    """Registers that are guarded, with the output that tells of each."""
+    """Guarded registers, each with the output that reports damage."""
     segment = [dut.length, dut.rate, dut.highest, dut.arc, dut.major, dut.minor, dut.outward,
                dut.change, dut.divisor]
     segment += [part for travel in dut.travel for part in (travel.magnitude, travel.negative)]
@@ -444,7 +444,7 @@ def test_every_bit_of_a_register_that_turns_over_is_found(simulate, rng, arc):
                 assert not ctx.get(alarms)
                 await bench.tick(ctx)
                 assert ctx.get(alarm), (register.name, bit)
-                assert ctx.get(alarms) in (1 << 1, 1 << 2), "that, and nothing else"
+                assert ctx.get(alarms) in (1 << 1, 1 << 2), "only this output"
                 ctx.set(register, kept)
                 await bench.tick(ctx)
                 await bench.tick(ctx)

@@ -7,7 +7,7 @@ from testbench.unit.rtl.test_path import SLOTS, Bench, random_segments
 
 
 class Pacing(Bench):
-    """A window whose feeds change; no parity may be hurt by that."""
+    """A window whose feeds change; the parity must stay right."""
 
     def __init__(self, *arguments, **options):
         super().__init__(*arguments, **options)
@@ -15,7 +15,7 @@ class Pacing(Bench):
         self.rates = {}      # feeds by segment that may still be in force, and for how many clocks
 
     def pace(self, number, rate, after=0):
-        """Give a segment another feed ``after`` clocks, as firmware does, while pulses come."""
+        """Change a segment's feed after ``after`` clocks, as firmware does, while pulses come."""
         assert not self.orders
         segment = self.segments[number]
         self.orders = [{}] * after + [
@@ -35,7 +35,7 @@ class Pacing(Bench):
                       if clocks}
 
     def compare(self, ctx):
-        """For some clocks the old feed is right as well."""
+        """Allow the old feed for some more clocks."""
         number = self.model.segment(more=self.more)
         segment = self.segments[number]
         rate = segment.rate
@@ -46,7 +46,7 @@ class Pacing(Bench):
 
 
 def test_a_new_feed_is_in_force_at_once_and_whenever_the_segment_is_entered(simulate, rng):
-    """Firmware changes feeds at any clock while the machine goes either way."""
+    """Firmware changes feeds in any clock while the machine goes in either direction."""
     bench = Pacing(random_segments(rng, 15, 12), start=5)
     here = 0
 

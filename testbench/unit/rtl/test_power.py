@@ -45,7 +45,7 @@ def stimulus(rng, before):
         rare["reference"] = rng.choice([100, 100, 101])
     if rng.random() < 0.05:
         rare["level"] = rng.randrange(64)
-    # A gap that is alive for long now and then, and else for a clock.
+    # The gap is live for a long time now and then, otherwise for one clock.
     dead = rng.random() < (0.97 if before["short"] else 0.1)
     return before | rare | {"cut": rng.random() < 0.5, "abnormal": rng.random() < 0.1,
                             "current": rng.random() < 0.02, "short": dead}

@@ -25,9 +25,9 @@ def as_modelled(counters, inputs):
 class Bench:
     """The block and its model side by side, fed with pulses written as letters.
 
-    A letter is a clock: a DAME, a SHORT, an OPEN, an OK (K), or nothing for a point. The outputs
-    are those that follow from that clock, hence of the next: U, D, or a minus for a strobe with
-    neither. ``shown`` has the counters that are full: d, o, or k for the output of 7.
+    A letter is a clock with a DAME, a SHORT, an OPEN or an OK (K); a point is a clock without a
+    pulse. Outputs are those of the next clock: U, D, or a minus for a strobe with neither.
+    ``shown`` has the counters that are full: d, o, or k for the output of 7.
     """
 
     def __init__(self, **settings):
@@ -177,7 +177,7 @@ def test_relative(feed, pulses, given):
 
 @pytest.mark.parametrize(("weight", "given"), [(0, "U"), (2, "U"), (3, "-"), (4, "-"), (15, "-")])
 def test_relative_weight(feed, weight, given):
-    """Four, then an OK, then three: the preset of 5 is reached if at most two were taken."""
+    """Four DAME, an OK, three DAME: the preset 5 is reached if the OK takes off at most two."""
     assert feed(("DDDDKDDD", {}), mode=RELATIVE, dame=5, weight=weight)[-1] == given
 
 
@@ -192,7 +192,7 @@ def test_relative_heaviest_weight(feed):
 @pytest.mark.parametrize(("name", "letter", "given"), [
     ("dame", "D", "U"), ("open", "O", "D"), ("ok", "K", "-")])
 def test_one_class_alone(feed, mode, name, letter, given):
-    """A counter whose preset is 0 is off; the one that is left works as always."""
+    """A counter with preset 0 is off; the other one works as usual."""
     presets = dict(dame=0, open=0, ok=0) | {name: 2}
     others = "".join(other for other in "DOK" if other != letter)
     settings = dict(mode=mode, window=4, weight=0, period=4, **presets)
@@ -316,7 +316,7 @@ def test_settings_change_in_mid_count(feed, parts, given):
 @pytest.mark.parametrize(("mode", "given"), [
     (ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"), (RELATIVE, "UDUU")])
 def test_modes_differ(feed, mode, given):
-    """Settings of other modes do nothing: a window of no pulse, a weight, a preset of 7."""
+    """Settings of other modes have no effect: window 0, a weight, a preset of 7."""
     settings = dict(mode=mode, window=6 if mode == TOTAL else 0, weight=0, ok=1)
     parts = "DDD.....", "OO......", "DDODO...", "DDDK...."
     assert feed(("".join(parts), {}), **settings)[7::8] == given

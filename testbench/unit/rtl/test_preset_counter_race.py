@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``rtl.gap.preset_counter`` over many strobes, against the exact odds of UP and DOWN."""
+"""``rtl.gap.preset_counter`` over many strobes, against the exact probabilities of UP and DOWN."""
 
 import math
 
@@ -18,9 +18,9 @@ CROWDED, STABLE = (0.6, 0.05, 0.35), (0.02, 0.1, 0.88)  # shares of DAME, OPEN a
 
 
 class Race:
-    """Exact odds of a strobe: the counters as a Markov chain in its steady state.
+    """Exact probabilities at a strobe: the counters as a Markov chain in its steady state.
 
-    ``shares`` are the odds of DAME, OPEN and OK, each pulse by itself.
+    ``shares`` are the probabilities of DAME, OPEN and OK; pulses are independent.
     """
 
     def __init__(self, presets, shares, *, runs):
@@ -53,7 +53,7 @@ class Race:
         return tuple(counts) if counts[2] < presets[2] else (0, 0, 0)
 
     def _period(self, odds):
-        """Odds of the states at the next strobe."""
+        """Probabilities of the states at the next strobe."""
         odds = np.bincount(self.cleared, odds, len(odds))
         for _ in range(PULSES):
             odds = sum(share * np.bincount(target, odds, len(odds))
@@ -106,7 +106,7 @@ def test_race(rng, shares, mode, row, known):
     exact = [race.share(ends) for ends in (race.up, race.down)]
     assert exact[shares == STABLE][0] == pytest.approx(known, abs=0.02)
     found = raced(ROWS[row], shares, mode, rng.randrange(1 << 30))
-    # Of shares so small that they are counted singly, three more are let pass.
+    # For shares so small that single strobes matter, three more are allowed.
     for (share, error), counted in zip(exact, found, strict=True):
         assert counted == pytest.approx(share, abs=max(error, 3 / STROBES))
     if shares == STABLE:

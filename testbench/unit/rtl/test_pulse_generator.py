@@ -16,7 +16,7 @@ QUIET = dict(enable=1, sensing=0, level=9, live=0, cut=1, abnormal=0) | TIMES
 
 
 class Bench:
-    """The generator and its model side by side; keeps what the gates did."""
+    """The generator and its model side by side; records the gates."""
 
     def __init__(self, dut):
         self.dut = dut
@@ -37,7 +37,7 @@ class Bench:
 
     @property
     def runs(self):
-        """Kinds and lengths of what the gates did."""
+        """Kinds and lengths of pulses and pauses."""
         return [(kind, len(list(run))) for kind, run in groupby(self.gates)]
 
 
@@ -146,7 +146,7 @@ def test_enable_acts_in_the_same_clock_and_keeps_the_off_time(simulate):
 
 
 def test_gates_keep_their_distance(simulate, rng):
-    """Whatever the inputs do: never both, and the off-time of the last kind between any two."""
+    """For any inputs: never both gates, and always the off-time of the last pulse's kind."""
     bench = Bench(PulseGenerator())
 
     async def run(ctx):

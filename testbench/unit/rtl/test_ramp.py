@@ -58,7 +58,7 @@ def test_follows_the_model(simulate, rng, start_rate, acceleration):
     async def run(ctx):
         spacing = 0
         for turn in range(40):
-            # By turns: gather speed with little stored, then anything.
+            # By turns: accelerate with few stored pulses, then random inputs.
             gather = turn % 2 == 0
             target = TOP if gather else rng.choice([*edges, ONE // rng.randint(5, 60)])
             density = 1 if gather else rng.choice((0, 0, 0.05, 1))
@@ -107,7 +107,7 @@ def test_is_a_delay_of_two_clocks_up_to_the_start_stop_speed(simulate, rng, star
 @pytest.mark.parametrize(("up", "down"), [
     (STEP, STEP - 8), (STEP, STEP + 8), (3 * STEP, 2 * STEP + 1)])
 def test_slowing_down_ends_wherever_it_began(simulate, up, down):
-    """A rate that is no whole number of steps above the lowest, as a bent bit leaves it."""
+    """A rate that is not a whole number of steps above the lowest, as after a changed bit."""
     dut = Ramp()
 
     async def bench(ctx):
@@ -248,7 +248,7 @@ class Run:
         self.out = []
 
     async def ticks(self, ctx, clocks=None, pulses=None, **inputs):
-        """Go on for so many clocks, or so many pulses, or until at rest."""
+        """Run for some clocks, for some pulses, or until at rest."""
         dut = self.dut
         for name, value in inputs.items():
             ctx.set(getattr(dut, name), value)
@@ -265,7 +265,7 @@ class Run:
         assert clocks or self.clock < end
 
     def check_spacing(self, target, waits=False):
-        """Neighbouring pulses are as far apart as the speed says, within a step and a clock.
+        """Check that the distance of pulses fits the speed, within a step and a clock.
 
         With ``waits`` they may be further apart.
         """

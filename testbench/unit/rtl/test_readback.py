@@ -67,7 +67,7 @@ def test_what_does_not_die_away_is_stuck(simulate, sign):
 
 
 def test_what_dies_away_in_time_is_not(simulate):
-    """A pulse, or 3 clocks without life, begin it anew; 2 do not, and count."""
+    """A pulse, or 3 clocks that are not live, restart the count; 2 such clocks do not."""
     bench = Bench()
 
     async def run(ctx):

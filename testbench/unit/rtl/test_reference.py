@@ -7,7 +7,7 @@ PERIOD = 1 << References.BITS
 
 
 def test_share_of_ones_is_exact_and_even(simulate, rng):
-    """After n clocks from reset ``floor(n * level / 1024)`` ones, at every level's every clock."""
+    """After n clocks there were ``floor(n * level / 1024)`` ones, for every level and every n."""
     dut = References()
     levels = 0, PERIOD - 1, rng.randrange(1, PERIOD - 1)
 

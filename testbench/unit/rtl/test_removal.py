@@ -39,7 +39,7 @@ class Bench:
             await self.clock(ctx, code if n % samples == 0 else None, n % every == every - 1)
 
     async def settle(self, ctx):
-        """Stand until the last window has been reckoned with."""
+        """Wait until the last window has been computed."""
         for _ in range(model.RATIO + 1):
             await self.clock(ctx)
 
@@ -85,7 +85,7 @@ def test_follows_the_model(simulate, rng):
 
 
 def test_extremes_and_order_of_the_settings(simulate):
-    """Every pair of extreme levels, alone in a window each."""
+    """Every pair of extreme levels, each pair in its own window."""
     bench = Bench()
 
     async def run(ctx):
@@ -107,7 +107,7 @@ def test_extremes_and_order_of_the_settings(simulate):
 
 
 def test_a_unit_distance_gives_the_ratio(simulate):
-    """Es over the drop of the mean, in which on- and off-time count alike."""
+    """The ratio is Es over the drop of the mean; on- and off-time count alike."""
     bench = Bench()
 
     async def run(ctx):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.motion.retraction``: its rules, between feed, ramp, path and distributor."""
+"""Unit tests of ``rtl.motion.retraction``: its rules, with feed, ramp, path and distributor."""
 
 import pytest
 
@@ -28,14 +28,14 @@ from testbench.models.retraction import (
     Gap,
 )
 
-# Behind a border pulses wait for the segment to be fetched; so that none is under way when the next
-# cue comes, they are further apart than that takes.
+# After a border a pulse waits until the segment is fetched. The pulses here are further apart than
+# that, so that none is under way when the next cue comes.
 APART = change(rate=ONE // 15, high_rate=ONE // 14, low_rate=ONE // 19, jump_rate=ONE // 16,
                jump_high_rate=ONE // 14)
 
 
 def agree(seen, expected):
-    """Events as the model has them; plateaus of retractions at their speed."""
+    """Events in the model's form, with the plateaus of retractions as speeds."""
     assert [event[:3] for event in seen] == [event[:3] for event in expected]
     for event, (kind, _, _, first, second) in zip(seen, expected, strict=True):
         assert event[3] == first, event
@@ -206,20 +206,20 @@ CASES = {
     "before the first point": (
         [Cue(SHORT, 5)], {}, {},
         [(START, SHORT, 5), (END, AT_LIMIT, -35), (HALT, STILL_LIMIT, -35)]),
-    "the back_limit comes before the limit": (
+    "the back limit comes before the limit": (
         [Cue(SHORT, 50)], {}, dict(back_limit=11),
         [(START, SHORT, 50), (END, AT_BACK_LIMIT, 11), (HALT, STILL_BACK_LIMIT, 11)]),
-    "the back_limit is at the limit": (
+    "the back limit is at the limit": (
         [Cue(SHORT, 50)], {}, dict(back_limit=10),
         [(START, SHORT, 50), (END, AT_LIMIT, 10), (HALT, STILL_LIMIT, 10)]),
-    "below the back_limit already": (
+    "below the back limit already": (
         [Cue(SHORT, 50)], {}, dict(back_limit=60),
         [(START, SHORT, 50), (END, AT_BACK_LIMIT, 50), (HALT, STILL_BACK_LIMIT, 50)]),
     "a jump": (
         [Cue(JUMP, 50)], {}, {},
         [(START, JUMP, 50), (END, AT_LIMIT, 25), (ADVANCE, HIGH, 25), (ADVANCE, LOW, 42),
          (RESUME, 0, 50)]),
-    "a jump to the back_limit": (
+    "a jump to the back limit": (
         [Cue(JUMP, 50)], {}, dict(back_limit=30),
         [(START, JUMP, 50), (END, AT_BACK_LIMIT, 30), (ADVANCE, HIGH, 30), (ADVANCE, LOW, 42),
          (RESUME, 0, 50)]),

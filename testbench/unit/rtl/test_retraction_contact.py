@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.motion.retraction``: what the contact guard orders."""
+"""Unit tests of ``rtl.motion.retraction``: orders of the contact guard."""
 
 import pytest
 
@@ -28,9 +28,9 @@ from testbench.models.retraction import (
 
 @pytest.mark.parametrize("start_rate", [START_RATE, ONE // 9, ONE // 6 + 12345], ids=hex)
 def test_contact_halts(simulate, rng, start_rate):
-    """Last forward pulse at most 8 clocks after the sample, as for a short; no way back.
+    """The last forward pulse comes at most 8 clocks after the sample; there is no retraction.
 
-    What the ramp has stored is dropped, and the command with it.
+    The pulses stored in the ramp are dropped, and the command is set back.
     """
     feed = min(start_rate, ONE // 5)
     latencies = []
@@ -117,7 +117,7 @@ def test_contact_halts_the_way_forward_again(simulate, state):
 
 
 def test_outputs_that_are_safe_win(simulate):
-    """What trips tells its own event."""
+    """A trip gives its own event, so the retraction gives none."""
     dut, bench = ordered()
 
     async def run(ctx):

@@ -138,7 +138,7 @@ def test_the_overshoot_counts_from_when_all_pulses_have_reached_the_axes(simulat
 
 
 def test_no_way_forward_while_events_are_not_taken(simulate):
-    """Firmware that is behind is not overrun; a short goes back whatever it has taken."""
+    """Forward motion waits for firmware that is behind; a short retracts in any case."""
     dut, bench = ordered()
 
     async def run(ctx):
@@ -163,7 +163,7 @@ def test_no_way_forward_while_events_are_not_taken(simulate):
 @pytest.mark.parametrize(("state", "position"), [
     (State.FRONT, 5), (State.HIGH, 15), (State.LOW, 25)])
 def test_what_forbids_the_way_forward_does_in_its_clock(simulate, state, position):
-    """At the retraction already: whatever else drops what is under way."""
+    """The retraction stops at once, whatever else drops the pulses under way."""
     dut, bench = ordered()
     levels = dict(run=0, hold=1, shorted=1, safe=1, backpressure=1, wait=1, contact=1)
 
@@ -363,7 +363,7 @@ def test_an_order_in_the_clock_of_the_resume_is_obeyed(simulate):
 
 @pytest.mark.parametrize("start_rate", [START_RATE, ONE // 9, ONE // 6 + 12345], ids=hex)
 def test_reaction(simulate, rng, start_rate):
-    """Last forward pulse at most 8 clocks after the sample, reversed at most 16 after it."""
+    """Last forward pulse at most 8 clocks after the sample; reversed command at most 16."""
     feed = min(start_rate, ONE // 5)
     dut, bench = ordered([(60, feed, [0]), (600, feed, [0])], start_rate=start_rate)
     latencies = []

@@ -34,7 +34,7 @@ FAST = change(rate=TOP, limit=400, high_rate=TOP, low_rate=SLOW // 2, changeover
 
 
 class Watched(Ordered):
-    """Looks at the speed in every clock: it changes by a step of the ramp, or not at all."""
+    """Checks the speed in every clock: it changes by a step of the ramp, or not at all."""
 
     rate = SLOW
     step = STEP
@@ -92,7 +92,7 @@ def test_every_bound_is_reached_at_the_start_stop_speed(simulate, high, low):
         await bench.until(ctx, State.LOW, clocks=30_000)
         assert bench.position == -35, "the changeover, to the pulse"
         after = max(SLOW, min(low, high))
-        # Braked for MARGIN pulses too early, at 0.2 to 0.4 steps a pulse, and no more than that.
+        # It brakes at most MARGIN pulses too early, at 0.2 to 0.4 steps a pulse.
         assert after - 4 * STEP <= bench.rate <= after
         assert bench.rate == SLOW or low > SLOW
         assert bench.crawl <= CRAWL or high <= SLOW + STEP
@@ -119,7 +119,7 @@ BOUND, FREE = ONE // 20, ONE // 40    # of a segment: below all rates, and above
     (SHORT, ONE // 10), (SHORT, ONE // 50), (JUMP, ONE // 9),
 ])
 def test_no_way_is_faster_than_the_highest_rate_of_its_segment(simulate, kind, low, bound):
-    """Back and forward over three segments, of which the middle one has a bound."""
+    """Back and forward over three segments; the middle one bounds the rate."""
     dut, bench = ordered([(60, ONE // 10, [60]), (40, ONE // 8, [40]), (60, ONE // 12, [60])],
                          start_rate=START_RATE, highest={1: bound >> 4})
     data = change(rate=ONE // 6, limit=80, high_rate=ONE // 7, low_rate=low, changeover=30,
@@ -246,7 +246,7 @@ FOLLOWS = {
 
 @pytest.mark.parametrize("turn", range(3))
 def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
-    """Shorts, holds, jumps and orders at any clock; the machine is never where it must not be."""
+    """Shorts, holds, jumps and orders in any clock; the machine never leaves its bounds."""
     axes = 2
     segments = [(200, TOP, [200, -13])]
     for _ in range(15):

@@ -41,7 +41,7 @@ def test_goes_by_steps_and_else_stands_still(simulate, rng):
         for _ in range(60):
             order = rng.choice(("up", "down", "down"))
             goal = await strobe(ctx, dut, bench, order)
-            # From where the last one has brought it to, or from somewhere on the way there.
+            # From the end of the last step, or from somewhere on the way there.
             on_the_way = rng.random() < 0.4
             await bench.idle(ctx, rng.randrange(1, 60) if on_the_way else SETTLED)
             reached = min(max(goal, bench.borders[0]), bench.end)
@@ -131,7 +131,7 @@ def test_short_freezes_it_and_comes_back_to_where_it_was(simulate):
 
 
 def test_limit_counts_from_the_furthest_point_though_the_servo_has_drawn_back(simulate):
-    """Or the way back would be longer than what is remembered of the path."""
+    """Otherwise the way back could be longer than the remembered path."""
     dut, bench = serve()
 
     async def run(ctx):

@@ -22,8 +22,8 @@ VOLTAGE, FLUID = 0, 1
 class Bench:
     """The front end, its model, and a converter ``delay`` clocks away, there and back.
 
-    ``wire`` gives the level that arrives for the one that was sent. ``read`` holds what the
-    converter has measured, as (channel, code).
+    ``wire`` gives the received level for the level sent. ``read`` has the converter's measurements,
+    as (channel, code).
     """
 
     def __init__(self, rng, delay=None, wire=lambda level: level, **parameters):
@@ -83,7 +83,7 @@ def test_every_sample_arrives_over_the_delay(simulate, rng, clock_hz, latency):
         await bench.frames(ctx, 14)
 
     simulate(bench.dut, run)
-    # The answer in the first frame was to no command, that in the last is on its way.
+    # The first frame's answer belongs to no command; that of the last is still under way.
     assert len(bench.given) in (12, 13)
     assert bench.given == bench.read[1:1 + len(bench.given)]
     assert [channel for channel, _ in bench.given[:6]] == [VOLTAGE, VOLTAGE, FLUID] * 2
@@ -108,7 +108,7 @@ def test_the_window_of_the_delay_is_as_wide_as_promised(simulate, rng, clock_hz)
 
 @pytest.mark.parametrize("clock_hz", [SLOW, FAST])
 def test_reads_through_the_pads(simulate, rng, clock_hz):
-    """Through real pads, some others of one bit standing in, and a converter without delay."""
+    """Through real pads (other pads of one bit are used) and a converter without delay."""
     ports = {name: io.SimulationPort("i" if name in INPUTS else "o", width)
              for name, (width, _) in (INPUTS | OUTPUTS).items()}
     top = Module()
