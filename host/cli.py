@@ -336,7 +336,8 @@ def plan(
         raise UsageError(f"{picture} must end with .png: the plot is a PNG.")
     roughing(electrode=electrode, workpiece=workpiece,
              job=Job(area, undersize, depth, taper, parts_of_step(step), finish),
-             seed=seed, folder=folder, target=target, picture=picture, series=series, console=out)
+             seed=seed, folder=folder, target=target, picture=picture, depth_series=series,
+             console=out)
 
 
 @experiment_app.command("fluid")

@@ -95,7 +95,7 @@ def machine_for() -> Machine:
 def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
     """The program as the planner writes it, one block behind its depth series, with jumps."""
     near = neighbours(data, AREA_MM2)
-    text = program(staircase_for(trial, data), near, series=True)
+    text = program(staircase_for(trial, data), near, depth_series=True)
     lines = text.splitlines()
     begin = next(index for index, line in enumerate(lines) if line.endswith(" M03"))
     end = next(index for index, line in enumerate(lines) if line.endswith(" M05"))

@@ -159,7 +159,7 @@ def _depth_series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
     yield "G39"
 
 
-def program(found: Staircase, data: list[BasicData], *, series: bool = False) -> str:
+def program(found: Staircase, data: list[BasicData], *, depth_series: bool = False) -> str:
     """Machining program of a staircase: Z 0 is the top of the workpiece.
 
     Raises
@@ -182,8 +182,8 @@ def program(found: Staircase, data: list[BasicData], *, series: bool = False) ->
         comments.append(f"NEEDS SETTING {number} AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE "
                         "POWER SUPPLY")
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
-              f"G36 {DEPTH_SERIES_LIMIT if series else LIMITS[0][1]}", "M08", "M03",
-              *(_depth_series(steps, numbers) if series else _way(steps, numbers)),
+              f"G36 {DEPTH_SERIES_LIMIT if depth_series else LIMITS[0][1]}", "M08", "M03",
+              *(_depth_series(steps, numbers) if depth_series else _way(steps, numbers)),
               "M05", "G94", "G00 Z2.", "M09", "M02"]
     return "\n".join(["%", *(f"({_plain(one)})" for one in comments),
                       *(f"N{10 * n} {block}" for n, block in enumerate(blocks, 1)), "%", ""])
@@ -287,14 +287,15 @@ def _write(path: Path, write: Callable[[], object]) -> None:
 
 
 def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Path,
-             target: Path | None, picture: Path | None, series: bool, console: Console) -> None:
+             target: Path | None, picture: Path | None, depth_series: bool,
+             console: Console) -> None:
     """Infer the staircase of a job and show it; write its program and its plot if asked for."""
     data = read_all(electrode, workpiece, folder)
     found = plan(data, job, seed)
     # Files are written before anything is printed: the reader of a pipe may close it early.
     written = []
     if target is not None:
-        text = program(found, neighbours(data, job.area_mm2), series=series)
+        text = program(found, neighbours(data, job.area_mm2), depth_series=depth_series)
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
         written.append(f"{target}: {text.count(chr(10))} lines")
         if job.steps > 1:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted breaks: what stops the machine, broken on purpose, has to make a test fail.
+"""Planted breaks: code that stops the machine is broken on purpose, and a test must fail.
 
 A break changes one place of one source file in a copy of the checkout and runs the tests that must
-see it. It is *seen* if one of them fails because what it looked at was wrong, and *survives* if all
-pass. Anything else is an *error* of the table and never counts as seen: a text that is not there, a
-source that no longer compiles or elaborates, a test that is not there or cannot begin, a process
-that dies, a deadline.
+see it. It is *seen* if one of them fails on an assertion, and *survives* if all pass. Anything else
+is an *error* of the table and never counts as seen: a text that does not occur, a source that no
+longer compiles or elaborates, a test that does not exist or cannot begin, a process that dies, a
+time-out.
 """
 
 import os
@@ -29,12 +29,12 @@ SCRATCH = ROOT / "build" / "breaks"
 FIRMWARE = "softcore/firmware/"
 DEADLINE_S = 900
 PASSED, FAILED = 0, 1  # exit statuses of pytest
-# What is made or is not ours: a copy makes its own, so nothing broken gets into a cache.
+# Build results and foreign files: a copy makes its own, so nothing broken gets into a cache.
 LEFT_OUT = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__", ".*_cache", "*.egg-info")
 
 
 class Verdict(Enum):
-    """What became of a break."""
+    """Result of a break."""
 
     SEEN = "seen"
     SURVIVED = "survived"
@@ -50,11 +50,11 @@ class Break:
     file : str
         Path from the checkout's root.
     old, new : str
-        Text that occurs there exactly once, and what takes its place.
+        Text that occurs there exactly once, and its replacement.
     tests : tuple of str
-        What pytest is to run: files, or tests by their node; at least one of them must fail.
+        Files or tests for pytest to run; at least one of them must fail.
     promise : str
-        What the break takes away, in a few words.
+        The property that the break removes, in a few words.
     """
 
     file: str
@@ -69,7 +69,7 @@ class Break:
 
 @dataclass(frozen=True)
 class Equivalent:
-    """A change after which nothing can be told apart from before, and why. Its tests must pass."""
+    """A change without any visible effect, and the reason why. Its tests must pass."""
 
     what: Break
     argument: str
@@ -79,9 +79,9 @@ class Equivalent:
 
 
 def breaks_of(file: str, tests: str, *rows: tuple[str, ...]) -> tuple[Break, ...]:
-    """Breaks of one file: rows of old, new, promise, and tests where others than usual see it.
+    """Breaks of one file: rows of old, new, promise, and tests if they differ from ``tests``.
 
-    Tests are told as from the testbench's folder, with blanks between.
+    Tests are paths from the testbench's folder, separated by blanks.
     """
     return tuple(Break(file, old, new,
                        tuple(f"testbench/{test}" for test in (others or (tests,))[0].split()),
@@ -95,9 +95,9 @@ def applied(one: Break) -> str:
     Raises
     ------
     ValueError
-        If what is to be changed does not stand there exactly once.
+        If the text to change does not occur exactly once.
     SyntaxError
-        If it is Python, and is none after the change.
+        If the change makes invalid Python.
     """
     text = (ROOT / one.file).read_text(encoding="utf-8")
     if text.count(one.old) != 1 or one.old == one.new:
@@ -109,8 +109,8 @@ def applied(one: Break) -> str:
 
 
 def _run(command, folder):
-    """Run Python in a copy; its exit status, or none after the deadline, and what it said."""
-    # A test that runs this has settings of its own pytest, which are not for the one in the copy.
+    """Run Python in a copy; return its exit status (None after the deadline) and its output."""
+    # The settings of the outer pytest must not reach the pytest in the copy.
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
     try:
         done = subprocess.run([sys.executable, *command], cwd=folder, text=True,
@@ -123,7 +123,7 @@ def _run(command, folder):
 
 
 def _builds(file, folder):
-    """Compile the firmware if the file belongs to it; whether it did, and what was said."""
+    """Compile the firmware if the file belongs to it; return success and output."""
     if not file.startswith(FIRMWARE):
         return True, ""
     source = Path(file).relative_to(FIRMWARE)
@@ -135,7 +135,7 @@ def _builds(file, folder):
 
 
 def _pytest(tests, folder):
-    """Run tests in a copy: exit status, reasons of the failures, and what pytest said."""
+    """Run tests in a copy; return exit status, reasons of the failures, and pytest's output."""
     witness = folder / "witness.txt"
     witness.touch()
     status, said = _run(["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "",
@@ -145,7 +145,7 @@ def _pytest(tests, folder):
 
 
 def try_break(one: Break) -> tuple[Verdict, str]:
-    """Plant a break in a copy, run its tests there; return the verdict and what was said."""
+    """Plant a break in a copy and run its tests there; return the verdict and the output."""
     SCRATCH.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=SCRATCH) as place:
         folder = Path(place) / "checkout"
@@ -162,7 +162,7 @@ def try_break(one: Break) -> tuple[Verdict, str]:
 
 
 def run_whole(tests: Sequence[str]) -> tuple[bool, str]:
-    """Run tests in a copy with nothing broken: whether all pass, and what pytest said."""
+    """Run tests in a copy with nothing broken; return whether all pass, and pytest's output."""
     SCRATCH.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=SCRATCH) as place:
         folder = Path(place) / "checkout"

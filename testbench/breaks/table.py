@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All planted breaks, and those after which nothing is other than before."""
+"""All planted breaks, and the changes that have no visible effect."""
 
 from testbench.breaks.harness import Break, Equivalent
 from testbench.breaks.table_link import LINK
@@ -61,7 +61,7 @@ EQUIVALENT: tuple[Equivalent, ...] = (
         "machine_init), and only a program that was let through gives it. The link asks, too."),
 )
 
-# The short form: what makes outputs safe, what bounds the pulses, and firmware that ends a cut.
+# The short form: safe outputs, the bound of the pulses, and the firmware's end of a cut.
 SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
          "rtl/motion/feed.py: no pulse beyond the bound",
          "softcore/firmware/base/alarm.c: an alarm ends the discharge")

@@ -11,8 +11,20 @@ from testbench.checkers.motion import Motion
 from testbench.models.distributor import steps
 from testbench.models.retraction import JUMP, OPERATOR, SHORT, Cue, Data, Gap
 
-__all__ = ["DATA", "FOREVER", "LINE", "ONE", "SLOTS", "START_RATE", "Bench", "Ordered", "brief",
-           "change", "ordered", "wrapped"]
+__all__ = [
+    "DATA",
+    "FOREVER",
+    "LINE",
+    "ONE",
+    "SLOTS",
+    "START_RATE",
+    "Bench",
+    "Ordered",
+    "change",
+    "ordered",
+    "outline",
+    "wrapped",
+]
 
 SLOTS = 64
 FOREVER = 10**9
@@ -28,7 +40,7 @@ def change(**values):
     return replace(DATA, **values)
 
 
-def brief(bench):
+def outline(bench):
     """Kind, detail and position of every reported event."""
     return [event[:3] for event in bench.events]
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A job on a simulated controller, as scenarios drive it: the operator, the tape, and the forces.
 
-Everything goes over the serial line and the pins; the probes are only looked at.
+Everything goes over the serial line and the pins; probes are only read.
 """
 
 from collections.abc import Callable
@@ -17,11 +17,11 @@ from testbench.native.station import Session
 __all__ = ["HEIGHT_MM", "MM", "PATIENCE_S", "Data", "Job", "program"]
 
 MM = 10_000          # pulses
-PATIENCE_S = 3.0     # of the machine's time: longer than anything a scenario waits for
+PATIENCE_S = 3.0     # machine time, longer than any wait of a scenario
 LOOK_CLOCKS = 64     # between two looks at a condition
-BUTTON_CLOCKS = 100  # a byte takes so long,
-ORDER_CLOCKS = 3000  # and a line with number and check
-QUIET_GAP_UM = 30.0  # discharges, and nothing else happens
+BUTTON_CLOCKS = 100  # time of a byte,
+ORDER_CLOCKS = 3000  # and of a line with number and check
+QUIET_GAP_UM = 30.0  # width at which there are discharges, but no shorts
 HEIGHT_MM = 0.1      # of the electrode over program Z 0, at the start
 
 
@@ -44,7 +44,7 @@ class Data:
 
 def program(*blocks: str | Data, condition: int = 100) -> str:
     """A tape's text: machining is on in ``blocks``, in millimetres and absolute."""
-    # The dwell is longer than the tape takes on the line: when the machine moves, all is read.
+    # The dwell is longer than the transfer of the tape: all is read before the machine moves.
     head = ["G21 G90 G94", f"C{condition}", "G04 P60", "M03"]
     return "\n".join(["%", *head, *map(str, blocks), "M05", "M02", "%", ""])
 
@@ -53,15 +53,14 @@ class Job:
     """One controller from switching on: an operator who unlocks it and sets Z 0.
 
     ``events`` are those of the run (see ``host.run.events``), ``said`` all other lines, ``record``
-    what the watched signals did. The gap burns and is neither short nor closing, until a force is
-    set.
+    the changes of the watched signals. The gap has discharges and no shorts until a force is set.
 
     Parameters
     ----------
     session : Session
         The controller, switched on.
     lines : str
-        Entered by hand before anything else: settings and defaults.
+        Lines entered by hand first: settings and defaults.
     watched : iterable of str
         Probes to record.
     """
@@ -91,7 +90,7 @@ class Job:
     # ---- the operator
 
     def make_ready(self) -> None:
-        """Unlock, arm by hand, and take the position as it is counted."""
+        """Unlock, arm by hand, and accept the counted position."""
         self.link.command("$X")
         self.pipe.press_arm()
         self.link.command("$POSITION=HERE")
@@ -113,7 +112,7 @@ class Job:
     # ---- time
 
     def run(self, clocks: int) -> None:
-        """Let so many clocks go by."""
+        """Let ``clocks`` clocks pass."""
         end = self.session.cycle + clocks
         while self.session.cycle < end:
             self.link.poll((end - self.session.cycle) / self.session.clock_hz)
@@ -125,7 +124,7 @@ class Job:
         Raises
         ------
         AssertionError
-            If it does not in time; the text says what was waited for, and how things stand.
+            If it does not in time; the text has ``what`` and the present state.
         """
         end = self.session.cycle + round(seconds * self.session.clock_hz)
         while not condition():
@@ -133,7 +132,10 @@ class Job:
             self.link.poll(step / self.session.clock_hz)
 
     def reach(self, coordinate: int, clocks_per_pulse: float, backward: bool = False) -> None:
-        """Run until the path stands at a coordinate, to the clock, coming at this speed or less."""
+        """Run until exactly the clock in which the path is at a coordinate.
+
+        The approach is at most at this speed.
+        """
         sign = -1 if backward else 1
         end = self.session.cycle + round(PATIENCE_S * self.session.clock_hz)
         while (left := sign * (coordinate - self.probe("path_position"))) > 0:
@@ -142,7 +144,7 @@ class Job:
             self.run(max(1, int((left - 1) * clocks_per_pulse)))
 
     def wait(self, event: str, count: int = 1, **fields) -> dict:
-        """Run until there are ``count`` such events; return the last of them."""
+        """Run until there are ``count`` such events; return the last one."""
         self.until(lambda: len(self.told(event, **fields)) >= count, f"{event} {fields}",
                    step=2000)
         return self.told(event, **fields)[count - 1]
@@ -153,14 +155,14 @@ class Job:
         Raises
         ------
         AssertionError
-            If an alarm ends it, or nothing does.
+            If an alarm ends it, or it does not end.
         """
         self.until(lambda: self.told("program_end") or self.told("alarm"), "the end", step=10_000)
         assert not self.told("alarm"), self.told("alarm")
         self.collect()
 
     def alarm(self) -> dict:
-        """Run to an alarm, and return it. One only: the line that follows it has the same code."""
+        """Run to the only alarm, and return it; its line must have the same code."""
         self.wait("alarm")
         self.run(20_000)
         alarms = self.told("alarm")
@@ -181,7 +183,7 @@ class Job:
                 if one["event"] == event and all(one[key] == fields[key] for key in fields)]
 
     def collect(self) -> Record:
-        """Take what the watched signals did so far into the record."""
+        """Add the latest changes of the watched signals to the record."""
         self.record.extend(self.session.changes())
         return self.record
 

@@ -19,7 +19,7 @@ STEPS = [(-0.05, 140), (-0.1, 130), (-0.15, 120), (-0.2, 100)]
 LATE_CLOCKS = 20_000    # from a switch to the next, at most, if its depth has been reached
 
 
-def series(steps):
+def depth_series(steps):
     """Blocks of a depth series."""
     return [f"G39 Z{depth:g} C{number}" for depth, number in steps]
 
@@ -86,7 +86,7 @@ def _figures(job):
 def steps_in_one_block(session: Session) -> dict:
     """One long block at constant feed, with shorts and periodic jumps on the way."""
     job = Job(session, watched=WATCHED)
-    job.start(program(Data(), "G38 P60 L0.1 R900 H900", *series(STEPS), "G01 Z-0.25 F90",
+    job.start(program(Data(), "G38 P60 L0.1 R900 H900", *depth_series(STEPS), "G01 Z-0.25 F90",
                       condition=150))
     for back in range(3):
         job.reach(900 + 600 * back, session.clock_hz / (1.5 * 10_000))
@@ -107,7 +107,8 @@ def steps_under_servo(session: Session) -> dict:
     steps = [(depth, 900 + IP[number]) for depth, number in STEPS]
     job = Job(session, assign("servo_period_us", 2000), *rows, watched=WATCHED)
     session.set("force.gap_um", 300)
-    job.start(program(Data(limit=0.3), *series(steps), "G95 P1", "G01 Z-0.25 F600", condition=912))
+    job.start(program(Data(limit=0.3), *depth_series(steps), "G95 P1", "G01 Z-0.25 F600",
+                      condition=912))
     job.until(lambda: job.probe("path_front") >= 1800, "a way of DOWN")
     session.set("force.gap_um", 8)
     session.set("force.debris", 1)
@@ -126,7 +127,7 @@ def crowded_steps(session: Session) -> dict:
     steps = [(0.05, 140), (-0.05, 130), (-0.0501, 120), (-0.0502, 110), (-0.0503, 100),
              (-0.1, 150)]
     job = Job(session, watched=WATCHED)
-    job.start(program(Data(), "G01 Z0 F300", *series(steps), "Z-0.15 F60", condition=120))
+    job.start(program(Data(), "G01 Z0 F300", *depth_series(steps), "Z-0.15 F60", condition=120))
     job.finish()
     record = job.record
     told = [event for event in job.told("condition") if event["by"] == "series"]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planned programs on the simulated sinker: every current from its depth on, by jumps and shorts.
+"""Planned programs on the simulated sinker: each current begins at its depth, whatever happens.
 
-The staircases are the planner's, on the host or on the controller itself.
+The planner on the host, or on the controller itself, makes the staircases.
 """
 
 from collections import Counter
@@ -22,8 +22,8 @@ from testbench.cosim.record import Record
 from testbench.native.simulation import Simulation
 
 LONGEST_STEP = 7500     # clocks of the firmware's main loop, of the watchdog's 10 000 at 2 MHz
-AT_REST = 1         # pulses from the end of a block at which the electrode is taken to be there
-OVERSHOOT = 3       # pulses that the electrode may be deeper than the end of its block meanwhile
+AT_REST = 1         # pulses from the end of a block within which the electrode has arrived
+OVERSHOOT = 3       # pulses by which the electrode may be deeper than its block's end meanwhile
 
 
 def planned(data, job):
@@ -43,7 +43,7 @@ def jumping(text, jump):
 
 @dataclass
 class Forced:
-    """A short from a depth on, left above a lesser one; both in mm, counted upwards."""
+    """A short that begins at a depth and clears above a smaller one; both in mm, upwards."""
 
     session: Simulation
     origin: int
@@ -62,7 +62,7 @@ class Forced:
 
 
 def machined(machine, tape, begin_mm, end_mm):
-    """Run a tape with one forced short; return the run and what was watched."""
+    """Run a tape with one forced short; return the run and the recorded signals."""
     record = Record()
     origin = round(machine.initial_gap_mm * MM)
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1,
@@ -82,7 +82,7 @@ def machined(machine, tape, begin_mm, end_mm):
 
 
 def check_events(events, steps, by):
-    """Each step is told once, in order, from its depth on; and there were jumps and shorts."""
+    """Check that each step has one event, in order, at its depth; and that there were jumps."""
     told = [event for event in events if event["event"] == "condition"]
     wanted = [(condition(int(step.ip))[0], step.ip) for step in steps]
     assert [(event["number"], event["ip"]) for event in told] == wanted
@@ -99,8 +99,8 @@ def check_events(events, steps, by):
 
 
 def run_and_check(machine, found, data, *, series, jump, forced):
-    """Run the program of a staircase in one of its two forms and check it all."""
-    tape = jumping(program(found, data, series=series), jump)
+    """Run the program of a staircase in one of its two forms, with all checks."""
+    tape = jumping(program(found, data, depth_series=series), jump)
     done, record = machined(machine, tape, *forced)
     origin = round(machine.initial_gap_mm * MM)
     check_events(done.events, found.steps, "series" if series else "program")
@@ -135,7 +135,7 @@ def test_the_reference_job_has_each_current_from_its_depth_on(series):
 
 
 def planned_on_the_controller(data, roughing, feed):
-    """Let the controller plan, go down by what it found, and hold both against the host's."""
+    """Let the controller plan and machine by its plan; compare both with the host's plan."""
     found, machine = planned(data, roughing), machine_for()
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1,
                     trace=False) as session:

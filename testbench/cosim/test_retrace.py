@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A path of very short blocks: how fast it is machined, and the way back over thousands of them."""
+"""A path of very short blocks: its speed, and the way back over thousands of blocks."""
 
 import pytest
 
@@ -14,10 +14,10 @@ from testbench.punch import TAPES
 
 MACHINE = machines.load("sinker")
 
-# What the firmware keeps up with at the simulation's 2 MHz, mm/s: 19 100 clocks for a block that is
-# read (1.048 measured; 1.083 before overrides and before guards that look more often; 1.168 before
-# the image was watched: the code lies differently in a cache of 4 KiB), some 3000 for one that is
-# remembered. The rapid feed is 30; a board's clock is 25 times as fast.
+# Speeds with which the firmware keeps up at the simulation's 2 MHz, mm/s. A block that is read
+# costs 19 100 clocks: 1.048 measured (1.083 before overrides and more frequent guards, 1.168 before
+# the check of the image, as the code then had other places in a cache of 4 KiB). A remembered block
+# costs some 3000. The rapid feed is 30; a board's clock is 25 times as fast.
 FORWARD, BACK = 1.04, 4.5
 # At most, a block of 10 um: 27.4 mm/s at 50 MHz, a line of 1 Mbaud. 18 084 measured, 17 485 before.
 CLOCKS, SAID = 18_200, 33

@@ -85,7 +85,7 @@ class Dialect:
         self.condition = 0
         self.table = {}         # rows entered: times, voltages, open level and references in mV
         self.references = 0, 0  # Vs and Es of the condition in force
-        self.series = []        # steps: depth, and Vs and Es of the condition there
+        self.depth_series = []        # steps: depth, and Vs and Es of the condition there
         self.machining, self.servo, self.served = False, 0, 0
 
     @property
@@ -167,9 +167,9 @@ class Dialect:
             meaning.condition = self.condition = int(words.pop("C"))
             require(self.condition in CONDITIONS | set(self.table), "condition")
             self.references = self.table.get(self.condition, (0, 0))[-2:]
-            self.series = []
+            self.depth_series = []
         if self.condition and (meaning.condition or "feed" in groups):
-            for references in (self.references, *(step[1] for step in self.series)):
+            for references in (self.references, *(step[1] for step in self.depth_series)):
                 require(self.servo < 2 or references[self.servo == 4], "reference of the feed mode")
         discharging = self.machining or 3 in m_codes  # M05 acts after the motion
         self._auxiliary(words, m_codes, meaning)
@@ -320,25 +320,25 @@ class Dialect:
     def _series(self, words, meaning):
         meaning.act = "series"
         if not words:
-            self.series = []
+            self.depth_series = []
             return
         if "P" in words:
             whole(words, "P", 1, 1)
             require(not words and self.side == 40, "planned")
             # A check knows no plan: one condition, with any reference, stands for it.
             meaning.act, meaning.condition, self.condition = "planned", 100, 100
-            self.references, self.series = (1, 1), []
+            self.references, self.depth_series = (1, 1), []
             return
         require({"Z", "C"} == set(words), "depth and condition")
         require(self.condition and self.side == 40, "when")
         depth = self._distance(words.pop("Z")) + self.offset[2]
         number = int(words.pop("C"))
         require(number in CONDITIONS | set(self.table), "condition")
-        require(len(self.series) < STEPS, "room")
-        require(not self.series or depth < self.series[-1][0], "not deeper")
+        require(len(self.depth_series) < STEPS, "room")
+        require(not self.depth_series or depth < self.depth_series[-1][0], "not deeper")
         references = self.table.get(number, (0, 0))[-2:]
         require(self.servo < 2 or references[self.servo == 4], "reference of the feed mode")
-        self.series.append((depth, references))
+        self.depth_series.append((depth, references))
 
     def _set_position(self, words, meaning):
         meaning.act = "set position"

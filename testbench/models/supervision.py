@@ -24,8 +24,8 @@ def pace(speed: int) -> int:
 class Stretch:
     """What was told and what came since it began."""
 
-    told: int = 0        # 2**-12 pulse
-    came: int = 0        # pulses, in the direction told
+    told: int = 0        # travel commanded, 2**-12 pulse
+    came: int = 0        # pulses, in the commanded direction
     ticks: int = 0       # from its 16th pulse on, at most 512
 
     @property
@@ -44,7 +44,7 @@ class Stretch:
 
 @dataclass
 class Supervision:
-    """Call ``clock`` for every clock; ``check`` is then what has been found."""
+    """Call ``clock`` for every clock; ``check`` is then the finding."""
 
     allowance: int = 200
     fastest: int = 2458
@@ -54,7 +54,7 @@ class Supervision:
     memory: int = 0
     down: bool = False
     stretch: Stretch = field(default_factory=Stretch)
-    odd: bool = False    # an odd number of 32 pulses were told in the stretch
+    odd: bool = False    # the stretch had an odd number of 32 commanded pulses
     fresh: frozenset = PHASES  # phases with an edge since that has changed,
     stale: frozenset = PHASES  # and between the two changes before
     levels: tuple = (0, 0)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model of the wire offset (G40, G41, G42): the path beside a programmed one, in floating point.
 
-Points are complex numbers, in pulses, the first axis of the plane being real. A path is a list of
-elements; the one beside it begins and ends beside its first and last point, goes round outer
-corners in arcs of the offset, and is cut off where two offset curves meet inside a corner: where
-they do so more than once, at the point nearest to the corner.
+Points are complex numbers, in pulses; the first axis of the plane is real. A path is a list of
+elements. The offset path begins and ends beside the first and last point of the path. It goes round
+outer corners in arcs with the offset as radius. Inside a corner it is cut off at the intersection
+of the two offset curves; if there are several, at the one nearest to the corner.
 
 Ref: docs/reference/programs.md. Written from the rules, not from the firmware.
 """
@@ -13,20 +13,20 @@ import cmath
 from dataclasses import dataclass, replace
 from math import pi
 
-JOINED = 2      # pulses: offset ends so close are joined midway
-LEAST = 4       # pulses of radius that an arc keeps, its ends being rounded
-ALIKE = 16      # pulses: an arc back whose radius differs by no more is the same one
+JOINED = 2      # pulses: greatest distance at which offset ends are joined in the middle
+LEAST = 4       # pulses: smallest radius of an offset arc, as its ends are rounded
+ALIKE = 16      # pulses: greatest difference of radius at which an arc back counts as the same
 
 
 class NoOffsetError(Exception):
-    """There is no path beside this one."""
+    """The path has no offset path."""
 
 
 @dataclass(frozen=True)
 class Element:
     """A line (``turn`` 0) or an arc: 1 counter-clockwise, -1 clockwise.
 
-    Ends that are joined midway may lie a little off the arc: its radius is what it is.
+    Ends that are joined in the middle may lie a little off the arc; the radius does not change.
     """
 
     start: complex
@@ -42,11 +42,11 @@ class Element:
 
     @property
     def length(self) -> float:
-        """Of the way along the element."""
+        """Length of the element."""
         return self.reach(self.end) if self.turn else abs(self.end - self.start)
 
     def reach(self, point: complex) -> float:
-        """Way from the start to a point of the element; below zero before the start of a line."""
+        """Length from the start to a point of the element; negative before the start of a line."""
         if not self.turn:
             unit = (self.end - self.start) / abs(self.end - self.start)
             return ((point - self.start) * unit.conjugate()).real
@@ -57,7 +57,7 @@ class Element:
         return angle * self.radius
 
     def at(self, way: float) -> complex:
-        """Point after a way."""
+        """Point at a length from the start."""
         if not self.turn:
             return self.start + way * (self.end - self.start) / abs(self.end - self.start)
         turned = cmath.exp(1j * self.turn * way / self.radius)
@@ -82,7 +82,7 @@ class Element:
         return abs(point - self.at(along)) if 0 <= along <= self.length else ends
 
     def beside(self, offset: float, side: int) -> "Element":
-        """The element beside this one, to the left (``side`` 1) or right (-1)."""
+        """The offset element, to the left (``side`` 1) or right (-1)."""
         radius = self.radius - side * self.turn * offset
         if self.turn and radius < (LEAST if offset else 1):
             raise NoOffsetError("radius")
@@ -91,7 +91,7 @@ class Element:
 
 
 def _crossings(a: Element, b: Element) -> list[complex]:
-    """Points that the lines or circles of two elements have in common."""
+    """Intersections of the lines or circles of two elements."""
     if not a.turn and not b.turn:
         u, v = a.tangent(a.start), b.tangent(b.start)
         cross = (u.conjugate() * v).imag
@@ -113,12 +113,12 @@ def _crossings(a: Element, b: Element) -> list[complex]:
 
 
 def beside(path: list[Element], offset: float, side: int) -> list[Element]:
-    """The path beside a path, corners included.
+    """The offset path of a path, corners included.
 
     Raises
     ------
     NoOffsetError
-        If an arc keeps no radius, two neighbours do not meet, or nothing is left of an element.
+        If the offset does not fit into an arc, two neighbours do not meet, or an element vanishes.
     """
     result = []
     for number, programmed in enumerate(path):
@@ -130,7 +130,7 @@ def beside(path: list[Element], offset: float, side: int) -> list[Element]:
         turn = path[number - 1].tangent(corner).conjugate() * programmed.tangent(corner)
         outside = turn.imag * side <= 0
         if turn.real < 0:
-            # A cusp: the bends open it to one side, whatever the last place makes of the angle.
+            # At a cusp the curvatures decide on which side it opens, as the angle is mere rounding.
             bows = [e.turn * e.radius for e in (path[number - 1], programmed)]
             bend = path[number - 1].bend + programmed.bend
             if any(bows) and abs(sum(bows)) <= ALIKE:

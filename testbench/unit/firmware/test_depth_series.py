@@ -10,7 +10,7 @@ from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
 STEPS = [(-1000, 140, 9), (-2000, 130, 6), (-2010, 120, 4), (-9000, 110, 2)]
-SERIES = [f"G39 Z{depth / 10_000} C{number}" for depth, number, _ in STEPS]
+DEPTH_SERIES = [f"G39 Z{depth / 10_000} C{number}" for depth, number, _ in STEPS]
 WAY = "G01 Z-1 F60"
 
 
@@ -44,7 +44,7 @@ def levels(machine, rows, passes=30_000):
 
 
 def test_each_step_comes_at_its_depth_within_one_block(machine):
-    seen = levels(machine, [DATA, "C150", *SERIES, "M03", WAY, "M02"])
+    seen = levels(machine, [DATA, "C150", *DEPTH_SERIES, "M03", WAY, "M02"])
     assert [level for level, _ in seen] == [12, 9, 6, 4, 2]
     for (_, at), (depth, _, _) in zip(seen[1:], STEPS, strict=True):
         late = 200 if depth == -2010 else 0    # it follows on the heels of the one before
@@ -55,7 +55,7 @@ def test_each_step_comes_at_its_depth_within_one_block(machine):
 
 def test_going_back_switches_nothing(machine):
     machine.library.gk_speed(0)
-    machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=600)
+    machine.tape(punched([DATA, "C150", *DEPTH_SERIES, "M03", WAY, "M02"]), passes=600)
     machine.library.gk_go(1500)
     machine.run(100)
     assert machine.power["level"] == 9
@@ -73,28 +73,29 @@ def test_going_back_switches_nothing(machine):
 
 
 def test_a_depth_that_has_been_passed_applies_at_once(machine):
-    seen = levels(machine, ["G01 Z-.15 F60", "C150", *SERIES[:2], "M03", "Z-.3", "M02"])
+    seen = levels(machine, ["G01 Z-.15 F60", "C150", *DEPTH_SERIES[:2], "M03", "Z-.3", "M02"])
     assert seen == [(12, -1500), (9, -1500), (6, -2000)]
     # The furthest place counts, not the present one; a new depth series begins at the axis' place.
     assert machine.line("C150")[-1] == "ok"
-    assert machine.line(SERIES[3])[-1] == "ok"
+    assert machine.line(DEPTH_SERIES[3])[-1] == "ok"
     assert machine.line("G01 Z0 F60", 2000)[-1] == "ok"
     machine.run(3000)
     assert machine.power["level"] == 12
     assert machine.line("G39")[-1] == "ok"
-    assert machine.line(SERIES[0])[-1] == "ok"
+    assert machine.line(DEPTH_SERIES[0])[-1] == "ok"
     machine.run(100)
     assert machine.power["level"] == 12
 
 
 def test_a_step_may_follow_while_machining_goes_on_from_block_to_block(machine):
-    seen = levels(machine, [DATA, "C150", SERIES[0], "M03", "G01 Z-.15 F60", SERIES[1], WAY, "M02"])
+    first, second, *_ = DEPTH_SERIES
+    seen = levels(machine, [DATA, "C150", first, "M03", "G01 Z-.15 F60", second, WAY, "M02"])
     assert seen == [(12, 0), (9, -1000), (6, -2000)]
 
 
 @pytest.mark.parametrize(("end", "level"), [("C110", 2), ("G39", 9), ("M05", 6)])
 def test_what_ends_a_depth_series(machine, end, level):
-    levels(machine, [DATA, "C150", *SERIES[:2], "M03", "G01 Z-.15 F60", end, WAY, "M02"])
+    levels(machine, [DATA, "C150", *DEPTH_SERIES[:2], "M03", "G01 Z-.15 F60", end, WAY, "M02"])
     assert machine.power["level"] == level
     assert len(switched(machine.lines)) == {"C110": 3, "G39": 2, "M05": 3}[end]
 
@@ -105,7 +106,7 @@ def test_end_of_program_reset_and_alarm_end_a_depth_series(machine):
         machine.lines.clear()
         assert machine.line("C150")[-1] == "ok"
         assert machine.line("G92 Z0")[-1] == "ok"
-        machine.tape(punched([DATA, "C150", SERIES[0], "M03", "G01 Z-.05 F60",
+        machine.tape(punched([DATA, "C150", DEPTH_SERIES[0], "M03", "G01 Z-.05 F60",
                               "M02" if end == "end" else "G04 X9", "M02"]), passes=3000)
         if end == "reset":
             machine.send(b"\x18")
@@ -125,7 +126,7 @@ def test_what_is_staged_waits_for_a_pulse_that_goes_on(machine):
     machine.library.gk_pulse_lasts(0)
     machine.library.gk_speed(0)
     machine.line(assign("fluid_mode", 1))
-    machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=800)
+    machine.tape(punched([DATA, "C150", *DEPTH_SERIES, "M03", WAY, "M02"]), passes=800)
     machine.library.gk_pulse_lasts(1)
     machine.library.gk_go(1200)
     machine.run(100)
@@ -146,7 +147,7 @@ def test_what_is_staged_waits_for_a_pulse_that_goes_on(machine):
 def test_a_class_that_changes_while_a_step_is_staged(machine):
     machine.library.gk_speed(0)
     machine.line(assign("fluid_mode", 1))
-    machine.tape(punched([DATA, "C150", *SERIES, "M03", WAY, "M02"]), passes=800)
+    machine.tape(punched([DATA, "C150", *DEPTH_SERIES, "M03", WAY, "M02"]), passes=800)
     for number, presets in ((1, (5, 5, 18)), (2, (8, 3, 22))):
         machine.event("fluid_class", number, number << 4, 3000)
         machine.run(100)
@@ -168,7 +169,7 @@ def test_depths_are_of_the_frame_in_which_they_are_said(machine):
      "Block 3, character 9: the machining condition C777 is not in"),
     (["G39 Z-1 C130"], "condition",
      "Block 2, character 1: G39 without a machining condition (C) before it"),
-    (["C150", *SERIES[:2], "G39 Z-.2 C120"], "condition",
+    (["C150", *DEPTH_SERIES[:2], "G39 Z-.2 C120"], "condition",
      "Block 5, character 5: a step of G39 must lie deeper than the one before it, at -0.2000 mm."),
     (["C150", "G92 Z1", "G39 Z.5 C140", "G92 Z0", "G39 Z-.4 C140"], "condition",
      "before it, at -0.5000 mm"),

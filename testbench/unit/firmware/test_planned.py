@@ -102,7 +102,7 @@ def machined(machine, blocks, passes=4000):
 
 def test_it_machines_what_the_planned_program_machines(machine):
     found = plan(DATA, JOB)
-    body = [line.split(" ", 1)[1] for line in program(found, DATA, series=True).splitlines()
+    body = [line.split(" ", 1)[1] for line in program(found, DATA, depth_series=True).splitlines()
             if line.startswith("N")]
     steps = [block for block in body if block.startswith(("G10", "C", "G39 Z"))]
     assert len([block for block in steps if block.startswith("G39")]) == 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The retraction memory: two layers, checked when read, in force when the block is carried out."""
+"""The retraction memory: two layers; data is checked when read and in force when executed."""
 
 from fractions import Fraction
 

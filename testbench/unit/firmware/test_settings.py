@@ -99,7 +99,7 @@ def test_no_other_number_below_ours_exists(machine, number):
 def test_words_of_all_settings(machine):
     *rows, answer = machine.line("$ES", passes=2000)
     assert answer == "ok"
-    # grbl-streamer takes a line for what one of these words within it says.
+    # grbl-streamer classifies a line by these words in it.
     assert not [row for row in rows if re.search("error|ALARM|Grbl ", row)]
     words = {row[0]: row[1:] for row in (
         re.fullmatch(r"\[SETTING:(.*)\]", row)[1].split("|") for row in rows)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware's roughing planner against the host's: the same bits, the same staircase."""
+"""The firmware's roughing planner against the host's: equal bits and an equal staircase."""
 
 import random
 from dataclasses import replace
@@ -23,7 +23,7 @@ def planner():
 
 
 def test_the_network_comes_to_the_same_bits(planner):
-    """Random samples, sensible and not, two to eight of them, inputs that are all the same."""
+    """Two to eight random samples, plausible and not, some with equal inputs."""
     draw = random.Random(3)
     trusted = 0
     for turn in range(300):
@@ -77,7 +77,7 @@ def random_job(draw, data):
 
 
 def compare(planner, data, job, seed):
-    """Both planners; what came of it."""
+    """Run both planners; return the firmware's result."""
     there = planner.plan(job, seed)
     try:
         here = plan(data, job, seed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The status report: states and fields as grbl 1.1 has them, and true."""
+"""The status report: states and fields of grbl 1.1, with true values."""
 
 import re
 
@@ -45,7 +45,7 @@ def state(machine):
 
 @pytest.mark.parametrize("what", ["gk_moving", "gk_lags"])
 def test_never_idle_while_something_moves(machine, what):
-    """The ramp is on its way, or the axes are: no program has to run for that."""
+    """The ramp or the axes are still moving; this needs no program."""
     assert state(machine) == "Idle"
     getattr(machine.library, what)(1)
     assert state(machine) == "Run"
@@ -140,7 +140,7 @@ def test_a_reset_before_rest_and_of_a_held_tape_is_an_alarm(machine):
 # ---- fields
 
 def test_the_feed_is_what_the_machine_goes(machine):
-    """By the path coordinate: 20 pulses a pass of a thousand clocks and what the firmware costs."""
+    """By the path coordinate: 20 pulses a pass of a thousand clocks, plus the firmware's own."""
     machine.line("G91", 200)
     machine.library.gk_speed(20)
     machine.line("G01 X100 F60", 10)
@@ -185,7 +185,7 @@ def test_blocks_that_are_free_are_taken(machine):
 
 
 def test_a_sender_that_counts_characters_may_fill_the_queue(machine):
-    """255 bytes without an answer, while the firmware takes none: none is lost, and one more is."""
+    """255 bytes while the firmware reads none: none is lost, but one more would be."""
     machine.library.gk_queue(256)
     lines = b"G4P0\n" * 50 + b"$I\n\n\n"
     assert len(lines) == 255
@@ -199,7 +199,7 @@ def test_a_sender_that_counts_characters_may_fill_the_queue(machine):
 
 @pytest.mark.parametrize("line", [b"G04 P1\n", b"\n", b"$I\r\n"])
 def test_as_many_bytes_as_are_free_are_taken(machine, line):
-    """While a line is carried out for long: what is said to be free is, to the last byte."""
+    """While a line takes long, the reported free bytes are free, to the last one."""
     machine.library.gk_queue(256)
     assert report(machine)["Bf"] == "56,255"
     machine.send(b"G04 X3\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware follows the tables: compiled from altered ones it does what they say."""
+"""The firmware follows the tables: compiled with altered tables it behaves accordingly."""
 
 import shutil
 from dataclasses import replace
@@ -24,7 +24,7 @@ CONDITIONS_NEW = (replace(CONDITIONS[0], number=105), *CONDITIONS[1:])
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory):
-    """The whole firmware of altered tables, unlocked."""
+    """The whole firmware, compiled with altered tables and unlocked."""
     folder = tmp_path_factory.mktemp("altered")
     sources = folder / "firmware"
     shutil.copytree(image.SOURCES, sources)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware on where axes may go, the way off a limit switch, and what a trip is told as."""
+"""The firmware on the limits of travel, the way off a limit switch, and the messages of a trip."""
 
 import ctypes
 
@@ -23,7 +23,7 @@ def machine():
 
 
 def words(machine, axis):
-    """Soft limits and gain of an axis, as the gateware was told."""
+    """Soft limits and gain of an axis, as written to the gateware."""
     row = (ctypes.c_int32 * 3)()
     machine.library.gk_axis_words(axis, row)
     return tuple(row)

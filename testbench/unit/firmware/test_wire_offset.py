@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The firmware's wire offset against the model, and against what it is for: no point too near."""
+"""The firmware's wire offset against the model, and against its purpose: no point too near."""
 
 import cmath
 from itertools import pairwise
@@ -58,7 +58,7 @@ def contour(rng, *, calm):
 
 
 def program(path, offset, side, plane=17):
-    """Blocks that go along a path beside it: in from the origin, and out again."""
+    """Blocks along a path with a wire offset: in from the origin, and out again."""
     a, b, i, j = PLANES[plane]
 
     def point(p):
@@ -77,7 +77,7 @@ def program(path, offset, side, plane=17):
 
 
 def on_the_edge(path, offset, side):
-    """Whether ends at a corner are just so far apart that the last place decides what is done."""
+    """Whether the ends at a corner are so far apart that rounding decides the case."""
     for before, after in pairwise(path):
         gap = before.tangent(before.end) - after.tangent(after.start)
         largest = max(abs(gap.real), abs(gap.imag)) * offset
@@ -87,7 +87,7 @@ def on_the_edge(path, offset, side):
 
 
 def compared(checker, path, offset, side, plane=17):
-    """Hold the motions against the model: whether both have some, or neither; and the motions."""
+    """Compare the motions with the model: both have some, or neither; return the motions."""
     if on_the_edge(path, offset, side):
         return True, None
     result = checker.motions(programs.punched(program(path, offset, side, plane)))
@@ -154,7 +154,7 @@ def test_no_point_is_nearer_than_the_offset(checker, rng):
 
 
 def test_cusps_are_inside_or_outside_by_their_bends(checker, rng):
-    """Back beside the move before: of the angle only the last place is left."""
+    """Back beside the move before: the angle is mere rounding."""
     made = {True: 0, False: 0}
     for _ in range(200):
         ahead = cmath.exp(2j * pi * rng.random())
@@ -237,7 +237,7 @@ def test_way_back_along_a_line_is_round_its_end(checker, side, turn):
 
 
 def test_circle_is_gone_round_whatever_the_last_place_of_the_line_before(checker, rng):
-    """On whole micrometres a line is tangent to a circle but for a small angle."""
+    """With whole micrometres a line is tangent to a circle up to a small angle."""
     for _ in range(200):
         ahead, turn = cmath.exp(2j * pi * rng.random()), rng.choice((1, -1))
         side, offset = rng.choice((1, -1)), rng.choice((1000, 1250, 2000))

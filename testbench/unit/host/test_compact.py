@@ -69,8 +69,8 @@ def test_firmware_and_host_agree():
     kinds = "X.01", "X-.01Y.02", "Z-.003", "X.7Y-1.1", "G04P1", "(NO)X.1", "G92X5", "X.19"
     moves = [draw.choice(kinds) for _ in range(200)]
     came = machine_lines(machine, ["G91 G01 F1000", *moves, "M02"])
-    brief = [line for line in came if line.startswith("[B")]
-    assert len(brief) > 60
+    compact = [line for line in came if line.startswith("[B")]
+    assert len(compact) > 60
     assert all(line.isascii() and line.isprintable() for line in came)
     told = [parse(line, Scale(2_000_000)) for line in machine.lines if line.startswith("[E:block")]
     assert [event["text"] for event in told] == [

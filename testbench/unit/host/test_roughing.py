@@ -111,7 +111,7 @@ def test_conditions_and_limits_change_where_they_should(checker, steps):
 
 
 def test_as_a_depth_series_the_way_is_one_block():
-    text = program(made((8, 2203), (7, 7499), (6, 15_000)), DATA, series=True)
+    text = program(made((8, 2203), (7, 7499), (6, 15_000)), DATA, depth_series=True)
     body = [line.split(" ", 1)[1] for line in text.splitlines() if line.startswith("N")]
     at = body.index("M03")
     assert body[at + 1:at + 6] == ["G39 Z-2.203 C907", "G39 Z-7.499 C130", "G01 Z-15. F60", "G39",
@@ -127,7 +127,7 @@ def test_a_long_source_is_no_longer_than_a_block(checker):
 
 
 def test_a_single_step_needs_no_depth_series_but_may_have_one():
-    text = program(made((6, 15_000)), DATA, series=True)
+    text = program(made((6, 15_000)), DATA, depth_series=True)
     assert text.count("G39") == 1
 
 
@@ -164,7 +164,7 @@ def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, 
     ends = [(20, 16, 12, 8, 4), (19, 15, 11, 7, 3), (18, 14, 10, 6, 2), (17, 13, 9, 5, 1)]
     for levels in ends:
         steps = [(level / parts, 300 * n) for n, level in enumerate(levels, 1)]
-        text = program(made(*steps, parts=parts), DATA, series=series)
+        text = program(made(*steps, parts=parts), DATA, depth_series=series)
         assert f"NEEDS SETTING {number} AT {value}, MA OF ONE STEP" in text
         for code in (ISO, EIA):
             rows = encode(text, code).rows

@@ -94,7 +94,7 @@ def test_pwm_has_the_exact_mean_in_every_window(rng, bits):
 
 
 def test_sigma_delta_has_its_bounds_at_any_constant_magnitude():
-    # The model's own recurrence, for all magnitudes side by side.
+    # The model's recurrence, for all magnitudes side by side.
     pulse = 1 << model.BITS
     magnitude = numpy.arange(1, pulse)
     due, noise = numpy.zeros_like(magnitude), numpy.full_like(magnitude, -pulse // 2)

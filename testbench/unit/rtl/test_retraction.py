@@ -4,7 +4,7 @@
 import pytest
 
 from testbench.checkers.motion import Motion
-from testbench.checkers.motion_bench import DATA, FOREVER, LINE, ONE, Bench, brief, change
+from testbench.checkers.motion_bench import DATA, FOREVER, LINE, ONE, Bench, change, outline
 from testbench.models import retraction as model
 from testbench.models.retraction import (
     ADVANCE,
@@ -258,7 +258,7 @@ CASES = {
 def test_rule(simulate, name):
     cues, changes, rules, expected = CASES[name]
     bench = play(simulate, cues, change(**changes), rules=rules)
-    assert brief(bench) == expected
+    assert outline(bench) == expected
 
 
 def test_speeds_and_distances_are_reported(simulate):

@@ -8,9 +8,9 @@ from testbench.checkers.motion_bench import (
     DATA,
     ONE,
     START_RATE,
-    brief,
     change,
     ordered,
+    outline,
     wrapped,
 )
 from testbench.models.retraction import (
@@ -88,7 +88,7 @@ def test_wait_holds_forward_motion_back(simulate):
         assert not ctx.get(dut.retraction.wanted)
 
     simulate(dut, run)
-    assert brief(bench) == [(START, OPERATOR, 30), (END, 2, -10), (ADVANCE, HIGH, -10),
+    assert outline(bench) == [(START, OPERATOR, 30), (END, 2, -10), (ADVANCE, HIGH, -10),
                             (ADVANCE, LOW, 22), (RESUME, 0, 30)]
 
 

@@ -8,9 +8,9 @@ from testbench.checkers.motion_bench import (
     DATA,
     ONE,
     START_RATE,
-    brief,
     change,
     ordered,
+    outline,
     wrapped,
 )
 from testbench.models.retraction import (
@@ -49,7 +49,7 @@ def test_halts_only_after_settling_in_position(simulate):
         bench.set(ctx, in_position=0)
         await bench.until(ctx, State.HALTED)
         await bench.idle(ctx)
-        assert brief(bench) == [(START, SHORT, 50), (END, AT_LIMIT, 10), (HALT, STILL_LIMIT, 10)]
+        assert outline(bench) == [(START, SHORT, 50), (END, AT_LIMIT, 10), (HALT, STILL_LIMIT, 10)]
 
     simulate(dut, run)
 
@@ -106,7 +106,7 @@ def test_hold_stops_forward_motion_and_never_a_retraction(simulate):
         await bench.to(ctx, 31)
 
     simulate(dut, run)
-    assert brief(bench) == [
+    assert outline(bench) == [
         (START, SHORT, 30), (END, CLEARED, 10), (ADVANCE, HIGH, 10), (ADVANCE, LOW, 22),
         (START, SHORT, 25), (END, CLEARED, 20), (ADVANCE, HIGH, 20), (ADVANCE, LOW, 22),
         (RESUME, 0, 30)]
@@ -132,7 +132,7 @@ def test_the_overshoot_counts_from_when_all_pulses_have_reached_the_axes(simulat
         for _ in range(6):
             await bench.tick(ctx)
             assert ctx.get(dut.axis[0]) == marked
-        assert brief(bench)[1] == (END, CLEARED, marked)
+        assert outline(bench)[1] == (END, CLEARED, marked)
 
     simulate(dut, run)
 
@@ -157,7 +157,7 @@ def test_no_way_forward_while_events_are_not_taken(simulate):
         await bench.to(ctx, 40)
 
     simulate(dut, run)
-    assert brief(bench)[:2] == [(START, SHORT, 30), (END, CLEARED, 10)]
+    assert outline(bench)[:2] == [(START, SHORT, 30), (END, CLEARED, 10)]
 
 
 @pytest.mark.parametrize(("state", "position"), [
@@ -269,7 +269,7 @@ def test_release_comes_forward_again(simulate):
         bench.set(ctx, release=0)
         await bench.to(ctx, 55)
         assert ctx.get(dut.retraction.burst) == 0
-        assert brief(bench) == [(ADVANCE, HIGH, 10), (ADVANCE, LOW, 42), (RESUME, 0, 50)]
+        assert outline(bench) == [(ADVANCE, HIGH, 10), (ADVANCE, LOW, 42), (RESUME, 0, 50)]
 
     simulate(dut, run)
 
@@ -356,7 +356,7 @@ def test_an_order_in_the_clock_of_the_resume_is_obeyed(simulate):
         await bench.tick(ctx)
         bench.gap.order = 0
         await bench.idle(ctx, 20)
-        assert brief(bench)[-2:] == [(RESUME, 0, 50), (START, OPERATOR, 50)]
+        assert outline(bench)[-2:] == [(RESUME, 0, 50), (START, OPERATOR, 50)]
 
     simulate(dut, run)
 

@@ -4,7 +4,7 @@
 import pytest
 
 from rtl.motion.retraction import State
-from testbench.checkers.motion_bench import START_RATE, brief, change, ordered, wrapped
+from testbench.checkers.motion_bench import START_RATE, change, ordered, outline, wrapped
 from testbench.models.retraction import CLEARED, END, HALT, RESUME, SERVO, SHORT, START
 
 STEP = 7
@@ -89,12 +89,12 @@ def test_halts_rather_than_pass_the_limit_from_the_furthest_point(simulate, data
             assert bench.position == 170 - STEP * (number + 1)
             assert ctx.get(dut.retraction.state) == State.FRONT
         place = bench.position
-        assert brief(bench) == []
+        assert outline(bench) == []
         await strobe(ctx, dut, bench, "up")
         await bench.idle(ctx, SETTLED)
         assert ctx.get(dut.retraction.state) == State.HALTED
         assert bench.position == place
-        assert brief(bench) == [(HALT, SERVO, place)]
+        assert outline(bench) == [(HALT, SERVO, place)]
 
     simulate(dut, run, deadline=1e-2)
 
@@ -118,7 +118,7 @@ def test_short_freezes_it_and_comes_back_to_where_it_was(simulate):
         await bench.until(ctx, State.FRONT)
         await bench.idle(ctx, SETTLED)
         assert bench.position == place
-        kinds = brief(bench)
+        kinds = outline(bench)
         assert kinds[0] == (START, SHORT, place)
         assert kinds[1][:2] == (END, CLEARED)
         assert kinds[-1] == (RESUME, 0, place)
