@@ -177,9 +177,9 @@ CLASSES = (
         (planted("softcore/firmware/path/path.c: the ceiling of a block that ends above it"),),
         "One of more than a hundred; `make soak TESTS=testbench/breaks` plants them all."),
     FaultClass(
-        "F10", "proofs that stop at the parts", "every input, every state", "the joined machine",
+        "F10", "proofs that stop at the parts", "every input, every state", "the whole controller",
         "safe means that every output is off, by induction", (proof(test_safe_means_off),),
-        "One of the proofs of the joined machine; `testbench/formal` has the others."),
+        "One of the proofs of the whole controller; `testbench/formal` has the others."),
     FaultClass(
         "C1", "tape parity", "one bit of one row turned over", "a tape",
         "refused, with block and character; nothing of the block is carried out",

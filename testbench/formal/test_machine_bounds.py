@@ -98,7 +98,7 @@ def test_no_retraction_goes_beyond_its_bounds(workdir):
 
 
 @pytest.mark.soak
-def test_no_retraction_of_the_joined_machine_goes_beyond_its_bounds(workdir):
+def test_no_retraction_of_the_controller_goes_beyond_its_bounds(workdir):
     prove(joined(Bounded), workdir, depth=10)
 
 

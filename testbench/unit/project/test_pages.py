@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages: they can be built, what they name is there, and what is generated is not stale."""
+"""The pages: they can be built, all that they name exists, and generated pages are not stale."""
 
 import re
 import subprocess
@@ -23,7 +23,7 @@ def prose(path):
 
 
 def dead_links(path):
-    """Links to files that are not there."""
+    """Links to files that do not exist."""
     for target in re.findall(r"\]\(([^)\s]+)\)", prose(path)):
         place = target.partition("#")[0]
         if place and "://" not in place and not (path.parent / place).exists():
@@ -31,7 +31,7 @@ def dead_links(path):
 
 
 def dead_names(path):
-    """Files and folders that a page names in code type, and that are not there."""
+    """Files and folders that a page names in code type and that do not exist."""
     for name in re.findall(r"`([\w./-]+)`", prose(path)):
         if name.startswith(TOPS) and "NAME" not in name and not (ROOT / name).exists():
             yield name

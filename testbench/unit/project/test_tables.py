@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each table stands once: it is well formed, and what is made of it follows a change of one entry.
+"""Each table exists once: it is well formed, and generated text follows a change of one entry.
 
-That what is made is not stale is held by ``test_registers``, with all that is generated.
+``test_registers`` checks that no generated file is stale.
 """
 
 import re
@@ -196,7 +196,7 @@ def test_whose_fault_it_is(code, machine):
 
 
 def test_what_the_firmware_knows_of_faults_is_used():
-    """Each code is raised somewhere, and each sentence that the firmware has is said."""
+    """Each code is raised somewhere, and each sentence of the firmware is used."""
     text = "".join(path.read_text() for path in SOURCES.rglob("*.c"))
     words = set(re.findall(r"\bFAULT_\w+", text))
     for one in FAULTS:

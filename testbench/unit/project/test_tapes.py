@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tapes that come with the project: what is committed is what the script punches."""
+"""The tapes of the project: the committed files are those that the script punches."""
 
 import pytest
 

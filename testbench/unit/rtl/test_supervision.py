@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Unit tests of ``rtl.motion.supervision``, against the exact model and around a small drive.
 
-How far an axis gets whose coder fails, ``testbench/cosim/test_coder.py`` shows on the machine.
+``testbench/cosim/test_coder.py`` shows the deviation of an axis with a failed coder on the machine.
 """
 
 import math
@@ -21,7 +21,7 @@ TICK = 24       # clocks; on a machine there are more, which changes nothing
 
 
 class Drive:
-    """A coder on a drive of first order that is told Er, with what befalls them.
+    """A coder on a drive of first order that follows Er, and their faults.
 
     ``share`` is its gain as a share of 50 1/s, ``lag`` is in ticks.
     """
@@ -70,7 +70,7 @@ class Run:
                          b=levels[1], on=on, clear=clear)
 
     def compare(self):
-        """Hold the block to the model in every clock; names of all that was found."""
+        """Compare the block with the model in every clock; return the names of all findings."""
         self.clock()  # what the last one has found
         found = compiled(self.rows)
         differ = np.nonzero(found != np.array(self.expected))[0]
@@ -79,7 +79,7 @@ class Run:
 
 
 class Loop:
-    """The position loop around a drive, with the supervision looking on."""
+    """The position loop around a drive, with the supervision."""
 
     def __init__(self, drive=None, gain=GAIN):
         self.run, self.drive, self.gain = Run(), drive or Drive(), gain
@@ -87,9 +87,9 @@ class Loop:
         self.count = self.fp = 0
 
     def go(self, ticks, rate):
-        """Go on at a rate, pulses a tick; ``rate`` may be a function of the tick.
+        """Run at a rate, pulses a tick; ``rate`` may be a function of the tick.
 
-        Returns clocks until something was found, or None.
+        Returns the clocks until a finding, or None.
         """
         for clock in range(ticks * TICK):
             self.command += (rate(clock // TICK) if callable(rate) else rate) / TICK
@@ -204,7 +204,7 @@ def test_a_drive_may_have_an_offset_within_its_window(er, standing, found):
 
 
 def test_pulses_faster_than_any_drive():
-    """As many up as down, so that the axis is where it should be: noise."""
+    """Noise: as many pulses up as down, so that the axis is at its place."""
     run = Run(tick=100)
     for clock in range(3000):
         run.clock(fp=(-1) ** clock, levels=CYCLE[clock % 2])

@@ -34,7 +34,7 @@ class Bench:
 @pytest.mark.parametrize("period", [4, 5, 8, 16, 64])
 @pytest.mark.parametrize("hurry", [0.1, 0.9])
 def test_follows_the_model(simulate, rng, period, hurry):
-    """Keys that come as they like, and as a firmware in its senses writes them."""
+    """Keys at random, and keys as a working firmware writes them."""
     bench = Bench(period)
     seen = set()
 

@@ -17,7 +17,7 @@ DIVISOR = 4
 
 
 def test_the_model_knows_the_same_bytes():
-    """The model has its own numbers; these are those that gateware, firmware and host share."""
+    """The model's own numbers agree with those that gateware, firmware and host share."""
     assert {one.name: one.byte for one in linkmap.REALTIME} == {
         "reset": model.RESET} | model.NOTES
     assert [name for name, _ in linkmap.MARKS] == ["framing", "overrun", "reset"]
@@ -28,7 +28,7 @@ def test_the_model_knows_the_same_bytes():
 
 
 def outputs(ctx, dut):
-    """What the decoder shows, as the model says it."""
+    """Outputs of the decoder, in the model's form."""
     return (bool(ctx.get(dut.hold)), bool(ctx.get(dut.reset)),
             {name for name in model.NOTES if ctx.get(getattr(dut, f"notes_{name}"))},
             (ctx.get(dut.override_feed), ctx.get(dut.override_rapid)))
@@ -217,7 +217,7 @@ def test_the_model_for_firmware_on_a_computer_is_the_same(rng):
 
 @pytest.mark.parametrize("name", ["hold", "reset"])
 def test_stops_after_every_prefix(simulate, name):
-    """`!` and Ctrl-X after whatever part of whatever is sent: 2 clocks after the stop bit's middle.
+    """`!` and Ctrl-X act 2 clocks after the stop bit's middle, after any part of any line or frame.
 
     The middle is ``9 * divisor + divisor // 2`` clocks after the first clock of the start bit.
     """
@@ -250,7 +250,7 @@ def test_stops_after_every_prefix(simulate, name):
 
 @pytest.mark.parametrize("name", ["hold", "reset"])
 def test_a_release_is_not_meant_for_what_came_since(simulate, name):
-    """A second `!` or Ctrl-X between firmware's look and its release stands."""
+    """A second `!` or Ctrl-X between firmware's look and its release stays in force."""
     byte = {"hold": model.HOLD, "reset": model.RESET}[name]
     line = Line()
 

@@ -19,14 +19,14 @@ def filled(rng):
 
 
 def turn_over(ctx, dut, model, address, bit):
-    """Turn a bit of the memory over, or its parity, and of its model."""
+    """Invert a bit of the memory, or its parity, and the same in the model."""
     model.flip(address, bit)
     data = dut.parity if bit == 32 else dut.data
     ctx.set(data[address], ctx.get(data[address]) ^ (1 if bit == 32 else 1 << bit))
 
 
 async def access(ctx, dut, bus, address, *, more=False, mask=0, data=0):
-    """One access; return the word read, the clocks until ``ack``, and the damage told with it."""
+    """One access; return the word read, the clocks until ``ack``, and the reported damage."""
     for name, value in (("adr", address), ("stb", 1), ("more", more), ("we", mask != 0),
                         ("sel", mask or 15), ("dat_w", data)):
         ctx.set(getattr(bus, name), value)
@@ -104,7 +104,7 @@ def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, port)
 
 
 def test_bits_that_turn_over_between_reads_and_writes(simulate, rng):
-    """A write of some bytes finds the damage and leaves it, one of all bytes mends it."""
+    """A write of some bytes finds the damage and leaves it; a write of all bytes repairs it."""
     dut, model = filled(rng)
     seen = set()
 

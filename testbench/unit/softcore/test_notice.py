@@ -11,7 +11,7 @@ PERIOD = 200
 
 @pytest.mark.parametrize("place", [0, 0x12340, 0x89ABCDEC, 0xFFFFFFFC, None])
 def test_tells_the_first_fault_again_and_again(simulate, rng, place):
-    """With its place; without one the processor is silent."""
+    """The notice names the place; without a place it says that the processor is silent."""
     dut = FaultNotice(period=PERIOD)
     text = SILENT if place is None else sentence(place)
 

@@ -12,7 +12,7 @@ EDGES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80]
 
 
 async def listen(ctx, dut, line):
-    """Put a line on a receiver; return what it says, by the clock of the stop bit's middle."""
+    """Drive a receiver with a line; return its results, by the clock of the stop bit's middle."""
     found = []
     for clock, level in enumerate(line):
         ctx.set(dut.rx, level)
@@ -91,7 +91,7 @@ def test_transmitter_follows_the_model(simulate, rng, divisor):
 
 
 def test_bytes_go_round(simulate, rng):
-    """What is sent comes back, over a line of some clocks, while both sides pause at random."""
+    """Sent bytes come back, over a line of some clocks, while both sides pause at random."""
     dut = Uart(divisor=4)
     realtime = {link_decoder.RESET, *link_decoder.NOTES.values(), link_decoder.DOOR,
                 *link_decoder.NOTHING, *link_decoder.OVERRIDES}
@@ -182,7 +182,7 @@ def test_a_mark_in_view_is_not_yet_taken(simulate):
 
 
 def test_full_queues_refuse(simulate, rng):
-    """The last place of the receive queue is for the mark of what is lost."""
+    """The last place of the receive queue is for the mark of lost bytes."""
     dut = Uart(divisor=4)
     data = [rng.randrange(0x41, 0x5B) for _ in range(258)]
 
