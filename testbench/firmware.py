@@ -13,11 +13,11 @@ from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
-        "series", "planned")
+        "depth series", "planned")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", *(event.name for event in numbered()))
-BOUNDS = ("ahead", "behind", "floor", "fast_ahead", "fast_behind")
+BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind")
 
 
 class Record(ctypes.Structure):
@@ -305,9 +305,9 @@ class Machine:
 
     @property
     def law(self) -> dict[str, int]:
-        """What the feed law was told: see ``hal_law``."""
+        """What the feed mode was told: see ``hal_feed_mode``."""
         words = (ctypes.c_uint32 * 12)()
-        self.library.gk_law_read(words)
+        self.library.gk_feed_mode_read(words)
         names = ("law", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
                  "lowest", "highest", "gain", "fastest")
         return dict(zip(names, words, strict=True))

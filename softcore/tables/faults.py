@@ -195,12 +195,12 @@ FAULTS: tuple[Fault, ...] = (
            "an L that is too "
            "small.", "Send `$X`, then move the electrode away. Clean the gap, look at the "
            "flushing, and start again; or allow a larger L in G36.", spoken=True),
-    _fault(142, "halt_floor", "machine",
+    _fault(142, "halt_back_limit", "machine",
            "still short where the way back ends (ceiling, soft limit or start of the path)",
            "The electrode could not go back further, and still touches.",
            "Send `$X`, then move the electrode away. Clean the gap. Look at Z of G36 and at the "
            "soft limits.", spoken=True),
-    _fault(143, "halt_series", "machine", "too many shorts in series without new depth",
+    _fault(143, "halt_burst", "machine", "too many shorts in series without new depth",
            "The gap shorts again and again at the same place: debris that the flushing does not "
            "carry away, or a discharge that is too strong for the gap.",
            "Send `$X`, move the electrode away and clean the gap. Improve the flushing, add jumps "

@@ -96,12 +96,12 @@ SETTINGS: tuple[Setting, ...] = (
          "motion", "Shorts belong to one series until the machine has come so much further than "
          "the first of them. A pulse is 0.1 µm."),
     _set(408, "repeats", "shorts in a series that halt (0 no bound)", "shorts", (20, 0, 255),
-         "motion", "Alarm {alarm_halt_series} comes at so many shorts in a series. 0: it never "
+         "motion", "Alarm {alarm_halt_burst} comes at so many shorts in a series. 0: it never "
          "comes.",
          switches_off="repeats"),
     _set(409, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
          "How long the axes rest at the retractable limit, still short, before alarm "
-         "{alarm_halt_limit} or {alarm_halt_floor}."),
+         "{alarm_halt_limit} or {alarm_halt_back_limit}."),
     _set(410, "start_speed_um_s", "start/stop speed", "um/s", (10_000, 1, 1_000_000), "motion",
          "Speed from which the machine starts and stops at once, without a ramp."),
     _set(411, "acceleration_mm_s2", "acceleration", "mm/s2", (1000, 1, 100_000), "motion",

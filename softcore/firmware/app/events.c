@@ -138,7 +138,7 @@ void events_now(const char *name, const char *format, ...) {
 __attribute__((noinline)) static void tell_back(void) {
     uint8_t detail = back.event.detail;
     /* The ceiling and the soft limit are limits; only a path without either just begins. */
-    if (detail == EVENT_REASON_PATH_START && path_floor_is_limit())
+    if (detail == EVENT_REASON_PATH_START && path_has_back_limit())
         detail = EVENT_REASON_LIMIT;
     int32_t from = jumping ? start_point : back.first;
     uint32_t overshoot = 0;

@@ -83,8 +83,8 @@ static void commit(void) {
 }
 
 /* Whether overrides scale the feed goes with what drives it, before the next block does. */
-static void serve(unsigned law, const condition_row *judged) {
-    gap_servo(law, judged);
+static void serve(unsigned mode, const condition_row *judged) {
+    gap_servo(mode, judged);
     override_step();
 }
 
@@ -198,16 +198,16 @@ static part act(void) {
         if (work->class_number < GAP_CLASSES)
             gap_class_enter(work->class_number, &work->class_row, by_hand);
         return PART_MOVE;
-    case ACT_SERIES:
-        if (work->series)
-            depth_series_add(work->series_depth, work->series);
+    case ACT_DEPTH_SERIES:
+        if (work->step_condition)
+            depth_series_add(work->step_depth, work->step_condition);
         else if (!depth_series_end())
             return PART_ACT;
         return PART_MOVE;
     case ACT_PLANNED:
         if (step_index >= result_count())
             return PART_MOVE;
-        depth_series_add(work->series_depth - result_depth(step_index), result_row(step_index));
+        depth_series_add(work->step_depth - result_depth(step_index), result_row(step_index));
         step_index++;
         return PART_ACT;
     default: return PART_MOVE;

@@ -9,12 +9,12 @@
 
 static hal_image image;
 static uint32_t at, digest; /* words of this round that have been read, and what they come to */
-static uint32_t since, rest; /* clock of the last step, and how long there is none from then on */
+static uint32_t since, pause; /* clock of the last step, and how long there is none from then on */
 static uint32_t clocks;
 static bool damaged;
 
 void image_watch_init(void) {
-    at = digest = rest = clocks = 0;
+    at = digest = pause = clocks = 0;
     since = hal_cycle_low();
     damaged = false;
 }
@@ -57,13 +57,13 @@ __attribute__((noinline)) static void read_slice(void) {
 
 void image_watch_step(void) {
     uint32_t now = hal_cycle_low();
-    if (now - since < rest)
+    if (now - since < pause)
         return;
     read_slice();
     uint32_t took = hal_cycle_low() - now;
     clocks += took;
     since = now;
-    rest = SHARE * took;
+    pause = SHARE * took;
 }
 
 uint32_t image_watch_clocks(void) { return clocks; }

@@ -170,14 +170,14 @@ void machine_tell_unlocked(unsigned row) {
 }
 
 __attribute__((noinline)) void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
-    static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
-                                       FAULT_HALT_SERIES, FAULT_HALT_NO_DATA,
+    static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_BACK_LIMIT,
+                                       FAULT_HALT_BURST, FAULT_HALT_NO_DATA,
                                        FAULT_HALT_SERVO, FAULT_CONTACT};
     static const char *const texts[] = {
         "retraction stopped",
         FAULT_TEXT_HALT_LIMIT,
-        FAULT_TEXT_HALT_FLOOR,
-        FAULT_TEXT_HALT_SERIES,
+        FAULT_TEXT_HALT_BACK_LIMIT,
+        FAULT_TEXT_HALT_BURST,
         FAULT_TEXT_HALT_NO_DATA,
         FAULT_TEXT_HALT_SERVO,
         FAULT_TEXT_CONTACT,

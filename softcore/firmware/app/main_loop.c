@@ -158,7 +158,7 @@ static bool sleeps_on(unsigned count) {
 
 /* Ends with an event or a byte, or when it is time for a round. Apart from the pass, which has to be
    quick. */
-__attribute__((noinline)) static void rest(void) {
+__attribute__((noinline)) static void sleep_when_idle(void) {
     bool on = goes_by_itself();
     unsigned count = 0;
     do
@@ -179,7 +179,7 @@ void main_loop_pass(void) {
         more = watched(task, step, &now);
     if (task == PROFILE_TASKS - 1) {
         if (!busy)
-            rest();
+            sleep_when_idle();
         busy = false;
     }
 }

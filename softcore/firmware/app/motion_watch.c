@@ -49,7 +49,7 @@ static uint32_t patience(uint32_t rate) {
 
 static bool wants(void) {
     hal_motion motion = hal_motion_read();
-    return motion.state == MOTION_FRONT && !motion.crowded && machine_goes() && !gap_serves();
+    return motion.state == MOTION_FRONT && !motion.backpressure && machine_goes() && !gap_serves();
 }
 
 static void look_at_pace(void) {

@@ -40,8 +40,8 @@ typedef enum {
     FAULT_TRIP = 140,
     FAULT_LIMIT = 157,
     FAULT_HALT_LIMIT = 141,
-    FAULT_HALT_FLOOR = 142,
-    FAULT_HALT_SERIES = 143,
+    FAULT_HALT_BACK_LIMIT = 142,
+    FAULT_HALT_BURST = 143,
     FAULT_HALT_NO_DATA = 144,
     FAULT_FIN = 145,
     FAULT_EVENTS = 146,
@@ -59,9 +59,9 @@ typedef enum {
 
 #define FAULT_TEXT_HALT_LIMIT \
     "still short at the retractable limit"
-#define FAULT_TEXT_HALT_FLOOR \
+#define FAULT_TEXT_HALT_BACK_LIMIT \
     "still short where the way back ends (ceiling, soft limit or start of the path)"
-#define FAULT_TEXT_HALT_SERIES \
+#define FAULT_TEXT_HALT_BURST \
     "too many shorts in series without new depth"
 #define FAULT_TEXT_HALT_NO_DATA \
     "short without retraction data (G36)"

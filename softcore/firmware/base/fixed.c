@@ -24,14 +24,14 @@ SHARED int64_t fixed_product(int64_t a, int64_t b) {
 }
 
 SHARED int64_t fixed_ratio(int64_t numerator, int64_t denominator) {
-    uint64_t rest = (uint64_t)numerator, quotient = 0, divisor = (uint64_t)denominator;
+    uint64_t remainder = (uint64_t)numerator, quotient = 0, divisor = (uint64_t)denominator;
     for (unsigned i = 0; i <= 62; i++) {
         quotient <<= 1;
-        if (rest >= divisor) {
-            rest -= divisor;
+        if (remainder >= divisor) {
+            remainder -= divisor;
             quotient |= 1;
         }
-        rest <<= 1;
+        remainder <<= 1;
     }
     return (int64_t)quotient;
 }
@@ -60,8 +60,8 @@ static int64_t sine_of_sector(unsigned sector) {
    seventh power. */
 void fixed_sine_cosine(int64_t angle, int64_t *sine, int64_t *cosine) {
     unsigned sector = (unsigned)((angle + FIXED_TURN / SECTORS / 2) / (FIXED_TURN / SECTORS));
-    int64_t rest = angle - (int64_t)sector * (FIXED_TURN / SECTORS);
-    int64_t r = fixed_product(fixed_scaled(rest, 4), TWO_PI) >> 2;
+    int64_t remainder = angle - (int64_t)sector * (FIXED_TURN / SECTORS);
+    int64_t r = fixed_product(fixed_scaled(remainder, 4), TWO_PI) >> 2;
     int64_t rr = fixed_product(r, r);
     int64_t s = FIXED_ONE - fixed_product(rr, 109802048057794950);                      /* 1/42 */
     s = FIXED_ONE - fixed_product(fixed_product(rr, s), 230584300921369395);      /* 1/20 */
@@ -99,9 +99,9 @@ int64_t fixed_angle_of(int32_t x, int32_t y) {
     sum = FIXED_ONE / 7 - fixed_product(tt, sum);
     sum = FIXED_ONE / 5 - fixed_product(tt, sum);
     sum = FIXED_ONE / 3 - fixed_product(tt, sum);
-    int64_t rest = fixed_product(t, FIXED_ONE - fixed_product(tt, sum));
-    rest = fixed_product(rest, FIXED_PER_RADIAN);
-    int64_t angle = (int64_t)sector * (FIXED_TURN / SECTORS) + (across < 0 ? -rest : rest);
+    int64_t remainder = fixed_product(t, FIXED_ONE - fixed_product(tt, sum));
+    remainder = fixed_product(remainder, FIXED_PER_RADIAN);
+    int64_t angle = (int64_t)sector * (FIXED_TURN / SECTORS) + (across < 0 ? -remainder : remainder);
     if (swap)
         angle = FIXED_TURN / 4 - angle;
     if (x < 0)

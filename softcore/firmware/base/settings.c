@@ -39,7 +39,7 @@ static void apply_detector(void) {
 }
 
 static void apply_motion(void) {
-    hal_series(values[SET_GAIN_PULSES], values[SET_REPEATS],
+    hal_short_burst(values[SET_GAIN_PULSES], values[SET_REPEATS],
                at_most(units_clocks_of_us(values[SET_SETTLE_US]), (1u << 24) - 1));
     start_rate = units_rate(values[SET_START_SPEED_UM_S] * 60);
     acceleration = units_acceleration(values[SET_ACCELERATION_MM_S2]);

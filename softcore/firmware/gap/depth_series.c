@@ -13,7 +13,7 @@ static bool armed;              /* the next is staged, and the gateware may swit
 static uint8_t seen;            /* switches that the gateware had counted before */
 static bool reached;            /* the condition in force is one of the series */
 
-bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned law,
+bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned mode,
                         uint32_t column, fault *f) {
     if (running && count == DEPTH_SERIES_STEPS)
         return fault_at(f, FAULT_CONDITION, column, "no more than %u steps fit a series (G39)",
@@ -22,7 +22,7 @@ bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row,
         return fault_at(f, FAULT_CONDITION, column,
                         "a step of G39 must lie deeper than the one before it, at %p mm",
                         steps[count - 1].depth - offset);
-    return feed_modes_check(law, row, column, f);
+    return feed_modes_check(mode, row, column, f);
 }
 
 void depth_series_add(int32_t depth, const condition_row *row) {
@@ -35,11 +35,11 @@ void depth_series_add(int32_t depth, const condition_row *row) {
         steps[count++] = (depth_step){depth, *row};
 }
 
-bool depth_series_law(unsigned law, uint32_t column, fault *f) {
-    if (reached && !feed_modes_check(law, in_force_row(), column, f))
+bool depth_series_check_mode(unsigned mode, uint32_t column, fault *f) {
+    if (reached && !feed_modes_check(mode, in_force_row(), column, f))
         return false;
     for (unsigned i = next; running && i < count; i++)
-        if (!feed_modes_check(law, &steps[i].row, column, f))
+        if (!feed_modes_check(mode, &steps[i].row, column, f))
             return false;
     return true;
 }

@@ -20,13 +20,13 @@ typedef struct {
 
 /* Whether a step may follow: from a depth (machine frame, of which `offset` is the program frame's
    origin) on a condition, for a law of the feed. */
-bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned law,
+bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned mode,
                         uint32_t column, fault *f);
 void depth_series_add(int32_t depth, const condition_row *row);
 
 /* Whether the condition in force and those to come have what a law needs of them; true without a
    series. */
-bool depth_series_law(unsigned law, uint32_t column, fault *f);
+bool depth_series_check_mode(unsigned mode, uint32_t column, fault *f);
 
 /* A condition in force or to come of whose pulses no short would be seen; a null pointer if there is
    none. */

@@ -86,12 +86,12 @@ static void drive(void) {
     feed_modes_settings();
 }
 
-void gap_servo(unsigned law, const condition_row *judged) {
-    counted = law == FEED_CLASSES;
-    servo = counted || law == FEED_ZERO;
+void gap_servo(unsigned mode, const condition_row *judged) {
+    counted = mode == FEED_CLASSES;
+    servo = counted || mode == FEED_ZERO;
     if (judged && !depth_series_reached() && in_force_take_references(judged))
         apply();
-    feed_modes_select(law);
+    feed_modes_select(mode);
     seen_at = stood_at = hal_front();
     stood = 0;
     looked = hal_cycle_low();

@@ -14,7 +14,7 @@ void gap_settings(void);                        /* settings of servo and fluid h
 void gap_condition(const condition_row *row);  /* put a condition in force */
 /* Law of the feed, as G95 P has it, and the row of the program's condition, by whose references as they
    are now it was judged; 0 for G94. */
-void gap_servo(unsigned law, const condition_row *judged);
+void gap_servo(unsigned mode, const condition_row *judged);
 bool gap_serves(void);                          /* the feed goes by the gap, not by F alone */
 
 /* Enter the row of a class of the fluid. */

@@ -74,7 +74,7 @@ typedef struct {
 } hal_segment;
 
 typedef enum {
-    BOUND_AHEAD, BOUND_BEHIND, BOUND_FLOOR, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
+    BOUND_AHEAD, BOUND_BEHIND, BOUND_BACK_LIMIT, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
 } hal_bound;
 
 typedef enum {
@@ -85,7 +85,7 @@ typedef enum {
 typedef struct {
     bool moving;
     bool in_position;
-    bool crowded;           /* events wait to be taken, and forward motion for that */
+    bool backpressure;           /* events wait to be taken, and forward motion for that */
     hal_motion_state state;
 } hal_motion;
 
@@ -111,7 +111,7 @@ typedef struct {
 
 void hal_retraction_commit(const hal_retraction *data);
 void hal_jump_period(uint32_t clocks);
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle);
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle);
 void hal_control(bool run, bool hold);
 void hal_retract(void);         /* operator's order: retract now */
 int32_t hal_first(void);        /* first start point of the series, path coordinate */
@@ -161,27 +161,27 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 
 /* Feed by the mean voltage. Levels are 2**-16 of the converter's full scale. */
 typedef struct {
-    uint32_t law;                           /* 0 constant, else the number after G95 P less one */
+    uint32_t mode;                          /* 0 constant, else the number after G95 P less one */
     uint32_t measure;
     uint32_t unit, window;                  /* path pulses, clocks */
     uint32_t least;                         /* level: lowest Ex */
     uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
     uint32_t gain;                          /* 2**-32 pulse/clock per 1/16 of full scale */
     uint32_t fastest;                       /* 2**-32 pulse/clock */
-} hal_law;
+} hal_feed_mode;
 
 typedef struct {
     uint32_t mean;                          /* level */
     uint8_t windows;                        /* means taken, wraps */
     bool known;
-} hal_law_state;
+} hal_feed_mode_state;
 
-void hal_law_write(const hal_law *words);
-void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop); /* levels: Vs, Es */
-hal_law_state hal_law_read(void);
+void hal_feed_mode_write(const hal_feed_mode *words);
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop); /* levels: Vs, Es */
+hal_feed_mode_state hal_feed_mode_read(void);
 
 /* The condition. What hal_pulse, hal_supply, hal_references, hal_presets, hal_servo_step and
-   hal_law_references are told is staged, and comes into force together, between two pulses. None of
+   hal_feed_mode_references are told is staged, and comes into force together, between two pulses. None of
    it may be called while that is pending. */
 void hal_condition_commit(void);            /* as soon as the pulse under way is over; disarms */
 void hal_condition_arm(int32_t depth);      /* when the jump axis is at a depth (pulses) or has been */

@@ -123,7 +123,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
     switch (bound) {
     case BOUND_AHEAD: PATH->ahead = coordinate; break;
     case BOUND_BEHIND: PATH->behind = coordinate; break;
-    case BOUND_FLOOR: PATH->floor = coordinate; break;
+    case BOUND_BACK_LIMIT: PATH->floor = coordinate; break;
     case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
     default: PATH->fast_behind = coordinate; break;
     }
@@ -140,7 +140,7 @@ hal_motion hal_motion_read(void) {
     uint32_t word = PATH->status;
     return (hal_motion){.moving = word & PATH_STATUS_MOVING_MASK,
                         .in_position = word & PATH_STATUS_IN_POSITION_MASK,
-                        .crowded = word & PATH_STATUS_CROWDED_MASK,
+                        .backpressure = word & PATH_STATUS_CROWDED_MASK,
                         .state = (hal_motion_state)GET(word, PATH_STATUS_STATE)};
 }
 
@@ -164,7 +164,7 @@ void hal_retraction_commit(const hal_retraction *data) {
 
 void hal_jump_period(uint32_t clocks) { RETRACTION->jump_period = clocks; }
 
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle) {
     RETRACTION->gain = gain;
     RETRACTION->repeats = repeats;
     RETRACTION->settle = settle;
@@ -252,17 +252,17 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
                      PUT(ok, SERVO_PRESETS_OK);
 }
 
-void hal_law_write(const hal_law *words) {
+void hal_feed_mode_write(const hal_feed_mode *words) {
     LAW->unit = words->unit;
     LAW->window = words->window;
     LAW->least = words->least;
     LAW->bounds = PUT(words->lowest, LAW_BOUNDS_LOWEST) | PUT(words->highest, LAW_BOUNDS_HIGHEST);
     LAW->gain = words->gain;
     LAW->highest = words->fastest;
-    LAW->control = PUT(words->law, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
+    LAW->control = PUT(words->mode, LAW_CONTROL_LAW) | PUT(words->measure, LAW_CONTROL_MEASURE);
 }
 
-void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
     LAW->no_load = no_load;
     LAW->reference = PUT(voltage, LAW_REFERENCE_VOLTAGE) | PUT(drop, LAW_REFERENCE_DROP);
 }
@@ -276,9 +276,9 @@ uint8_t hal_condition_count(void) {
     return (uint8_t)GET(CONDITION->status, CONDITION_STATUS_COUNT);
 }
 
-hal_law_state hal_law_read(void) {
+hal_feed_mode_state hal_feed_mode_read(void) {
     uint32_t status = LAW->status;
-    return (hal_law_state){.mean = GET(LAW->voltage, LAW_VOLTAGE_MEAN),
+    return (hal_feed_mode_state){.mean = GET(LAW->voltage, LAW_VOLTAGE_MEAN),
                            .windows = (uint8_t)GET(status, LAW_STATUS_WINDOWS),
                            .known = status & LAW_STATUS_KNOWN_MASK};
 }

@@ -10,12 +10,12 @@
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
 
-bool gap_words_law(const word *w, uint32_t column, uint8_t *law, fault *f) {
+bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f) {
     if (!w)
         return fault_at(f, FAULT_MISSING, column, "G95 needs its law, P1 to P4");
     if (w->number.decimals || w->number.digits < FEED_CLASSES || w->number.digits >= FEED_MODES)
         return fault_at(f, FAULT_NUMBER, w->column, "the law of G95 must be P1 to P4");
-    *law = (uint8_t)w->number.digits;
+    *mode = (uint8_t)w->number.digits;
     return true;
 }
 

@@ -4,7 +4,7 @@
 #include "interp/words.h"
 
 /* The law of the word P, if it is there, of a G95 that stands at a column. */
-bool gap_words_law(const word *w, uint32_t column, uint8_t *law, fault *f);
+bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f);
 
 /* G10 C: a condition. What is left out stays as the row of that number has it. */
 bool gap_words_condition(context *c, bool mdi);

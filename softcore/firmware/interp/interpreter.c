@@ -10,7 +10,7 @@
 #include "interp/path_words.h"
 #include "interp/place_words.h"
 #include "interp/retraction_words.h"
-#include "interp/series_words.h"
+#include "interp/depth_series_words.h"
 #include "interp/words.h"
 
 #include <stddef.h>
@@ -229,17 +229,18 @@ static bool judge_feed_mode(context *c) {
     if (c->g[G_ONCE] >= 0 && servo)
         return fault_at(c->f, FAULT_CONFLICT, c->column[G_FEED], "G95 and G%u exclude each other",
                         (uint32_t)c->g[G_ONCE] / 10);
-    return !servo || gap_words_law(words_take(c, 'P'), c->column[G_FEED], &c->p->after.servo, c->f);
+    return !servo || gap_words_feed_mode(words_take(c, 'P'), c->column[G_FEED],
+                                         &c->p->after.servo, c->f);
 }
 
-/* What the law needs of the condition, as soon as both are said. */
-static bool judge_law(context *c) {
+/* The feed mode needs references from the condition; check once both are known. */
+static bool judge_references(context *c) {
     bool told = c->g[G_FEED] >= 0;
     uint32_t column = told ? c->column[G_FEED] : BLOCK_WORD(c->b, 'C')->column;
     if (!told && !c->p->changes_condition)
         return true;
     return feed_modes_check(c->p->after.servo, c->p->after.condition, column, c->f) &&
-           (c->p->changes_condition || depth_series_law(c->p->after.servo, column, c->f));
+           (c->p->changes_condition || depth_series_check_mode(c->p->after.servo, column, c->f));
 }
 
 static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const travel_range *t,
@@ -256,7 +257,7 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     case 360: c->p->act = ACT_RETRACTION; return retraction_words_enter(c, mdi, highest_speed, jump_axis);
     case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
-    case 390: c->p->act = ACT_SERIES; return series_words_take(c, jump_axis);
+    case 390: c->p->act = ACT_DEPTH_SERIES; return depth_series_words_take(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
     case 921: c->p->act = ACT_SET_POSITION; path_words_forget_position(c); return true;
     default: return true;
@@ -309,7 +310,7 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
     if ((coded && (!path_words_plane(&c) || !path_words_wire(&c, mdi) ||
                    !judge_once(&c, mdi, highest_speed, t, jump_axis) || !judge_feed_mode(&c))) ||
         !judge_feed(&c, highest_speed) ||
-        (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_law(&c))) ||
+        (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_references(&c))) ||
                    !judge_auxiliary(&c))) ||
         (c.g[G_ONCE] < 0 && !path_words_move(&c, highest_speed, t)) ||
         !nothing_left(&c))

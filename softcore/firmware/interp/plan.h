@@ -56,7 +56,7 @@ void plan_edit(modal *state);
 
 typedef enum {
     ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION, ACT_TABLE,
-    ACT_SERIES, ACT_PLANNED
+    ACT_DEPTH_SERIES, ACT_PLANNED
 } plan_act;
 
 typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
@@ -78,8 +78,8 @@ typedef struct {
     bool changes_frame;             /* to `after.offset` */
     unsigned class_number;          /* of ACT_TABLE, */
     gap_class class_row;            /* and its row; GAP_CLASSES for none */
-    const condition_row *series;   /* of ACT_SERIES: the step's condition, 0 for the end, */
-    int32_t series_depth;           /* and its depth, machine frame; of ACT_PLANNED: Z 0 */
+    const condition_row *step_condition; /* of ACT_DEPTH_SERIES: the step's condition, 0 for the end, */
+    int32_t step_depth;           /* and its depth, machine frame; of ACT_PLANNED: Z 0 */
     bool machining_on, machining_off;
     int32_t s, t;                   /* codes, -1 for none */
     int32_t m[BLOCK_CODES];         /* M codes for the machine side before the motion, -1 ends */

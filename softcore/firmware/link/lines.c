@@ -10,7 +10,7 @@
 #define ROOM 512            /* of the queue; a power of two, more than one line takes */
 #define CHECK LINES_CHECK   /* characters */
 #define NUMBER_DIGITS 5
-#define BRIEF 8             /* characters by which an order is known */
+#define ORDER_START 8             /* characters by which an order is known */
 #define REFUSED 0x80u       /* begins a refused line in the queue, with its reason */
 
 typedef enum {
@@ -39,8 +39,8 @@ static uint32_t head, tail, end;    /* free-running */
 
 /* Lines behind those of the queue that found no room. While there are any, all are refused: answers
    keep their order, and none is carried out behind one that is missing. */
-static uint32_t crowded;
-static bool crowd_told;
+static uint32_t overflowed;
+static bool overflow_told;
 
 /* The line that is coming. */
 static struct {
@@ -51,7 +51,7 @@ static struct {
     enum { NUMBER, TEXT, UNREADABLE } part;     /* of such a line; the last if the number has no form */
     uint32_t number;
     uint32_t text;          /* characters before its text, */
-    char brief[BRIEF];      /* and the first of that */
+    char start[ORDER_START];      /* and the first of that */
     uint32_t star, check;   /* characters before the last '*', and what the digits behind it say, */
     bool hex;               /* if they are such */
     uint16_t crc, crc_before;   /* of all, and of what stands before that '*' */
@@ -83,8 +83,8 @@ static void begin(void) {
 }
 
 void lines_restart(void) {
-    head = tail = crowded = 0;
-    crowd_told = told = guarded = false;
+    head = tail = overflowed = 0;
+    overflow_told = told = guarded = false;
     newest.there = taken.there = false;
     before = GOOD;
     until_end = returned = false;
@@ -126,8 +126,8 @@ static uint32_t explain(const fault *f) {
 static void refuse(reason why) {
     uint32_t stored = end - head;
     counts.refused++;
-    if (crowded || ROOM - (head - tail) < NUMBER_DIGITS + 2) {
-        crowded++;
+    if (overflowed || ROOM - (head - tail) < NUMBER_DIGITS + 2) {
+        overflowed++;
     } else {
         queue[head++ % ROOM] = (char)(REFUSED | why);
         if (now.part == TEXT && now.number <= UINT16_MAX && stored >= now.text)
@@ -153,9 +153,9 @@ static void refuse_plain(reason why) {
 
 /* Put the line behind those that wait; false if there was no room. */
 static bool keep(void) {
-    if (crowded || now.lost) {
+    if (overflowed || now.lost) {
         counts.refused++;
-        crowded++;
+        overflowed++;
         begin();
         return false;
     }
@@ -169,7 +169,7 @@ static bool keep(void) {
 static bool is_text(const char *order) {
     uint32_t length = 0;
     for (; order[length]; length++) {
-        char c = now.brief[length];
+        char c = now.start[length];
         if ((c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c) != order[length])
             return false;
     }
@@ -319,8 +319,8 @@ lines_part lines_byte(uint8_t byte) {
     read_form(c);
     uint32_t place = now.length++ - now.text; /* in its text */
     now.crc = crc_step(now.crc, byte);
-    if (place < BRIEF)
-        now.brief[place] = c;
+    if (place < ORDER_START)
+        now.start[place] = c;
     else if (place == LINES_LONGEST + (now.numbered ? CHECK : 0) && now.trouble == GOOD)
         now.trouble = TOO_LONG;
     now.lost = now.lost || end - tail >= ROOM - 1;
@@ -397,17 +397,17 @@ static void tell_refused(void) {
 
 /* All at once in words, then an answer each. */
 static void tell_crowd(void) {
-    if (crowd_told) {
+    if (overflow_told) {
         say(FAULT_LINE, false, 0);
-        crowded--;
+        overflowed--;
     } else {
-        output_line("[MSG:%u lines came faster than they were answered, and are refused.]", crowded);
+        output_line("[MSG:%u lines came faster than they were answered, and are refused.]", overflowed);
     }
-    crowd_told = crowded;
+    overflow_told = overflowed;
 }
 
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
-    if (tail == head && !crowded)
+    if (tail == head && !overflowed)
         return LINES_NONE;
     if (tail == head) {
         tell_crowd();

@@ -26,7 +26,7 @@
 typedef struct {
     uint32_t block;
     int32_t start;
-    int32_t floor;              /* lowest coordinate that the ceiling allows from this segment on */
+    int32_t back_limit;              /* lowest coordinate that the ceiling allows from this segment on */
 } entry;
 
 #define ENTRIES (2 * HAL_SLOTS) /* a power of two */
@@ -40,9 +40,9 @@ static uint32_t loaded;                     /* segments below have been in the w
 static path_place fresh;                    /* the segment numbered `loaded` */
 static int32_t fresh_start;
 static int32_t fresh_height;                /* jump axis there, */
-static int32_t fresh_floor;                 /* and the floor of the segment before */
+static int32_t fresh_back_limit;                 /* and the floor of the segment before */
 static uint32_t entered;                    /* furthest segment entered */
-static int32_t floor_in_force;
+static int32_t back_limit_in_force;
 static int32_t bounds[BOUNDS];              /* as written */
 static uint32_t limit;
 static bool ceiling;
@@ -74,7 +74,7 @@ static int32_t end_of(uint32_t number) {
 static void forget(void) {
     history_forget(FIRST_NUMBER);
     low = high = loaded = entered = FIRST_NUMBER;
-    oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
+    oldest_start = fresh_start = fresh_back_limit = back_limit_in_force = 0;
     fresh = (path_place){FIRST_NUMBER, 0};
     scan.active = fast.known = pace.active = false;
 }
@@ -88,7 +88,7 @@ void path_init(void) {
 }
 
 uint32_t path_next(void) { return history_next(); }
-bool path_floor_is_limit(void) { return virtual_segment; }
+bool path_has_back_limit(void) { return virtual_segment; }
 
 static void write_bound(hal_bound bound, int32_t coordinate) {
     if (bounds[bound] != coordinate) {
@@ -126,11 +126,11 @@ static void join(uint32_t number) {
 }
 
 /* Floor of a segment that begins at `from` and ends at `to` on the jump axis. */
-static int32_t floor_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
-                        int32_t floor) {
+static int32_t back_limit_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
+                             int32_t back_limit) {
     unsigned axis = hal_jump_axis();
     if (!ceiling || axis >= HAL_AXES || (from <= height && to <= height))
-        return floor;
+        return back_limit;
     if (to > height)
         return moved(start, move->length);
     return moved(start, crossing_of(move, (uint32_t)(from - height), axis));
@@ -155,7 +155,7 @@ static void make_virtual(void) {
     path_segment *s = in_window(low);
     (void)history_make((path_place){low, 0}, &move, s);
     s->start = oldest_start = -above;
-    fresh_floor = floor_of(&move, -above, fresh_height + above, fresh_height, -above);
+    fresh_back_limit = back_limit_of(&move, -above, fresh_height + above, fresh_height, -above);
     hal_slot_write(low % HAL_SLOTS, &move);
 }
 
@@ -172,11 +172,11 @@ void path_begin(void) {
     unsigned axis = hal_jump_axis();
     fresh_height = axis < HAL_AXES ? history_end(axis) : 0;
     make_virtual();
-    floor_in_force = fresh_floor;
+    back_limit_in_force = fresh_back_limit;
     const int32_t values[BOUNDS] = {
         [BOUND_AHEAD] = 0, [BOUND_FAST_AHEAD] = 0,
         [BOUND_BEHIND] = oldest_start, [BOUND_FAST_BEHIND] = oldest_start,
-        [BOUND_FLOOR] = fresh_floor,
+        [BOUND_BACK_LIMIT] = fresh_back_limit,
     };
     for (unsigned bound = 0; bound < BOUNDS; bound++) {
         bounds[bound] = values[bound];
@@ -203,7 +203,7 @@ path_room path_has_room(void) {
     int32_t front = hal_front();
     uint32_t needed = limit + settings_get(SET_GAIN_PULSES);
     bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
-    if (!covered && difference(floor_in_force, start) < 0)
+    if (!covered && difference(back_limit_in_force, start) < 0)
         return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
     if (low == high || in_window(low)->at.block == history_oldest())
         return PATH_WAIT;
@@ -240,12 +240,12 @@ __attribute__((noinline)) static void renew_rates(void) {
     fast.known = fast.known && pace.active;
 }
 
-static void finish_scan(int32_t floor) {
+static void finish_scan(int32_t back_limit) {
     scan.active = false;
-    fresh_floor = floor_in_force = floor;
+    fresh_back_limit = back_limit_in_force = back_limit;
     if (loaded > FIRST_NUMBER)
-        entry_of(loaded - 1)->floor = floor;
-    write_bound(BOUND_FLOOR, floor);
+        entry_of(loaded - 1)->back_limit = back_limit;
+    write_bound(BOUND_BACK_LIMIT, back_limit);
 }
 
 void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
@@ -277,7 +277,7 @@ bool path_bounds_step(void) {
         scan.start = moved_back(scan.start, move.length);
         /* Back to the last point at the ceiling; beyond the limit no retraction goes. */
         if (scan.from > height || to > height)
-            finish_scan(floor_of(&move, scan.start, scan.from, to, scan.start));
+            finish_scan(back_limit_of(&move, scan.start, scan.from, to, scan.start));
         else if ((at.block == history_oldest() && at.piece == 0) ||
                  (uint32_t)difference(fresh_start, scan.start) > limit)
             finish_scan(scan.start);
@@ -336,8 +336,8 @@ static bool drop_high(void) {
 /* A segment is loaded for the first time. */
 static void begin_entry(const hal_segment *move) {
     int32_t to = fresh_height + jump_travel(move);
-    fresh_floor = floor_of(move, fresh_start, fresh_height, to, fresh_floor);
-    *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_floor};
+    fresh_back_limit = back_limit_of(move, fresh_start, fresh_height, to, fresh_back_limit);
+    *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_back_limit};
     fresh_height = to;
     fresh_start = moved(fresh_start, move->length);
     fresh = history_following(fresh);
@@ -454,8 +454,8 @@ uint32_t path_entered_slot(unsigned slot) {
     if (!known || number >= loaded)
         return front_block();
     entered = number;
-    floor_in_force = entry_of(number)->floor;
-    write_bound(BOUND_FLOOR, floor_in_force);
+    back_limit_in_force = entry_of(number)->back_limit;
+    write_bound(BOUND_BACK_LIMIT, back_limit_in_force);
     return entry_of(number)->block;
 }
 

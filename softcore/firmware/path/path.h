@@ -73,4 +73,4 @@ uint32_t path_free(void);           /* units that may be appended before the mac
 
 /* Is the lowest point of a retraction given by the ceiling or the soft limit (and not by the
    beginning of the path)? */
-bool path_floor_is_limit(void);
+bool path_has_back_limit(void);

@@ -93,11 +93,12 @@ static bool judge(const block *words, const modal *state, bool by_hand, plan *p,
 }
 
 /* Blocks are judged by the series as the blocks before have left it. */
-static void follow_series(const plan *p) {
-    if (p->changes_condition || p->stop == STOP_END || (p->act == ACT_SERIES && !p->series))
+static void follow_depth_series(const plan *p) {
+    if (p->changes_condition || p->stop == STOP_END ||
+        (p->act == ACT_DEPTH_SERIES && !p->step_condition))
         depth_series_drop();
-    if (p->act == ACT_SERIES && p->series)
-        depth_series_add(p->series_depth, p->series);
+    if (p->act == ACT_DEPTH_SERIES && p->step_condition)
+        depth_series_add(p->step_depth, p->step_condition);
 }
 
 /* A line that begins with `$`: only settings mean anything without a machine. */
@@ -127,7 +128,7 @@ int gk_check_line(const char *line, char *message, uint32_t size) {
     } else if (parse(&words, line, (uint32_t)strlen(line), &f) &&
         judge(&words, &entered, true, &p, &f)) {
         entered = p.after;
-        follow_series(&p);
+        follow_depth_series(&p);
         return 0;
     }
     fault_sentence(&f, message, size);
@@ -235,7 +236,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
             if (!judge(&words, &state, false, &p, &f))
                 break;
             state = p.after;
-            follow_series(&p);
+            follow_depth_series(&p);
         }
         if (blocks < count)
             record(&records[blocks], r.line, &p, words.skipped);

@@ -53,7 +53,7 @@ static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
 
 /* Within an arc the place is followed pulse by pulse, as the gateware does it. */
 static struct {
-    int64_t rest, pace, error, along, across;
+    int64_t remainder, pace, error, along, across;
     int32_t major, minor;       /* steps made, of either sign */
 } walk;
 
@@ -63,7 +63,7 @@ static bool follows(const hal_segment *s, unsigned axis) {
 
 static void stand(const hal_segment *s, bool end) {
     const hal_arc_state *at = end ? &s->end : &s->start;
-    walk.rest = 0;
+    walk.remainder = 0;
     walk.pace = at->pace;
     walk.error = at->error;
     walk.along = at->along;
@@ -74,11 +74,11 @@ static void stand(const hal_segment *s, bool end) {
 
 static void walk_forward(const hal_segment *s) {
     int64_t whole = (int64_t)s->length << s->shift;
-    walk.rest += 2 * walk.pace;
+    walk.remainder += 2 * walk.pace;
     walk.pace += s->change;
-    if (walk.rest < whole)
+    if (walk.remainder < whole)
         return;
-    walk.rest -= 2 * whole;
+    walk.remainder -= 2 * whole;
     walk.major += s->delta[s->major] < 0 ? -1 : 1;
     walk.error += walk.along + MOVE_FINE;
     walk.along += 2 * MOVE_FINE;
@@ -93,10 +93,10 @@ static void walk_forward(const hal_segment *s) {
 static void walk_back(const hal_segment *s) {
     int64_t whole = (int64_t)s->length << s->shift;
     walk.pace -= s->change;
-    walk.rest -= 2 * walk.pace;
-    if (walk.rest >= -whole)
+    walk.remainder -= 2 * walk.pace;
+    if (walk.remainder >= -whole)
         return;
-    walk.rest += 2 * whole;
+    walk.remainder += 2 * whole;
     walk.major -= s->delta[s->major] < 0 ? -1 : 1;
     walk.error -= walk.along - MOVE_FINE;
     walk.along -= 2 * MOVE_FINE;
@@ -174,7 +174,7 @@ static int32_t go_forward(int32_t pulses) {
 
 static int32_t go_back(int32_t pulses) {
     int32_t behind = distance(bounds[BOUND_BEHIND], position);
-    int32_t above = distance(bounds[BOUND_FLOOR], position);
+    int32_t above = distance(bounds[BOUND_BACK_LIMIT], position);
     behind = above < behind ? above : behind;
     if (behind <= 0)
         return 0;
@@ -389,7 +389,7 @@ unsigned hal_slot(void) {
     return end ? (slot + 1) % HAL_SLOTS : slot;
 }
 hal_motion hal_motion_read(void) {
-    return (hal_motion){.moving = under_way, .in_position = !lags, .crowded = !speed && !stuck,
+    return (hal_motion){.moving = under_way, .in_position = !lags, .backpressure = !speed && !stuck,
                         .state = state};
 }
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
@@ -399,7 +399,7 @@ void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
 
 void hal_retraction_commit(const hal_retraction *words) { data = *words; }
 void hal_jump_period(uint32_t clocks) { period = clocks; }
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle) {
     (void)gain;
     (void)repeats;
     (void)settle;

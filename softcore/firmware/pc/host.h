@@ -141,7 +141,7 @@ void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* so many more have been seen, */
 void gk_opens(uint32_t count);      /* and pulses without one */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
-void gk_law_read(uint32_t words[12]);   /* a hal_law, with the references behind its window */
+void gk_feed_mode_read(uint32_t words[12]);   /* a hal_feed_mode, with the references behind its window */
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 void gk_watch(bool closed, bool asks); /* the watchdog takes no call yet; asks for its interrupt */
 uint32_t gk_answers(void);      /* to that interrupt since boot */

@@ -219,10 +219,10 @@ static void factor(unsigned at) {
     while (i >= samples - j)
         i -= samples - j++;
     i += j;
-    float rest = add(matrix[i][j], matrix[i], 1, &matrix[0][j], NETWORK_SAMPLES, j, true);
-    matrix[j][i] = rest;
+    float remainder = add(matrix[i][j], matrix[i], 1, &matrix[0][j], NETWORK_SAMPLES, j, true);
+    matrix[j][i] = remainder;
     if (i != j)
-        matrix[i][j] = rest / matrix[j][j];
+        matrix[i][j] = remainder / matrix[j][j];
 }
 
 static void substitute(unsigned i) {

@@ -136,7 +136,7 @@ def test_before_the_first_point_lies_the_way_up_to_the_soft_limit(machine):
     machine.line(assign("soft_limit_um", 3000))
     machine.line("G00 Z1")
     load(machine, "G01 X1 F60", "M02")
-    assert machine.bound("behind") == machine.bound("floor") == -20_000
+    assert machine.bound("behind") == machine.bound("back_limit") == -20_000
     go(machine, 500)
     machine.state("retracting")
     assert go(machine, -999_999) == -20_500
@@ -442,7 +442,7 @@ def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():
     (0, (0, 0, -5000), (64 * 1000, 0), True),       # helix
 ])
 def test_ceiling_on_an_arc_is_met_to_the_pulse(machine, rng, plane, delta, centre, ccw):
-    """The floor is the least place from which on no pulse is above the ceiling."""
+    """The back limit is the least place from which on no pulse is above the ceiling."""
     height = -rng.randint(50, 2900)
     program = Program(machine, [Move(delta, True, ccw, plane, centre)])
     trail = program.places()
@@ -453,11 +453,11 @@ def test_ceiling_on_an_arc_is_met_to_the_pulse(machine, rng, plane, delta, centr
     while not program.done:
         program.feed()
         machine.library.gk_go(500)
-    assert machine.bound("floor") == wanted, "every segment put its floor in force when entered"
+    assert machine.bound("back_limit") == wanted, "every segment put its own in force"
     machine.library.path_set_bounds(1 << 30, True, height)
     while not machine.library.path_bounds_step():
         pass
-    assert machine.bound("floor") == wanted, "the same, found from the end"
+    assert machine.bound("back_limit") == wanted, "the same, found from the end"
     machine.state("retracting")
     go(machine, -999_999, passes=40)
     assert machine.axes == trail[wanted]

@@ -104,7 +104,7 @@ def test_ceiling_is_kept_in_the_machine_frame(machine):
     machine.tape(punched(["G01 Z-2 F6", "M02"]), passes=400)
     machine.library.gk_go(6000)
     machine.run(100)
-    assert machine.bound("floor") == 5000, "half a millimetre below where the tape began"
+    assert machine.bound("back_limit") == 5000, "half a millimetre below where the tape began"
 
 
 @pytest.mark.parametrize("letter", "RHE")

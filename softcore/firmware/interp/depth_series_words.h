@@ -3,4 +3,4 @@
 #pragma once
 #include "interp/words.h"
 
-bool series_words_take(context *c, unsigned jump_axis);
+bool depth_series_words_take(context *c, unsigned jump_axis);
