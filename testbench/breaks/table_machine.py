@@ -205,7 +205,7 @@ MACHINE = (
         ("    hal_pet(PET_START);\n    bool more = work(task);\n",
          "    bool more = work(task);\n    hal_pet(PET_START);\n",
          "the work is between the watchdog's keys"),
-        ("    pet(); /* or", "    /* or", "the watchdog is called after a sleep"),
+        ("    pet(); /* the", "    /* the", "the watchdog is called after a sleep"),
         ("    if (hal_watch_open())\n", "", "no call comes too soon"),
         ("    if (hal_watch_asked())\n", "", "only what is asked is answered"),
     ),
