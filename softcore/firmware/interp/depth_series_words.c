@@ -5,7 +5,8 @@
 #include "gap/feed_modes.h"
 #include "roughing/result.h"
 
-/* G39 P1: the first condition of the planned staircase like a C, and the others as its series. */
+/* G39 P1: the first condition of the planned staircase acts like a C, the others are its depth
+   series. */
 static bool plan_planned(context *c, const word *which, const word *other, unsigned jump_axis) {
     plan *p = c->p;
     unsigned steps = result_count();
@@ -55,8 +56,8 @@ bool depth_series_words_take(context *c, unsigned jump_axis) {
     int32_t pulses;
     if (!words_distance(c, depth, letter, &pulses) || !words_condition(c, name, &p->step_condition))
         return false;
-    /* Kept in the machine's frame, like the ceiling of G36. */
+    /* In the machine frame, like the ceiling of G36. */
     p->step_depth = pulses + after->offset[jump_axis];
-    return depth_series_check(p->step_depth, after->offset[jump_axis], p->step_condition, after->servo,
-                              depth->column, c->f);
+    return depth_series_check(p->step_depth, after->offset[jump_axis], p->step_condition,
+                              after->servo, depth->column, c->f);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* G39: a step of the series of conditions by depth, the planned ones, or the end of the series. */
+/* G39: a step of the depth series, the planned depth series (P1), or the end of the series. */
 #pragma once
 #include "interp/words.h"
 
