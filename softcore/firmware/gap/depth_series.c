@@ -7,11 +7,11 @@
 
 static depth_step steps[DEPTH_SERIES_STEPS];
 static bool running;
-static unsigned count;          /* steps: the first `told` have been switched and told of, */
-static unsigned next, told;     /* those before `next` switched */
-static bool armed;              /* the next is staged, and the gateware may switch */
-static uint8_t seen;            /* switches that the gateware had counted before */
-static bool reached;            /* the condition in force is one of the series */
+static unsigned count;          /* number of steps */
+static unsigned next, told;     /* steps before `next` are switched, before `told` also told */
+static bool armed;              /* the next step is staged, and the gateware may switch to it */
+static uint8_t seen;            /* count of the gateware's switches when it was armed */
+static bool reached;            /* the condition in force is one of the depth series */
 
 bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned mode,
                         uint32_t column, fault *f) {
@@ -54,7 +54,7 @@ const condition_row *depth_series_unseen(void) {
     return 0;
 }
 
-/* Has the gateware switched to the step that is staged? */
+/* Notice whether the gateware has switched to the staged step. */
 static void look(void) {
     if (!armed || hal_condition_count() == seen)
         return;

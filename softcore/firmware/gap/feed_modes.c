@@ -5,20 +5,23 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* A level is 2**-16 of the converter's full scale, 100 V at the gap; K is for a sixteenth of it. */
+/* A level is 2**-16 of the converter's full scale, 100 V at the gap. K is for 1/16 of full
+   scale. */
 #define LEVELS(mv) ((mv) * 2048 / 3125)
 #define GAIN_STEP(gain) ((gain) * 25 / 4)
 
-#define CLEAN_PULSES 64         /* open pulses that a no-load voltage is measured with, at least, */
-#define CLEAN_WINDOWS 3         /* and windows: the first may have begun before, the last may have begun
-                                   to see a discharge that is not counted before its pulse ends */
+/* A no-load voltage is measured over at least so many open pulses and windows without a discharge.
+   Of these windows the first may have begun with a discharge. The last one may have ended with a
+   discharge that is not yet counted because its pulse has not ended. */
+#define CLEAN_PULSES 64
+#define CLEAN_WINDOWS 3
 
 static unsigned mode;
 static uint32_t no_load;                /* level: computed, or measured */
-static uint32_t discharges, opens;      /* when the last discharge was noticed, */
-static uint8_t windows;                 /* means taken when one was noticed, */
-static unsigned clean;                  /* and those without a discharge */
-static uint32_t before;                 /* level: the last of them */
+static uint32_t discharges, opens;      /* counts when the last discharge was noticed */
+static uint8_t windows;                 /* windows that the gateware had counted at the last look */
+static unsigned clean;                  /* windows without a discharge, up to CLEAN_WINDOWS */
+static uint32_t before;                 /* level: mean of the last of them */
 
 bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column, fault *f) {
     if (number < FEED_ZERO || !row)
@@ -43,7 +46,7 @@ bool feed_modes_measures(void) { return mode >= FEED_ZERO; }
 
 void feed_modes_settings(void) {
     if (!feed_modes_measures()) {
-        /* Without a law the rest does not matter, and its conversions take their time. */
+        /* In the other modes these words have no effect, and converting them takes time. */
         static const hal_feed_mode none;
         hal_feed_mode_write(&none);
         return;
@@ -71,7 +74,6 @@ void feed_modes_init(void) {
     no_load = 0;
     clean = 0;
 }
-
 
 void feed_modes_select(unsigned number) { mode = number; }
 
