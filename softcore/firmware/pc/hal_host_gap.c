@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Gap, fluid and feed laws of the machine of hal_host.c: what is written is kept for a test to read,
-   what is read is what the test has set. */
+/* Gap, fluid and feed modes of the model machine of hal_host.c. A test can read the values that
+   were written, and set the values that are read. */
 #include <string.h>
 
 #include "hal/hal.h"
@@ -8,7 +8,7 @@
 
 #define LEVEL_LIMIT 20          /* as the gateware is built */
 
-/* The words of a condition are staged, and come into force together. */
+/* The words of a condition. They are staged and come into force together. */
 typedef struct {
     gk_power power;
     uint32_t reference[3], presets[3], step;
@@ -16,7 +16,7 @@ typedef struct {
 } condition;
 
 static condition staged, in_force;
-static bool armed, waits;       /* a pulse that does not end keeps what is staged from being taken over */
+static bool armed, waits;       /* waits: the pulse does not end, so nothing switches */
 static bool pending;
 static int32_t depth, deepest;
 static uint8_t switches;
