@@ -53,7 +53,7 @@ def series(session: Session) -> dict:
     job.short(True)
     alarm = job.alarm()
     assert alarm["code"] == alarm_number("halt_burst")
-    assert "too many shorts in series" in alarm["text"]
+    assert "too many shorts in a burst" in alarm["text"]
     assert len(job.told("retraction_start")) == len(firsts)
     assert job.probe("path_position") == job.probe("path_front")
     job.record.check_path()

@@ -166,7 +166,7 @@ void machine_tell_unlocked(unsigned row) {
     if (row == 0 && limits.leaving)
         tell_leaving(limits);
     else if (row == 1 && machine_position_lost())
-        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
+        output_line("[MSG:the position is lost: $POSITION=HERE accepts the counted position.]");
 }
 
 __attribute__((noinline)) void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {

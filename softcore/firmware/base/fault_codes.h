@@ -60,9 +60,9 @@ typedef enum {
 #define FAULT_TEXT_HALT_LIMIT \
     "still short at the retractable limit"
 #define FAULT_TEXT_HALT_BACK_LIMIT \
-    "still short where the way back ends (ceiling, soft limit or start of the path)"
+    "still short at the back limit (ceiling, soft limit or start of the path)"
 #define FAULT_TEXT_HALT_BURST \
-    "too many shorts in series without new depth"
+    "too many shorts in a burst without new depth"
 #define FAULT_TEXT_HALT_NO_DATA \
     "short without retraction data (G36)"
 #define FAULT_TEXT_EVENTS \
@@ -72,11 +72,11 @@ typedef enum {
 #define FAULT_TEXT_HALT_SERVO \
     "the servo would go back beyond the retractable limit or the ceiling or the soft limit"
 #define FAULT_TEXT_CONTACT \
-    "contact with the discharge off; only a move away from the work goes on from here"
+    "contact with the discharge off; from here only a move away from the work is possible"
 #define FAULT_TEXT_NOT_ARMED \
     "the discharge is not armed: press the button ARM at the machine"
 #define FAULT_TEXT_POSITION_LOST \
-    "the position is lost; $POSITION=HERE takes what is counted for true"
+    "the position is lost; $POSITION=HERE accepts the counted position"
 #define FAULT_TEXT_STUCK \
     "nothing moves, although the path goes on"
 

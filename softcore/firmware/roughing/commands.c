@@ -166,12 +166,12 @@ static bool note(uint32_t number, const staircase_result *found, char *text, siz
                           found->beyond);
     case 4:
         return found->untrusted &&
-               text_print(text, size, "%u networks were not trusted, and interpolation stood in",
+               text_print(text, size, "%u networks were not trusted and were replaced by interpolation",
                           found->untrusted);
     default:
         return !result_hold() &&
                text_print(text, size,
-                          "The power supply is not set to all of these currents: G39 P1 has nothing");
+                          "The power supply is not set to all of these currents: G39 P1 has no staircase");
     }
 }
 
@@ -184,7 +184,7 @@ static roughing_step tell(const staircase_result *found, char *text, size_t size
     if (at == 0) {
         uint32_t needs = (uint32_t)(int32_t)(found->beta_um * 10 + 0.5f);
         uint32_t has = (uint32_t)(int32_t)(found->undersize_um * 10 + 0.5f);
-        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um",
+        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um allowed",
                    needs / 10, needs % 10, has / 10, has % 10);
         return ROUGHING_TELLS;
     }
