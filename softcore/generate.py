@@ -24,7 +24,7 @@ NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
 
 
 def _kind(block: Block) -> str:
-    """Blocks that repeat share one C struct: those of the axes."""
+    """Name of a block's C struct. The blocks of all axes share one struct."""
     return "axis" if block.name.startswith("axis_") else block.name
 
 
@@ -92,12 +92,12 @@ def c_header() -> str:
 
 
 def _override(one: linkmap.Override) -> str:
-    """A row of the bytes that change an override: byte, which, the value to set, or 0; the step."""
+    """Row of a byte that changes an override: byte, override, value to set or 0, step."""
     return f"row(0x{one.byte:02x}u, {one.of}, {one.to or 0}, {one.by})"
 
 
 def realtime_page() -> str:
-    """Every real-time byte, and what the overrides do to each kind of feed, as Markdown."""
+    """Page of the real-time bytes, and of the overrides' effect on each motion, in Markdown."""
     bytes_ = {one.byte: one.doc for one in linkmap.REALTIME}
     bytes_ |= {linkmap.DOOR: "As `!` (the safety door of grbl)."}
     bytes_ |= {one.byte: f"Override of {one.doc}." for one in linkmap.OVERRIDE_BYTES}
@@ -156,7 +156,7 @@ COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} 
 
 
 def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
-    """A file and what is made for it, with the table that it comes from in its first line."""
+    """Text of a generated file. Its first line names the table that it is made from."""
     source = source if "/" in source else f"softcore/tables/{source}.py"
     notice = f"Generated from {source} by `python -m softcore.generate`; do not edit."
     return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is made of the tables in ``softcore.tables``: C for the firmware, and pages.
+"""Makes C for the firmware, and pages, from the tables in ``softcore.tables``.
 
-Each function takes its table and gives the text of one file, without the notice at its head.
+Each function takes a table and returns the text of one file, without the notice at its head.
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,12 +30,12 @@ def _enum(name: str, members: Iterable[str]) -> list[str]:
 
 
 def grouped(number: int) -> str:
-    """A number for reading: thousands apart by a narrow space."""
+    """Format a number with a narrow space between thousands."""
     return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def settings_header(table: Sequence[Setting]) -> str:
-    """Names of the settings, and what their table holds, in C."""
+    """Names of the settings, and the type of their table's rows, in C."""
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
     numbers = [setting.number for setting in table]
@@ -79,7 +79,7 @@ def settings_source(table: Sequence[Setting]) -> str:
 
 
 def grbl_header(table: Sequence[GrblSetting]) -> str:
-    """What the firmware knows of grbl's settings, in C."""
+    """Types for grbl's settings, in C."""
     lines = ["#pragma once", "#include <stdint.h>", "", '#include "base/settings_table.h"', "",
              f"#define GRBL_ROWS {len(table)}u", "",
              "/* What a value comes from; all but a constant have three decimals. */"]
@@ -147,7 +147,7 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
 
 
 def faults_header(table: Sequence[Fault]) -> str:
-    """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
+    """Codes of faults in C, and the sentences that are always the same."""
     lines = ["#pragma once", "",
              "/* Our numbers: told as they are, but where grbl has one (below). */"]
     lines += _enum("fault_code", ["FAULT_NONE = 0", *(
@@ -165,7 +165,7 @@ def faults_header(table: Sequence[Fault]) -> str:
 
 
 def causes_header(table: Sequence[Cause]) -> str:
-    """What is said of the interlock's causes, in C."""
+    """Sentences of the interlock's causes, in C."""
     lines = ["#pragma once", "", '#include "hal/regs.h"', "", "#define CAUSE_TEXTS \\"]
     rows = [f"    [CAUSE_{one.name.upper()}] = {_string(one.sentence)}" for one in table]
     return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
@@ -201,7 +201,7 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
 
 
 def _format(fields: Iterable[Field]) -> str:
-    """What ``text_print`` makes of the fields of an event line."""
+    """Format of an event's fields for ``text_print``."""
     return "".join(f",{events.FORMATS[one.kind]}" for one in fields if one.kind in events.FORMATS)
 
 
@@ -242,7 +242,7 @@ def _class(name: str, doc: str, choices: Iterable[tuple[int, str, str]]) -> list
 
 
 def events_gateware(table: Sequence[Event]) -> str:
-    """Kinds of events and what is told with them, for the gateware, in Python."""
+    """Kinds of events and their details for the gateware, in Python."""
     def rows(choices: Iterable[Choice]) -> list[tuple[int, str, str]]:
         return [(one.number, one.name, one.doc) for one in choices]
 
