@@ -118,13 +118,13 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
     """Reference of the settings, in Markdown."""
     lines = [
         "# Settings", "",
-        "Numbers by which a machine and its gap are set up. `$$` lists them as `$number=value`, "
-        "and such a line changes one. `$ES` tells what each is called, its unit and its range, and "
-        "`$ES=number` tells that of one setting. A [machine's file](machine-file.md) gives them in "
+        "The settings adapt the controller to a machine and its gap. `$$` lists them as "
+        "`$number=value`, and such a line changes one. `$ES` lists title, unit and range of all "
+        "settings, `$ES=number` of one. A [machine's file](machine-file.md) gives them in "
         "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
         "After power-on every setting has its default.", "",
-        "No setting changes while a program runs. Those marked *rest* guard the machine: they "
-        "also stay as they are while it moves or machines (" + filled(
+        "No setting can change while a program runs. Those marked *rest* guard the machine: they "
+        "cannot change while it moves or machines either (" + filled(
             "`error:{error_busy}`).", table, faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
@@ -176,13 +176,13 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
     """Reference of alarms and errors, in Markdown."""
     lines = [
         "# Alarms and errors", "",
-        "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came "
-        "while it was being carried out. `ALARM:N` ends a program and locks the "
+        "`error:N` refuses a line. The line had no effect, unless a reset or an alarm came while "
+        "it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
-        "is gone. In front of each the controller says where it was and what exactly was wrong, as "
-        "`[MSG:…]` or as the event `alarm`.", "",
-        "The numbers are ours, from 100 on. Where grbl 1.1 has one of the same meaning, that one "
-        "is told instead: it stands behind ours.", "",
+        "is gone. Before each of them the controller says where it happened and what exactly was "
+        "wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "Our own numbers begin at 100. If grbl 1.1 has a number with the same meaning, the "
+        "controller sends that one; it follows our number here.", "",
         "A program that is refused before anything has moved is *rejected* (exit status 4); after "
         "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
     for part, title in PARTS.items():
@@ -280,13 +280,13 @@ def events_page(table: Sequence[Event]) -> str:
     """Reference of the events, in Markdown."""
     lines = [
         "# Events", "",
-        "What happens in a run, as `events.jsonl` has it: one JSON object a line, in order. Every "
+        "`events.jsonl` has the events of a run, one JSON object in each line, in order. Every "
         "object has `cycle` (clocks since reset), `t` (s), `event`, `line` (of the source text) "
-        "and `pos` (mm by axis, by the coders, in the program's frame in force). Then come the "
-        "fields below.", "",
-        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name, all "
-        "numbers decimal: places in pulses, speeds in µm/min, fields in the same order. Blocks "
-        "that follow each other closely have a still shorter form "
+        "and `pos` (mm for each axis, by the coders, in the program frame in force). The fields "
+        "below follow.", "",
+        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name. All "
+        "numbers are decimal, places in pulses, speeds in µm/min, and the fields have the same "
+        "order. Blocks that follow each other closely are compact events "
         "(`softcore/firmware/link/output.h`)."]
     for one in table:
         lines += ["", f"## `{one.name}`", "", one.doc]
@@ -325,12 +325,12 @@ def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
     """Reference of the built-in conditions, in Markdown."""
     lines = [
         "# Machining conditions", "",
-        f"`C` with a number chooses one of these, or one that was entered with G10: {ENTERED} fit "
-        f"beside them ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is added to "
-        "the off-time after an arc or a short. The first are copper on steel in hydrocarbon oil, "
-        "from finishing to roughing; those with a negative electrode are for wire. "
-        "510 is over before the gap is looked at as settings are built: see `C` in "
-        "[words](programs.md).", "",
+        f"`C` with a number selects one of these conditions, or one of up to {ENTERED} that were "
+        f"entered with G10 ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is "
+        "additional off-time after an arc or a short. The first conditions are for copper on steel "
+        "in hydrocarbon oil, from finishing to roughing; those with a negative electrode are for "
+        "wire. With default settings, pulses of 510 end before the comparators are read: see `C` "
+        "in [words](programs.md).", "",
         "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
     lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
               f"| {row.on_us} | {row.off_us} | {row.rest_us} "
