@@ -39,21 +39,21 @@ def settings_header(table: Sequence[Setting]) -> str:
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
     numbers = [setting.number for setting in table]
-    lines += ["", "/* Their numbers, mostly without a gap. */",
+    lines += ["", "/* Range of the numbers; some in it may be unused. */",
               f"#define SETTINGS_FIRST {min(numbers)}u", f"#define SETTINGS_LAST {max(numbers)}u"]
-    lines += ["", "/* What has to be done again after a change. */"]
+    lines += ["", "/* The firmware applies the whole group again when a setting of it changes. */"]
     lines += _enum("setting_group", [*(f"GROUP_{group.upper()}" for group in GROUPS),
                                      "SETTINGS_GROUPS"])
     lines += [
         "",
         "typedef struct {",
         "    uint32_t initial, lowest, highest;",
-        "    uint16_t number;        /* that of the lines `$number=value` */",
+        "    uint16_t number;        /* of the line `$number=value` */",
         "    uint8_t group;",
         "    bool guards;            /* locked while the machine moves or machines */",
         "    const char *title;",
         "    const char *unit;       /* empty for a pure number */",
-        "    const char *guard;      /* what the value 0 switches off; 0 if nothing */",
+        "    const char *guard;      /* guard that the value 0 switches off, or 0 */",
         "} settings_table_row;",
         "",
         "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
@@ -82,14 +82,14 @@ def grbl_header(table: Sequence[GrblSetting]) -> str:
     """Types for grbl's settings, in C."""
     lines = ["#pragma once", "#include <stdint.h>", "", '#include "base/settings_table.h"', "",
              f"#define GRBL_ROWS {len(table)}u", "",
-             "/* What a value comes from; all but a constant have three decimals. */"]
+             "/* Source of a value. All but a constant have three decimals. */"]
     lines += _enum("grbl_source", (f"GRBL_{source.upper()}" for source in SOURCES))
     lines += [
         "",
         "typedef struct {",
         "    uint16_t number;",
         "    uint8_t source;",
-        "    uint8_t value;          /* that of a constant; of others the axis */",
+        "    uint8_t value;          /* of a constant; for other sources the axis */",
         "    uint8_t follows[2];     /* settings that it follows from; SETTINGS for none */",
         "    const char *title;",
         "    const char *unit;",
@@ -149,7 +149,7 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
 def faults_header(table: Sequence[Fault]) -> str:
     """Codes of faults in C, and the sentences that are always the same."""
     lines = ["#pragma once", "",
-             "/* Our numbers: told as they are, but where grbl has one (below). */"]
+             "/* Our numbers. Grbl's number is sent instead if it has one (below). */"]
     lines += _enum("fault_code", ["FAULT_NONE = 0", *(
         f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
     lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
@@ -311,8 +311,8 @@ def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> st
         "#pragma once", "",
         f"#define CONDITIONS_ENTERED {ENTERED}   /* rows that can be entered */",
         f"#define CONDITIONS_IP_MA {IP_MA}   /* one IP */",
-        f"#define CONDITIONS_PLANNED {PLANNED}  /* number of a planned one, less its IP */", "",
-        "/* What a row has where it says nothing else. */",
+        f"#define CONDITIONS_PLANNED {PLANNED}  /* a planned condition has this number + IP */", "",
+        "/* Defaults of a row. */",
         f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
     rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
             f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "

@@ -1,7 +1,7 @@
 /* Generated from softcore/tables/faults.py by `python -m softcore.generate`; do not edit. */
 #pragma once
 
-/* Our numbers: told as they are, but where grbl has one (below). */
+/* Our numbers. Grbl's number is sent instead if it has one (below). */
 typedef enum {
     FAULT_NONE = 0,
     FAULT_NO_START = 101,
