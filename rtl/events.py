@@ -25,7 +25,7 @@ class Event(enum.Enum, shape=8):
     RETRACTION_START = 1
     # Detail: reason; first: pulses of the plateau; second: its clocks.
     RETRACTION_END = 2
-    # Detail: phase; first: distance to the start point; second: the same where the phase ends.
+    # Detail: phase; first: distance to the start point; second: distance where the phase ends.
     READVANCE = 3
     RESUME = 4
     # Detail: halt.
@@ -35,7 +35,7 @@ class Event(enum.Enum, shape=8):
     TRIP = 7
     # Detail: class; first: faults, class measured (bits 4, 5); second: level.
     FLUID_CLASS = 8
-    # Detail: how many were switched by depth; first: position of the jump axis.
+    # Detail: number of switches by depth; first: position of the jump axis.
     CONDITION = 9
 
 
@@ -57,9 +57,9 @@ class Reason(enum.Enum, shape=8):
     NONE = 0
     # The short is over.
     CLEARED = 1
-    # As far back as allowed.
+    # The retractable limit or the back limit was reached.
     LIMIT = 2
-    # Where the path begins, or at the back limit.
+    # The start of the path was reached.
     PATH_START = 3
 
 
@@ -67,9 +67,9 @@ class Phase(enum.Enum, shape=8):
     """How a re-advance goes."""
 
     NONE = 0
-    # At H, to the changeover.
+    # At speed H, to the changeover.
     HIGH = 1
-    # At E, to BS.
+    # At speed E, to BS.
     LOW = 2
 
 
@@ -79,9 +79,9 @@ class Halt(enum.Enum, shape=8):
     NONE = 0
     # Still short at the retractable limit.
     LIMIT = 1
-    # Still short where the way back ends.
+    # Still short at the back limit.
     BACK_LIMIT = 2
-    # Too many shorts returned.
+    # Too many shorts in a short burst.
     BURST = 3
     # A short, and no retraction data in force.
     NO_DATA = 4

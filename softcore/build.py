@@ -33,7 +33,7 @@ SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs 
 
 
 class BuildError(RuntimeError):
-    """No bitstream; the text is one sentence that says why."""
+    """The build has failed; the text says why in one sentence."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ class Bitstream:
     path : str
         The file, below the build folder.
     digest : str
-        Of everything that went into the tools: gateware, firmware, pins, options.
+        Digest of all inputs of the tools: gateware, firmware, pins, options.
     cells : Cells
         Cells after synthesis.
     luts : int
-        Look-up tables that the layout takes, those in carry pairs and RAMs with them.
+        Look-up tables of the layout, including those in carry pairs and RAMs.
     fmax_mhz : dict
-        Per clock the frequency that the layout reaches, and the one it must.
+        For each clock the frequency that the layout reaches, and the required one.
     seconds : float
         Time that the tools took.
     """
@@ -125,12 +125,12 @@ class BoardTop(Top):
 
 
 def plan(board: Board, image: bytes = b"") -> BuildPlan:
-    """Everything that the tools need for a board, ``image`` being the firmware."""
+    """Prepare everything that the tools need for a board; ``image`` is the firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, image=image, build=int(digest()[:8], 16),
               arm_strapped=board.arm_strapped)
-    # Source locations would put the place of this folder into the digest.
+    # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
         script_after_synth=STAT,
@@ -138,14 +138,14 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
 
 
 def run_tool(command: list[str], folder: Path) -> None:
-    """Run a tool for ECP5, named as upstream names it, in ``folder``.
+    """Run a tool for ECP5 in ``folder``. ``command`` starts with the tool's upstream name.
 
     Raises
     ------
     BuildError
         If it fails.
     """
-    # The tools stand beside the interpreter, whether or not its environment is active.
+    # The tools are in the interpreter's folder, whether or not its environment is active.
     program = Path(sys.executable).with_name(f"yowasp-{command[0]}")
     try:
         done = subprocess.run([program, *command[1:]], cwd=folder, capture_output=True, text=True,
@@ -160,8 +160,8 @@ def run_tool(command: list[str], folder: Path) -> None:
 def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> Bitstream:
     """Build the bitstream of a board into ``build/boards/<board>/``.
 
-    What is there already of the same sources is taken as it is. ``progress`` gets a sentence
-    before each long step.
+    An existing bitstream of the same sources is reused. ``progress`` gets a sentence before each
+    long step.
 
     Raises
     ------

@@ -12,9 +12,9 @@ __all__ = ["BusSignature", "VexRiscv"]
 
 
 class BusSignature(wiring.Signature):
-    """Wishbone B4, 32-bit words: ``ack`` ends each access; the initiator's side.
+    """Initiator's side of Wishbone B4 with 32-bit words. ``ack`` ends each access.
 
-    ``more`` (cycle type 010) says that the next access will be of the next word, at once.
+    ``more`` (cycle type 010): the access of the next word follows at once.
     """
 
     def __init__(self):
@@ -27,7 +27,7 @@ class BusSignature(wiring.Signature):
 class VexRiscv(wiring.Component):
     """VexRiscv, RV32IM with caches of 4 KiB, starting at address 0.
 
-    The data cache writes through, and leaves addresses with the top bit set alone.
+    The data cache writes through. It does not cache addresses with the top bit set.
 
     Ref: SpinalHDL/VexRiscv, as packaged in ``pythondata-cpu-vexriscv`` (MIT licence).
 

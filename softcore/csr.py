@@ -11,7 +11,7 @@ __all__ = ["RegisterFile", "interfaces", "member"]
 
 
 def member(register: Register, field: Field) -> str:
-    """Name of the member behind a field, in the interface of its block."""
+    """Name of the member for a field, in the interface of its block."""
     return register.name if len(register.fields) == 1 else f"{register.name}_{field.name}"
 
 
@@ -20,13 +20,14 @@ def _shape(field):
 
 
 def interfaces(blocks: tuple[Block, ...]) -> dict[str, wiring.Signature]:
-    """Members behind the registers of each block, by the block's name, as their owner has them.
+    """Members of the registers of each block, by the block's name.
 
-    Per field, named by ``member``: an output for ``rw`` and ``w`` fields, an input for ``r``
-    fields; for ``rw1c`` an input that sets the bit (setting wins over clearing). A guarded field
-    has ``<member>_damaged``, an output: an odd number of its bits are not as written. A register
-    with a ``pulse`` has ``<register>_strobe``: for writes it is high in the clock after the access
-    is taken, together with the new values; for reads in the clock in which the value is taken.
+    Directions are those of the register bank. Each field has a member, named by ``member``: an
+    output for ``rw`` and ``w`` fields, an input for ``r`` fields; for ``rw1c`` an input that sets
+    the bit (setting wins over clearing). A guarded field also has an output ``<member>_damaged``:
+    an odd number of its bits differ from what was written. A register with a ``pulse`` has
+    ``<register>_strobe``. For writes it is high in the clock after the access, together with the
+    new values; for reads in the clock in which the value is read.
     """
     found = {}
     for block in blocks:
@@ -66,7 +67,7 @@ class RegisterFile(wiring.Component):
     ack : Out(1)
         The access is done.
     fields : Out(Signature of the blocks)
-        What is behind the registers, see ``interfaces``.
+        Members of the registers, see ``interfaces``.
     """
 
     def __init__(self, blocks: tuple[Block, ...]):
@@ -103,8 +104,8 @@ class RegisterFile(wiring.Component):
 
         parities = self._parities(m, registers)
 
-        # The access is the outer condition, for the simulator's sake: it then skips every register
-        # in every clock without one.
+        # The access is the outer condition, so that the simulator skips all registers in a clock
+        # without an access.
         with m.If(taken), m.Switch(self.adr):
             for block, register in registers:
                 with m.Case((block.base + register.offset) // 4):
@@ -125,10 +126,10 @@ class RegisterFile(wiring.Component):
         return getattr(self.fields, block.name)
 
     def _parities(self, m, registers):
-        """Parity of what was written into each guarded field, by its block and member.
+        """Parity of the value written into each guarded field, by its block and member.
 
-        With it the number of ones is odd: synthesis would take an even one of a single bit for
-        the bit itself.
+        The parity makes the number of ones odd. With even parity, synthesis would merge the parity
+        of a single bit with the bit itself.
         """
         found = {}
         for block, register in registers:

@@ -24,7 +24,7 @@ NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
 
 
 def _kind(block: Block) -> str:
-    """Blocks that repeat share one C struct: those of the axes."""
+    """Name of a block's C struct. The blocks of all axes share one struct."""
     return "axis" if block.name.startswith("axis_") else block.name
 
 
@@ -92,12 +92,12 @@ def c_header() -> str:
 
 
 def _override(one: linkmap.Override) -> str:
-    """A row of the bytes that change an override: byte, which, the value to set, or 0; the step."""
+    """Row of a byte that changes an override: byte, override, value to set or 0, step."""
     return f"row(0x{one.byte:02x}u, {one.of}, {one.to or 0}, {one.by})"
 
 
 def realtime_page() -> str:
-    """Every real-time byte, and what the overrides do to each kind of feed, as Markdown."""
+    """Page of the real-time bytes, and of the overrides' effect on each motion, in Markdown."""
     bytes_ = {one.byte: one.doc for one in linkmap.REALTIME}
     bytes_ |= {linkmap.DOOR: "As `!` (the safety door of grbl)."}
     bytes_ |= {one.byte: f"Override of {one.doc}." for one in linkmap.OVERRIDE_BYTES}
@@ -106,23 +106,24 @@ def realtime_page() -> str:
     (low, high), (slow, fast) = linkmap.OVERRIDES["feed"], linkmap.OVERRIDES["rapid"]
     lines = [
         "# Real-time bytes", "",
-        "The gateware takes these bytes out of the stream, whatever came before them: in the midst "
-        "of a line, too, which stays whole. Other bytes from 0x80 on mean nothing: between lines "
-        "they are dropped, within a line they refuse it. A frame contains none of them.", "",
+        "The gateware takes these bytes out of the stream, whatever came before them. In the "
+        "middle of a line they do not damage it. Other bytes from 0x80 on have no meaning: between "
+        "lines they are dropped, and a line that has one is refused. A frame contains none of "
+        "them.", "",
         "| byte | meaning |", "| --- | --- |",
         *(f"| {_byte(byte)} | {doc} |" for byte, doc in sorted(bytes_.items())),
         "", "## Overrides", "",
-        f"The feed's goes from {low} to {high} %, that of rapids from {slow} to {fast} %; both "
-        "are 100 % at power-on, after Ctrl-X and after the end of a program. They act at once, in "
-        "a block under way as well, with the ramp's acceleration. `Ov:` of the status report tells "
+        f"The override of the feed is {low} to {high} %, that of rapids {slow} to {fast} %. Both "
+        "are 100 % at power-on, after Ctrl-X and after the end of a program. They act at once, "
+        "also in the present block, with the ramp's acceleration. `Ov:` of the status report shows "
         "them; its third number, the spindle's in grbl, is always 100.", "",
-        "| what moves | scaled by the override of | |", "| --- | --- | --- |",
+        "| motion | override that scales it | |", "| --- | --- | --- |",
         *(f"| {what} | {which or 'nothing'} | {why} |" for what, which, why in linkmap.FEEDS),
         "",
-        "On a guarded link (numbered lines) the overrides, like `~` and 0xB0, do nothing: no bent "
-        "byte makes the machine faster.", "",
-        "0x9E switches the discharge off only in `Hold:0`, and never on: it is on again with the "
-        "order to go on, as after M00, if it is still armed by hand; if not, the hold stays.",
+        "On a guarded link (numbered lines) the overrides, like `~` and 0xB0, do nothing, so that "
+        "no damaged byte can make the machine faster.", "",
+        "0x9E switches the discharge off, only in `Hold:0`. It never switches it on. The order to "
+        "resume does, as after M00, if the discharge is still armed; if not, the hold stays.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -156,7 +157,7 @@ COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} 
 
 
 def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
-    """A file and what is made for it, with the table that it comes from in its first line."""
+    """Text of a generated file. Its first line names the table that it is made from."""
     source = source if "/" in source else f"softcore/tables/{source}.py"
     notice = f"Generated from {source} by `python -m softcore.generate`; do not edit."
     return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The firmware, compiled: an image for the soft core, and a library of it for this computer.
 
-Both come from the same sources; the library has the room ``pc`` in place of the registers. Results
-are kept under ``build/firmware/`` by the digest of everything that goes into them.
+Both are compiled from the same sources, but the library has the room ``pc`` instead of the
+registers. Results are kept under ``build/firmware/``, in a folder named by a digest of all inputs.
 """
 
 import hashlib
@@ -20,19 +20,19 @@ __all__ = ["FirmwareError", "address_runtime", "among", "host_library",
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 
-# Rooms and files that the one or the other goes without.
+# Rooms and files of one build that the other leaves out.
 TARGET_ONLY = ("hal", "app/main.c")
 HOST_ONLY = ("pc",)
 
-# A warning is an error: the firmware has no other reader. Products and sums stay apart, so that
-# floats come out the same everywhere.
+# Warnings are errors. Products and sums are not contracted into one operation, so that floats have
+# the same bits everywhere.
 COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-ffp-contract=off"]
-# Whole-program optimisation and linker relaxation save an eighth of the code. To save registers by
-# calls (-msave-restore) would save a twentieth, and cost as much of the speed. The sanitizer that
-# zig turns on by default has no place on the target.
+# Whole-program optimisation and linker relaxation save an eighth of the code. Saving registers by
+# calls (-msave-restore) would save a twentieth of it, and cost a twentieth of the speed. The target
+# has no use for the sanitizer that zig turns on by default.
 TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+zicsr", "-Os", "-flto",
           "-mrelax", "-ffreestanding", "-fno-sanitize=all", "-Wl,--gc-sections",
-          "-g"]  # or the linker takes the names away, by which tests find what stands where
+          "-g"]  # keeps the symbols, by which tests find addresses
 SANITIZE = {
     "": [],
     "undefined": ["-fsanitize=undefined", "-fno-sanitize-recover=all"],
@@ -42,14 +42,14 @@ SANITIZE = {
 }
 
 
-# Memory that the firmware takes beside the history of the path, its stack with it and some room to
-# grow; and what a unit of that history takes: a line is one, an arc two.
+# Bytes for the firmware without the history of the path, including its stack and some room to grow;
+# and bytes of a unit of that history (a line is one unit, an arc two).
 BESIDE_PATH = 180_224
 PATH_UNIT = 16
 
 
 def image_digest(words: Sequence[int]) -> int:
-    """Digest of the words of an image, of 32 bits, as the firmware works it out (image_watch.c)."""
+    """Digest of the words of an image, 32 bits, with the same function as ``image_watch.c``."""
     total = 0
     for word in words:
         total = (total ^ word) * 0x9E3779B1 & 0xFFFFFFFF
@@ -58,7 +58,7 @@ def image_digest(words: Sequence[int]) -> int:
 
 
 def _with_digest(image: bytes) -> bytes:
-    """Image whose last word, which the linker script leaves 0, has the digest of those before."""
+    """Write the digest of all other words into the last word, which the linker script leaves 0."""
     words = struct.unpack(f"<{len(image) // 4}I", image)
     if words[-1]:
         raise FirmwareError("the last word of the image is not the one for its digest")
@@ -66,7 +66,7 @@ def _with_digest(image: bytes) -> bytes:
 
 
 class FirmwareError(RuntimeError):
-    """The firmware does not compile; the compiler's own words follow."""
+    """The firmware does not compile; the text has the compiler's messages."""
 
 
 def _zig(tool: str) -> list[str]:
@@ -126,10 +126,10 @@ def _run(command: Sequence[str | Path]) -> None:
 
 
 def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], None]) -> Path:
-    """Path of ``name`` in the folder of its digest; ``build(folder)`` makes it if it is not there.
+    """Path of ``name`` in the folder of its digest; ``build(folder)`` makes it if it is missing.
 
-    It is made under another name and moved, so that two processes may build at once; what else was
-    made before it.
+    It is built in another folder and then moved, so that two processes may build at the same time.
+    Other files of the build are moved before it.
     """
     folder = BUILD / _digest(command)
     result = folder / name
@@ -149,12 +149,12 @@ def object_command(source: Path, made: Path) -> list[str]:
 
 
 def path_units(memory_size: int) -> int:
-    """Units of the path that a memory has room for, a power of two.
+    """Units of the path's history that fit into a memory, a power of two.
 
     Raises
     ------
     FirmwareError
-        If nothing is left.
+        If the memory is too small.
     """
     room = (memory_size - BESIDE_PATH) // PATH_UNIT
     if room < 256:
@@ -164,16 +164,16 @@ def path_units(memory_size: int) -> int:
 
 def target_image(memory_size: int = 311_296,
                  progress: Callable[[str], None] = lambda _: None) -> Path:
-    """Image of the soft core's memory from address 0, little-endian, without what starts as zero.
+    """Image of the soft core's memory from address 0, little-endian, without variables (``.bss``).
 
-    Its last word is its digest, by which the firmware checks itself.
+    Its last word is the digest with which the firmware checks itself.
 
     Parameters
     ----------
     memory_size : int
         Bytes of the block RAM that holds code, data and stack.
     progress : callable
-        Told in one sentence if it has to be compiled.
+        Gets one sentence if the firmware has to be compiled.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def target_image(memory_size: int = 311_296,
 
 
 def host_library(sanitize: str = "") -> Path:
-    """Shared library of everything above ``hal.h``, with a model of the machine below it.
+    """Shared library of all firmware above ``hal.h``, with a model of the machine below it.
 
     Parameters
     ----------

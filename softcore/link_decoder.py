@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real-time bytes out of the stream that comes from the host, before its queue."""
+"""Takes real-time bytes out of the stream from the host, before the receive queue."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,53 +9,52 @@ from softcore.linkmap import DOOR, MARKS, OVERRIDE_BYTES, OVERRIDES, PASSED_OVER
 
 __all__ = ["ENTRY", "NOTES", "LinkDecoder", "mark"]
 
-ENTRY = 9   # bits of the queue: a byte, or a mark's number, and whether it is a mark
+ENTRY = 9   # bits of an entry: a byte or a mark's number, and a bit that says which
 NOTES = [realtime.name for realtime in REALTIME if realtime.name != "reset"]
 NUMBER = {name: number for number, (name, _) in enumerate(MARKS)}
 
 
 def mark(name: str) -> int:
-    """Entry of the queue that is the mark of a name of ``linkmap.MARKS``."""
+    """Entry of the queue for a mark, by its name in ``linkmap.MARKS``."""
     return 1 << 8 | NUMBER[name]
 
 
 class LinkDecoder(wiring.Component):
-    """Takes real-time bytes (``linkmap.REALTIME``) out of what is received.
+    """Takes real-time bytes (``linkmap.REALTIME``) out of the received stream.
 
-    It looks at one byte at a time and remembers none: whatever came before, a real-time byte acts,
-    and never enters the queue. Every other byte enters it, in its order. Where one is missing a
-    mark (``linkmap.MARKS``) stands in its place: ``framing`` for a byte without its stop bit,
-    ``overrun`` for bytes that found no ``room``. If the queue has no place even for a mark, its
-    newest entry is one already, of bytes lost at the same place.
+    A real-time byte acts whatever came before it, and never enters the queue. All other bytes enter
+    the queue in their order. Where a byte is missing, a mark (``linkmap.MARKS``) takes its place:
+    ``framing`` for a byte without its stop bit, ``overrun`` for bytes for which there was no
+    ``room``. If there is no room even for a mark, the newest entry is already the mark of bytes
+    lost at the same place.
 
-    ``done`` and ``framing`` come at most in every other clock, as a serial line's do. From ``done``
-    to ``push``: the same clock. From ``done`` to ``hold``, ``reset`` or a note: the next.
+    ``done`` and ``framing`` come at most in every other clock, as on a serial line. ``push`` comes
+    in the clock of ``done``; ``hold``, ``reset`` and the notes change in the next clock.
 
-    * Each byte but that of the reset leaves a note, until firmware reads the notes. ``DOOR`` counts
-      as a `!`. ``PASSED_OVER`` leave nothing.
-    * ``OVERRIDE_BYTES`` change ``override_feed`` and ``override_rapid`` within their bounds, each
-      as it comes, so that none is lost; a release brings both back to 100. A byte in the clock of
-      the release counts from there.
-    * ``hold`` is up from a `!` on, until firmware releases it.
-    * ``reset`` is up from a Ctrl-X on, until firmware releases it. The queue is emptied
-      (``flush``), and gets the mark ``reset`` in the next clock: what came before is gone, and what
-      follows comes after the mark.
+    * Each real-time byte except the reset sets a note, until the firmware reads the notes. ``DOOR``
+      acts like `!`. The bytes of ``PASSED_OVER`` have no effect.
+    * Each of ``OVERRIDE_BYTES`` changes ``override_feed`` or ``override_rapid`` at once, within its
+      bounds, so that none is lost. A release sets both to 100; a byte in the same clock then
+      changes this value.
+    * ``hold`` is high from a `!` until the firmware releases it.
+    * ``reset`` is high from a Ctrl-X until the firmware releases it. The queue is emptied
+      (``flush``) and gets the mark ``reset`` in the next clock, before all later bytes.
 
-    A release does nothing while firmware has not seen the last `!` (its note is unread) or the last
-    Ctrl-X (its mark is in the queue): it was meant for an earlier one.
+    A release has no effect while the firmware has not seen the last `!` (its note is unread) or the
+    last Ctrl-X (its mark is in the queue): the release was meant for an earlier one.
 
     Members
     -------
     data : In(8), done : In(1), framing : In(1)
-        What the receiver says.
+        Outputs of the receiver.
     room : In(1)
         The queue can take a byte, and a mark after it.
     entry : Out(ENTRY), push : Out(1), flush : Out(1)
-        Into the queue, unless it is full; or empty it.
+        Put an entry into the queue, unless it is full; empty the queue.
     head : In(ENTRY), taken : In(1)
-        The queue's oldest entry, and whether firmware takes it.
+        The queue's oldest entry; the firmware takes it.
     hold, reset : Out(1)
-        What the gateware has begun by itself.
+        Feed hold by `!`; stop by Ctrl-X.
     override_feed : Out(8), override_rapid : Out(7)
         Overrides in percent.
     release_hold, release_reset, release_override, release_strobe : In(1)
@@ -63,7 +62,7 @@ class LinkDecoder(wiring.Component):
     notes_strobe : In(1)
         The notes are being read.
 
-    Beside these a note ``notes_<name>`` : Out(1) for each real-time byte but the reset.
+    There is also a note ``notes_<name>`` : Out(1) for each real-time byte except the reset.
     """
 
     def __init__(self):
@@ -118,7 +117,7 @@ class LinkDecoder(wiring.Component):
         return m
 
     def _overrides(self, m):
-        """Each override by its bytes, within its bounds."""
+        """Change each override by its bytes, within its bounds."""
         for name, (least, most) in OVERRIDES.items():
             value = getattr(self, f"override_{name}")
             mine = [one for one in OVERRIDE_BYTES if one.of == name]

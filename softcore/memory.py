@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor's memory: block RAM, every word with its parity."""
+"""The processor's memory: block RAM with a parity bit for every word."""
 
 from amaranth import *
 from amaranth.lib import memory, wiring
@@ -12,15 +12,15 @@ __all__ = ["BlockRam", "parities", "words_of"]
 
 
 def words_of(image: bytes) -> list[int]:
-    """Words of a little-endian image, the last filled with zeros."""
+    """Words of a little-endian image; the last one is padded with zeros."""
     image += bytes(-len(image) % 4)
     return [int.from_bytes(image[at:at + 4], "little") for at in range(0, len(image), 4)]
 
 
 def parities(image: bytes) -> list[int]:
-    """The parity of each of these words: with it the number of ones is even.
+    """Even parity of each word.
 
-    So a word of zeros is right as a memory is without an image.
+    A memory without an image, all zeros, has the right parity.
     """
     return [word.bit_count() & 1 for word in words_of(image)]
 
@@ -28,33 +28,32 @@ def parities(image: bytes) -> list[int]:
 class BlockRam(wiring.Component):
     """Memory of the processor: instructions on one port, data on the other.
 
-    An access takes 2 clocks, or 1 as the next of a burst of up to ``BURST`` words, which the
-    caches read from an address that is a multiple of it.
+    An access takes 2 clocks; further words of a burst take 1 clock each. A burst has up to
+    ``BURST`` words and starts at a multiple of this; the caches read in bursts.
 
-    Every word that is read, and every word of which some bytes are written, is held against its
-    parity in the clock of its ``ack``. A word that has read wrong goes on to do so until all of it
-    is written.
+    The parity of a word is checked in the clock of its ``ack``, when it is read or when some of its
+    bytes are written. A damaged word is reported at each access until all of it is written.
 
-    The parities stand in a memory of their own. The data lie in block RAMs of one bit a row, so
-    that few words stand side by side to choose from: these have no ninth bit. Rows of 9 bits
-    took 1450 look-up tables more for the choice, on an LFE5U-45F; so it is 3 more of its 108 block
-    RAMs.
+    The parities are in a memory of their own. The data are in block RAMs with rows of one bit,
+    which have no ninth bit for a parity. These rows keep the multiplexers between block RAMs small:
+    rows of 9 bits took 1450 more look-up tables on an LFE5U-45F. The separate memory takes 3 more
+    of its 108 block RAMs.
 
     Parameters
     ----------
     size : int
         Bytes; a multiple of 4.
     image : bytes
-        What is in it at the start: the firmware, little-endian. The rest is zero.
+        Initial contents: the firmware, little-endian. The remainder is zero.
 
     Members
     -------
     ibus, dbus : In(BusSignature)
         Word accesses; only ``dbus`` writes, by bytes, and never in a burst.
     damaged : Out(1)
-        A word was held against its parity, and differs: high in the clock of its ``ack``.
+        A word has the wrong parity: high in the clock of its ``ack``.
     place : Out(32)
-        Address of that word, in bytes; of two, that of the instruction. Valid with ``damaged``.
+        Address of that word, in bytes; of two words, the instruction's. Valid with ``damaged``.
 
     Raises
     ------
@@ -79,7 +78,7 @@ class BlockRam(wiring.Component):
         m.submodules.parity = parity = memory.Memory(self.parity)
         write, write_parity = ram.write_port(granularity=8), parity.write_port()
         found = []
-        # Transparent, and at the address of the write: or ECP5 needs a copy per read port.
+        # A transparent port at the write's address. Otherwise ECP5 needs a copy for each read port.
         for bus in (self.ibus, self.dbus):
             read = ram.read_port(transparent_for=(write,))
             read_parity = parity.read_port(transparent_for=(write_parity,))
@@ -93,8 +92,8 @@ class BlockRam(wiring.Component):
             m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
             found.append((read.data.xor() ^ read_parity.data) & bus.stb & bus.ack)
 
-        # Written in the clock of the ack, in which the word is known as it was. Some bytes turn its
-        # parity over if they do, and what was wrong with it stays.
+        # Written in the clock of the ack, when the old word is known. A write of some bytes changes
+        # the parity only by the change of these bytes, so a wrong parity stays wrong.
         bus = self.dbus
         writes, whole = Signal(), bus.sel.all()
         chosen = Cat(bit.replicate(8) for bit in bus.sel)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the gateware tells by itself, when the processor no longer can."""
+"""Messages that the gateware sends itself when the processor no longer can."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,8 +9,8 @@ from softcore.tables.faults import alarm_line
 
 __all__ = ["MEMORY", "SILENT", "FaultNotice"]
 
-# Lines of an alarm, as the firmware's are; the digits of the place are put in for the zeros. Each
-# begins a line of its own: who knows what stood before.
+# Lines of an alarm, like those of the firmware. The digits of the address replace the zeros. Each
+# starts with a line end, as the processor may have sent only part of a line before.
 ALARM = f"\r\n{alarm_line('guard')} "
 MEMORY = f"{ALARM}memory parity at 0x00000000\r\n".encode()
 SILENT = f"{ALARM}watchdog: the processor does not answer\r\n".encode()
@@ -19,17 +19,17 @@ DIGITS = range(MEMORY.index(b"0x") + 2, len(MEMORY) - 2)
 
 
 class FaultNotice(wiring.Component):
-    """Holds the processor after a fault of its memory, or when it is silent, and tells that.
+    """Holds the processor after a fault of its memory, or when it is silent, and tells the host.
 
-    ``held`` is high from the clock after ``damaged`` or ``silent`` on until reset. From then on a
-    sentence is offered, byte by byte, at once and again every ``period`` clocks: ``MEMORY``, with
-    the place in hexadecimal digits, or ``SILENT``. Only the first of the two counts, and of two at
-    once ``damaged``.
+    ``held`` is high from the clock after ``damaged`` or ``silent`` until reset. From then on a
+    message is sent byte by byte, at once and again every ``period`` clocks: ``MEMORY``, with the
+    address in hexadecimal digits, or ``SILENT``. Only the first of the two causes counts; if both
+    come in one clock, ``damaged``.
 
     Parameters
     ----------
     period : int
-        Clocks from one beginning of the sentence to the next. It must be over by then.
+        Clocks from one start of the message to the next. It must be longer than the message.
 
     Members
     -------
@@ -38,11 +38,11 @@ class FaultNotice(wiring.Component):
     place : In(32)
         Its address. Read with ``damaged``.
     silent : In(1)
-        The watchdog has given the processor up.
+        The watchdog has found the processor silent.
     held : Out(1)
-        Nothing that the processor does may have any effect.
+        No action of the processor may have any effect.
     by_damage : Out(1)
-        ... by ``damaged``.
+        ``held`` was caused by ``damaged``.
     data : Out(8), valid : Out(1), ready : In(1)
         Bytes for the line, each taken in a clock in which ``valid`` and ``ready`` are high.
     """
@@ -57,11 +57,11 @@ class FaultNotice(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        left = Signal(range(self.period), init=self.period - 1)  # clocks to the next beginning
+        left = Signal(range(self.period), init=self.period - 1)  # clocks to the next start
         at = Signal(range(len(TEXT) + 1))
         begin, end = (Mux(self.by_damage, *places) for places in (
             (0, len(MEMORY)), (len(MEMORY), len(TEXT))))
-        digits = Signal(32)  # of the place; once round with every sentence
+        digits = Signal(32)  # the address; rotates once with every message
         digit = digits[28:]
         m.d.comb += self.valid.eq(self.held & (at != end))
         with m.Switch(at):

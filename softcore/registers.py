@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the register map is made of. Plain data: imports nothing from Amaranth."""
+"""Blocks, registers and fields of the register map. Plain data: imports nothing from Amaranth."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -15,8 +15,8 @@ Access = Literal["r", "rw", "w", "rw1c"]
 class Field:
     """A range of bits. ``unit`` is the physical size of one count; ``""`` for a flag or a code.
 
-    ``guarded``, for ``rw``: the gateware keeps the parity of what was written, and is told when
-    the value has another one.
+    ``guarded``, for ``rw``: the register bank keeps the parity of the written value, and reports
+    when the value no longer has this parity.
     """
 
     name: str
@@ -33,8 +33,8 @@ class Field:
 class Register:
     """A 32-bit word at a byte ``offset`` into its block; fields fill it from bit 0 upwards.
 
-    ``pulse`` says that the gateware is told of every access: ``"write"`` gives it a strobe in the
-    clock after a write, ``"read"`` one in the clock in which the value was taken.
+    ``pulse`` gives the gateware a strobe for every access: ``"write"`` in the clock after a write,
+    ``"read"`` in the clock in which the value is read.
     """
 
     name: str

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The register map: the only place an address, a bit or a unit is written down.
+"""The register map: the only place where addresses, bits and units are written down.
 
-Gateware (``softcore.csr``), the C header and the register reference are all derived from these
-tables by ``python -m softcore.generate``. Plain data: imports nothing from Amaranth.
+The gateware (``softcore.csr``) reads these tables. ``python -m softcore.generate`` makes the C
+header and the register reference of them. Plain data: imports nothing from Amaranth.
 
 A field ``f`` of register ``r`` in block ``b`` is the member ``registers.b.r`` of the controller if
 it is the only field of its register, and ``registers.b.r_f`` otherwise. Widths are written here
@@ -18,7 +18,7 @@ from softcore.tables.events import QUEUE, numbered
 
 RATE = "2**-32 pulse/clock"
 LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
-SHORT_LEVEL = 122               # in force after reset: 12 V of 100, so that a short is always told
+SHORT_LEVEL = 122               # after reset: 12 V of 100, so that a short is always detected
 
 BASE = 0x8000_0000  # the CPU's data cache leaves addresses with the top bit set alone
 
@@ -26,7 +26,7 @@ AXES = "xyz"
 
 SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
                registers=_registers(
-    ("ident", "Always ``GAPK``, so that firmware refuses another machine.",
+    ("ident", "Always ``GAPK``, so that the firmware can refuse other gateware.",
      _value(32, "The four letters, first letter lowest.", access="r")),
     ("build", "Digest of the gateware's sources.",
      _value(32, "First 32 bits of the digest.", access="r")),
@@ -40,8 +40,8 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      _value(32, "Clocks.", access="r", unit="clock"), "read"),
     ("cycle_high", "Upper half of the clock count latched by the last read of the lower.",
      _value(32, "Clocks.", access="r", unit="2**32 clock")),
-    ("sleep", "Stop the processor until there is an event or a byte from the host, at the longest "
-     "for so long.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
+    ("sleep", "Stop the processor until there is an event or a byte from the host, or until this "
+     "time is over.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
 ))
 
 _MARKS = "; ".join(f"{number} `{name}`, {doc}" for number, (name, doc) in enumerate(MARKS))
@@ -50,7 +50,7 @@ LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
              "``softcore.link_decoder``.", registers=_registers(
     ("receive", "Oldest entry of the receive queue. Reading takes it.", (
         Field(name="data", bits=8, access="r", doc=f"The byte, or the mark's number: {_MARKS}."),
-        Field(name="mark", bits=1, access="r", doc="It is no byte, but a mark in its place."),
+        Field(name="mark", bits=1, access="r", doc="The entry is a mark, not a byte."),
         Field(name="valid", bits=1, access="r", doc="There was an entry.")), "read"),
     ("transmit", "Send a byte. Lost if the transmitter is not ready.",
      _value(8, "The byte.", access="w"), "write"),
@@ -58,40 +58,40 @@ LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
         Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
         Field(name="hold", bits=1, access="r", doc="A `!` holds the feed."),
         Field(name="reset", bits=1, access="r",
-              doc="Ctrl-X stops motion and discharge, until firmware has carried it out."))),
+              doc="Ctrl-X stops motion and discharge until the firmware has carried it out."))),
     ("notes", "Real-time bytes that came since the last read. Reading clears them.", tuple(
         Field(name=realtime.name, bits=1, access="r", doc=realtime.doc)
         for realtime in REALTIME if realtime.name != "reset"), "read"),
-    ("release", "End what a real-time byte has begun, unless it came once more and firmware has "
-     "not seen that yet.", (
+    ("release", "End the effect of a real-time byte, unless the byte has come again and the "
+     "firmware has not seen that yet.", (
         Field(name="hold", bits=1, access="w", doc="The feed may go on."),
         Field(name="reset", bits=1, access="w", doc="The reset has been carried out."),
         Field(name="override", bits=1, access="w", doc="Overrides back to 100 %.")), "write"),
-    ("override", "Overrides as their bytes have set them, one after the other.", (
+    ("override", "Overrides as set by their real-time bytes.", (
         Field(name="feed", bits=8, access="r", unit="%", doc="Of the constant feed."),
         Field(name="rapid", bits=7, access="r", unit="%", doc="Of rapids."))),
     ("waiting", "Length of the receive queue.",
      _value(9, "Entries.", access="r", unit="entry")),
 ))
 
-PATH = Block(name="path", base=0x200, doc="The path: its window of segments and where the machine "
-             "is on it. Coordinates are path pulses and wrap at 32 bits.", registers=_registers(
-    ("slot_select", "Choose a slot to write, from its first word on. Slots follow the "
-     "path, modulo their number.", _value(8, "The slot."), "write"),
-    ("slot_data", "Its next word: 6 of a line, 16 of an arc; see ``rtl.motion.path``.",
+PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and the machine's "
+             "place on it. Coordinates are path pulses and wrap at 32 bits.", registers=_registers(
+    ("slot_select", "Choose a slot to be written, beginning with its first word. Segment n is in "
+     "slot n modulo the number of slots.", _value(8, "The slot."), "write"),
+    ("slot_data", "Next word of the slot: a line has 6, an arc 16; see ``rtl.motion.path``.",
      _value(32, "The word."), "write"),
-    ("ahead", "End of what is loaded and may be machined: no forward pulse passes it.",
+    ("ahead", "End of the loaded segments: no forward pulse passes it.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("behind", "Start of what is loaded: no backward pulse passes it.",
+    ("behind", "Start of the loaded segments: no backward pulse passes it.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("back_limit", "Lowest point that a retraction may reach: ceiling, soft limit or start of the "
-     "path.",
+    ("back_limit", "Back limit: the lowest point that a retraction may reach (ceiling, soft limit "
+     "or start of the path).",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("fast_ahead", "Next corner ahead: the ramp is back at the start/stop speed there.",
+    ("fast_ahead", "Next corner ahead: there the ramp is back at the start/stop speed.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
     ("fast_behind", "Next corner behind, for the way back.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("fast_slot", "Take both corners over, if the machine is still in the segment in this slot.",
+    ("fast_slot", "Put both corners in force, if the machine is still in the segment of this slot.",
      _value(8, "The slot."), "write"),
     ("origin", "Put the (resting) machine at coordinate 0, at the start of a slot's segment.",
      _value(8, "The slot.", access="w"), "write"),
@@ -106,17 +106,17 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments and 
     ("status", "State of the motion.", (
         Field(name="moving", bits=1, access="r",
               doc="Pulses are stored, or the ramp is not at rest."),
-        Field(name="reverse", bits=1, access="r", doc="Direction of the last pulse was backward."),
+        Field(name="reverse", bits=1, access="r", doc="The last pulse was a backward one."),
         Field(name="in_position", bits=1, access="r", doc="Every axis is within its window."),
         Field(name="state", bits=4, access="r",
               doc="Retraction: 0 front, 1 stopping, 2 retracting, 3 at limit, 4 re-advance high, "
                   "5 re-advance low, 6 halted."),
         Field(name="backpressure", bits=1, access="r",
-              doc="Events wait to be taken, and forward motion for that."))),
-    ("pace", "Feed of a segment that is to be in force at once, see ``pace_slot``.",
-     _value(30, "Rate.", unit=RATE)),
-    ("pace_slot", "Take ``pace`` over, if the machine is in the segment in this slot. The word of "
-     "the slot is to be written before.", _value(8, "The slot."), "write"),
+              doc="Backpressure: many events wait, so forward motion stops until the firmware "
+                  "takes them."))),
+    ("pace", "New feed of a segment, for ``pace_slot``.", _value(30, "Rate.", unit=RATE)),
+    ("pace_slot", "Put ``pace`` in force at once, if the machine is in the segment of this slot. "
+     "The rate in the slot must be written before.", _value(8, "The slot."), "write"),
 ))
 
 RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.motion.ramp``.",
@@ -143,77 +143,85 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
     ("jump_rate", "Speed of a jump upwards.", _value(30, "Rate.", unit=RATE)),
     ("jump_high_rate", "Speed of a jump back, down to the changeover position.",
      _value(30, "Rate.", unit=RATE)),
-    ("commit", "Put the staged data in force, at once at the front, else when back there.", (
-        Field(name="valid", bits=1, access="w", doc="There are data: without, a short halts."),),
+    ("commit", "Put the staged data in force: at once if the machine is at the front, else when it "
+     "is there again.", (
+        Field(name="valid", bits=1, access="w", doc="The data are valid. Without valid data a "
+              "short halts the machine."),),
      "write"),
     ("jump_period", "Machining time between jumps; 0 for none.",
      _value(32, "Clocks at the front with the discharge on.", unit="clock")),
     ("gain", "Depth beyond the first start point that ends a short burst.",
      _value(16, "Path pulses.", unit="pulse", init=10)),
-    ("repeats", "Returned shorts in one short burst that halt the machine; 0 for no bound.",
+    ("repeats", "Number of shorts in a short burst that halts the machine; 0 for no bound.",
      _value(8, "Shorts.", init=20)),
-    ("settle", "Rest at the limit, error counters small, after which a short there halts.",
+    ("settle", "Time at rest at the limit, with small error counters, until a short there halts.",
      _value(24, "Clocks.", unit="clock", init=1000)),
     ("control", "What motion may do.", (
         Field(name="run", bits=1, doc="Path pulses are allowed at all."),
-        Field(name="hold", bits=1, doc="Feed hold: no forward pulses; retraction goes on."))),
+        Field(name="hold", bits=1, doc="Feed hold: no forward pulses; retractions go on."))),
     ("command", "Orders to the retraction.", (
         Field(name="retract", bits=1, access="w", doc="Retract now (operator)."),
         Field(name="release", bits=1, access="w",
               doc="Leave the halted state: advance to the front again.")), "write"),
     ("start", "Start point BS: furthest commanded position of this short.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("first", "First start point of the short burst; limit is measured from it.",
+    ("first", "First start point of the short burst; the limit is measured from it.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("burst", "Shorts that returned in the short burst under way.",
+    ("burst", "Number of shorts so far in the present short burst.",
      _value(8, "Shorts.", access="r")),
 ))
 
 def _contents(part: str) -> str:
-    """What a part of an event holds, by its kind."""
+    """Describe the contents of a part of an event, for each kind."""
     return "; ".join(f"{one.number}: {getattr(one, part)}" for one in numbered()
                      if getattr(one, part)) + "."
 
 
-EVENT = Block(name="event", base=0x500, doc="Queue of what the gateware did, oldest first. Its "
-              "head interrupts the CPU.", registers=_registers(
+EVENT = Block(name="event", base=0x500, doc="Queue of the gateware's events, oldest first. An "
+              "event at its head interrupts the CPU.", registers=_registers(
     ("head", "The oldest event.", (
         Field(name="kind", bits=8, access="r",
               doc="".join(f"{one.number} `{one.name}`, " for one in numbered()).rstrip(", ") + "."),
         Field(name="detail", bits=QUEUE["detail"][0], access="r", doc=_contents("detail")),
         Field(name="slot", bits=QUEUE["slot"][0], access="r",
-              doc="Slot of the segment of the machine then."),
+              doc="Slot of the machine's segment at that time."),
         Field(name="valid", bits=1, access="r", doc="There is an event."))),
-    ("cycle", "When.", _value(32, "Lower half of the clock count.", access="r", unit="clock")),
-    ("path", "Path coordinate then.",
+    ("cycle", "Time of the event.",
+     _value(32, "Lower half of the clock count.", access="r", unit="clock")),
+    ("path", "Path coordinate at that time.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("first", "By kind.", _value(QUEUE["first"][0], _contents("first"), access="r")),
-    ("second", "By kind.", _value(QUEUE["second"][0], _contents("second"), access="r")),
-    *((axis, f"Encoder position of {axis.upper()} then.",
+    ("first", "First value; its meaning depends on the kind.",
+     _value(QUEUE["first"][0], _contents("first"), access="r")),
+    ("second", "Second value; its meaning depends on the kind.",
+     _value(QUEUE["second"][0], _contents("second"), access="r")),
+    *((axis, f"Encoder position of {axis.upper()} at that time.",
        _value(32, "Position.", signed=True, access="r", unit="pulse")) for axis in AXES),
     ("pop", "Drop the oldest event.", _value(1, "Any value.", access="w"), "write"),
     ("status", "State of the queue.", (
-        Field(name="lost", bits=1, access="rw1c", doc="An event came with the queue full."),)),
+        Field(name="lost", bits=1, access="rw1c",
+              doc="An event was lost, because the queue was full."),)),
 ))
 
-GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short detector.",
+GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the short detector.",
             registers=_registers(
-    ("short_ratio", "Short: this many shorted pulses of the last so many.", (
+    ("short_ratio", "A short is detected if `needed` of the last `window` pulses were shorted.", (
         Field(name="needed", bits=6, init=4, doc="Shorted pulses, 1 to 32."),
-        Field(name="window", bits=6, init=5, doc="Last pulses looked at, 1 to 32."))),
-    ("short_duration", "Short: shorted without a clear sample for so long; 0 for never.",
+        Field(name="window", bits=6, init=5, doc="Number of the last pulses, 1 to 32."))),
+    ("short_duration", "A short is also detected after this time without a clear sample; 0 for "
+     "never.",
      _value(24, "Clocks with the pulse on.", unit="clock")),
     ("clear_needed", "Clear samples in a row that end a short.", _value(8, "Samples.", init=3)),
     ("blanking", "From the start of a pulse (or sensing pulse) until the comparators are read.",
      _value(16, "Clocks.", unit="clock", init=6)),
-    ("settle", "From the ignition on, the comparators are not read for so long.",
+    ("settle", "From the ignition until the comparators are read.",
      _value(8, "Clocks.", unit="clock")),
-    ("confirm", "An arc or short is abnormal in mid-pulse after so long; 0 counts as 1.",
+    ("confirm", "Within a pulse, an arc or short counts as abnormal after this time; 0 counts as "
+     "1.",
      _value(8, "Clocks.", unit="clock", init=1)),
     ("delay_least", "Shortest ignition delay of a good discharge.",
      _value(16, "Clocks.", unit="clock")),
-    ("criteria", "What tells discharges; see ``rtl.gap.discriminator``.", (
-        Field(name="current", bits=1, doc="Ignition by current, not by voltage."),
+    ("criteria", "How discharges are classified; see ``rtl.gap.discriminator``.", (
+        Field(name="current", bits=1, doc="Ignition is detected by current, not by voltage."),
         Field(name="delay", bits=1, doc="A discharge without delay is suspect."),
         Field(name="noise", bits=1, doc="A discharge without high frequencies is suspect."))),
     ("reference", "References of the comparators.", (
@@ -230,8 +238,8 @@ GAP = Block(name="gap", base=0x600, doc="What the discharges were, and the short
         Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
         Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
               "2 dame, 3 short."))),
-    ("lag_time", "The axes may be faster than the start/stop speed for so long after the ramp has "
-     "come down to it: contact with the discharge off then trips.",
+    ("lag_time", "After the ramp has come down to the start/stop speed, the axes may be faster for "
+     "this time. Contact with the discharge off trips the interlock in this time.",
      _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
 ))
 
@@ -243,14 +251,15 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("sense_on", "Sensing pulse on-time.", _value(16, "Clocks.", unit="clock", init=20)),
     ("sense_off", "Sensing pulse off-time.", _value(16, "Clocks.", unit="clock", init=80)),
     ("control", "Discharge.", (
-        Field(name="machining", bits=1, doc="Discharge pulses are wanted (M03)."),
+        Field(name="machining", bits=1, doc="Switch the discharge pulses on (M03)."),
         Field(name="cut", bits=1, init=1, doc="An abnormal pulse is cut off."))),
-    ("off_extra", "More off-time after an abnormal pulse.", _value(20, "Clocks.", unit="clock")),
+    ("off_extra", "Additional off-time after an abnormal pulse.",
+     _value(20, "Clocks.", unit="clock")),
     ("supply", "Orders to the power supply.", (
         Field(name="voltage", bits=4, doc="Open voltage; 0 for the supply's own.",
               unit="step of the supply"),
         Field(name="negative", bits=1, doc="Electrode negative."))),
-    ("limits", "What no register can exceed.", (
+    ("limits", "Limits of the build, which no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
 ))
@@ -258,41 +267,44 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
               "``rtl.gap.preset_counter`` and ``rtl.motion.retraction``.", registers=_registers(
     ("control", "The servo.", (
-        Field(name="on", bits=1, doc="Machining goes by UP and DOWN (G95 P1)."),
+        Field(name="on", bits=1, doc="UP and DOWN move the electrode (G95 P1)."),
         Field(name="mode", bits=2, doc="0 accumulate, 1 consecutive, 2 total, 3 relative."))),
-    ("presets", "Of the counters, 0 for off.", (
+    ("presets", "Presets of the counters, 0 for off.", (
         Field(name="dame", bits=8, init=3, doc="Counter 5: arcs and shorts.", unit="pulse"),
         Field(name="open", bits=8, init=6, doc="Counter 6.", unit="pulse"),
         Field(name="ok", bits=8, init=14, doc="Counter 7.", unit="pulse"))),
-    ("counting", "Of the modes total and relative.", (
+    ("counting", "Parameters of the modes total and relative.", (
         Field(name="window", bits=8, init=50, doc="Pulses of a window.", unit="pulse"),
-        Field(name="weight", bits=4, init=1, doc="Of a good pulse."))),
-    ("period", "Of the time device; 0 for no strobes.", _value(24, "Clocks.", unit="clock")),
-    ("step", "How far UP and DOWN go.", _value(16, "Path pulses.", unit="pulse", init=10)),
-    ("ups", "UP given since reset.", _value(32, "Steps, wraps.", access="r")),
-    ("downs", "DOWN given since reset.", _value(32, "Steps, wraps.", access="r")),
-    ("status", "Of the counters.", (
+        Field(name="weight", bits=4, init=1, doc="Weight of a good pulse."))),
+    ("period", "Period of the time device; 0 for no strobes.",
+     _value(24, "Clocks.", unit="clock")),
+    ("step", "Length of a step by UP or DOWN.",
+     _value(16, "Path pulses.", unit="pulse", init=10)),
+    ("ups", "Number of UP since reset.", _value(32, "Steps, wraps.", access="r")),
+    ("downs", "Number of DOWN since reset.", _value(32, "Steps, wraps.", access="r")),
+    ("status", "State of the counters.", (
         Field(name="dame", bits=1, access="r", doc="Counter 5 is full."),
         Field(name="open", bits=1, access="r", doc="Counter 6 is full."),
-        Field(name="held", bits=1, access="r", doc="No servo now: not at the front, or hold."))),
+        Field(name="held", bits=1, access="r",
+              doc="The servo is suspended: not at the front, or hold."))),
 ))
 
 FLUID = Block(name="fluid", base=0xE00, doc="Converter and fluid detector; see "
-              "``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time: the "
-              "next average heeds them.", registers=_registers(
+              "``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time; the "
+              "next average uses them.", registers=_registers(
     ("control", "The detector.", (
         Field(name="convert", bits=1, doc="The converter runs."),
         Field(name="manual", bits=1, doc="The class is set by hand."),
         Field(name="manual_class", bits=2, doc="Class set by hand."))),
-    *((f"threshold_{index}", f"Between the classes {index} and {index + 1}.",
+    *((f"threshold_{index}", f"Threshold between the classes {index} and {index + 1}.",
        _value(12, "Code of the cell.")) for index in range(3)),
-    ("hysteresis", "To either side of a threshold.", _value(8, "Codes.")),
-    ("bounds", "Codes of a sound cell, inclusive.", (
+    ("hysteresis", "Hysteresis on either side of a threshold.", _value(8, "Codes.")),
+    ("bounds", "Range of codes of a sound cell, inclusive.", (
         Field(name="lowest", bits=12, doc="Lowest code."),
         Field(name="highest", bits=12, init=4095, doc="Highest code."))),
     ("level", "Last average of the cell.", _value(12, "Code.", access="r")),
     ("voltage", "Last sample of the gap voltage.", _value(12, "Code.", access="r")),
-    ("status", "What was found.", (
+    ("status", "Results of the detector.", (
         Field(name="class", bits=2, access="r", doc="Class in force: 0 highest resistance."),
         Field(name="measured", bits=2, access="r", doc="Class measured."),
         Field(name="known", bits=1, access="r", doc="There is an average."),
@@ -308,27 +320,28 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
         Field(name="mode", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
               "G95 P1); 1 zero feed at the reference (G95 P2); 2 feed F at the reference (G95 P3); "
               "3 constant removal (G95 P4)."),
-        Field(name="measure", bits=1, doc="The voltage is measured while machining is wanted."))),
-    ("unit", "Unit distance of a mean; 0 for one over time alone.",
+        Field(name="measure", bits=1, doc="The voltage is measured while the discharge is on."))),
+    ("unit", "Unit distance of a mean; 0 for a mean over time only.",
      _value(16, "Path pulses.", unit="pulse")),
     ("window", "Longest time of a mean; 0 for no bound.", _value(32, "Clocks.", unit="clock")),
     ("no_load", "Mean voltage without discharges, off-time included.",
      _value(16, "Level.", unit=LEVEL)),
-    ("reference", "Of the condition.", (
-        Field(name="voltage", bits=16, doc="Vs of the modes 1 and 2.", unit=LEVEL),
-        Field(name="drop", bits=16, doc="Es of mode 3.", unit=LEVEL))),
-    ("least", "Lowest drop Ex that is reckoned with.", _value(16, "Level.", unit=LEVEL, init=1)),
-    ("bounds", "Of Es/Ex.", (
+    ("reference", "References of the condition.", (
+        Field(name="voltage", bits=16, doc="Vs of feed modes 1 and 2.", unit=LEVEL),
+        Field(name="drop", bits=16, doc="Es of feed mode 3.", unit=LEVEL))),
+    ("least", "Lowest drop Ex; a lower one counts as this.",
+     _value(16, "Level.", unit=LEVEL, init=1)),
+    ("bounds", "Bounds of Es/Ex.", (
         Field(name="lowest", bits=16, init=1 << 12, doc="Lowest ratio.", unit="1/4096"),
-        Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio; it goes before the "
+        Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio. It has priority over the "
               "lowest.", unit="1/4096"))),
-    ("gain", "K of the modes 1 and 2.",
+    ("gain", "K of feed modes 1 and 2.",
      _value(30, "Change of rate for 1/16 full scale.", unit=f"{RATE} per 1/16 full scale")),
-    ("highest", "Highest feed of the modes 2 and 3.", _value(30, "Rate.", unit=RATE)),
-    ("voltage", "What was measured last.", (
+    ("highest", "Highest feed of feed modes 2 and 3.", _value(30, "Rate.", unit=RATE)),
+    ("voltage", "Last measurement.", (
         Field(name="mean", bits=16, access="r", doc="Mean voltage.", unit=LEVEL),
         Field(name="drop", bits=16, access="r", doc="Ex.", unit=LEVEL))),
-    ("status", "What came of it.", (
+    ("status", "Result of the last measurement.", (
         Field(name="ratio", bits=16, access="r", doc="Es/Ex within its bounds.", unit="1/4096"),
         Field(name="windows", bits=8, access="r", doc="Means taken, wraps."),
         Field(name="known", bits=1, access="r", doc="There is a mean."))),
@@ -336,19 +349,20 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
 ))
 
 CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words "
-                  "are staged in the registers that ``rtl.power.condition`` names; they come into "
-                  "force together, between two pulses, and may not change while that is pending. "
+                  "are staged in the registers that ``rtl.power.condition`` names. They come into "
+                  "force together, between two pulses, and may not change while ``pending``. "
                   "See ``rtl.power.condition_switch``.", registers=_registers(
     ("order", "Orders to the switch.", (
-        Field(name="commit", bits=1, access="w", doc="Put what is staged in force; disarms."),
+        Field(name="commit", bits=1, access="w", doc="Put the staged words in force; disarms."),
         Field(name="disarm", bits=1, access="w", doc="Do not switch at the depth."),
         Field(name="restart", bits=1, access="w",
-              doc="The depth reached is where the jump axis is now.")), "write"),
-    ("depth", "Put what is staged in force when the jump axis has reached this depth; arms.",
+              doc="The depth reached so far is the present place of the jump axis.")), "write"),
+    ("depth", "Put the staged words in force when the jump axis has reached this depth; arms.",
      _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
     ("status", "State of the switch.", (
-        Field(name="armed", bits=1, access="r", doc="It is to switch at the depth."),
-        Field(name="pending", bits=1, access="r", doc="What is staged waits for a pulse to end."),
+        Field(name="armed", bits=1, access="r", doc="It will switch at the depth."),
+        Field(name="pending", bits=1, access="r",
+              doc="The staged words wait for the present pulse to end."),
         Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."))),
 ))
 
@@ -365,13 +379,13 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="safe", bits=1, access="r", doc="Outputs are in their safe state."),
         Field(name="first", bits=5, access="r", doc="Number of the first cause latched."),
         Field(name="simultaneous", bits=len(CAUSES), access="r",
-              doc="Causes that came with the first."),
+              doc="Causes that came in the same clock as the first."),
         Field(name="blamed", bits=len(AXES), access="r",
-              doc="Axes that raised the first cause, bit 0 X; 0 if it is none of axes."))),
-    ("pet", "Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end, ``0xC3`` "
-     "from the handler of interrupt 1.",
+              doc="Axes that raised the first cause, bit 0 X; 0 if it is not one of axes."))),
+    ("pet", "Watchdog call: ``0xA5`` at the start of a step of the main loop, ``0x5A`` at its end, "
+     "``0xC3`` from the handler of interrupt 1.",
      _value(8, "The key.", access="w"), "write"),
-    ("clear", "Operator's acknowledgement ``0x5A``: clears what is no longer present.",
+    ("clear", "Operator's acknowledgement ``0x5A``: clears causes that are no longer present.",
      _value(8, "The key.", access="w"), "write"),
     ("stop", "Trip the interlock (cause ``firmware``).",
      _value(1, "Any value.", access="w"), "write"),
@@ -381,39 +395,41 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
     ("period", "Longest time between two watchdog calls.",
      _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
     ("arming", "Permission to discharge; see ``rtl.safety.arming``.", (
-        Field(name="contactor", bits=1, access="r", doc="The main contactor has its coil on."),
+        Field(name="contactor", bits=1, access="r", doc="The main contactor's coil is on."),
         Field(name="armed", bits=1, access="r", doc="Its contacts are closed: the discharge is "
               "allowed."))),
-    ("disarm", "Open the main contactor until the button is pressed anew.",
+    ("disarm", "Open the main contactor until the button is pressed again.",
      _value(1, "Any value.", access="w"), "write"),
-    ("leave", "Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, "
-     "they are excused until they are released, something else comes, or a pulse would go further "
-     "onto one. Meanwhile there is no discharge, and motion is slow.",
+    ("leave", "Operator's order ``0x5A`` to leave the pressed limit switches. Only while safe. "
+     "They then do not trip until they are released, another cause comes, or a pulse would go "
+     "further onto one of them. Meanwhile there is no discharge, and motion is slow.",
      _value(8, "The key.", access="w"), "write"),
     ("limits", "Limit switches, debounced.", (
         Field(name="low", bits=len(AXES), access="r", doc="Lower one, bit 0 X."),
         Field(name="high", bits=len(AXES), access="r", doc="Upper one."),
-        Field(name="leaving", bits=1, access="r", doc="One of them is just being left."))),
-    ("damage", "What cause ``guard`` has found since the interlock was cleared.", (
+        Field(name="leaving", bits=1, access="r", doc="The machine is leaving them."))),
+    ("damage", "Damage that cause ``guard`` has found since the interlock was cleared.", (
         Field(name="axes", bits=len(AXES), access="r",
-              doc="Command, position and Er of an axis do not belong together, bit 0 X."),
+              doc="Command, position and Er of an axis disagree, bit 0 X."),
         Field(name="word", bits=1, access="r", doc="A word of the path window has a wrong parity."),
-        Field(name="segment", bits=1, access="r", doc="So have the words of the segment at work."),
+        Field(name="segment", bits=1, access="r",
+              doc="A word of the present segment has a wrong parity."),
         Field(name="place", bits=1, access="r",
               doc="Path coordinate, front or place in the segment differ from their doubles."),
-        Field(name="pulses", bits=1, access="r", doc="A path pulse was lost, or came of nothing."),
+        Field(name="pulses", bits=1, access="r",
+              doc="A path pulse was lost, or came without a reason."),
         Field(name="bounds", bits=len(AXES), access="r",
-              doc="A soft limit, a bound of the following error or the gain of an axis is not as "
-                  "firmware wrote it, bit 0 X."),
+              doc="A soft limit, a bound of the following error or the gain of an axis differs "
+                  "from what the firmware wrote, bit 0 X."),
         Field(name="fluid", bits=1, access="r",
-              doc="So is whether low fluid trips."),
+              doc="The choice whether low fluid trips differs from what the firmware wrote."),
         Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
         Field(name="latch", bits=1, access="r",
               doc="The interlock's latch differs from its double."),
      )),
-    ("watch", "What the watchdog waits for; see ``rtl.safety.watchdog``.", (
-        Field(name="asked", bits=1, access="r", doc="``0xC3``. Interrupt 1."),
-        Field(name="open", bits=1, access="r", doc="``0x5A`` is not too soon."))),
+    ("watch", "State of the watchdog; see ``rtl.safety.watchdog``.", (
+        Field(name="asked", bits=1, access="r", doc="It waits for ``0xC3``. Interrupt 1."),
+        Field(name="open", bits=1, access="r", doc="``0x5A`` would not be too early."))),
 ))
 
 AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the machine side.",
@@ -459,14 +475,14 @@ def _axis(index: int, letter: str) -> Block:
             Field(name="saturated", bits=1, access="r", doc="Er is at its limit."),
             Field(name="illegal", bits=1, access="r", doc="The encoder has jumped."),
             Field(name="check", bits=3, access="r",
-                  doc="What the supervision of the coder has found: 0 nothing, 1 another way than "
-                      "the model of the drive, 2 no edges, 3 none of phase A, 4 none of phase B, "
-                      "5 against the command, 6 another share of what the drive was told, 7 too "
-                      "fast."),
+                  doc="Result of the coder's supervision: 0 nothing wrong, 1 the axis moves "
+                      "differently from the model of its drive, 2 no edges, 3 no edges of phase A, "
+                      "4 no edges of phase B, 5 counts against the command, 6 counts another "
+                      "distance than commanded, 7 too fast."),
             Field(name="beyond_low", bits=1, access="r",
                   doc="A pulse beyond the lower soft limit was refused."),
             Field(name="beyond_high", bits=1, access="r",
-                  doc="... or beyond the upper one."))),
+                  doc="A pulse beyond the upper soft limit was refused."))),
         ("low", "Lower soft limit: no command goes below it.",
          _value(32, "Position.", signed=True, unit="pulse", guarded=True)),
         ("high", "Upper soft limit.",
@@ -480,5 +496,5 @@ def _axis(index: int, letter: str) -> Block:
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
           *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SERVO, FLUID,
           FEED)
-# Those of the gateware in ``rtl``; the others are the processor's own and the link's.
+# Blocks of the gateware in ``rtl``. The others belong to the processor and the link.
 OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, LINK))

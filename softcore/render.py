@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is made of the tables in ``softcore.tables``: C for the firmware, and pages.
+"""Makes C for the firmware, and pages, from the tables in ``softcore.tables``.
 
-Each function takes its table and gives the text of one file, without the notice at its head.
+Each function takes a table and returns the text of one file, without the notice at its head.
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,30 +30,30 @@ def _enum(name: str, members: Iterable[str]) -> list[str]:
 
 
 def grouped(number: int) -> str:
-    """A number for reading: thousands apart by a narrow space."""
+    """Format a number with a narrow space between thousands."""
     return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def settings_header(table: Sequence[Setting]) -> str:
-    """Names of the settings, and what their table holds, in C."""
+    """Names of the settings, and the type of their table's rows, in C."""
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
     numbers = [setting.number for setting in table]
-    lines += ["", "/* Their numbers, mostly without a gap. */",
+    lines += ["", "/* Range of the numbers; some in it may be unused. */",
               f"#define SETTINGS_FIRST {min(numbers)}u", f"#define SETTINGS_LAST {max(numbers)}u"]
-    lines += ["", "/* What has to be done again after a change. */"]
+    lines += ["", "/* The firmware applies the whole group again when a setting of it changes. */"]
     lines += _enum("setting_group", [*(f"GROUP_{group.upper()}" for group in GROUPS),
                                      "SETTINGS_GROUPS"])
     lines += [
         "",
         "typedef struct {",
         "    uint32_t initial, lowest, highest;",
-        "    uint16_t number;        /* that of the lines `$number=value` */",
+        "    uint16_t number;        /* of the line `$number=value` */",
         "    uint8_t group;",
         "    bool guards;            /* locked while the machine moves or machines */",
         "    const char *title;",
         "    const char *unit;       /* empty for a pure number */",
-        "    const char *guard;      /* what the value 0 switches off; 0 if nothing */",
+        "    const char *guard;      /* guard that the value 0 switches off, or 0 */",
         "} settings_table_row;",
         "",
         "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
@@ -79,17 +79,17 @@ def settings_source(table: Sequence[Setting]) -> str:
 
 
 def grbl_header(table: Sequence[GrblSetting]) -> str:
-    """What the firmware knows of grbl's settings, in C."""
+    """Types for grbl's settings, in C."""
     lines = ["#pragma once", "#include <stdint.h>", "", '#include "base/settings_table.h"', "",
              f"#define GRBL_ROWS {len(table)}u", "",
-             "/* What a value comes from; all but a constant have three decimals. */"]
+             "/* Source of a value. All but a constant have three decimals. */"]
     lines += _enum("grbl_source", (f"GRBL_{source.upper()}" for source in SOURCES))
     lines += [
         "",
         "typedef struct {",
         "    uint16_t number;",
         "    uint8_t source;",
-        "    uint8_t value;          /* that of a constant; of others the axis */",
+        "    uint8_t value;          /* of a constant; for other sources the axis */",
         "    uint8_t follows[2];     /* settings that it follows from; SETTINGS for none */",
         "    const char *title;",
         "    const char *unit;",
@@ -118,13 +118,13 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
     """Reference of the settings, in Markdown."""
     lines = [
         "# Settings", "",
-        "Numbers by which a machine and its gap are set up. `$$` lists them as `$number=value`, "
-        "and such a line changes one. `$ES` tells what each is called, its unit and its range, and "
-        "`$ES=number` tells that of one setting. A [machine's file](machine-file.md) gives them in "
+        "The settings adapt the controller to a machine and its gap. `$$` lists them as "
+        "`$number=value`, and such a line changes one. `$ES` lists title, unit and range of all "
+        "settings, `$ES=number` of one. A [machine's file](machine-file.md) gives them in "
         "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
         "After power-on every setting has its default.", "",
-        "No setting changes while a program runs. Those marked *rest* guard the machine: they "
-        "also stay as they are while it moves or machines (" + filled(
+        "No setting can change while a program runs. Those marked *rest* guard the machine: they "
+        "cannot change while it moves or machines either (" + filled(
             "`error:{error_busy}`).", table, faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
@@ -147,9 +147,9 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
 
 
 def faults_header(table: Sequence[Fault]) -> str:
-    """Codes of what can go wrong, in C, and what is said of it where that is always the same."""
+    """Codes of faults in C, and the sentences that are always the same."""
     lines = ["#pragma once", "",
-             "/* Our numbers: told as they are, but where grbl has one (below). */"]
+             "/* Our numbers. Grbl's number is sent instead if it has one (below). */"]
     lines += _enum("fault_code", ["FAULT_NONE = 0", *(
         f"FAULT_{one.name.upper()} = {one.number}" for one in table)])
     lines += ["", *(f"#define FAULT_TEXT_{one.name.upper()} \\\n    {_string(one.sentence)}"
@@ -165,7 +165,7 @@ def faults_header(table: Sequence[Fault]) -> str:
 
 
 def causes_header(table: Sequence[Cause]) -> str:
-    """What is said of the interlock's causes, in C."""
+    """Sentences of the interlock's causes, in C."""
     lines = ["#pragma once", "", '#include "hal/regs.h"', "", "#define CAUSE_TEXTS \\"]
     rows = [f"    [CAUSE_{one.name.upper()}] = {_string(one.sentence)}" for one in table]
     return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
@@ -176,13 +176,13 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
     """Reference of alarms and errors, in Markdown."""
     lines = [
         "# Alarms and errors", "",
-        "`error:N` refuses a line: nothing of it was done, but where a reset or an alarm came "
-        "while it was being carried out. `ALARM:N` ends a program and locks the "
+        "`error:N` refuses a line. The line had no effect, unless a reset or an alarm came while "
+        "it was being carried out. `ALARM:N` ends a program and locks the "
         "machine: the discharge is off, and the axes come to rest. `$X` unlocks it when the cause "
-        "is gone. In front of each the controller says where it was and what exactly was wrong, as "
-        "`[MSG:…]` or as the event `alarm`.", "",
-        "The numbers are ours, from 100 on. Where grbl 1.1 has one of the same meaning, that one "
-        "is told instead: it stands behind ours.", "",
+        "is gone. Before each of them the controller says where it happened and what exactly was "
+        "wrong, as `[MSG:…]` or as the event `alarm`.", "",
+        "Our own numbers begin at 100. If grbl 1.1 has a number with the same meaning, the "
+        "controller sends that one; it follows our number here.", "",
         "A program that is refused before anything has moved is *rejected* (exit status 4); after "
         "that, or if the machine is at fault, the run ends in *alarm* (exit status 3)."]
     for part, title in PARTS.items():
@@ -201,7 +201,7 @@ def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,
 
 
 def _format(fields: Iterable[Field]) -> str:
-    """What ``text_print`` makes of the fields of an event line."""
+    """Format of an event's fields for ``text_print``."""
     return "".join(f",{events.FORMATS[one.kind]}" for one in fields if one.kind in events.FORMATS)
 
 
@@ -242,7 +242,7 @@ def _class(name: str, doc: str, choices: Iterable[tuple[int, str, str]]) -> list
 
 
 def events_gateware(table: Sequence[Event]) -> str:
-    """Kinds of events and what is told with them, for the gateware, in Python."""
+    """Kinds of events and their details for the gateware, in Python."""
     def rows(choices: Iterable[Choice]) -> list[tuple[int, str, str]]:
         return [(one.number, one.name, one.doc) for one in choices]
 
@@ -280,13 +280,13 @@ def events_page(table: Sequence[Event]) -> str:
     """Reference of the events, in Markdown."""
     lines = [
         "# Events", "",
-        "What happens in a run, as `events.jsonl` has it: one JSON object a line, in order. Every "
+        "`events.jsonl` has the events of a run, one JSON object in each line, in order. Every "
         "object has `cycle` (clocks since reset), `t` (s), `event`, `line` (of the source text) "
-        "and `pos` (mm by axis, by the coders, in the program's frame in force). Then come the "
-        "fields below.", "",
-        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name, all "
-        "numbers decimal: places in pulses, speeds in µm/min, fields in the same order. Blocks "
-        "that follow each other closely have a still shorter form "
+        "and `pos` (mm for each axis, by the coders, in the program frame in force). The fields "
+        "below follow.", "",
+        "On the link an event is a line `[E:name,cycle,line,x,y,z,…]` with a short name. All "
+        "numbers are decimal, places in pulses, speeds in µm/min, and the fields have the same "
+        "order. Blocks that follow each other closely are compact events "
         "(`softcore/firmware/link/output.h`)."]
     for one in table:
         lines += ["", f"## `{one.name}`", "", one.doc]
@@ -311,8 +311,8 @@ def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> st
         "#pragma once", "",
         f"#define CONDITIONS_ENTERED {ENTERED}   /* rows that can be entered */",
         f"#define CONDITIONS_IP_MA {IP_MA}   /* one IP */",
-        f"#define CONDITIONS_PLANNED {PLANNED}  /* number of a planned one, less its IP */", "",
-        "/* What a row has where it says nothing else. */",
+        f"#define CONDITIONS_PLANNED {PLANNED}  /* a planned condition has this number + IP */", "",
+        "/* Defaults of a row. */",
         f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
     rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
             f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "
@@ -325,12 +325,12 @@ def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
     """Reference of the built-in conditions, in Markdown."""
     lines = [
         "# Machining conditions", "",
-        f"`C` with a number chooses one of these, or one that was entered with G10: {ENTERED} fit "
-        f"beside them ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is added to "
-        "the off-time after an arc or a short. The first are copper on steel in hydrocarbon oil, "
-        "from finishing to roughing; those with a negative electrode are for wire. "
-        "510 is over before the gap is looked at as settings are built: see `C` in "
-        "[words](programs.md).", "",
+        f"`C` with a number selects one of these conditions, or one of up to {ENTERED} that were "
+        f"entered with G10 ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is "
+        "additional off-time after an arc or a short. The first conditions are for copper on steel "
+        "in hydrocarbon oil, from finishing to roughing; those with a negative electrode are for "
+        "wire. With default settings, pulses of 510 end before the comparators are read: see `C` "
+        "in [words](programs.md).", "",
         "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
     lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
               f"| {row.on_us} | {row.off_us} | {row.rest_us} "

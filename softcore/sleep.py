@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor's clock, which firmware stops while it has nothing to do."""
+"""The processor's clock, which the firmware stops while it has nothing to do."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["ClockGate", "Sleep"]
 
-# For the simulator: the enable is taken on the falling edge, so that no short pulse comes out.
+# For the simulator. The enable is sampled on the falling edge, so that there are no short pulses.
 GATE = """\
 module gapkeeper_clock_gate(input clock, input enable, output gated);
   reg open = 1'b1;
@@ -18,18 +18,18 @@ endmodule
 
 
 class ClockGate(wiring.Component):
-    """Clock of another domain: ``clock`` with the pulses after a clock of ``enable`` low left out.
+    """Clock of another domain: ``clock`` without the pulses that follow a low ``enable``.
 
-    On ECP5 the pulses all come. The device's gates stand in front of its clock nets, so that a
-    gated clock would be a net beside ``clock``, with paths between both that the layout does not
-    time. The processor then sleeps by waiting for its next access of the register bus.
+    On ECP5 the clock is not gated. The gates of this device are in front of its clock nets, so a
+    gated clock would be a net of its own, and the layout would not time the paths between it and
+    ``clock``. There the processor sleeps by waiting for its next access of the register bus.
 
     Members
     -------
     clock : In(1)
         The clock; a clock net.
     enable : In(1)
-        The next pulse comes.
+        Let the next pulse through.
     gated : Out(1)
         The clock of the other domain, in phase with ``clock``.
     """
@@ -53,16 +53,16 @@ class ClockGate(wiring.Component):
 class Sleep(wiring.Component):
     """Decides when the processor's clock runs.
 
-    ``strobe`` puts the processor to sleep in the next clock, for at most ``clocks`` clocks;
-    ``wake`` ends or prevents it, in the same clock. An access of the register bus is never cut in
-    two: its ``ack`` keeps the clock running, and none is taken while ``running`` is low.
+    ``strobe`` puts the processor to sleep in the next clock, for at most ``clocks`` clocks.
+    ``wake`` ends or prevents the sleep in the same clock. A sleep never interrupts an access of the
+    register bus: ``ack`` keeps the clock running, and no access is taken while ``running`` is low.
 
     Members
     -------
     strobe : In(1)
-        Sleep.
+        Order to sleep.
     clocks : In(16)
-        At most so long. Read with ``strobe``.
+        Longest sleep. Read with ``strobe``.
     wake : In(1)
         There is something to do.
     ack : In(1)

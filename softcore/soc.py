@@ -17,19 +17,19 @@ from softcore.uart import Uart
 
 __all__ = ["MEMORY_SIZE", "Soc"]
 
-MEMORY_SIZE = 311_296  # bytes, where a board or a simulation has no other
+MEMORY_SIZE = 311_296  # bytes, unless a board or a simulation sets another size
 
 
 class Soc(wiring.Component):
-    """Everything but the pads.
+    """Everything except the pads.
 
-    Memory is at address 0, the registers at ``regmap.BASE``. The members beside ``rx`` and ``tx``
-    are the controller's pins, see ``rtl.members.pins``.
+    Memory is at address 0, the registers at ``regmap.BASE``. The members other than ``rx`` and
+    ``tx`` are the controller's pins, see ``rtl.members.pins``.
 
-    A word of the memory that reads wrong makes the outputs safe in the next clock. From there on
-    no access of the processor is taken or answered, until reset: what it made of that word has no
-    effect. ``FaultNotice`` has the serial line then. So it is when the watchdog has had no call for
-    a period after it has made the outputs safe.
+    If a word of the memory reads wrong, the outputs are safe in the next clock. From then until
+    reset no access of the processor is taken or answered, so that the wrong word has no effect.
+    ``FaultNotice`` then uses the serial line. The same happens if the watchdog has made the outputs
+    safe and gets no call for one more period.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Soc(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # The processor and its memory have a clock that stops while firmware sleeps.
+        # The clock of the processor and its memory stops while the firmware sleeps.
         m.domains.processor = ClockDomain(local=True)
         asleep = DomainRenamer("processor")
         m.submodules.gate = gate = ClockGate()

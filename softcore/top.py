@@ -34,13 +34,14 @@ def digest() -> str:
 
 
 class Top(Elaboratable):
-    """Pads and controller, joined, in a clock domain that starts with a reset of its own.
+    """Pads and controller, joined, in a clock domain that makes its own reset.
 
-    Boards have no reset pin to rely on: after configuration, and while ``locked`` is low, ``sync``
-    is in reset, and for ``RESET_CLOCKS`` more, or on ECP5 the processor alone for so many more.
+    Boards have no dependable reset pin. ``sync`` is in reset after configuration and while
+    ``locked`` is low, and then for ``RESET_CLOCKS`` more clocks; on ECP5 only the processor is in
+    reset for these further clocks.
 
-    An ECP5 has a net of its own (GSR) that brings every register to its initial value. It takes
-    the reset's place there, which would else be the largest net by far, of ordinary wires.
+    An ECP5 has a dedicated net (GSR) that sets every register to its initial value. There it is
+    used in place of a reset signal, which would be by far the largest net of ordinary wires.
 
     Parameters
     ----------
@@ -90,13 +91,13 @@ class Top(Elaboratable):
 
     def _global_reset(self, m):
         m.domains.sync = sync = ClockDomain(reset_less=True)
-        # Two registers that the net itself leaves alone bring its end in step with the clock.
+        # Two registers that GSR does not affect synchronise its end to the clock.
         good = [self.locked, Signal(name="good_0"), Signal(name="good_1")]
         for index, (level, held) in enumerate(pairwise(good)):
             m.submodules[f"good_{index}"] = Instance(
                 "FD1S3AX", p_GSR="DISABLED", i_CK=self.clock, i_D=level, o_Q=held)
         m.submodules.reset = Instance("SGSR", i_CLK=self.clock, i_GSR=good[-1])
-        # The processor's registers have no initial values: it needs a reset that it can see.
+        # The processor's registers have no initial values, so it needs a reset signal.
         clocks = Signal(range(self.RESET_CLOCKS + 1))
         m.d.comb += [sync.clk.eq(self.clock), self.soc.hold.eq(clocks != self.RESET_CLOCKS)]
         with m.If(clocks != self.RESET_CLOCKS):
@@ -104,7 +105,7 @@ class Top(Elaboratable):
 
 
 def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
-    """Controller for the simulator, and its ports by the names of ``rtl.members.pins``.
+    """Controller for the simulator; its ports have the names of ``rtl.members.pins``.
 
     The memory is empty: the simulator loads firmware when it starts.
     """
@@ -120,7 +121,7 @@ def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
 
 
 def simulation_verilog(clock_hz: int, **options) -> list[str]:
-    """Verilog of module ``gapkeeper`` and of what it instantiates, one text per file.
+    """Verilog of module ``gapkeeper`` and of the modules that it instantiates, one text per file.
 
     Its ports: ``clk``, ``rx``, ``tx`` and the pins; and ``power_good``, low for a brown-out. It
     resets itself.
@@ -131,7 +132,7 @@ def simulation_verilog(clock_hz: int, **options) -> list[str]:
 
 
 def simulation_netlist(clock_hz: int, **options) -> list[str]:
-    """What ``simulation_verilog`` says, for Yosys: RTLIL, the processor, the gate's ports alone."""
+    """Like ``simulation_verilog``, for Yosys: RTLIL, the processor, and the gate's ports only."""
     top, outside = simulated(clock_hz, **options)
     text = rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False)
     ports = GATE.splitlines()[0]

@@ -11,8 +11,8 @@ from softcore.link_decoder import ENTRY, NOTES, LinkDecoder
 
 __all__ = ["Receiver", "Transmitter", "Uart"]
 
-RECEIVE_DEPTH = 256  # entries: at least one whole tape frame, stuffed, and what goes before it
-TRANSMIT_DEPTH = 64  # bytes: a line of the link's answers
+RECEIVE_DEPTH = 256  # entries: room for a whole stuffed tape frame and bytes before it
+TRANSMIT_DEPTH = 64  # bytes: room for a line of an answer
 
 
 def _check(divisor):
@@ -22,16 +22,17 @@ def _check(divisor):
 
 
 class Receiver(wiring.Component):
-    """Bytes from a line: one start bit, eight bits with the lowest first, one stop bit.
+    """Receives bytes: one start bit, eight bits with the lowest first, one stop bit.
 
     Each bit is read once, in its middle: ``divisor // 2`` clocks after the first clock in which the
-    start bit was seen, and every ``divisor`` clocks from there. A start bit that is gone in its
-    middle is noise and forgotten. ``done`` is high in the clock after the middle of a stop bit that
-    is high, with ``data``; ``framing`` is high there if the stop bit is low, and then nothing more
-    is received until the line was high. The next start bit may follow the middle of the stop bit.
+    start bit was seen, and then every ``divisor`` clocks. A start bit that is no longer there in
+    its middle is noise and is ignored. In the clock after the middle of the stop bit, ``done`` is
+    high with ``data`` if the stop bit is high; ``framing`` is high if it is low, and nothing more
+    is received until the line has been high. The next start bit may come right after the middle of
+    the stop bit.
 
-    A sender may be slower by 4 %, and faster by 5 % less 10 % / ``divisor``: the first clock of a
-    start bit may be one clock old, and the middle of the stop bit must still lie within it.
+    A sender may be slower by 4 %, and faster by 5 % less 10 % / ``divisor``. These bounds allow for
+    a start bit that is seen up to one clock late.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ class Receiver(wiring.Component):
     data : Out(8)
         The byte. Valid with ``done``.
     done : Out(1)
-        A byte has come: high for one clock.
+        A byte was received: high for one clock.
     framing : Out(1)
         A byte had no stop bit and was dropped: high for one clock.
 
@@ -95,11 +96,11 @@ class Receiver(wiring.Component):
 
 
 class Transmitter(wiring.Component):
-    """Bytes to a line, in the format of ``Receiver``.
+    """Sends bytes in the format of ``Receiver``.
 
     A byte is taken in a clock in which ``valid`` and ``ready`` are high; its start bit begins in
-    the next. It lasts exactly ``10 * divisor`` clocks, and the next follows it without a gap
-    if it is there in the last of them.
+    the next clock. It lasts exactly ``10 * divisor`` clocks. The next byte follows without a gap if
+    it is offered in the last of these clocks.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ class Transmitter(wiring.Component):
         m = Module()
 
         timer = Signal(range(self.divisor))  # clocks left of this bit
-        frame = Signal(9)                    # what follows the bit on the line; ends with a one
+        frame = Signal(9)                    # bits after the one on the line; ends with a one
         m.d.comb += self.ready.eq((timer == 0) & ~frame.any())
 
         with m.If(timer != 0):
@@ -148,11 +149,11 @@ class Transmitter(wiring.Component):
 class Uart(wiring.Component):
     """The registers of block ``link``: a receive queue of 256 entries, a transmit queue of 64.
 
-    ``receive_data`` and ``receive_mark`` show the oldest entry while ``receive_valid`` is high, and
-    ``receive_strobe`` takes it: the next one is in view in the next clock. A byte is in view 3
-    clocks after the middle of its stop bit. What bytes and marks there are, and what ``hold``,
-    ``reset``, the notes and their release mean: see ``softcore.link_decoder``. ``hold`` and
-    ``reset`` are up 2 clocks after the middle of their byte's stop bit.
+    ``receive_data`` and ``receive_mark`` show the oldest entry while ``receive_valid`` is high.
+    ``receive_strobe`` takes it; the next one is shown in the next clock. A byte is shown 3 clocks
+    after the middle of its stop bit. ``softcore.link_decoder`` describes bytes and marks, ``hold``,
+    ``reset``, the notes and their release. ``hold`` and ``reset`` are high 2 clocks after the
+    middle of their byte's stop bit.
 
     ``transmit`` is queued with ``transmit_strobe`` if ``ready`` is high, else it is lost.
 
@@ -176,9 +177,9 @@ class Uart(wiring.Component):
     waiting : Out(range(RECEIVE_DEPTH + 1))
         Entries in the receive queue.
     taken : In(1)
-        After the byte under way the line to the host is that of the notice; what is queued stays.
+        After the present byte, the line to the host sends the notice; queued bytes stay queued.
     notice_data : In(8), notice_valid : In(1), notice_ready : Out(1)
-        Bytes to send meanwhile, as those of ``Transmitter``.
+        Bytes of the notice, as for ``Transmitter``.
 
     The others are those of ``LinkDecoder``.
 

@@ -13,7 +13,7 @@ from testbench.models.arc import Piece
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
-        "series", "planned")
+        "depth series", "planned")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", *(event.name for event in numbered()))
@@ -109,7 +109,7 @@ class Checker:
         self._sentence = ctypes.create_string_buffer(256)
 
     def enter(self, line: str) -> str:
-        """Enter a line by hand; return the firmware's fault, or None."""
+        """Enter a line by hand; return why the firmware refuses it, or an empty string."""
         refused = self.library.gk_check_line(line.encode(), self._sentence, 256)
         return self._sentence.value.decode() if refused else ""
 
@@ -307,7 +307,7 @@ class Controller:
     def feed_mode(self) -> dict[str, int]:
         """Words of the feed mode that the firmware has written: see ``hal_feed_mode``."""
         words = (ctypes.c_uint32 * 12)()
-        self.library.gk_law_read(words)
+        self.library.gk_feed_mode_read(words)
         names = ("mode", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
                  "lowest", "highest", "gain", "fastest")
         return dict(zip(names, words, strict=True))

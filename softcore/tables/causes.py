@@ -14,10 +14,10 @@ __all__ = ["CAUSES", "Cause", "numbers"]
 
 @dataclass(frozen=True, kw_only=True)
 class Cause:
-    """A cause: ``sentence`` as the alarm says it, and ``remedy`` for the person at the machine.
+    """A cause: ``sentence`` as in the alarm, and ``remedy`` for the person at the machine.
 
-    The firmware words those of coders and soft limits itself, where it knows more: their sentence
-    here is for the page.
+    For coders and soft limits the firmware knows more and makes its own sentence; the one here is
+    only for the page.
     """
 
     name: str
@@ -43,26 +43,27 @@ CAUSES: tuple[Cause, ...] = (
            "Send `$X`, and move slowly away from the switch."),
     _cause("fluid_low", "the fluid is below its level", "Fill the tank; look for a leak."),
     _cause("watchdog", "the firmware stopped calling the watchdog",
-           "Send `$X`. If it comes back, do not use the controller, and report it."),
+           "Send `$X`. If it happens again, do not use the controller, and report it."),
     _cause("error_saturated", "a deviation counter reached its limit",
-           "The axis did not follow: see that it can move, and look at its drive."),
+           "The axis did not follow: check that it can move, and look at its drive."),
     _cause("encoder", "an encoder made an illegal transition", CODER),
     _cause("following_stopped", "position deviation at rest above its limit",
            f"Something pushes the axis, or its drive does not hold it. {DRIVE}"),
     _cause("following_moving", "position deviation in motion above its limit",
-           f"The axis did not follow: see that it can move. {DRIVE}"),
-    _cause("firmware", "the firmware asked for it", "Read what was said before."),
-    _cause("coder", "a coder does not tell what its axis does", CODER),
+           f"The axis did not follow: check that it can move. {DRIVE}"),
+    _cause("firmware", "the firmware has tripped it", "Read the messages before this one."),
+    _cause("coder", "a coder does not show the motion of its axis", CODER),
     _cause("travel", "a command beyond a soft limit",
            "Check zero and program; move the axis back."),
     _cause("contact", "the electrode touched the work with the discharge off",
-           "Send `$X`, and move away from the work. Look at electrode and work: it was pressed."),
+           "Send `$X`, and move away from the work. Check electrode and work for damage."),
     _cause("gate", "the gap had current or voltage with both sources off",
-           "Switch the power supply off. A transistor of it, or its cable, may be broken."),
+           "Switch the power supply off. One of its transistors, or its cable, may be broken."),
     _cause("memory", "the processor's memory read wrong",
-           "Switch the controller off and on. If it comes back, do not use it."),
+           "Switch the controller off and on. If it happens again, do not use the controller."),
     _cause("guard", "a guarded register of the gateware is damaged",
-           "Send `$X`, and find the reference again. If it comes back, do not use the controller."),
+           "Send `$X`, and find the reference again. If it happens again, do not use the "
+           "controller."),
 )
 
 

@@ -5,11 +5,11 @@
 ``docs/reference/conditions.md`` of it; the host plans with it. Plain data: imports nothing from
 Amaranth.
 
-Copper on steel, electrode positive, in hydrocarbon oil: from finishing to roughing. One IP is 1.5 A
-(the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A, off-times keep the duty
-factor between one third and two thirds; a pulse that was an arc or a short is followed by twice the
-rest. Fixed before any tape was tuned on them. The last are for wire: short pulses with long pauses,
-electrode negative.
+They are for copper on steel in hydrocarbon oil with a positive electrode, from finishing to
+roughing. One IP is 1.5 A (the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A.
+Off-times keep the duty factor between one third and two thirds. After an arc or a short the
+off-time is doubled. The numbers were fixed before any tape was tuned on them. The last conditions
+are for wire: short pulses with long pauses, and a negative electrode.
 """
 
 from collections.abc import Iterable
@@ -19,15 +19,15 @@ __all__ = ["CONDITIONS", "ENTERED", "IP_MA", "PLANNED", "USUAL", "Condition", "V
 
 IP_MA = 1500        # one IP, mA
 ENTERED = 16        # conditions that can be entered beside these
-PLANNED = 900       # number of a planned condition, less its IP
+PLANNED = 900       # a planned condition has the number PLANNED + IP
 
 
 @dataclass(frozen=True, kw_only=True)
 class Voltages:
-    """What a condition has where it says nothing else.
+    """Voltages and servo step of a condition that sets none of its own.
 
-    Open voltage and the levels of an arc and a short in V, the level of an open gap in percent of
-    the open voltage, the servo's step in pulses.
+    Open voltage and the levels of an arc and a short are in V, the level of an open gap is in
+    percent of the open voltage, and the servo's step is in pulses.
     """
 
     open_v: int
@@ -68,9 +68,9 @@ CONDITIONS: tuple[Condition, ...] = (
 
 
 def ladder(table: Iterable[Condition] = CONDITIONS) -> tuple[tuple[int, int, int, int], ...]:
-    """Current (IP), number, on- and off-time (us) of the conditions that roughing is planned with.
+    """Current (IP), number, on- and off-time (us) of the conditions for planned roughing.
 
-    They have the electrode positive and whole IP, and their currents rise.
+    Their electrode is positive, their currents are whole IP and ascend.
     """
     return tuple((row.milli_ip // 1000, row.number, row.on_us, row.off_us)
                  for row in table if not row.negative)

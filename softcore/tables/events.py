@@ -33,27 +33,28 @@ def _choices(*rows: tuple[str, str, str]) -> tuple[Choice, ...]:
 CAUSES = _choices(("short", "s", "A short."), ("jump", "j", "A periodic jump (G38)."),
                   ("operator", "o", "The operator's order."))
 REASONS = _choices(("cleared", "c", "The short is over."),
-                   ("limit", "l", "As far back as allowed."),
-                   ("path_start", "p", "Where the path begins, or at the back limit."))
-PHASES = _choices(("high", "h", "At H, to the changeover."), ("low", "l", "At E, to BS."))
+                   ("limit", "l", "The retractable limit or the back limit was reached."),
+                   ("path_start", "p", "The start of the path was reached."))
+PHASES = _choices(("high", "h", "At speed H, to the changeover."),
+                  ("low", "l", "At speed E, to BS."))
 SOURCES = _choices(("tape", "t", "The program."), ("mdi", "m", "A line entered by hand."))
-# Why the gateware halts; the firmware makes an alarm of it. No letter: it is never told as such.
+# Why the gateware halts. The firmware turns it into an alarm, so it needs no letter.
 HALTS = _choices(("limit", "", "Still short at the retractable limit."),
-                 ("back_limit", "", "Still short where the way back ends."),
-                 ("burst", "", "Too many shorts returned."),
+                 ("back_limit", "", "Still short at the back limit."),
+                 ("burst", "", "Too many shorts in a short burst."),
                  ("no_data", "", "A short, and no retraction data in force."),
                  ("servo", "", "The servo wants to go back further than a retraction may."),
                  ("contact", "", "Contact with the discharge off."))
 
-# What a number or text of a line is, and what the file has for it. ``count``: a number as it is.
-# ``milli``: a thousandth. ``mm``: pulses. ``speed``: um/min on the line, mm/min in the file. With
-# ``or_none``: `-` on the line, null in the file. ``text``: it may have commas. ``resistivity``: the
-# converter's code on the line, Ohm cm in the file. ``by``: not on the line; ``program``, or
-# ``series`` if a field follows.
+# How a value stands on the line, and how in the file. ``count``: the same number in both.
+# ``milli``: thousandths on the line. ``mm``: pulses on the line, mm in the file. ``speed``: um/min
+# on the line, mm/min in the file. ``..._or_none``: `-` on the line, null in the file. ``text``: may
+# have commas. ``resistivity``: the converter's code on the line, Ohm cm in the file. ``by``: not on
+# the line; in the file ``series`` if a field follows, else ``program``.
 Kind = Literal["count", "milli", "mm", "length", "mm_or_none", "speed", "speed_or_none", "letter",
                "choice", "text", "resistivity", "by"]
 
-# Of a line, in the form of the firmware's ``text_print``.
+# Format of each kind on the line, for the firmware's ``text_print``.
 FORMATS: dict[str, str] = {
     "count": "%u", "milli": "%u", "mm": "%d", "length": "%u", "mm_or_none": "%s", "speed": "%u",
     "speed_or_none": "%s", "letter": "%c", "choice": "%c", "text": "%s", "resistivity": "%u"}
@@ -61,10 +62,10 @@ FORMATS: dict[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """A value of an event. A dot in its name is a table in the file.
+    """A value of an event. A dot in its name makes a nested table in the file.
 
-    ``optional``: lines may end before it. ``only``: a choice of the event for which alone the file
-    has it. ``filed``: whether the file has it at all.
+    ``optional``: a line may end before it. ``only``: the file has it only with this choice of the
+    event. ``filed``: whether the file has it at all.
     """
 
     name: str
@@ -82,9 +83,9 @@ class Event:
     """A kind of event.
 
     ``number`` is its kind in the gateware's queue, 0 if the firmware makes it; ``detail``,
-    ``first`` and ``second`` say what that queue holds with it. ``word`` is its name on the line,
-    short because the line is slow; ``""`` if it is not told as such. ``filed``: ``events.jsonl``
-    has it.
+    ``first`` and ``second`` describe the values that the queue holds with it. ``word`` is its name
+    on the line, short because the line is slow; ``""`` if there is no line for it. ``filed``:
+    ``events.jsonl`` has it.
     """
 
     name: str
@@ -104,8 +105,8 @@ def _field(name: str, kind: Kind, doc: str, *, unit: str = "", choices: tuple[Ch
                  only=only, filed=filed)
 
 
-# What the gateware's queue holds of each event, and the places of the axes behind it: bits and
-# whether it is signed.
+# Values of an event in the gateware's queue: number of bits, and whether they are signed. The
+# positions of the axes follow.
 QUEUE: dict[str, tuple[int, bool]] = {
     "detail": (8, False), "slot": (8, False), "cycle": (32, False), "path": (32, True),
     "first": (32, False), "second": (32, False)}
@@ -113,8 +114,8 @@ QUEUE: dict[str, tuple[int, bool]] = {
 EVENTS: tuple[Event, ...] = (
     Event(name="program_start", word="start", doc="The program has begun.", fields=(
         _field("program", "count", "Its number, if it has one.", optional=True, filed=False),)),
-    Event(name="block", word="block", doc="The machine enters the first segment of a block, or the "
-          "front has come to a block without motion.", fields=(
+    Event(name="block", word="block", doc="The machine has entered the first segment of a block, "
+          "or has reached a block without motion.", fields=(
         _field("text", "text", "The block.", optional=True),)),
     Event(name="retraction_set", word="set", doc="Retraction data come into force.", fields=(
         _field("speed", "speed", "R.", unit="mm/min"),
@@ -123,24 +124,24 @@ EVENTS: tuple[Event, ...] = (
         _field("low", "speed", "E.", unit="mm/min"),
         _field("changeover", "mm", "Q.", unit="mm"),
         _field("ceiling", "mm_or_none", "Z; null if there is none.", unit="mm"),
-        _field("source", "choice", "Where they come from.", choices=SOURCES))),
+        _field("source", "choice", "Their source.", choices=SOURCES))),
     Event(name="retraction_start", number=1, word="retract", doc="A retraction has begun.",
           detail="cause", first="latency in clocks", second="rate before", fields=(
-        _field("cause", "choice", "Why.", choices=CAUSES),
-        _field("speed", "speed", "Speed before it.", unit="mm/min"),
+        _field("cause", "choice", "Its cause.", choices=CAUSES),
+        _field("speed", "speed", "Speed before the retraction.", unit="mm/min"),
         _field("latency_cycles", "count", "From the sample that completed the short to the last "
                "forward path pulse; 0 if none followed.", unit="clocks", only="short"))),
     Event(name="retraction_end", number=2, word="back", doc="The way back has ended.",
           detail="reason", first="pulses of the plateau", second="its clocks", fields=(
-        _field("reason", "choice", "Why.", choices=REASONS),
+        _field("reason", "choice", "Why it ended.", choices=REASONS),
         _field("distance", "mm", "Commanded path from the first start point.", unit="mm"),
         _field("speed", "speed_or_none", "Speed of the plateau; null if there was none.",
                unit="mm/min"),
         _field("overshoot", "length", "How far the motors ran past the command.", unit="mm"))),
-    Event(name="readvance", number=3, word="advance", doc="The way forward has begun, or passed "
+    Event(name="readvance", number=3, word="advance", doc="The re-advance has begun, or has passed "
           "the changeover.", detail="phase", first="distance to the start point",
-          second="the same where the phase ends", fields=(
-        _field("phase", "choice", "How fast.", choices=PHASES),
+          second="distance where the phase ends", fields=(
+        _field("phase", "choice", "Its phase.", choices=PHASES),
         _field("from", "length", "Distance to the start point.", unit="mm"),
         _field("to", "length", "Distance to the start point where the phase ends.", unit="mm"),
         _field("speed", "speed", "Speed of the phase.", unit="mm/min"))),
@@ -162,12 +163,13 @@ EVENTS: tuple[Event, ...] = (
         _field("presets.open", "count", "Preset of counter 6."),
         _field("presets.ok", "count", "Preset of counter 7, good pulses."))),
     Event(name="condition", number=9, word="condition", doc="A machining condition has come into "
-          "force.", detail="how many were switched by depth",
+          "force.", detail="number of switches by depth",
           first="position of the jump axis", fields=(
         _field("number", "count", "Its number (C)."),
         _field("ip", "milli", "Its current.", unit="IP"),
-        _field("by", "by", "`program`, or `series` if the depth was reached."),
-        _field("depth", "mm", "Of a series: its depth.", unit="mm", optional=True))),
+        _field("by", "by", "`program`, or `series` if a depth of the depth series was reached."),
+        _field("depth", "mm", "With `series`: the depth of the switch.", unit="mm",
+               optional=True))),
     Event(name="aux", word="aux", doc="An auxiliary function has been sent to the machine side.",
           fields=(
         _field("letter", "letter", "M, S or T."),
@@ -175,7 +177,7 @@ EVENTS: tuple[Event, ...] = (
     Event(name="alarm", word="alarm", doc="The machine has stopped; see [alarms](alarms.md).",
           fields=(
         _field("code", "count", "Number of the alarm."),
-        _field("text", "text", "What was wrong, and where."))),
+        _field("text", "text", "The sentence of the alarm, with its place."))),
     Event(name="pause", word="pause", doc="M00, or M01 if it stops. In simulation `run` resumes "
           "by itself; at a port Enter does.",
           filed=False),

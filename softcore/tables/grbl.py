@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of grbl 1.1 that its senders read: the only place that says which, and from what.
+"""Settings of grbl 1.1 that its senders read: the only place where they are written down.
 
-None of them is stored: each is a constant of this controller, or follows from settings of ours.
+None of them is stored: each is a constant of this controller, or follows from our own settings.
 ``python -m softcore.generate`` makes the firmware's table (``base/grbl_table.c``) and a part of the
 page ``docs/reference/settings.md`` of it. Plain data: imports nothing from Amaranth.
 
@@ -14,15 +14,15 @@ from typing import Literal
 __all__ = ["GRBL_SETTINGS", "SOURCES", "GrblSetting", "Source"]
 
 Source = Literal["constant", "resolution", "speed", "acceleration", "travel"]
-# What the value comes from. All but a constant are told with three decimals, as grbl does.
+# Source of the value. All but a constant are sent with three decimals, as in grbl.
 SOURCES: tuple[Source, ...] = ("constant", "resolution", "speed", "acceleration", "travel")
 
 
 @dataclass(frozen=True, kw_only=True)
 class GrblSetting:
-    """A number of grbl with grbl's meaning, which ``$$`` tells and nobody can set.
+    """A setting with grbl's number and meaning, which ``$$`` lists and nobody can set.
 
-    ``value`` is that of a constant. ``axis`` counts from X, 0. ``follows`` are the names of our
+    ``value`` is that of a constant. ``axis`` counts from X, 0. ``follows`` has the names of our
     settings that it follows from, at most two; a refusal to set it names them.
     """
 
@@ -43,11 +43,11 @@ def _constant(number: int, title: str, value: int, meaning: str) -> GrblSetting:
 
 GRBL_SETTINGS: tuple[GrblSetting, ...] = (
     _constant(10, "status report, mask", 3,
-              "The sum of 1: reports have `MPos`; and 2: they have `Bf`. There is no other kind of "
+              "Sum of 1 (reports have `MPos`) and 2 (they have `Bf`). There is no other form of "
               "report."),
-    _constant(13, "reports in inches", 0, "Reports are in mm, whatever G20 says."),
+    _constant(13, "reports in inches", 0, "Reports are in mm, even under G20."),
     _constant(20, "soft limits", 1, "They are always in force: `${low_x_um}` to `${high_z_um}`."),
-    _constant(21, "hard limits", 1, "The limit switches are always looked at."),
+    _constant(21, "hard limits", 1, "The limit switches are always in force."),
     _constant(22, "homing", 0, "There is none: move to the mark, then `$POSITION=HERE`."),
     _constant(32, "laser mode", 0, "There is none."),
     *(GrblSetting(number=100 + k, title=f"resolution of {axis}", unit="step/mm",
@@ -55,12 +55,12 @@ GRBL_SETTINGS: tuple[GrblSetting, ...] = (
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=110 + k, title=f"highest speed of {axis}", unit="mm/min", source="speed",
                   axis=k, follows=("highest_speed_mm_min",),
-                  meaning="`${highest_speed_mm_min}`, which holds along the path, and not above "
-                  "what the clock allows.")
+                  meaning="`${highest_speed_mm_min}`, which limits the speed along the path, but "
+                  "at most what the clock allows.")
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=120 + k, title=f"acceleration of {axis}", unit="mm/s2",
                   source="acceleration", axis=k, follows=("acceleration_mm_s2",),
-                  meaning="`${acceleration_mm_s2}`, which holds along the path.")
+                  meaning="`${acceleration_mm_s2}`, which is the acceleration along the path.")
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=130 + k, title=f"travel of {axis}", unit="mm", source="travel", axis=k,
                   follows=(f"low_{axis.lower()}_um", f"high_{axis.lower()}_um"),

@@ -12,12 +12,12 @@ __all__ = ["filled", "plain"]
 
 def filled(text: str, settings: Sequence[Setting] = SETTINGS,
            faults: Sequence[Fault] = FAULTS) -> str:
-    """A sentence with the numbers for ``{setting}``, ``{alarm_fault}`` and ``{error_fault}``.
+    """Fill in the numbers for ``{setting}``, ``{alarm_fault}`` and ``{error_fault}``.
 
     Raises
     ------
     KeyError
-        If there is none of that name.
+        If no setting or fault has that name.
     """
     numbers = {setting.name: setting.number for setting in settings}
     numbers |= {f"alarm_{fault.name}": fault.alarm for fault in faults}
@@ -26,5 +26,5 @@ def filled(text: str, settings: Sequence[Setting] = SETTINGS,
 
 
 def plain(text: str) -> str:
-    """A sentence of Markdown for a terminal: without the marks of code and links."""
+    """Make a sentence of Markdown plain text for a terminal: without marks of code and links."""
     return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text).replace("`", "")

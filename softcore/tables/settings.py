@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller's own settings: the only place a number, a range or a default is written down.
+"""The controller's own settings: the only place where number, range and default are written down.
 
-Their numbers begin at ``FIRST``: those below are grbl's, see ``softcore.tables.grbl``.
+Their numbers begin at ``FIRST``. Lower numbers are grbl's, see ``softcore.tables.grbl``.
 
 ``python -m softcore.generate`` makes the firmware's table (``base/settings_table.c``) and the page
 ``docs/reference/settings.md`` of it; the host reads it. Plain data: imports nothing from Amaranth.
@@ -20,10 +20,11 @@ LARGEST_GAIN = 400              # 1/s: what the gateware's model of the drive ca
 FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmware
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
-# What the firmware does again when a setting has changed, and what heads its part of the page.
+# Groups of settings, with their headings on the page. When a setting changes, the firmware applies
+# its group again.
 GROUPS = {
     "detector": "Shorts, pulses and sensing",
-    "motion": "Speeds and series of shorts",
+    "motion": "Speeds and short bursts",
     "axes": "Axes and coders",
     "travel": "Travel",
     "loop": "Position loop and arcs",
@@ -38,11 +39,11 @@ Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "
 class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
-    ``title`` is what ``$ES`` tells of it, with the ``unit``; ``meaning`` is for the page,
-    with ``{name}`` for the number of another setting and ``{alarm_name}`` for that of an alarm.
-    No setting changes while a program runs. One that ``guards`` the machine stays as it is while
-    the machine moves or machines, too. ``switches_off`` names the guard that the value 0 switches
-    off, as the status report tells it; ``""`` if there is none.
+    ``$ES`` sends ``title`` and ``unit``. ``meaning`` is for the page; ``{name}`` stands for the
+    number of another setting and ``{alarm_name}`` for that of an alarm. No setting can change
+    while a program runs. A setting that ``guards`` the machine cannot change while the machine
+    moves or machines either. ``switches_off`` names the guard that the value 0 switches off, for
+    the status report; ``""`` if there is none.
     """
 
     number: int
@@ -77,59 +78,62 @@ def _travel(number: int, end: str, axis: str) -> Setting:
 
 SETTINGS: tuple[Setting, ...] = (
     _set(400, "short_needed", "short: shorted pulses needed", "pulses", (4, 1, 32), "detector",
-         "The gap is shorted when so many of the last pulses (`${short_window}`) were shorted."),
+         "The gap counts as shorted when this many of the last pulses (`${short_window}`) were "
+         "shorted."),
     _set(401, "short_window", "short: of the last pulses", "pulses", (5, 1, 32), "detector",
-         "How many of the last pulses are looked at for `${short_needed}`."),
+         "Number of the last pulses for `${short_needed}`."),
     _set(402, "short_duration_us", "short: or shorted for so long (0 never)", "us", (0, 0, 300_000),
-         "detector", "The gap is shorted, too, when no sample was clear for so long. 0: never."),
+         "detector", "The gap also counts as shorted when no sample was clear for this time. 0: "
+         "only `${short_needed}` counts."),
     _set(403, "clear_needed", "short: clear samples that end it", "samples", (3, 1, 255),
          "detector",
-         "A short is over after so many clear samples in a row."),
+         "A short ends after this many clear samples in a row."),
     _set(404, "blanking_ns", "gap: pulse start to comparators read", "ns", (3000, 0, 1_000_000),
-         "detector", "The comparators at the gap are not looked at for so long after a pulse "
-         "begins."),
+         "detector", "Time from the start of a pulse until the comparators at the gap are read."),
     _set(405, "sense_on_ns", "sensing pulse on-time", "ns", (10_000, 100, 1_000_000), "detector",
-         "On-time of the weak pulses that look for contact."),
+         "On-time of the sensing pulses: weak pulses that detect contact."),
     _set(406, "sense_off_ns", "sensing pulse off-time", "ns", (40_000, 100, 1_000_000), "detector",
-         "Pause between these pulses."),
-    _set(407, "gain_pulses", "depth that ends a series of shorts", "pulses", (10, 1, 65_535),
-         "motion", "Shorts belong to one series until the machine has come so much further than "
-         "the first of them. A pulse is 0.1 µm."),
-    _set(408, "repeats", "shorts in a series that halt (0 no bound)", "shorts", (20, 0, 255),
-         "motion", "Alarm {alarm_halt_series} comes at so many shorts in a series. 0: it never "
-         "comes.",
+         "Off-time of the sensing pulses."),
+    _set(407, "gain_pulses", "depth that ends a short burst", "pulses", (10, 1, 65_535),
+         "motion", "Shorts belong to one short burst until the machine is this much further than "
+         "at the first of them. A pulse is 0.1 µm."),
+    _set(408, "repeats", "shorts in a burst that halt (0 no bound)", "shorts", (20, 0, 255),
+         "motion", "Alarm {alarm_halt_burst} comes after this many shorts in a short burst. 0: it "
+         "never comes.",
          switches_off="repeats"),
     _set(409, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
-         "How long the axes rest at the retractable limit, still short, before alarm "
-         "{alarm_halt_limit} or {alarm_halt_floor}."),
+         "How long the axes rest at the retractable limit or the back limit, still short, before "
+         "alarm {alarm_halt_limit} or {alarm_halt_back_limit}."),
     _set(410, "start_speed_um_s", "start/stop speed", "um/s", (10_000, 1, 1_000_000), "motion",
-         "Speed from which the machine starts and stops at once, without a ramp."),
+         "The machine reaches speeds up to this at once, without a ramp, and stops from them at "
+         "once."),
     _set(411, "acceleration_mm_s2", "acceleration", "mm/s2", (1000, 1, 100_000), "motion",
          "Acceleration along the path above the start/stop speed."),
     _set(412, "highest_speed_mm_min", "highest speed and rapid feed", "mm/min", (1800, 1, 60_000),
          "motion", "Speed of G00, and the highest that a program may ask for."),
     _set(413, "follow_stopped", "lag at rest", "pulses",
          (LARGEST_ERROR, 1, LARGEST_ERROR), "axes",
-         "At rest an axis that is further than this from its command trips the interlock."),
+         "At rest, an axis that is further than this from its command trips the interlock."),
     _set(414, "follow_moving", "lag in motion", "pulses",
          (LARGEST_ERROR, 1, LARGEST_ERROR), "axes",
-         "In motion an axis that is further than this from its command trips the interlock."),
+         "In motion, an axis that is further than this from its command trips the interlock."),
     _set(415, "soft_limit_um", "upper end of the jump axis, machine frame", "um",
-         (100_000, 0, FARTHEST), "travel", "Upper soft limit of the axis along which a sinker "
-         "jumps. The lower of this and that axis's own upper end counts."),
+         (100_000, 0, FARTHEST), "travel", "Upper soft limit of the jump axis, along which a "
+         "sinker jumps. The lower one of this and the axis's own upper end is in force."),
     _set(416, "step_axes", "axes with step/direction output, mask", "", (0, 0, 7), "axes",
          "Axes driven by step pulses: the sum of 1 for X, 2 for Y, 4 for Z. Such an axis has no "
-         "coder, and nothing tells whether it has moved."),
+         "coder, so the controller cannot know whether it has moved."),
     _set(417, "reversed_encoders", "axes whose encoder counts down, mask", "", (0, 0, 7), "axes",
-         "Axes whose coder counts down when they go up: the sum of 1 for X, 2 for Y, 4 for Z."),
+         "Axes whose coder counts down when the axis moves up: the sum of 1 for X, 2 for Y, 4 for "
+         "Z."),
     _set(418, "step_width_ns", "step pulse width", "ns", (1000, 1, 100_000), "axes",
          "How long a step pulse is high."),
     _set(419, "step_space_ns", "step pulse space", "ns", (1000, 1, 100_000), "axes",
-         "How long it is low at least before the next one."),
+         "Least time for which it is low before the next one."),
     _set(420, "step_setup_ns", "direction before step", "ns", (1000, 1, 100_000), "axes",
-         "How long the direction stands before the first step."),
+         "Time from a change of direction to the first step."),
     _set(421, "window", "lag up to which an axis is in position", "pulses",
-         (1, 1, 4095), "axes", "An axis that is as near to its command as this has arrived."),
+         (1, 1, 4095), "axes", "An axis no further than this from its command is in position."),
     _set(422, "tv", "tape: TV check", "", (0, 0, 1), "program",
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
@@ -138,89 +142,92 @@ SETTINGS: tuple[Setting, ...] = (
     _set(424, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
          "1: M01 stops as M00 does. 0: it does nothing.", guards=False),
     _set(425, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
-         "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T for so long."),
+         "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T in this time."),
     _set(426, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
          "1: fluid below its level stops the machine while it discharges. 0: it does not.",
          switches_off="fluid"),
     _set(427, "settle_ns", "gap: ignition to comparators read", "ns", (1000, 0, 100_000),
-         "detector", "The comparators are not looked at for so long after a spark ignites."),
+         "detector", "Time from the ignition of a discharge until the comparators are read."),
     _set(428, "confirm_ns", "gap: arc or short so long is cut off", "ns", (500, 0, 100_000),
-         "detector", "A pulse is cut off when it was an arc or a short for so long."),
+         "detector", "A pulse is cut off when it has been an arc or a short for this time."),
     _set(429, "delay_least_ns", "gap: shortest ignition delay of a good pulse", "ns",
          (0, 0, 1_000_000), "detector",
-         "A pulse that ignites sooner counts as an arc, if `${criteria}` says that the delay tells "
-         "arcs."),
+         "A pulse that ignites sooner counts as an arc, if `${criteria}` includes the delay."),
     _set(430, "criteria", "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does", "",
-         (0, 0, 7), "detector", "How pulses are judged, as a sum: 1: ignition is seen by the "
-         "current, too. 2: a short ignition delay tells an arc. 4: missing noise tells an arc. "
-         "With 2 and 4 together both must."),
+         (0, 0, 7), "detector", "How pulses are judged, as a sum. 1: ignition is detected by the "
+         "current and not by the voltage. 2: a pulse with a short ignition delay is an arc. 4: a "
+         "pulse without high-frequency noise is an arc. 2 and 4 together: a pulse is an arc only "
+         "if both hold."),
     _set(431, "servo_period_us", "servo: time between steps", "us", (20_000, 1, 300_000), "gap",
-         "How often the servo takes a step, forward or back (G95 P1).", guards=False),
+         "Time between two steps of the servo, forward or back (G95 P1).", guards=False),
     _set(432, "servo_mode", "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative", "",
-         (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good ones "
-         "clear the counts. 1: only those in a row. 2: those of a window of `${servo_window}`. 3: "
-         "each good pulse takes `${servo_weight}` off.", guards=False),
+         (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good "
+         "pulses clear the counts. 1: it counts only pulses in a row. 2: it counts the pulses of a "
+         "window of `${servo_window}`. 3: each good pulse subtracts `${servo_weight}`.",
+         guards=False),
     _set(433, "servo_window", "servo: pulses of a window (total)", "pulses", (50, 1, 255), "gap",
-         "Pulses of a window in the mode 2 of `${servo_mode}`.", guards=False),
+         "Pulses of a window in mode 2 of `${servo_mode}`.", guards=False),
     _set(434, "servo_weight", "servo: weight of a good pulse (relative)", "", (1, 0, 15), "gap",
-         "How much a good pulse takes off in the mode 3 of `${servo_mode}`.", guards=False),
+         "Number that a good pulse subtracts in mode 3 of `${servo_mode}`.", guards=False),
     _set(435, "no_discharge_um", "servo: way without a discharge (0 no bound)", "um",
-         (2000, 0, 1_000_000), "gap", "Alarm {alarm_no_discharge} comes when the servo has gone so "
-         "far without a discharge. 0: it never comes.", switches_off="no discharge"),
+         (2000, 0, 1_000_000), "gap", "Alarm {alarm_no_discharge} comes when the servo has gone "
+         "this far without a discharge. 0: it never comes.", switches_off="no discharge"),
     _set(436, "fluid_mode", "fluid: 0 class by hand, 1 as measured, 2 by hand and measured", "",
-         (0, 0, 2), "gap", "Which class of the fluid is in force. 0: that of `${fluid_class}`. 1: "
-         "the measured one. 2: that of `${fluid_class}`, and the measured one is told."),
+         (0, 0, 2), "gap", "The class of the fluid that is in force. 0: that of `${fluid_class}`. "
+         "1: the measured one. 2: that of `${fluid_class}`; the measured class is only reported."),
     _set(437, "fluid_class", "fluid: class by hand, 0 highest resistance", "", (0, 0, 3), "gap",
-         "Class of the fluid, entered by hand."),
+         "Class of the fluid, entered by hand. 0 has the highest resistance."),
     *(_set(438 + k, f"fluid_threshold_{k}", f"fluid: code between the classes {k} and {k + 1}",
            "codes", (code, 0, 4095), "gap", f"Code of the converter between the classes {k} and "
-           f"{k + 1} of the fluid. The three must fall.")
+           f"{k + 1} of the fluid. The three thresholds must descend.")
       for k, code in enumerate((3670, 2819, 707))),
     _set(441, "fluid_hysteresis", "fluid: hysteresis", "codes", (20, 0, 255), "gap",
          "How far the code must go beyond a threshold before the class changes."),
     _set(442, "fluid_lowest", "fluid: lowest code of a sound cell", "codes", (40, 0, 4095), "gap",
-         "Below it the wire to the cell counts as shorted (alarm {alarm_fluid})."),
+         "Below it the wire to the conductivity cell counts as shorted (alarm {alarm_fluid})."),
     _set(443, "fluid_highest", "fluid: highest code of a sound cell", "codes", (4030, 0, 4095),
-         "gap", "Above it the wire to the cell counts as broken (alarm {alarm_fluid})."),
+         "gap", "Above it the wire to the conductivity cell counts as broken (alarm "
+         "{alarm_fluid})."),
     _set(444, "no_progress_s", "servo: time at the front without progress (0 no bound)", "s",
          (600, 0, 86_400), "gap", "Alarm {alarm_no_progress} comes when the machine has machined "
-         "at the front of the path for so long without coming further. 0: it never comes.",
+         "at the front of the path for this time without moving forward. 0: it never comes.",
          switches_off="no progress"),
     _set(445, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
          (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the gap "
          "voltage.", guards=False),
     _set(446, "law_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
-         "Gain of G95 P2: feed for each volt that the mean differs from the reference.",
+         "Gain of G95 P2: feed per volt of difference between mean voltage and reference.",
          guards=False),
     _set(447, "law_gain_feed", "feed P3: gain", "um/min per V", (100, 1, 1_000_000), "gap",
-         "Gain of G95 P3: change of the feed F for each volt that the mean differs from the "
+         "Gain of G95 P3: change of the feed F per volt of difference between mean voltage and "
          "reference.", guards=False),
     _set(448, "law_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
-         "G95 P4 takes a mean over each such distance.", guards=False),
+         "Distance over which G95 P4 takes a mean.", guards=False),
     _set(449, "law_longest_ms", "feed P4: longest time of a unit distance", "ms", (1000, 1, 60_000),
-         "gap", "G95 P4 takes the mean after so long if the distance takes longer.", guards=False),
+         "gap", "If the unit distance takes longer than this time, G95 P4 takes the mean over the "
+         "time.", guards=False),
     _set(450, "law_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
-         "G95 P4 takes Ex for this if it is less.", guards=False),
+         "A lower Ex counts as this value in G95 P4.", guards=False),
     _set(451, "law_ratio_lowest", "feed P4: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
-         "G95 P4 keeps Es/Ex from falling below this.", guards=False),
+         "Lowest Es/Ex of G95 P4; a lower ratio counts as this.", guards=False),
     _set(452, "law_ratio_highest", "feed P4: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
-         "G95 P4 keeps Es/Ex from rising above this.", guards=False),
+         "Highest Es/Ex of G95 P4; a higher ratio counts as this.", guards=False),
     _set(453, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
-         (0, 0, 1), "gap", "Where G95 P4 has its no-load voltage from. 0: from the condition. 1: "
-         "from the gap, whenever it is open for long enough.", guards=False),
+         (0, 0, 1), "gap", "Source of the no-load voltage of G95 P4. 0: calculated from the "
+         "condition. 1: measured at the gap, whenever it is open for long enough.", guards=False),
     _set(454, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
-         (3000, 0, 100_000), "program", "An arc whose ends differ more in their distance from the "
-         "centre is refused (alarm {alarm_arc}). In inches 2.54 times as much is allowed.",
+         (3000, 0, 100_000), "program", "An arc whose radii at start and end differ by more is "
+         "refused (alarm {alarm_arc}). With inches 2.54 times as much is allowed.",
          guards=False),
     _set(455, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
-         "program", "Current of one step of the power supply. Conditions must be entered anew with "
-         "a C after it has changed."),
+         "program", "Current of one step of the power supply. After a change, a program has to "
+         "give its condition C again."),
     _set(456, "loop_gain", "velocity gain of the position loop", "1/s", (50, 1, LARGEST_GAIN),
-         "loop", "Gain of the drives' position loop. It bounds speeds on arcs, and the coders are "
-         "checked against it."),
+         "loop", "Gain of the drives' position loop. It limits speeds on arcs, and the supervision "
+         "of the coders uses it."),
     _set(457, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
-         (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes leads inside. The speed is "
-         "kept so low that it is no more than this. 0: there is no such bound."),
+         (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes moves the path inwards. The "
+         "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
 )

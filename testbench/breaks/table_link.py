@@ -21,7 +21,7 @@ LINK = (
          "unit/firmware/test_lines.py unit/firmware/test_link.py"),
         ("now.check == now.crc_before ? GOOD", "now.check != 0 ? GOOD", "a check is compared"),
         ("now.number != (newest.there", "now.number < (newest.there", "numbers follow each other"),
-        ("    if (crowded || now.lost) {", "    if (now.lost) {", "lines keep their order"),
+        ("    if (overflowed || now.lost) {", "    if (now.lost) {", "lines keep their order"),
         ("r->number == now.number && r->check == now.check", "r->number == now.number",
          "another line of the same number is refused"),
         ("        before = why;\n", "        before = why == FRAMING ? GOOD : why;\n",

@@ -60,8 +60,8 @@ def burst(session: Session) -> dict:
     assert firsts[3] - firsts[0] >= 10
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == alarm_number("halt_series")
-    assert "too many shorts in series" in alarm["text"]
+    assert alarm["code"] == alarm_number("halt_burst")
+    assert "too many shorts in a burst" in alarm["text"]
     assert len(job.told("retraction_start")) == len(firsts)
     assert job.probe("path_position") == job.probe("path_front")
     job.record.check_path()
@@ -86,7 +86,7 @@ def rapid(session: Session) -> dict:
         job.until(lambda: not left() or job.probe("path_status_state") == State.HALTED.value,
                   "the front", step=16)
     alarm = job.alarm()
-    assert alarm["code"] == alarm_number("halt_series"), alarm
+    assert alarm["code"] == alarm_number("halt_burst"), alarm
     assert len(job.told("retraction_start")) == 20
     assert len(job.told("resume")) == 20
     longest = job.record.longest_step(begun)
@@ -102,7 +102,7 @@ def ceiling_wins(session: Session) -> dict:
     job.reach(3600, pace(session, 120))
     job.short(True)
     alarm = job.alarm()
-    assert alarm["code"] == alarm_number("halt_floor")
+    assert alarm["code"] == alarm_number("halt_back_limit")
     assert job.probe("axis_z_command") == -pulses(0.1 + 0.05)
     highest = max(value for _, value in job.record.changes(
         "axis_z_command", job.record.excursions()[0].begin))

@@ -24,7 +24,8 @@ CURRENTS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0)
 SENSING_MA = 1000   # only main pulses have a higher current
 LONGEST_S = 60.0    # of a planning, in the machine's time at 2 MHz
 STEP = re.compile(r"\[MSG:IP (\d+) to (\d+)\.(\d{3})0 mm\]")
-NEEDS = re.compile(r"\[MSG:The last step needs an undersize of ([\d.]+) um, of ([\d.]+) um\]")
+NEEDS = re.compile(r"\[MSG:The last step needs an undersize of ([\d.]+) um, "
+                   r"of ([\d.]+) um allowed\]")
 
 
 def steep(area_mm2: float) -> BasicData:

@@ -318,7 +318,7 @@ class Dialect:
             require(set(ITEMS) - {"Z"} <= set(self.items), "jump without data")
 
     def _series(self, words, meaning):
-        meaning.act = "series"
+        meaning.act = "depth series"
         if not words:
             self.depth_series = []
             return

@@ -19,7 +19,7 @@ void auxiliary_send(hal_letter letter, uint32_t code) {
         last[letter == AUXILIARY_T] = code;
     else if (code == 8 || code == 9)
         fluid = code == 8;
-    (void)hal_auxiliary_timed_out(); /* an old time-out is not this function's */
+    (void)hal_auxiliary_timed_out(); /* clears the time-out of an earlier function */
     hal_auxiliary_send(letter, code);
     events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, "MST"[letter], code);
 }

@@ -13,6 +13,6 @@ void auxiliary_init(void);
 void auxiliary_send(hal_letter letter, uint32_t code);
 auxiliary_result auxiliary_poll(void);
 
-/* What was sent last since power-on: the code of S or T, 0 for none; whether M08 was, not M09. */
+/* The code of S or T that was sent last since power-on, 0 for none. */
 uint32_t auxiliary_last(hal_letter letter);
-bool auxiliary_fluid(void);
+bool auxiliary_fluid(void);     /* of M08 and M09, M08 was sent last */

@@ -27,29 +27,29 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Small rather than fast: the link is slower than what is said over it. */
+/* Compiled for size: the link, not this code, limits how fast answers come. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
 
 #define VERSION "0.1"
-/* Rows of `$#`: work offsets, G28 and G30, G92 with what grbl has behind it, wire offsets. */
+/* Rows of `$#`: work offsets, G28 and G30, G92 with the lines that grbl sends after it, wire
+   offsets. */
 #define OFFSET_PLACES PLAN_SYSTEMS
 #define OFFSET_SET (OFFSET_PLACES + PLAN_PLACES)
 #define OFFSET_WIRES OFFSET_SET /* D0 is none */
 #define OFFSET_ROWS (OFFSET_WIRES + PLAN_WIRES)
 
-static unsigned unlocked_rows;  /* of what is told behind an unlock, still to come */
-static unsigned offset_row; /* next row of `$#`, OFFSET_ROWS when none is asked for */
-static bool reported;           /* a whole report was the last thing said */
-static bool line_open;      /* a block entered by hand has not been answered */
-static fault refusal;       /* of the line taken last, to be told in the next step: both at once would
-                               take too long */
-static bool greets;         /* the greeting is to be said */
-static hal_overrides overrides; /* as last looked at */
-static uint32_t ignored;    /* since power-on: bytes that would have moved a guarded machine */
+static unsigned unlocked_rows;  /* rows still to be sent after an unlock */
+static unsigned offset_row;     /* next row of `$#`; OFFSET_ROWS: nobody asked for it */
+static bool reported;           /* the last thing sent was a complete status report */
+static bool line_open;          /* a block entered by hand has not been answered */
+static fault refusal;           /* of the last line; sent in the next step, to keep steps short */
+static bool greets;             /* the greeting is still to be sent */
+static hal_overrides overrides; /* as last read */
+static uint32_t ignored;        /* bytes since power-on that would have moved a guarded machine */
 
-/* A hold was noted in this step: it may have come before what is taken now, or after it. */
+/* This step noted a hold. It came before the orders that this step takes, or after them. */
 static bool hold_came;
 
 static void restart(void) {
@@ -70,7 +70,7 @@ void commands_init(void) {
     ignored = 0;
 }
 
-/* To a line: ok, or the error with its message. */
+/* Answer a line: ok, or the error with its message. */
 static void answer(const fault *f) {
     line_open = false;
     lines_answer(f);
@@ -81,7 +81,7 @@ __attribute__((noinline)) void commands_answer_program(void) {
         answer(program_answer());
 }
 
-/* To a line that has been carried out, or refused. */
+/* Answer a line that was carried out, or keep its refusal for the next step. */
 static void answer_with(const fault *f) {
     if (f->code == FAULT_NONE)
         answer(0);
@@ -94,7 +94,7 @@ static void tell_refusal(void) {
     refusal.code = FAULT_NONE;
 }
 
-/* Of grbl's commands those that are not in this version, by name. */
+/* Refuse a command; name it if grbl has it and this version does not. */
 static void refuse_command(const char *line, uint32_t length, fault *f) {
     static const struct {
         const char *begin, *says;
@@ -142,19 +142,19 @@ static void retract(fault *f) {
         machine_retract();
 }
 
-/* A real-time byte has no answer: why it does nothing. */
+/* A real-time byte has no answer. A message says why a byte did nothing. */
 static void say(const fault *f) {
     if (f->code == FAULT_NOT_ARMED)
         output_message(f);
 }
 
-/* Real-time bytes but the reset and the hold. */
+/* Carries out all real-time bytes except the reset and the hold. */
 __attribute__((noinline)) static void obey_notes(uint32_t notes) {
     fault f = {0};
     bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
     if (notes & NOTE_STATUS)
         status_want();
-    /* As grbl, where the machine rests; the safe direction, so on a guarded link as well. */
+    /* Like grbl, only at rest. Switching off is safe, so a guarded link allows it too. */
     if (notes & NOTE_STOP && meter_rests())
         machine_quench();
     if (lines_guarded()) {
@@ -180,9 +180,9 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         gap_settings();
 }
 
-/* `$P`: blocks read and clocks per block, longest pass of the main loop by task, longest time from an
-   event of the gateware to the end of its interrupt, and what the check of the image has taken; all since
-   reset, in clocks. */
+/* `$P`: number of blocks and clocks per block; longest step of each task of the main loop; longest
+   time from an event of the gateware to the end of its interrupt; time spent on checking the image.
+   Times are in clocks since reset. */
 __attribute__((noinline)) static void tell_cost(void) {
     program_cost cost = program_profile();
     output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u,"
@@ -192,7 +192,7 @@ __attribute__((noinline)) static void tell_cost(void) {
                 image_watch_clocks());
 }
 
-/* Is the line this text, given in capitals? */
+/* Is the line equal to `text`, which is in capitals? Case does not matter in the line. */
 static bool says(const char *line, uint32_t length, const char *text) {
     uint32_t at = 0;
     for (; at < length && text[at]; at++)
@@ -201,7 +201,7 @@ static bool says(const char *line, uint32_t length, const char *text) {
     return at == length && !text[at];
 }
 
-/* `$L`: what came over the link since power-on, and what of it was damaged. */
+/* `$L`: counts of lines and frames received since power-on, and of damaged ones. */
 __attribute__((noinline)) static void tell_link(void) {
     lines_counts lines = lines_count();
     frame_counts frames = frame_count();
@@ -209,7 +209,8 @@ __attribute__((noinline)) static void tell_link(void) {
                 lines.accepted, lines.refused, frames.begun, frames.damaged, link_errors(), ignored);
 }
 
-/* What holds then is told in later steps, and answered behind it: all at once would take too long. */
+/* Later steps send what still restricts the machine, and then the answer: sending all at once would
+   take too long. */
 static void unlock(void) {
     fault f = {0};
     bool was_locked = machine_locked();
@@ -225,14 +226,15 @@ __attribute__((noinline)) static void tell_unlocked(void) {
         answer(0);
 }
 
-/* As grbl tells it, with our name behind its version; then its options: none, with the blocks and the bytes
-   that `Bf` has at most: of lines without an answer, the gateware's queue alone takes them. */
+/* `$I` as grbl sends it: its version followed by our name, then its options. There are none; the
+   two numbers are the most blocks and bytes that `Bf` can report. The bytes are those that the
+   gateware's queue alone holds while lines wait for their answers. */
 static void tell_version(void) {
     output_line("[VER:1.1h:Gapkeeper " VERSION "]");
     output_line("[OPT:,%u,%u]", (uint32_t)PATH_LEAD, (uint32_t)STATUS_BYTES);
 }
 
-/* `$G`: modes in the order of grbl. G80 stands for none of G00 to G03; feed in mm/min. */
+/* `$G`: modal words in grbl's order. G80 means that no G00 to G03 is active. Feed in mm/min. */
 static void tell_modes(void) {
     static const uint32_t MOTION[] = {80, 0, 1, 2, 3};
     const modal *state = execute_state();
@@ -255,7 +257,7 @@ static bool begins_list(const char *line, uint32_t length) {
     return false;
 }
 
-/* `$ES=n`: true if there is one to tell. */
+/* `$ES=n`: true if setting n exists; its line is then sent later. */
 static bool begins_words(const char *line, uint32_t length, fault *f) {
     uint32_t at = 4, number;
     if (!settings_read_number(line, length, &at, &number) || at < length)
@@ -292,7 +294,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'G' || c == 'g'))
         tell_modes();
     else if (length == 2 && (c == 'N' || c == 'n'))
-        output_line("$N0="); /* no line is carried out at the start: nothing here moves by itself */
+        output_line("$N0="); /* there are no start-up lines: the machine never moves unasked */
     else if (length == 2 && (c == 'P' || c == 'p'))
         tell_cost();
     else if (length == 2 && (c == 'L' || c == 'l'))
@@ -306,7 +308,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     answer_with(&f);
 }
 
-/* True if there was a line. */
+/* Take the next line that was received; true if there was one. */
 __attribute__((noinline)) static bool take_line(void) {
     static char line[LINES_TEXT_SIZE];
     uint32_t length;
@@ -314,7 +316,7 @@ __attribute__((noinline)) static bool take_line(void) {
     if (kind != LINES_TEXT)
         return kind == LINES_REFUSED;
     if (length == 0 || (length == 1 && line[0] == '%')) {
-        answer(0); /* nothing: grbl's senders count an answer to it */
+        answer(0); /* does nothing, but senders for grbl expect an answer to every line */
         return true;
     }
     if (line[0] == '$') {
@@ -331,7 +333,8 @@ __attribute__((noinline)) static bool take_line(void) {
     return true;
 }
 
-/* `$#`: offsets as grbl tells them, mm in the machine frame; the wire offsets that have been entered. */
+/* `$#`: the next row. Offsets as grbl sends them, mm in the machine frame; then the wire offsets
+   that have been entered. */
 __attribute__((noinline)) static void tell_offset(void) {
     const modal *state = execute_state();
     unsigned row = offset_row++;
@@ -354,7 +357,7 @@ __attribute__((noinline)) static void tell_offset(void) {
         answer(0);
 }
 
-/* A step of the planner: a line of its result, or its answer. */
+/* One step of the planner; sends a line of its result, or its answer. */
 __attribute__((noinline)) static bool serve_planner(void) {
     char line[OUTPUT_LINE / 2];
     fault f = {0};
@@ -369,11 +372,12 @@ __attribute__((noinline)) static bool serve_planner(void) {
 bool commands_serve(void) {
     if (!output_has_room() || alarm_untold())
         return false;
-    /* Who asks without end must not keep the lines waiting: behind a report the others have a turn. */
+    /* A host that asks for reports without end must not block lines: after a report, others have a
+       turn. */
     bool reports = status_wanted() && !reported;
     reported = false;
     if (greets) {
-        /* Before that a sender may be in the middle of something. */
+        /* Not in the middle of a line: its sender would take the greeting for the answer. */
         if (!lines_whole())
             return false;
         greets = false;
@@ -402,7 +406,8 @@ bool commands_serve(void) {
 #pragma clang attribute pop
 #endif
 
-/* The operator's reset: afterwards nothing has come, and the greeting is said when the line is quiet. */
+/* The operator's reset. It drops everything received; the greeting follows when the line is
+   quiet. */
 static void reset(void) {
     control_reset();
     commands_answer_program();
@@ -410,7 +415,7 @@ static void reset(void) {
     hal_release_reset();
 }
 
-/* Apart from commands_step, which is called in every pass and has to be quick. */
+/* Not inlined into commands_step, which every pass calls and which must stay quick. */
 __attribute__((noinline)) static void obey(link_come order) {
     fault f = {0};
     if (order == LINK_RESET) {
@@ -429,7 +434,7 @@ bool commands_wait(void) {
     return wanted.feed != overrides.feed || wanted.rapid != overrides.rapid;
 }
 
-/* On a guarded link no byte makes the machine faster: it was one that has been bent. */
+/* On a guarded link no override takes effect: the byte may be a damaged one of another meaning. */
 __attribute__((noinline)) static void obey_overrides(void) {
     hal_overrides wanted = hal_overrides_read();
     overrides = wanted;
@@ -452,7 +457,7 @@ bool commands_step(void) {
     link_come come = link_take();
     if (come > LINK_TAKEN)
         obey(come);
-    /* The hold is in force already. It goes last: it may have come last. */
+    /* The gateware already holds. The firmware follows last, as the hold may have come last. */
     if (notes & NOTE_HOLD)
         (void)machine_hold(true, 0);
     return link_step(come != LINK_NOTHING);

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What concerns machine, path, program and events at once: alarms, reset and unlock. */
+/* Alarms, reset and unlock: actions that affect machine, path, program and events together. */
 #pragma once
 #include <stdbool.h>
 
 #include "base/fault.h"
 
-/* Take the alarm that a step has raised, at its end: the program ends and the machine is locked. The
-   host is told a little later. */
+/* Call at the end of a step that raised an alarm. Ends the program and locks the machine. A later
+   step tells the host. */
 void control_take_alarm(void);
 
-/* The operator's reset: everything stops; in motion that is an alarm. */
+/* The operator's reset: everything stops. If the machine moves, this raises an alarm. */
 void control_reset(void);
 
-/* Unlock the machine; a new path begins where it stands. False with a fault if it cannot be. */
+/* Unlock the machine and begin a new path where it stands. False with a fault if that is
+   impossible. */
 bool control_unlock(fault *f);
 
-/* The operator's word that the axes are where they are counted; false if it cannot be taken now. */
+/* The operator confirms that the axes stand where the counters say. False with a fault if the
+   machine is locked or busy. */
 bool control_take_position(fault *f);

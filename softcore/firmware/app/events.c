@@ -13,22 +13,23 @@
 #include "path/path.h"
 
 #define RING 16             /* gateware events; a power of two */
-/* So many of them and no more are taken: the rest wait in the gateware, which goes no further forward
-   until they are. Their interrupts must not use up the time of the watchdog either. */
+/* The interrupt handler takes events until this many wait in the ring. The gateware keeps the
+   others and stops forward motion until the firmware takes them (backpressure). The bound also
+   keeps interrupts from using up the watchdog's time. */
 #define BUSY 8
 #define NOTICES 64          /* a power of two, more than PATH_LEAD */
-#define NOTICE_TEXT 72      /* of a block's text, what an event shows */
-#define OVERSHOOT_US 20000  /* a servo has come to rest by then */
-/* A speed is told if it was held for so long: pulses are at least 4 clocks apart and counted in whole
-   clocks, so it is within 2 %. */
+#define NOTICE_TEXT 72      /* characters of a block's text that its event shows */
+#define OVERSHOOT_US 20000  /* every servo is at rest after this time */
+/* A speed is reported only if it lasted this many pulses. Pulses are at least 4 clocks apart and
+   counted in whole clocks, so the speed is then exact within 2 %. */
 #define PLATEAU_PULSES 16
-/* Letter of a detail; that of none for one that there is not. */
+/* Letter of a detail; an unknown detail has the letter of "none". */
 #define LETTER(letters, detail) (letters)[(detail) < sizeof(letters) - 1 ? (detail) : 0]
 
 typedef struct {
     hal_event event;
     uint64_t cycle;
-    int32_t first;          /* first start point of the series then */
+    int32_t first;          /* first start point of the short burst at that time */
 } record;
 
 typedef struct {
@@ -40,15 +41,15 @@ static record ring[RING];
 static volatile uint32_t head; /* written by the interrupt handler only */
 static uint32_t tail;
 static volatile bool busy;      /* the interrupt is off */
-static uint32_t worst;
+static uint32_t worst;          /* see events_worst */
 static notice notices[NOTICES];
 static uint32_t notice_head, notice_tail;
 static uint32_t speed_high, speed_low, speed_jump_high;
 static bool jumping;            /* the retraction under way is a jump */
 static int32_t start_point;     /* where the retraction under way began */
-static bool back_waits;         /* `back` is to be told */
+static bool back_waits;         /* the end of a retraction, `back`, is still to be told */
 static record back;
-static bool blocks_wait;        /* the blocks up to segment `entered` are to be told, with its event */
+static bool blocks_wait;        /* blocks up to `entered` are still to be told, with `entry` */
 static record entry;
 static uint32_t entered;
 
@@ -80,7 +81,8 @@ void events_interrupt(void) {
         uint64_t now = hal_cycle();
         uint32_t age = (uint32_t)now - r->event.cycle_low;
         r->cycle = now - age;
-        /* The stamp of a retraction's start is that of the short, before the way to rest. */
+        /* Not of a retraction's start: its stamp is the short's, and the machine stops in
+           between. */
         if (r->event.kind != EVENT_RETRACTION_START && age > worst)
             worst = age;
         r->first = hal_first();
@@ -137,8 +139,9 @@ void events_now(const char *name, const char *format, ...) {
 
 __attribute__((noinline)) static void tell_back(void) {
     uint8_t detail = back.event.detail;
-    /* The ceiling and the soft limit are limits; only a path without either just begins. */
-    if (detail == EVENT_REASON_PATH_START && path_floor_is_limit())
+    /* The gateware names every back limit PATH_START. It is a real start only if neither the
+       ceiling nor the soft limit sets the back limit. */
+    if (detail == EVENT_REASON_PATH_START && path_has_back_limit())
         detail = EVENT_REASON_LIMIT;
     int32_t from = jumping ? start_point : back.first;
     uint32_t overshoot = 0;
@@ -181,7 +184,8 @@ __attribute__((noinline)) static void tell_fluid(const record *r) {
                  (uint32_t)c.dame, (uint32_t)c.open, (uint32_t)c.ok);
 }
 
-/* The gateware has switched to a condition by depth; the event's place is that of the switch. */
+/* The gateware has switched to the condition of a depth. The event gives the place of the
+   switch. */
 __attribute__((noinline)) static void tell_condition(const record *r) {
     const depth_step *step = depth_series_switched();
     if (!step)
@@ -200,7 +204,7 @@ static bool block_waits(void) {
            (int32_t)(notices[notice_tail % NOTICES].number - entered) <= 0;
 }
 
-/* One a pass: blocks without motion may have gathered before the segment. */
+/* One block in each pass: many blocks without motion may precede the segment. */
 static void tell_block(void) {
     if (block_waits())
         tell_notice(entry.cycle, entry.event.encoder);
@@ -243,7 +247,7 @@ bool events_step(void) {
         hal_interrupts(true);
     }
     if (alarm_untold()) {
-        /* What happened before it comes first. */
+        /* Tell first what happened before the alarm. */
         if (blocks_wait)
             tell_block();
         else if (back_waits)
@@ -266,11 +270,11 @@ bool events_step(void) {
         return due;
     }
     if (head != tail) {
-        /* Its place is not filled again before this has ended: no more than BUSY are taken. */
+        /* The handler cannot overwrite the record meanwhile: it takes no more than BUSY events. */
         tell(&ring[tail++ % RING]);
         return true;
     }
-    /* A segment of which the gateware has not told. */
+    /* The machine has passed blocks without an event of the gateware. */
     uint32_t reached = path_reached();
     if (notice_head != notice_tail && head == tail &&
         (int32_t)(notices[notice_tail % NOTICES].number - reached) < 0) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What the gateware did, told to the host in order.
+/* Tells the host in order what the gateware did.
 
-   The interrupt handler moves the gateware's short queue into a ring; the main loop turns the ring
-   into lines. The line of a retraction's end waits for the motor's overshoot, and everything behind
-   it waits too. */
+   The interrupt handler moves events from the gateware's short queue into a ring. The main loop
+   turns the ring into lines. The line of a retraction's end has to wait for the motor's overshoot;
+   all later lines wait for it. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -13,20 +13,21 @@
 void events_init(void);
 void events_interrupt(void);    /* the interrupt handler */
 bool events_step(void);         /* at most one line; true if there was something to do */
-uint32_t events_worst(void);    /* clocks from an event until the handler had it, at most so far */
-bool events_idle(void);         /* nothing is waiting to be told */
-void events_drop(void);         /* forget what waits, and the notices */
+uint32_t events_worst(void);    /* most clocks so far from an event until the handler took it */
+bool events_idle(void);         /* no event waits to be told */
+void events_drop(void);         /* forget the events that wait, and the notices */
 
-/* Announce a block when the machine enters segment `number`: its line is in force from then on, and it
-   is told if it comes from a tape. */
+/* Leave a notice for the time when the machine enters block `number` of the path: the block's line
+   is in force from then on, and a block from a tape is told. The caller first asks whether there is
+   room. */
 bool events_notice_room(void);
 void events_notice(uint32_t number, uint32_t line, const char *text, uint32_t length);
 
-/* Announce the next block that still waits, for when the machine is at the front; false if there was
-   none. One a pass of the main loop: many blocks without motion may wait. */
+/* Tell the next block that has a notice; false if there is none. For a machine at the front. Call
+   once in a pass of the main loop: many blocks without motion may wait. */
 bool events_tell_notice(void);
 
-/* An event of the main program, now. */
+/* Tell an event of the main program, with the present time and position. */
 void events_now(const char *name, const char *format, ...);
 
 /* Speeds of the re-advance, for its events: um/min. */

@@ -36,10 +36,10 @@ static const char *text;
 static uint32_t length;
 static bool starting;       /* a tape's start is half done */
 static bool cornered;       /* the corner before the motion has been appended */
-static bool told;           /* the block's event is out, or waits as a notice */
+static bool told;           /* the block's event has been sent, or waits as a notice */
 static part at;
 static unsigned m_index;
-static unsigned step_index;  /* of a planned series */
+static unsigned step_index; /* next step of a planned depth series */
 static bool sent;           /* waiting for FIN */
 static uint64_t dwell_end;
 static bool resumed, was_machining;
@@ -68,7 +68,7 @@ void execute_abort(void) {
     depth_series_drop();
 }
 
-/* Bring the retraction memory to the gateware. */
+/* Write the retraction memory to the gateware. */
 static void commit(void) {
     retraction_layer set = retraction_combined(&state.memory);
     hal_retraction data =
@@ -77,14 +77,14 @@ static void commit(void) {
     hal_jump_period(state.jump.period);
     events_speeds(units_speed_of_rate(data.high_rate), units_speed_of_rate(data.low_rate),
                   units_speed_of_rate(data.jump_high_rate));
-    /* A jump may go further than a retraction; both need their way back remembered. */
+    /* A jump may go further back than a retraction. The path must be remembered for both. */
     uint32_t reach = data.limit > data.jump_distance ? data.limit : data.jump_distance;
     path_set_bounds(reach, set.given & (1u << ITEM_Z), set.value[ITEM_Z]);
 }
 
-/* Whether overrides scale the feed goes with what drives it, before the next block does. */
-static void serve(unsigned law, const condition_row *judged) {
-    gap_servo(law, judged);
+/* Set the feed mode. It decides whether overrides scale the feed, so they follow at once. */
+static void serve(unsigned mode, const condition_row *judged) {
+    gap_servo(mode, judged);
     override_step();
 }
 
@@ -126,12 +126,13 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
 bool execute_paused(void) { return at == PART_PAUSED; }
 void execute_resume(void) { resumed = true; }
 
-/* The machine is at the front and everything it did on the way has been told; what still waits is
-   told call by call. */
+/* Is the machine at the front, and has everything been told that it did on the way? Each call tells
+   one of the blocks that still wait. */
 static bool at_front(void) { return path_at_front() && events_idle() && !events_tell_notice(); }
 
-/* The electrode is there too: what acts at the end of a cut must find it at its depth. It comes to
-   rest only if no jump takes it away, so none may begin from here to the next motion. */
+/* Like at_front, and the electrode itself has arrived: a function at the end of a cut must find
+   it at its depth. No jump may begin from here to the next motion; it would take the electrode
+   away. */
 static bool arrived(void) {
     machine_wait(path_at_front());
     return hal_motion_read().in_position && at_front();
@@ -169,7 +170,8 @@ static bool function(hal_letter letter, int32_t code, fault *f) {
     }
 }
 
-/* Only a complete set can be in force; by hand it may still be in the making. */
+/* Tell the retraction data in force. Only a complete set is in force; an operator may enter it in
+   several blocks. */
 static void tell_set(void) {
     retraction_layer set = retraction_combined(&state.memory);
     if (!retraction_complete(&set))
@@ -183,7 +185,7 @@ static void tell_set(void) {
                by_hand ? EVENT_SOURCE_MDI : EVENT_SOURCE_TAPE);
 }
 
-/* The block's non-modal function; the state is already the one after the block. */
+/* Carry out the block's non-modal function. `state` is already the state after the block. */
 static part act(void) {
     switch (work->act) {
     case ACT_DWELL:
@@ -198,16 +200,16 @@ static part act(void) {
         if (work->class_number < GAP_CLASSES)
             gap_class_enter(work->class_number, &work->class_row, by_hand);
         return PART_MOVE;
-    case ACT_SERIES:
-        if (work->series)
-            depth_series_add(work->series_depth, work->series);
+    case ACT_DEPTH_SERIES:
+        if (work->step_condition)
+            depth_series_add(work->step_depth, work->step_condition);
         else if (!depth_series_end())
             return PART_ACT;
         return PART_MOVE;
     case ACT_PLANNED:
         if (step_index >= result_count())
             return PART_MOVE;
-        depth_series_add(work->series_depth - result_depth(step_index), result_row(step_index));
+        depth_series_add(work->step_depth - result_depth(step_index), result_row(step_index));
         step_index++;
         return PART_ACT;
     default: return PART_MOVE;
@@ -217,7 +219,7 @@ static part act(void) {
 static part move(fault *f) {
     if (!work->moves) {
         if (!told) {
-            /* A block that only changes modes is told in its turn. */
+            /* A block that only changes modes is told in order with the motion. */
             if (!events_notice_room())
                 return PART_MOVE;
             notice();
@@ -260,7 +262,7 @@ static part stop(void) {
     case STOP_END: return PART_END;
     default: return PART_DONE;
     }
-    /* The operator may reach into the tank now. */
+    /* The discharge goes off: the operator may reach into the tank during a stop. */
     was_machining = machine_machining();
     machine_discharge(false);
     events_now(EVENT_WORD_PAUSE, "");
@@ -279,7 +281,7 @@ static void end(void) {
         events_now(EVENT_WORD_PROGRAM_END, "");
 }
 
-/* The part after `at`; the same if it has to go on waiting. */
+/* Carry out part `at`. Returns the next part, or `at` again if this part is not finished. */
 static part advance(fault *f) {
     switch (at) {
     case PART_BEFORE:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Carries one judged block out, step by step. */
+/* Carries out one block step by step, after the interpreter has accepted it. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -12,11 +12,11 @@ typedef enum {
 } execute_result;
 
 void execute_init(void);
-bool execute_start(void);           /* a new tape: modal state, retraction memory, path; true when
-                                       done, until then call again */
-void execute_resynchronise(void);   /* position from the machine */
+bool execute_start(void);           /* prepare modal state, retraction memory and path for a new
+                                       tape; call again until it returns true */
+void execute_resynchronise(void);   /* take the position from the machine */
 void execute_abort(void);
-const modal *execute_state(void);  /* after the blocks carried out or appended so far */
+const modal *execute_state(void);   /* after all blocks carried out or appended so far */
 
 /* `p` and `text` must stay until the block is done. `line` is as for alarm_set_line. */
 void execute_begin(const plan *p, bool by_hand, uint32_t line, const char *text, uint32_t length);

@@ -5,16 +5,16 @@
 #include "hal/hal.h"
 
 #define SLICE 64            /* words in a step: some 1000 clocks */
-#define SHARE 64            /* times as long as a step took there is none */
+#define SHARE 64            /* the pause after a step is this many times as long as the step */
 
 static hal_image image;
-static uint32_t at, digest; /* words of this round that have been read, and what they come to */
-static uint32_t since, rest; /* clock of the last step, and how long there is none from then on */
-static uint32_t clocks;
+static uint32_t at, digest; /* number of words read in this round, and their digest */
+static uint32_t since, pause; /* clock of the last step, and the pause that follows it */
+static uint32_t clocks;     /* spent on all steps */
 static bool damaged;
 
 void image_watch_init(void) {
-    at = digest = rest = clocks = 0;
+    at = digest = pause = clocks = 0;
     since = hal_cycle_low();
     damaged = false;
 }
@@ -25,7 +25,8 @@ bool image_watch_sound(fault *f) {
                                        "controller anew");
 }
 
-/* As softcore/image.py has it. No step loses anything: any one word that differs is found. */
+/* Same function as in softcore/image.py. Every step can be undone, so one wrong word always changes
+   the digest. */
 static uint32_t mix(uint32_t sum, uint32_t word) {
     sum = (sum ^ word) * 0x9e3779b1u;
     return sum ^ sum >> 15;
@@ -57,13 +58,13 @@ __attribute__((noinline)) static void read_slice(void) {
 
 void image_watch_step(void) {
     uint32_t now = hal_cycle_low();
-    if (now - since < rest)
+    if (now - since < pause)
         return;
     read_slice();
     uint32_t took = hal_cycle_low() - now;
     clocks += took;
     since = now;
-    rest = SHARE * took;
+    pause = SHARE * took;
 }
 
 uint32_t image_watch_clocks(void) { return clocks; }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Is the firmware in memory still what was loaded? Its words are held against their digest in the
-   background, a few in a step, in at most 1/64 of the clocks. A word that is damaged stays so: what
-   else the firmware does can no longer be trusted, and the machine is not unlocked. */
+/* Checks in the background that the firmware in memory is still what was loaded. Each step reads a
+   few words; a whole round is compared with the digest. The check takes at most 1/64 of the clocks.
+   Damaged firmware cannot be trusted, so the machine is not unlocked any more. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/fault.h"
 
-/* In every round of the main loop. If not, an alarm is raised and the interlock tripped. */
+/* Call the step in every round of the main loop. It raises an alarm and trips the interlock if the
+   firmware is damaged. */
 void image_watch_init(void);
 void image_watch_step(void);
 
-bool image_watch_sound(fault *f);       /* false, with the fault, if it was found damaged */
-uint32_t image_watch_clocks(void);      /* that this has taken since boot */
+bool image_watch_sound(fault *f);       /* false with a fault if the firmware is damaged */
+uint32_t image_watch_clocks(void);      /* clocks spent on the check since boot */

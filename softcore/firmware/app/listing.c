@@ -5,9 +5,9 @@
 #include "base/settings.h"
 #include "link/output.h"
 
-/* Rows of a list: grbl's settings come before ours, so that numbers rise. */
+/* Rows of a list: grbl's settings come before ours, so that numbers ascend. */
 #define ROWS (GRBL_ROWS + SETTINGS)
-/* grblHAL's types of a value. */
+/* Types and formats of values as in grblHAL. */
 #define WHOLE "5|#########0"
 #define DECIMAL "6|#########0.000"
 #define GROUP_OF_GRBL 0u    /* grblHAL's root, which needs no name */
@@ -36,7 +36,7 @@ static void tell_value(unsigned row) {
     }
 }
 
-/* What cannot be set has its value for both ends of its range. */
+/* A value that cannot be set is sent as both ends of its range. */
 static void tell_words(unsigned row) {
     char value[GRBL_VALUE];
     if (row < GRBL_ROWS) {

@@ -10,16 +10,16 @@
 #include "link/output.h"
 #include "path/path.h"
 
-/* Reads of the interlock after its clear before it counts as refused; it takes a few clocks. */
+/* Reads of the interlock after an order to clear it. It takes a few clocks; if it is still safe
+   after these reads, it has refused. */
 #define CLEAR_TRIES 16
 
-/* Not one bit: a flipped one must not find the position. */
+/* A pattern of many bits: one flipped bit must not make a lost position a known one. */
 #define KNOWN 0x706f7331u
 
 static bool locked, held, waits, running, machining;
 static bool quenched;           /* the discharge is off for the rest of a hold */
-static uint32_t place;          /* KNOWN, or else the position is lost: out of reset, too */
-
+static uint32_t place;          /* KNOWN; any other value, as after reset: position lost */
 
 void machine_init(void) {
     locked = true;
@@ -125,7 +125,7 @@ __attribute__((noinline)) void machine_tell_alarm(void) {
     alarm_told();
 }
 
-/* The limit switches that are pressed can be left: slowly, and only away from them. */
+/* An axis on its limit switch may move slowly, and only away from it. */
 static void tell_leaving(hal_limits limits) {
     char axes[OUTPUT_LINE / 2];
     cause_axes(axes, sizeof axes, limits.low | limits.high);
@@ -140,14 +140,14 @@ bool machine_clear(fault *f) {
         return fault_at(f, FAULT_LOCKED, 0, "the machine is still coming to rest");
     if (!hal_safe())
         return true;
-    /* The command is set to the position while the outputs are still safe: cleared first, the drives
-       would be enabled with the old error. */
+    /* Set the command to the position while the outputs are still safe. The drives would otherwise
+       be enabled with the old following error. */
     if (cause_miscounts(hal_causes()))
         place = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_adopt(axis);
-    path_forget(); /* or a cause that lies in it would stay, */
-    settings_renew(); /* or in a guarded register */
+    path_forget(); /* removes a cause that lies in the path */
+    settings_renew(); /* removes damage of a guarded register */
     hal_limits limits = hal_limits_read();
     if (limits.low | limits.high)
         hal_leave();
@@ -166,18 +166,18 @@ void machine_tell_unlocked(unsigned row) {
     if (row == 0 && limits.leaving)
         tell_leaving(limits);
     else if (row == 1 && machine_position_lost())
-        output_line("[MSG:the position is lost: $POSITION=HERE takes what is counted for true.]");
+        output_line("[MSG:the position is lost: $POSITION=HERE accepts the counted position.]");
 }
 
 __attribute__((noinline)) void machine_halted(unsigned detail, uint64_t cycle, const int32_t *position) {
-    static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_FLOOR,
-                                       FAULT_HALT_SERIES, FAULT_HALT_NO_DATA,
+    static const fault_code codes[] = {FAULT_HALT_LIMIT, FAULT_HALT_LIMIT, FAULT_HALT_BACK_LIMIT,
+                                       FAULT_HALT_BURST, FAULT_HALT_NO_DATA,
                                        FAULT_HALT_SERVO, FAULT_CONTACT};
     static const char *const texts[] = {
         "retraction stopped",
         FAULT_TEXT_HALT_LIMIT,
-        FAULT_TEXT_HALT_FLOOR,
-        FAULT_TEXT_HALT_SERIES,
+        FAULT_TEXT_HALT_BACK_LIMIT,
+        FAULT_TEXT_HALT_BURST,
         FAULT_TEXT_HALT_NO_DATA,
         FAULT_TEXT_HALT_SERVO,
         FAULT_TEXT_CONTACT,

@@ -6,8 +6,8 @@
 
 #define CAUSE_INTERRUPT 0x80000000u
 
-/* Called by start.S. An exception means that the program cannot go on: the interlock is tripped and
-   the watchdog no longer called. */
+/* Called by start.S. After an exception the firmware cannot go on: it trips the interlock and stops
+   calling the watchdog. */
 void trap(uint32_t cause) {
     if (cause & CAUSE_INTERRUPT) {
         main_loop_interrupt();
@@ -20,7 +20,7 @@ void trap(uint32_t cause) {
 }
 
 int main(void) {
-    /* Registers of another gateware would mean something else. */
+    /* In another gateware the registers would have other meanings. */
     if (hal_is_gapkeeper()) {
         main_loop_boot();
         for (;;)

@@ -24,29 +24,31 @@
 #define PET_END 0x5a
 #define PET_INTERRUPT 0xc3
 
-/* After a round of passes in which there was nothing to do the processor sleeps: an event or a byte
-   wakes it, and what is only looked at (the end of a block, a time that is over) can wait so long. */
+/* After a round of passes without work the processor sleeps for this long. An event or a byte wakes
+   it. Conditions that are only polled (the end of a block, an elapsed time) can wait this long. */
 #define SLEEP_CLOCKS 3000
 
-/* While the machine goes on by itself, and nothing waits to be told, it sleeps on: so many times so
-   long. In between it looks at what comes without an event: an override, the next segment, the end of
-   the path. After some of the sleeps it looks at what it watches over. The watchdog's interrupt waits
-   for the end of a sleep: two sleeps must be shorter than its period. */
+/* While the machine moves on without help and nothing waits to be told, the processor sleeps
+   longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes without
+   an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK sleeps it
+   also runs its checks of the machine. The watchdog's interrupt waits for the end of a sleep, so
+   two sleeps must be shorter than the watchdog's period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
 #define SLEEPS_A_LOOK 4
 
-/* A task with more to do goes on for so long and so many steps: a short block or a piece of an arc
-   takes several, and the three other tasks must not come in between each time. It is little enough
-   for the bytes that come meanwhile to fit the gateware's queue. */
+/* A task with more work may go on for this many clocks and steps. A short block or a piece of an
+   arc needs several steps, and the other tasks must not delay each of them. Bytes that come
+   meanwhile still fit into the gateware's queue. */
 #define STRETCH_CLOCKS 12000
 #define STRETCH_STEPS 8
 
 static unsigned turn;
-static bool busy;               /* something was done in this round */
-static bool calm;               /* no event and no byte has ended the last sleep */
+static bool busy;               /* a task had work in this round */
+static bool calm;               /* no event and no byte ended the last sleep early */
 
-/* The second key, unless the last call was just before: the next one is in time as well. */
+/* Write the second key. If the watchdog was called only just before, its window is not open; the
+   next call is then early enough. */
 static void end(void) {
     if (hal_watch_open())
         hal_pet(PET_END);
@@ -100,8 +102,8 @@ static bool step(unsigned task) {
     }
 }
 
-/* The same between two calls of the watchdog: its period bounds the longest step, not their sum. It
-   begins in clock `now`, which becomes that of its end. */
+/* Do a step between two calls of the watchdog, so that its period bounds the longest step and not
+   the sum of steps. `now` is the clock at the start, and afterwards the clock at the end. */
 static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
     uint32_t began = *now;
     hal_pet(PET_START);
@@ -122,7 +124,7 @@ static bool serve_link(unsigned task) {
     return commands_step();
 }
 
-/* Is all as it should be? True if it took its time. */
+/* Run the checks of the machine; true if gap_watch had work. */
 static bool watch_over(unsigned task) {
     (void)task;
     motion_watch_step();
@@ -135,30 +137,30 @@ static bool watch_over(unsigned task) {
 
 static bool look(unsigned task) { return watch_over(task) || step(task); }
 
-/* The machine goes on by itself, and nothing waits to be told. */
+/* Does the machine move on without help, and does nothing wait to be told? */
 static bool goes_by_itself(void) {
     return path_goes_on() && events_idle() && !alarm_untold() && gap_settled() && link_rests();
 }
 
-/* True if nothing has ended it before its time. */
+/* True if the sleep lasted its whole time. */
 static bool sleep_for(uint32_t clocks) {
     uint32_t began = hal_cycle_low();
     hal_sleep(clocks);
     bool whole = hal_cycle_low() - began >= clocks;
-    pet(); /* or its time would be missing from the next pass */
+    pet(); /* the sleep must not shorten the time that the next pass has */
     return whole;
 }
 
-/* Between two long sleeps, after so many: may there be another? */
+/* After `count` long sleeps: may another follow? */
 static bool sleeps_on(unsigned count) {
     uint32_t now = hal_cycle_low();
     bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
     return !brought && path_goes_on() && events_idle() && !alarm_untold() && !commands_wait();
 }
 
-/* Ends with an event or a byte, or when it is time for a round. Apart from the pass, which has to be
-   quick. */
-__attribute__((noinline)) static void rest(void) {
+/* Sleep until an event or a byte comes, or until it is time for a round. Not inlined into the pass,
+   which must stay quick. */
+__attribute__((noinline)) static void sleep_when_idle(void) {
     bool on = goes_by_itself();
     unsigned count = 0;
     do
@@ -166,7 +168,8 @@ __attribute__((noinline)) static void rest(void) {
     while (on && calm && ++count < LONG_SLEEPS && sleeps_on(count));
 }
 
-/* A pass serves the link and one other task; the link once in a round if nothing comes. */
+/* A pass serves the link and one other task. While nothing happens it serves the link once in a
+   round. */
 void main_loop_pass(void) {
     uint32_t now = hal_cycle_low();
     unsigned task = turn++ % PROFILE_TASKS;
@@ -179,7 +182,7 @@ void main_loop_pass(void) {
         more = watched(task, step, &now);
     if (task == PROFILE_TASKS - 1) {
         if (!busy)
-            rest();
+            sleep_when_idle();
         busy = false;
     }
 }

@@ -4,23 +4,24 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* At rest is what has been in position, and there within so many pulses, for so long: a loop that swings
-   passes through its place faster, and one that creeps up to it goes on for some time. What rests may
-   creep a pulse further: it would else be told to move again on its last pulse. */
+/* The machine is at rest if it has been in position, and no axis has moved further than
+   REST_PULSES, for REST_US. An oscillating loop crosses its target faster, and a creeping one moves
+   on in this time. A machine at rest may creep one pulse further: otherwise its last pulse would
+   count as new motion. */
 #define REST_US 20000
 #define REST_PULSES 1
-#define LOOK_US 2000    /* from one look to the next: it costs what a short block can ill spare */
-#define SPAN_US 250000  /* over one to two of them the feed is averaged: 0.1 um in it are 0.024 mm/min */
+#define LOOK_US 2000    /* between two looks: more of them would slow down short blocks */
+#define SPAN_US 250000  /* the feed is a mean over 1 to 2 spans: 0.1 um in one is 0.024 mm/min */
 
 static uint32_t rest_clocks, span_clocks, look_clocks;
 static uint32_t looked;
 static bool rests;
-static uint32_t moved;      /* clock in which something moved last, */
-static int32_t stood[HAL_AXES]; /* and where the axes were then */
+static uint32_t moved;      /* clock of the last motion */
+static int32_t stood[HAL_AXES]; /* position of the axes at that time */
 static struct {
     uint32_t clock;
     int32_t place;          /* path coordinate */
-} marks[2];                 /* where the machine was a span ago or longer, and since then */
+} marks[2];                 /* [1] begins the present span, [0] the one before */
 
 void meter_path_begins(void) {
     marks[1].clock = hal_cycle_low();
@@ -37,7 +38,7 @@ void meter_init(void) {
     meter_path_begins();
 }
 
-/* Has an axis left the place where it stood? */
+/* Has an axis left the position in `stood`? */
 static bool leaves(void) {
     bool left = false;
     uint32_t reach = REST_PULSES + rests;

@@ -11,12 +11,14 @@
 #include "path/path.h"
 
 #define PASSES 4            /* rounds of the main loop from one look to the next */
-#define STUCK_US 200000     /* longer than anything may keep the front waiting, */
-#define STUCK_PULSES 4      /* and than so many pulses take */
+/* Motion is stuck if no pulse comes in STUCK_US, the longest that anything may delay the front,
+   plus the time of STUCK_PULSES. */
+#define STUCK_US 200000
+#define STUCK_PULSES 4
 
 static unsigned passes;
-static bool doubted;        /* an axis was elsewhere at the last look */
-static bool waits;          /* since: */
+static bool doubted;        /* at the last look an axis was not at the end of the path */
+static bool waits;          /* motion is wanted, but none has come since clock `since` */
 static uint32_t since;
 static int32_t position;
 
@@ -25,7 +27,8 @@ void motion_watch_init(void) {
     doubted = waits = false;
 }
 
-/* The last pulses are on their way to the axes for a few clocks: what counts is what lasts. */
+/* The last pulses reach the axes a few clocks late, so only a deviation at two looks is an
+   error. */
 __attribute__((noinline)) static void look_at_axes(void) {
     unsigned axis = 0;
     while (axis < HAL_AXES && hal_axis_command(axis) == history_end(axis))
@@ -41,12 +44,13 @@ __attribute__((noinline)) static void look_at_axes(void) {
     alarm_raise(&f);
 }
 
-/* Clocks in which a pulse must come. */
+/* Clocks within which a pulse must come at this rate. */
 static uint32_t patience(uint32_t rate) {
     uint64_t clocks = (uint64_t)STUCK_PULSES * (UINT32_MAX / rate) + units_clocks_of_us(STUCK_US);
     return clocks > INT32_MAX ? INT32_MAX : (uint32_t)clocks;
 }
 
+/* Should the machine move forward now? */
 static bool wants(void) {
     hal_motion motion = hal_motion_read();
     return motion.state == MOTION_FRONT && !motion.backpressure && machine_goes() && !gap_serves();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Does the gateware do what it was told? At rest the axes are where the path has led them; and where
-   motion is wanted there is some. */
+/* Checks that the gateware does what it was told: at rest the axes are at the end of the path, and
+   wanted motion takes place. */
 #pragma once
 
-/* In every round of the main loop; raises an alarm if not. */
+/* Call the step in every round of the main loop. It raises an alarm if a check fails. */
 void motion_watch_init(void);
 void motion_watch_step(void);

@@ -21,23 +21,23 @@
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
                STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
 
-static bool announced;      /* `start` has been told */
+static bool announced;      /* the event of the program's start has been told */
 static bool took;           /* a byte of the tape was read in this step */
 static reader tape_reader;
 
 static stage at;
-static bool by_hand;        /* the block at work comes from a line */
+static bool by_hand;        /* the present block comes from a line entered by hand */
 static char line_text[READER_BLOCK_SIZE];
 static uint32_t line_length;
 static bool line_waits;
-static const fault *answer; /* to a line that is done with, until it has been told */
+static const fault *answer; /* to a finished line, until program_answer takes it */
 static block words;
 static plan work;
 static const wire_offset_block *current;   /* being carried out */
 static fault trouble;
 static program_cost cost;
-static uint32_t spent;      /* clocks on the block at work, */
-static bool judged;         /* and whether they are all */
+static uint32_t spent;      /* clocks spent on the present block so far */
+static bool judged;         /* the block has been judged: `spent` is complete */
 
 void program_init(void) {
     tape_init();
@@ -99,7 +99,7 @@ bool program_line(const char *text, uint32_t length) {
 
 __attribute__((noinline)) static void fail(void) {
     if (by_hand) {
-        /* Nothing has been done: the machine needs no alarm, the operator an answer. */
+        /* The line did nothing yet: the operator gets an answer, and no alarm is needed. */
         at = STAGE_READ;
         answer_line(&trouble);
     } else {
@@ -123,13 +123,13 @@ static bool tape_starts(void) {
             return false;
         }
         if (!path_at_front())
-            return false; /* a line entered by hand is still being carried out */
+            return false; /* a line entered by hand still moves the machine */
         if (!execute_start())
             return false;
         reader_begin(&tape_reader, settings_get(SET_TV));
         announced = false;
         tape_run();
-        return false; /* what it takes is enough for one step */
+        return false; /* starting the tape is enough work for one step */
     }
     return tape_runs();
 }
@@ -220,14 +220,14 @@ static void step_arc(void) {
     if (!by_hand && work.stop == STOP_END)
         reader_stop(&tape_reader);
     cost.blocks++;
-    /* A block without words, such as a comment, is not worth an event. */
+    /* A block without words, such as a comment, causes no event. */
     bool empty = !words.present && !words.g_count && !words.m_count;
     at = STAGE_COMPENSATE;
     if (!wire_offset_take(&work, words.text, empty ? 0 : words.length, tape_reader.line,
                           trouble.block, &trouble))
         fail();
     else if (wire_offset_ready())
-        step_compensate(); /* costs little */
+        step_compensate(); /* a short step: do it now */
 }
 
 static void step_plan(void) {
@@ -236,15 +236,15 @@ static void step_plan(void) {
         fail();
         return;
     }
-    /* A line by hand is refused before it does anything; a tape reads ahead, and somebody may still
-       press the button. */
+    /* A line entered by hand is refused at once if the discharge is not armed. A tape is read
+       ahead, so the operator may still press ARM in time. */
     if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
         fail();
         return;
     }
     at = STAGE_ARC;
     if (work.arc == ARC_NONE)
-        step_arc(); /* costs nothing */
+        step_arc(); /* no work without an arc: do it now */
 }
 
 static void step_announce(void) {
@@ -261,7 +261,8 @@ static void step_announce(void) {
 }
 
 static bool step_execute(void) {
-    /* All of it takes as long as a step that waits. */
+    /* Only these fields: clearing the whole fault would double the time of a step that only
+       waits. */
     trouble.code = FAULT_NONE;
     trouble.line = by_hand ? 0 : current->line;
     trouble.block = current->number;

@@ -14,7 +14,7 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Small rather than fast: the link is slower than what is said over it. */
+/* Compiled for size: the link, not this code, limits how fast answers come. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
@@ -24,7 +24,7 @@ static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS } part;
 void status_init(void) { part = PART_NONE; }
 void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
 
-/* As grbl has them. Hold:1 is still coming to rest, or a retraction is under way. */
+/* State names of grbl. Hold:1: the machine is still coming to rest, or retracts. */
 static const char *state_name(void) {
     if (machine_locked() || machine_position_lost())
         return "Alarm";
@@ -35,14 +35,15 @@ static const char *state_name(void) {
     return idle ? "Idle" : "Run";
 }
 
-/* What may be sent now without a byte lost: the gateware's queue takes it, and then that of the lines. */
+/* Bytes that a host may send now without losing one: room in the queue of lines, less the bytes
+   that wait in the gateware's queue. */
 static uint32_t bytes_free(void) {
     uint32_t waiting = hal_waiting(), room = lines_free();
     room = room < STATUS_BYTES ? room : STATUS_BYTES;
     return waiting < room ? room - waiting : 0;
 }
 
-/* Letters of grbl where they mean the same: P the electrode touches, X Y Z a limit switch is pressed. */
+/* Letters as in grbl: P: the electrode touches; X Y Z: a limit switch is pressed. */
 static void pins(char text[HAL_AXES + 6]) {
     hal_limits limits = hal_limits_read();
     bool touches = machine_burns() && hal_shorted();
@@ -60,7 +61,7 @@ static void pins(char text[HAL_AXES + 6]) {
 
 bool status_wanted(void) { return part != PART_NONE; }
 
-/* Apart from the pass, which has to be quick. */
+/* Not inlined into the pass, which must stay quick. */
 __attribute__((noinline)) void status_tell(void) {
     static char report[OUTPUT_LINE];
     static uint32_t length;

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The status report, in the manner of grbl 1.1: its states, its fields in its order, then our own. */
+/* The status report. States and fields are those of grbl 1.1 in its order; our own fields
+   follow. */
 #pragma once
 #include <stdbool.h>
 
-#define STATUS_BYTES 255    /* that the receive queue holds beside a mark: a sender may count them ahead */
+#define STATUS_BYTES 255    /* bytes that the receive queue holds beside a mark */
 
 void status_init(void);
 
-/* Ask for a report; is one asked for; say the next part of it, as all at once would take too long for
-   one pass of the main loop. */
-void status_want(void);
-bool status_wanted(void);
-void status_tell(void);
+void status_want(void);     /* ask for a report */
+bool status_wanted(void);   /* a report was asked for and is not yet complete */
+void status_tell(void);     /* build its next part; a whole report is too long for one pass */

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/alarm.h"
 
-static bool raised;     /* and not yet taken */
+static bool raised;     /* an alarm has been raised and not yet taken */
 static bool untold;
 static alarm first;
 static uint32_t line;
@@ -24,7 +24,7 @@ void alarm_raise_at(const fault *f, uint64_t cycle, const int32_t *position) {
     bool later = raised || untold;
     raised = true;
     if (later)
-        return; /* the first one is what happened */
+        return; /* later alarms are consequences of the first */
     first.what = *f;
     first.cycle = cycle;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)

@@ -6,7 +6,7 @@
 #include "hal/hal.h"
 #include "hal/regs.h"
 
-#define AXES_TEXT 48     /* with the room that text_print wants before a character */
+#define AXES_TEXT 48     /* includes the room that text_print needs before a character */
 
 static const char *const TEXT[CAUSES] = {CAUSE_TEXTS};
 
@@ -21,8 +21,9 @@ static const char *const CHECK_TEXT[CHECKS] = {
     [CHECK_RATE] = "it counts faster than any drive goes",
 };
 
-/* Causes after which the counted position may differ from the true one; with those below also where
-   they come later than another cause. While the axes coast a following error is none. */
+/* LOSES_POSITION: first causes after which the counted position may differ from the true one.
+   MISCOUNTS: those that mean this also if they follow another cause. Following errors do not: after
+   a trip the axes coast, and a following error is normal. */
 #define MISCOUNTS                                                                                  \
     (1u << CAUSE_ERROR_SATURATED | 1u << CAUSE_ENCODER | 1u << CAUSE_CODER | 1u << CAUSE_GUARD)
 #define LOSES_POSITION                                                                             \
@@ -61,7 +62,8 @@ static const char *damage_text(uint32_t damage) {
                                          : "the position";
 }
 
-/* "a guarded register of the gateware is damaged (...)": axes, a bound of axes, or something else. */
+/* "a guarded register of the gateware is damaged (...)", with axes, bounds of axes, or something
+   else. */
 static size_t print_damage(char *buffer, size_t size, uint32_t damage) {
     char whose[AXES_TEXT];
     unsigned positions = damage & HAL_DAMAGE_AXES, bounds = HAL_DAMAGE_BOUNDS(damage);
@@ -98,7 +100,7 @@ static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned ax
     return text_print(buffer, size, "%s (%s)", text, whose);
 }
 
-/* Piece by piece into the fault: a text that was made elsewhere would be written twice. */
+/* Writes the parts straight into the fault, so that no text is copied. */
 bool cause_fault(fault *f, const char *begin, unsigned cause, unsigned axes) {
     bool limit = cause == CAUSE_LIMIT_LOW || cause == CAUSE_LIMIT_HIGH;
     bool first = f->code == FAULT_NONE;

@@ -15,8 +15,8 @@
     [CAUSE_ENCODER] = "an encoder made an illegal transition", \
     [CAUSE_FOLLOWING_STOPPED] = "position deviation at rest above its limit", \
     [CAUSE_FOLLOWING_MOVING] = "position deviation in motion above its limit", \
-    [CAUSE_FIRMWARE] = "the firmware asked for it", \
-    [CAUSE_CODER] = "a coder does not tell what its axis does", \
+    [CAUSE_FIRMWARE] = "the firmware has tripped it", \
+    [CAUSE_CODER] = "a coder does not show the motion of its axis", \
     [CAUSE_TRAVEL] = "a command beyond a soft limit", \
     [CAUSE_CONTACT] = "the electrode touched the work with the discharge off", \
     [CAUSE_GATE] = "the gap had current or voltage with both sources off", \

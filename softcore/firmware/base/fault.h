@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What went wrong: a code, where it stands on the tape, and one clear sentence. */
+/* A fault: a code, its place on the tape, and one clear sentence. */
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,11 +15,11 @@ typedef struct {
     char text[120];     /* what was wrong, without the place */
 } fault;
 
-/* Note the first fault of a place; a later one does not replace it. Always returns false, for use in
-   conditions. The line is filled in by whoever knows it. */
+/* Note a fault, unless `f` already holds one. Always returns false, for use in conditions. The
+   caller that knows the line fills it in. */
 bool fault_at(fault *f, fault_code code, uint32_t column, const char *format, ...);
 
-/* Numbers of `error:N` and `ALARM:N`: those of grbl where it has the same. */
+/* Numbers of `error:N` and `ALARM:N`. They are grbl's if grbl has the same fault. */
 uint32_t fault_error(fault_code code);
 uint32_t fault_alarm(fault_code code);
 

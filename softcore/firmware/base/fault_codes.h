@@ -1,7 +1,7 @@
 /* Generated from softcore/tables/faults.py by `python -m softcore.generate`; do not edit. */
 #pragma once
 
-/* Our numbers: told as they are, but where grbl has one (below). */
+/* Our numbers. Grbl's number is sent instead if it has one (below). */
 typedef enum {
     FAULT_NONE = 0,
     FAULT_NO_START = 101,
@@ -40,8 +40,8 @@ typedef enum {
     FAULT_TRIP = 140,
     FAULT_LIMIT = 157,
     FAULT_HALT_LIMIT = 141,
-    FAULT_HALT_FLOOR = 142,
-    FAULT_HALT_SERIES = 143,
+    FAULT_HALT_BACK_LIMIT = 142,
+    FAULT_HALT_BURST = 143,
     FAULT_HALT_NO_DATA = 144,
     FAULT_FIN = 145,
     FAULT_EVENTS = 146,
@@ -59,10 +59,10 @@ typedef enum {
 
 #define FAULT_TEXT_HALT_LIMIT \
     "still short at the retractable limit"
-#define FAULT_TEXT_HALT_FLOOR \
-    "still short where the way back ends (ceiling, soft limit or start of the path)"
-#define FAULT_TEXT_HALT_SERIES \
-    "too many shorts in series without new depth"
+#define FAULT_TEXT_HALT_BACK_LIMIT \
+    "still short at the back limit (ceiling, soft limit or start of the path)"
+#define FAULT_TEXT_HALT_BURST \
+    "too many shorts in a burst without new depth"
 #define FAULT_TEXT_HALT_NO_DATA \
     "short without retraction data (G36)"
 #define FAULT_TEXT_EVENTS \
@@ -72,11 +72,11 @@ typedef enum {
 #define FAULT_TEXT_HALT_SERVO \
     "the servo would go back beyond the retractable limit or the ceiling or the soft limit"
 #define FAULT_TEXT_CONTACT \
-    "contact with the discharge off; only a move away from the work goes on from here"
+    "contact with the discharge off; from here only a move away from the work is possible"
 #define FAULT_TEXT_NOT_ARMED \
     "the discharge is not armed: press the button ARM at the machine"
 #define FAULT_TEXT_POSITION_LOST \
-    "the position is lost; $POSITION=HERE takes what is counted for true"
+    "the position is lost; $POSITION=HERE accepts the counted position"
 #define FAULT_TEXT_STUCK \
     "nothing moves, although the path goes on"
 

@@ -3,11 +3,11 @@
 
 #include <stdbool.h>
 
-/* One copy of what is used in many places: memory is dearer than time here. */
+/* Not inlined: here memory is scarcer than time. */
 #define SHARED __attribute__((noinline))
 
 #define TWO_PI 7244019458077122842  /* 2**-60 */
-#define SECTORS 32                  /* of a turn: sines known */
+#define SECTORS 32                  /* of a turn; the sines of their middles are known */
 static const int64_t SINE[SECTORS / 4 + 1] = {
     0, 899695310372275547, 1764815834521887442, 2562115475870945497, 3260954456333195553,
     3834476785802888710, 4260642322793532497, 4523073764714963030, FIXED_ONE,
@@ -24,14 +24,14 @@ SHARED int64_t fixed_product(int64_t a, int64_t b) {
 }
 
 SHARED int64_t fixed_ratio(int64_t numerator, int64_t denominator) {
-    uint64_t rest = (uint64_t)numerator, quotient = 0, divisor = (uint64_t)denominator;
+    uint64_t remainder = (uint64_t)numerator, quotient = 0, divisor = (uint64_t)denominator;
     for (unsigned i = 0; i <= 62; i++) {
         quotient <<= 1;
-        if (rest >= divisor) {
-            rest -= divisor;
+        if (remainder >= divisor) {
+            remainder -= divisor;
             quotient |= 1;
         }
-        rest <<= 1;
+        remainder <<= 1;
     }
     return (int64_t)quotient;
 }
@@ -56,12 +56,12 @@ static int64_t sine_of_sector(unsigned sector) {
     return sector % SECTORS < SECTORS / 2 ? sine : -sine;
 }
 
-/* The nearest sector's sine and cosine, turned by the rest (at most pi/32), whose series end with the
-   seventh power. */
+/* Takes sine and cosine of the nearest sector and turns them by the remaining angle, at most pi/32,
+   for which power series up to the seventh power are enough. */
 void fixed_sine_cosine(int64_t angle, int64_t *sine, int64_t *cosine) {
     unsigned sector = (unsigned)((angle + FIXED_TURN / SECTORS / 2) / (FIXED_TURN / SECTORS));
-    int64_t rest = angle - (int64_t)sector * (FIXED_TURN / SECTORS);
-    int64_t r = fixed_product(fixed_scaled(rest, 4), TWO_PI) >> 2;
+    int64_t remainder = angle - (int64_t)sector * (FIXED_TURN / SECTORS);
+    int64_t r = fixed_product(fixed_scaled(remainder, 4), TWO_PI) >> 2;
     int64_t rr = fixed_product(r, r);
     int64_t s = FIXED_ONE - fixed_product(rr, 109802048057794950);                      /* 1/42 */
     s = FIXED_ONE - fixed_product(fixed_product(rr, s), 230584300921369395);      /* 1/20 */
@@ -76,7 +76,7 @@ void fixed_sine_cosine(int64_t angle, int64_t *sine, int64_t *cosine) {
     *cosine = fixed_product(c0, c) - fixed_product(s0, s);
 }
 
-/* The nearest sector, and the rest from its tangent. */
+/* Finds the nearest sector, and the remaining angle from its tangent. */
 int64_t fixed_angle_of(int32_t x, int32_t y) {
     static const uint32_t border[4] = {6455, 19880, 35030, 53784}; /* tangents, 2**-16 */
     int64_t u = fixed_magnitude(x), v = fixed_magnitude(y);
@@ -99,9 +99,10 @@ int64_t fixed_angle_of(int32_t x, int32_t y) {
     sum = FIXED_ONE / 7 - fixed_product(tt, sum);
     sum = FIXED_ONE / 5 - fixed_product(tt, sum);
     sum = FIXED_ONE / 3 - fixed_product(tt, sum);
-    int64_t rest = fixed_product(t, FIXED_ONE - fixed_product(tt, sum));
-    rest = fixed_product(rest, FIXED_PER_RADIAN);
-    int64_t angle = (int64_t)sector * (FIXED_TURN / SECTORS) + (across < 0 ? -rest : rest);
+    int64_t remainder = fixed_product(t, FIXED_ONE - fixed_product(tt, sum));
+    remainder = fixed_product(remainder, FIXED_PER_RADIAN);
+    int64_t angle = (int64_t)sector * (FIXED_TURN / SECTORS) +
+                    (across < 0 ? -remainder : remainder);
     if (swap)
         angle = FIXED_TURN / 4 - angle;
     if (x < 0)

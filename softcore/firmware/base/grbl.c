@@ -12,7 +12,7 @@ unsigned grbl_find(uint32_t number) {
     return row;
 }
 
-/* In thousandths of its unit. */
+/* The value in thousandths of its unit. */
 static uint32_t thousandths(const grbl_table_row *row) {
     switch (row->source) {
     case GRBL_RESOLUTION: return (uint32_t)units_pulses_of_um(1000) * 1000;

@@ -6,7 +6,7 @@
 
 #define GRBL_ROWS 18u
 
-/* What a value comes from; all but a constant have three decimals. */
+/* Source of a value. All but a constant have three decimals. */
 typedef enum {
     GRBL_CONSTANT,
     GRBL_RESOLUTION,
@@ -18,7 +18,7 @@ typedef enum {
 typedef struct {
     uint16_t number;
     uint8_t source;
-    uint8_t value;          /* that of a constant; of others the axis */
+    uint8_t value;          /* of a constant; for other sources the axis */
     uint8_t follows[2];     /* settings that it follows from; SETTINGS for none */
     const char *title;
     const char *unit;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* One move of the programmed path: a line, or an arc in one of the three planes, with the third axis
-   moving evenly along it (helix). */
+/* One move of the programmed path: a line, or an arc in one of the three planes. The third axis may
+   move in proportion to the arc (helix). */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

@@ -5,10 +5,10 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-#define LAG_TIMES 5 /* time constants of the position loop: the axes are as slow as the command then */
+#define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
 
 static uint32_t values[SETTINGS];
-/* Kept: their conversions divide 64-bit numbers. */
+/* Converted values. They are kept because converting them takes 64-bit divisions. */
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
 static travel_range limits;
 static uint64_t gain; /* of the position loop, 2**-32 pulse/clock per pulse */
@@ -39,8 +39,8 @@ static void apply_detector(void) {
 }
 
 static void apply_motion(void) {
-    hal_series(values[SET_GAIN_PULSES], values[SET_REPEATS],
-               at_most(units_clocks_of_us(values[SET_SETTLE_US]), (1u << 24) - 1));
+    hal_short_burst(values[SET_GAIN_PULSES], values[SET_REPEATS],
+                    at_most(units_clocks_of_us(values[SET_SETTLE_US]), (1u << 24) - 1));
     start_rate = units_rate(values[SET_START_SPEED_UM_S] * 60);
     acceleration = units_acceleration(values[SET_ACCELERATION_MM_S2]);
     hal_ramp(start_rate, acceleration);
@@ -49,7 +49,8 @@ static void apply_motion(void) {
     highest_rate = units_rate(highest_speed);
 }
 
-/* The loop's gain bounds speeds on arcs, and is that of the gateware's model of the drives. */
+/* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
+   too. */
 static void apply_loop(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
     hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
@@ -126,7 +127,7 @@ uint32_t settings_get(setting which) { return values[which]; }
 setting settings_find(uint32_t number) {
     if (number < SETTINGS_FIRST || number > SETTINGS_LAST)
         return SETTINGS;
-    unsigned which = number - SETTINGS_FIRST; /* its row, if there is no gap */
+    unsigned which = number - SETTINGS_FIRST; /* its row, if no number is left out before it */
     if (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number == number)
         return (setting)which;
     for (which = 0; which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number;)
@@ -165,7 +166,7 @@ bool settings_set(uint32_t number, uint32_t value) {
         value > SETTINGS_TABLE_ROWS[which].highest)
         return false;
     values[which] = value;
-    /* Only the group of the setting: conversions take 64-bit divisions. */
+    /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (SETTINGS_TABLE_ROWS[which].group) {
     case GROUP_DETECTOR: apply_detector(); break;
     case GROUP_MOTION: apply_motion(); break;
@@ -201,18 +202,19 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_acceleration(void) { return acceleration; }
 
-/* The acceleration v*v/R, which the start/stop speed has for nothing. And a loop of the gain K lags
-   by v/K: on an arc it then runs inside by R (1 - 1/sqrt(1 + (v/KR)**2)), which is less than
-   v*v/(2 R K*K); a speed loop behind it makes it less still. */
+/* Two limits. The acceleration v*v/R; the start/stop speed is always allowed. The deviation: a loop
+   of gain K lags by v/K, so that on an arc the axes run inside by R (1 - 1/sqrt(1 + (v/KR)**2)),
+   which is less than v*v/(2 R K*K). A speed loop inside the position loop makes this deviation
+   smaller. */
 uint32_t settings_curve_rate(uint32_t radius) {
-    /* 2**-64 pulse**2/clock**2 are 2**-36 pulse/clock**2 times pulse times 2**28. */
+    /* `square` is in 2**-36 pulse**2/clock**2, which is 2**28 times 2**-64 of it. */
     uint64_t square = (uint64_t)acceleration * radius;
     uint32_t root = units_root(square << 8);
     uint32_t most = root >= UNITS_RATE_LIMIT >> 10 ? UNITS_RATE_LIMIT : root << 10;
     most = most > start_rate ? most : start_rate;
     if (!values[SET_ARC_DEVIATION_NM])
         return most;
-    /* Of 2 R times the deviation, in 2**-11 pulse. */
+    /* The root of 2 R times the deviation is in 2**-11 pulse. */
     uint64_t rate = gain * units_root((uint64_t)radius * deviation << 17) >> 11;
     rate = rate ? rate : 1;
     return rate < most ? (uint32_t)rate : most;

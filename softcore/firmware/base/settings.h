@@ -9,41 +9,44 @@
 #include "base/settings_table.h"
 #include "base/travel.h"
 
-/* Initial values, into the gateware; `between` is called between the parts, which take their time. */
+/* Set initial values and write them to the gateware. This takes long, so `between` is called
+   between the parts. */
 void settings_init(void (*between)(void));
-/* Once more into the registers that the gateware guards: a bit of one may have turned over. */
+
+/* Write the registers again that the gateware guards: a bit in one of them may have flipped. */
 void settings_renew(void);
 uint32_t settings_get(setting which);
 
-/* Setting of a number; SETTINGS if there is none. And the number of a setting. */
+/* The setting with a number, SETTINGS if there is none; and the number of a setting. */
 setting settings_find(uint32_t number);
 uint32_t settings_number(setting which);
 
-/* Must this one stay while the machine moves or machines? What is no setting must. */
+/* Does this setting guard the machine, so that it may not change while the machine moves or
+   machines? Also true for a number without a setting. */
 bool settings_guard(uint32_t number);
 
-/* Guards that settings have switched off, and coders that step axes do not have: names with commas in
-   between; of SETTINGS_MASKED characters. */
+/* Write the names, separated by commas, of guards that settings have switched off and of coders
+   that step axes do not have. The buffer needs SETTINGS_MASKED characters. */
 #define SETTINGS_MASKED 96
 void settings_masked(char *text, size_t size);
 bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of range */
 
-/* Is it one of servo, fluid or feed? After a change of it gap_settings is to be called. */
+/* Is it a setting of servo, fluid or feed? Call gap_settings after such a change. */
 bool settings_of_gap(uint32_t number);
 
-/* A whole number at `at`, which moves behind it; false if there is none. */
+/* Read a whole number at `at` and move `at` behind it; false if there is none. */
 bool settings_read_number(const char *line, uint32_t length, uint32_t *at, uint32_t *value);
 
-/* A line `$n=value`, and what it says. */
+/* Read a line `$n=value`, and set the setting. False with a fault. */
 bool settings_read(const char *line, uint32_t length, uint32_t *number, uint32_t *value, fault *f);
 bool settings_enter(uint32_t number, uint32_t value, fault *f);
 
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);
 uint32_t settings_acceleration(void);
-uint32_t settings_highest_speed(void);  /* um/min, */
-uint32_t settings_highest_rate(void);   /* and its rate */
-uint32_t settings_curve_rate(uint32_t radius);  /* highest one on an arc; radius in pulses */
-const travel_range *settings_travel(void);    /* the soft limits, */
-uint32_t settings_travel_um(unsigned axis);     /* and how far they are apart */
-const travel_range *settings_travel_now(void); /* ... and the limit switches that are just being left */
+uint32_t settings_highest_speed(void);  /* um/min */
+uint32_t settings_highest_rate(void);   /* the same as a rate */
+uint32_t settings_curve_rate(uint32_t radius);  /* highest rate on an arc; radius in pulses */
+const travel_range *settings_travel(void);      /* the soft limits */
+uint32_t settings_travel_um(unsigned axis);     /* distance between the soft limits of an axis */
+const travel_range *settings_travel_now(void);  /* soft limits, and limit switches being left */

@@ -17,9 +17,9 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
     [SET_SENSE_OFF_NS] = {40000, 100, 1000000, 406, GROUP_DETECTOR, true,
         "sensing pulse off-time", "ns", 0},
     [SET_GAIN_PULSES] = {10, 1, 65535, 407, GROUP_MOTION, true,
-        "depth that ends a series of shorts", "pulses", 0},
+        "depth that ends a short burst", "pulses", 0},
     [SET_REPEATS] = {20, 0, 255, 408, GROUP_MOTION, true,
-        "shorts in a series that halt (0 no bound)", "shorts", "repeats"},
+        "shorts in a burst that halt (0 no bound)", "shorts", "repeats"},
     [SET_SETTLE_US] = {500, 0, 300000, 409, GROUP_MOTION, true,
         "rest at the limit before the halt", "us", 0},
     [SET_START_SPEED_UM_S] = {10000, 1, 1000000, 410, GROUP_MOTION, true,
@@ -134,7 +134,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {
     [GROUP_DETECTOR] = "Shorts, pulses and sensing",
-    [GROUP_MOTION] = "Speeds and series of shorts",
+    [GROUP_MOTION] = "Speeds and short bursts",
     [GROUP_AXES] = "Axes and coders",
     [GROUP_TRAVEL] = "Travel",
     [GROUP_LOOP] = "Position loop and arcs",

@@ -71,11 +71,11 @@ typedef enum {
     SETTINGS,
 } setting;
 
-/* Their numbers, mostly without a gap. */
+/* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
 #define SETTINGS_LAST 463u
 
-/* What has to be done again after a change. */
+/* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
     GROUP_DETECTOR,
     GROUP_MOTION,
@@ -90,12 +90,12 @@ typedef enum {
 
 typedef struct {
     uint32_t initial, lowest, highest;
-    uint16_t number;        /* that of the lines `$number=value` */
+    uint16_t number;        /* of the line `$number=value` */
     uint8_t group;
     bool guards;            /* locked while the machine moves or machines */
     const char *title;
     const char *unit;       /* empty for a pure number */
-    const char *guard;      /* what the value 0 switches off; 0 if nothing */
+    const char *guard;      /* guard that the value 0 switches off, or 0 */
 } settings_table_row;
 
 extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];

@@ -3,26 +3,27 @@
 
 #include "base/units.h"
 
-#define LONGEST_NUMBER 24 /* characters of any number, with its sign: fits TEXT_NUMBER */
+#define LONGEST_NUMBER 24 /* most characters of a number with its sign; fits TEXT_NUMBER */
 
-/* A division takes longer than all else that a digit does. */
+/* value / 10 without a division, which would take most of the time of a digit. */
 static uint32_t tenth(uint32_t value) { return (uint32_t)((uint64_t)value * 0xcccccccdu >> 35); }
 
-/* Every function writes at `at` and returns the place behind; the caller has made sure of room. */
+/* The put_ functions write at `at` and return the place behind it. The caller makes sure that there
+   is room. */
 static char *put_unsigned(char *at, uint32_t value, unsigned digits) {
     unsigned count = 1;
     for (uint32_t power = 10; count < 10 && (value >= power || count < digits); count++)
         power *= 10;
     char *end = at + count;
     for (char *place = end; place > at;) {
-        uint32_t rest = tenth(value);
-        *--place = (char)('0' + (value - rest * 10));
-        value = rest;
+        uint32_t quotient = tenth(value);
+        *--place = (char)('0' + (value - quotient * 10));
+        value = quotient;
     }
     return end;
 }
 
-/* The 64-bit division is slow on the soft core, so it is used only for what needs it. */
+/* The 64-bit division is slow on the soft core, so only large numbers use it. */
 static char *put_long(char *at, uint64_t value) {
     if (!(value >> 32))
         return put_unsigned(at, (uint32_t)value, 1);

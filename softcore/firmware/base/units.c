@@ -11,7 +11,8 @@ static uint32_t clock_hz, pulses_per_mm;
 static uint64_t rate_of_speed; /* 2**-64 pulse/clock per um/min */
 static uint64_t speed_of_rate; /* um/min at one pulse per clock */
 
-/* What one digit is worth, by the number of decimals. Mostly whole, so that nothing is divided. */
+/* Value of the last digit, by the number of decimals. Most are whole numbers, which need no
+   division. */
 static ratio pulse_of_mm[UNITS_DECIMALS + 1], pulse_of_inch[UNITS_DECIMALS + 1];
 static const ratio UM_OF_MM[UNITS_DECIMALS + 1] = {
     {1000, 1}, {100, 1}, {10, 1}, {1, 1}, {1, 10}, {1, 100}, {1, 1000}, {1, 10000},
@@ -33,12 +34,12 @@ static ratio decimal(uint32_t numerator, unsigned tens) {
 /* numerator * 2**shift / denominator, rounded down; the quotient must fit 64 bits. */
 static uint64_t shifted_quotient(uint64_t numerator, unsigned shift, uint64_t denominator) {
     uint64_t quotient = numerator / denominator;
-    uint64_t rest = numerator % denominator;
+    uint64_t remainder = numerator % denominator;
     while (shift--) {
-        rest <<= 1;
+        remainder <<= 1;
         quotient <<= 1;
-        if (rest >= denominator) {
-            rest -= denominator;
+        if (remainder >= denominator) {
+            remainder -= denominator;
             quotient |= 1;
         }
     }
@@ -61,7 +62,7 @@ uint64_t units_quotient(uint64_t value, uint32_t divisor) {
     return value >> 32 ? value / divisor : (uint32_t)value / divisor;
 }
 
-/* Below 2**40 digits times at most 2**22: no overflow. */
+/* `digits` is below 2**40 and the numerator at most 2**22: no overflow. */
 static uint64_t rounded(uint64_t digits, ratio r) {
     uint64_t product = digits * r.numerator;
     return r.denominator == 1
@@ -140,7 +141,7 @@ uint32_t units_acceleration(uint32_t mm_per_s2) {
 
 uint64_t units_gain(uint32_t per_s) { return shifted_quotient(per_s, 32, clock_hz); }
 
-/* Times 2**20 * 32e-6. */
+/* per_s * 2**20 * 32e-6 */
 uint32_t units_gain_of_tick(uint32_t per_s) { return (per_s * 2199023 + (1u << 15)) >> 16; }
 
 static uint32_t clocks_of(uint32_t time, uint32_t per_second) {
@@ -176,26 +177,26 @@ uint32_t units_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration
     return pulses / acceleration + 2;
 }
 
-/* Two bits of the square make one of the root. What is left of the bits taken is at most twice the
-   root, so that 32 bits hold it until the last three. */
+/* Digit by digit: two bits of the square give one bit of the root. The remainder is at most twice
+   the root, so 32 bits hold it until the last three steps. */
 uint32_t units_root(uint64_t square) {
     unsigned count = 32;
     while (count > 8 && !(square >> 48)) {
         square <<= 16;
         count -= 8;
     }
-    uint32_t root = 0, rest = 0;
+    uint32_t root = 0, remainder = 0;
     for (; count > 3; count--) {
-        rest = rest << 2 | (uint32_t)(square >> 62);
+        remainder = remainder << 2 | (uint32_t)(square >> 62);
         square <<= 2;
         uint32_t trial = root << 2 | 1;
         root <<= 1;
-        if (rest >= trial) {
-            rest -= trial;
+        if (remainder >= trial) {
+            remainder -= trial;
             root |= 1;
         }
     }
-    uint64_t left = rest;
+    uint64_t left = remainder;
     for (; count; count--) {
         left = left << 2 | square >> 62;
         square <<= 2;

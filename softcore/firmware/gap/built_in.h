@@ -3,9 +3,9 @@
 
 #define CONDITIONS_ENTERED 16   /* rows that can be entered */
 #define CONDITIONS_IP_MA 1500   /* one IP */
-#define CONDITIONS_PLANNED 900  /* number of a planned one, less its IP */
+#define CONDITIONS_PLANNED 900  /* a planned condition has this number + IP */
 
-/* What a row has where it says nothing else. */
+/* Defaults of a row. */
 #define CONDITIONS_USUAL .open_v = 80, .open_percent = 75, .arc_v = 20, .short_v = 12, .step = 50
 
 #define CONDITIONS_BUILT_IN \

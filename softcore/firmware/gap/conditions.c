@@ -7,11 +7,11 @@
 static const condition_row BUILT_IN[] = {CONDITIONS_BUILT_IN};
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
-/* A tape's row hides one of the same number that was entered by hand, for as long as it is kept. */
+/* A row of the tape hides a row with the same number that was entered by hand. */
 static condition_row entered[CONDITIONS_ENTERED];
 static enum { FREE, BY_HAND, BY_TAPE } origin[CONDITIONS_ENTERED];
 
-/* Place of an entered row; CONDITIONS_ENTERED if there is none. */
+/* Index of an entered row; CONDITIONS_ENTERED if there is none. */
 static unsigned place(uint32_t number, unsigned from) {
     unsigned at = 0;
     while (at < CONDITIONS_ENTERED && (origin[at] != from || entered[at].number != number))
@@ -49,7 +49,8 @@ condition_row conditions_draft(uint32_t number) {
     return row ? *row : (condition_row){.number = number, CONDITIONS_USUAL};
 }
 
-/* A time of a current `more` above the lower of two that are `apart`. */
+/* Interpolate a time between two currents that are `apart`, for a current `more` above the lower
+   one. */
 static uint16_t between(uint32_t lower, uint32_t upper, uint32_t more, uint32_t apart) {
     return (uint16_t)(lower + ((upper - lower) * more * 2 + apart) / (apart * 2));
 }

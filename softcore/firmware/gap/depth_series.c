@@ -7,13 +7,13 @@
 
 static depth_step steps[DEPTH_SERIES_STEPS];
 static bool running;
-static unsigned count;          /* steps: the first `told` have been switched and told of, */
-static unsigned next, told;     /* those before `next` switched */
-static bool armed;              /* the next is staged, and the gateware may switch */
-static uint8_t seen;            /* switches that the gateware had counted before */
-static bool reached;            /* the condition in force is one of the series */
+static unsigned count;          /* number of steps */
+static unsigned next, told;     /* steps before `next` are switched, before `told` also told */
+static bool armed;              /* the next step is staged, and the gateware may switch to it */
+static uint8_t seen;            /* count of the gateware's switches when it was armed */
+static bool reached;            /* the condition in force is one of the depth series */
 
-bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned law,
+bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row, unsigned mode,
                         uint32_t column, fault *f) {
     if (running && count == DEPTH_SERIES_STEPS)
         return fault_at(f, FAULT_CONDITION, column, "no more than %u steps fit a series (G39)",
@@ -22,7 +22,7 @@ bool depth_series_check(int32_t depth, int32_t offset, const condition_row *row,
         return fault_at(f, FAULT_CONDITION, column,
                         "a step of G39 must lie deeper than the one before it, at %p mm",
                         steps[count - 1].depth - offset);
-    return feed_modes_check(law, row, column, f);
+    return feed_modes_check(mode, row, column, f);
 }
 
 void depth_series_add(int32_t depth, const condition_row *row) {
@@ -35,11 +35,11 @@ void depth_series_add(int32_t depth, const condition_row *row) {
         steps[count++] = (depth_step){depth, *row};
 }
 
-bool depth_series_law(unsigned law, uint32_t column, fault *f) {
-    if (reached && !feed_modes_check(law, in_force_row(), column, f))
+bool depth_series_check_mode(unsigned mode, uint32_t column, fault *f) {
+    if (reached && !feed_modes_check(mode, in_force_row(), column, f))
         return false;
     for (unsigned i = next; running && i < count; i++)
-        if (!feed_modes_check(law, &steps[i].row, column, f))
+        if (!feed_modes_check(mode, &steps[i].row, column, f))
             return false;
     return true;
 }
@@ -54,7 +54,7 @@ const condition_row *depth_series_unseen(void) {
     return 0;
 }
 
-/* Has the gateware switched to the step that is staged? */
+/* Notice whether the gateware has switched to the staged step. */
 static void look(void) {
     if (!armed || hal_condition_count() == seen)
         return;

@@ -5,20 +5,23 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* A level is 2**-16 of the converter's full scale, 100 V at the gap; K is for a sixteenth of it. */
+/* A level is 2**-16 of the converter's full scale, 100 V at the gap. K is for 1/16 of full
+   scale. */
 #define LEVELS(mv) ((mv) * 2048 / 3125)
 #define GAIN_STEP(gain) ((gain) * 25 / 4)
 
-#define CLEAN_PULSES 64         /* open pulses that a no-load voltage is measured with, at least, */
-#define CLEAN_WINDOWS 3         /* and windows: the first may have begun before, the last may have begun
-                                   to see a discharge that is not counted before its pulse ends */
+/* A no-load voltage is measured over at least so many open pulses and windows without a discharge.
+   Of these windows the first may have begun with a discharge. The last one may have ended with a
+   discharge that is not yet counted because its pulse has not ended. */
+#define CLEAN_PULSES 64
+#define CLEAN_WINDOWS 3
 
-static unsigned law;
+static unsigned mode;
 static uint32_t no_load;                /* level: computed, or measured */
-static uint32_t discharges, opens;      /* when the last discharge was noticed, */
-static uint8_t windows;                 /* means taken when one was noticed, */
-static unsigned clean;                  /* and those without a discharge */
-static uint32_t before;                 /* level: the last of them */
+static uint32_t discharges, opens;      /* counts when the last discharge was noticed */
+static uint8_t windows;                 /* windows that the gateware had counted at the last look */
+static unsigned clean;                  /* windows without a discharge, up to CLEAN_WINDOWS */
+static uint32_t before;                 /* level: mean of the last of them */
 
 bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column, fault *f) {
     if (number < FEED_ZERO || !row)
@@ -39,21 +42,21 @@ uint32_t feed_modes_no_load_mv(const condition_row *row, uint32_t share_percent)
     return row->open_v * share_percent * 10 * row->on_us / (row->on_us + row->off_us);
 }
 
-bool feed_modes_measures(void) { return law >= FEED_ZERO; }
+bool feed_modes_measures(void) { return mode >= FEED_ZERO; }
 
 void feed_modes_settings(void) {
     if (!feed_modes_measures()) {
-        /* Without a law the rest does not matter, and its conversions take their time. */
-        static const hal_law none;
-        hal_law_write(&none);
+        /* In the other modes these words have no effect, and converting them takes time. */
+        static const hal_feed_mode none;
+        hal_feed_mode_write(&none);
         return;
     }
-    bool distance = law == FEED_REMOVAL;
-    uint32_t gain = settings_get(law == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
+    bool distance = mode == FEED_REMOVAL;
+    uint32_t gain = settings_get(mode == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
     uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
     uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(SET_LAW_UNIT_UM));
-    hal_law words = {
-        .law = law < FEED_ZERO ? 0 : law - FEED_CLASSES,
+    hal_feed_mode words = {
+        .mode = mode < FEED_ZERO ? 0 : mode - FEED_CLASSES,
         .measure = feed_modes_measures(),
         .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
         .window = units_clocks_of_us(us),
@@ -63,17 +66,16 @@ void feed_modes_settings(void) {
         .gain = units_rate(GAIN_STEP(gain)),
         .fastest = units_rate(settings_highest_speed()),
     };
-    hal_law_write(&words);
+    hal_feed_mode_write(&words);
 }
 
 void feed_modes_init(void) {
-    law = FEED_CONSTANT;
+    mode = FEED_CONSTANT;
     no_load = 0;
     clean = 0;
 }
 
-
-void feed_modes_select(unsigned number) { law = number; }
+void feed_modes_select(unsigned number) { mode = number; }
 
 uint32_t feed_modes_no_load_of(const condition_row *row, uint32_t share_percent) {
     return LEVELS(feed_modes_no_load_mv(row, share_percent));
@@ -82,7 +84,7 @@ uint32_t feed_modes_no_load_of(const condition_row *row, uint32_t share_percent)
 uint32_t feed_modes_no_load(void) { return no_load; }
 
 void feed_modes_stage(const condition_row *row, uint32_t level) {
-    hal_law_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
+    hal_feed_mode_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
 }
 
 void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
@@ -93,7 +95,7 @@ void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
 bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
     if (!feed_modes_measures() || !settings_get(SET_LAW_NO_LOAD))
         return false;
-    hal_law_state state = hal_law_read();
+    hal_feed_mode_state state = hal_feed_mode_read();
     uint32_t sum = counts[1] + counts[2] + counts[3];
     if (sum != discharges || !machining || !state.known) {
         discharges = sum;

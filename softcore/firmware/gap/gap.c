@@ -10,16 +10,16 @@
 
 #define PERIOD_LIMIT ((1u << 24) - 1)   /* clocks */
 
-static bool stale;              /* the gateware has yet to get the condition as it is now */
-static bool servo;              /* what drives the electrode is not the feed F */
-static bool counted;            /* ... but counted classes */
-static uint32_t way_limit;      /* pulses under servo without a discharge that are too many, 0 none */
-static uint32_t seen;           /* discharges when the last one was noticed, */
-static int32_t seen_at;         /* and the front then */
-static uint64_t time_limit;     /* clocks under servo without progress that are too many, 0 none */
-static uint64_t stood;          /* such clocks so far, */
-static int32_t stood_at;        /* the front meanwhile, */
-static uint32_t looked;         /* and the clock up to which they are counted */
+static bool stale;              /* the gateware does not yet have the condition as it is now */
+static bool servo;              /* a servo moves the electrode, not the feed F */
+static bool counted;            /* the servo goes by counted pulse classes */
+static uint32_t way_limit;      /* most pulses under servo without a discharge, 0 for no limit */
+static uint32_t seen;           /* count of discharges when the last one was noticed */
+static int32_t seen_at;         /* the front at that time */
+static uint64_t time_limit;     /* most clocks without progress, 0 for no limit */
+static uint64_t stood;          /* clocks without progress so far */
+static int32_t stood_at;        /* the front in that time */
+static uint32_t looked;         /* the clock up to which they are counted */
 
 void gap_init(void) {
     in_force_init();
@@ -31,8 +31,8 @@ void gap_init(void) {
     gap_settings();
 }
 
-/* Bring the condition in force to the gateware anew. Later, while what was staged last waits for a
-   pulse to end. */
+/* Write the condition in force to the gateware again. If the last staged one still waits for a
+   pulse to end, do it later. */
 static void refresh(void) {
     stale = !depth_series_take_stage();
     if (stale)
@@ -41,7 +41,7 @@ static void refresh(void) {
     hal_condition_commit();
 }
 
-/* Condition or class have changed. */
+/* Call when the condition or the fluid's class has changed. */
 static void apply(void) {
     (void)depth_series_take_stage();
     in_force_apply();
@@ -55,7 +55,8 @@ void gap_condition(const condition_row *condition) {
     apply();
 }
 
-/* The gateware gets the classes with the program's first condition, without which nothing is machined. */
+/* The gateware gets the classes with the program's first condition; there is no machining
+   before. */
 void gap_start(void) {
     depth_series_drop();
     conditions_start();
@@ -67,7 +68,7 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
     apply();
 }
 
-/* What servo, converter and law are to do; the times of the settings are converted elsewhere. */
+/* Write what servo, converter and feed mode have to do. gap_settings converts the times. */
 static void drive(void) {
     hal_servo(counted, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
               settings_get(SET_SERVO_WEIGHT));
@@ -86,12 +87,12 @@ static void drive(void) {
     feed_modes_settings();
 }
 
-void gap_servo(unsigned law, const condition_row *judged) {
-    counted = law == FEED_CLASSES;
-    servo = counted || law == FEED_ZERO;
+void gap_servo(unsigned mode, const condition_row *judged) {
+    counted = mode == FEED_CLASSES;
+    servo = counted || mode == FEED_ZERO;
     if (judged && !depth_series_reached() && in_force_take_references(judged))
         apply();
-    feed_modes_select(law);
+    feed_modes_select(mode);
     seen_at = stood_at = hal_front();
     stood = 0;
     looked = hal_cycle_low();
@@ -106,14 +107,14 @@ void gap_settings(void) {
     drive();
 }
 
-/* Raise an alarm: apart from the watch, which is called in every round and has to be quick. */
+/* Raise an alarm. Not inlined into the watch, which every round calls and which must stay quick. */
 __attribute__((noinline)) static void refuse(fault_code code, const char *format, uint32_t bound) {
     fault f = {.line = alarm_line()};
     fault_at(&f, code, 0, format, bound);
     alarm_raise(&f);
 }
 
-/* What is wrong with the detector, or a null pointer. */
+/* The trouble of the detector in words, or a null pointer. */
 static const char *trouble(uint32_t flags) {
     if (flags & HAL_FLUID_SILENT)
         return "the converter does not answer";
@@ -126,7 +127,8 @@ static const char *trouble(uint32_t flags) {
     return 0;
 }
 
-/* ... and with what is in use of it: the class as measured, or the converter alone. */
+/* The same, but only for the parts in use: the whole detector if it measures the class, or the
+   converter alone. */
 static const char *trouble_now(uint32_t state) {
     if (settings_get(SET_FLUID_MODE) == 1)
         return trouble(state);
@@ -135,7 +137,7 @@ static const char *trouble_now(uint32_t state) {
 
 bool gap_ready(fault *f) {
     uint32_t state = hal_fluid_state();
-    /* An event that told of another class may have been dropped with an alarm. */
+    /* An alarm may have dropped the event of a new class. */
     if (in_force_set_fluid(HAL_FLUID_CLASS(state)))
         apply();
     const char *what = trouble_now(state);
@@ -151,13 +153,13 @@ bool gap_fluid(const hal_event *event) {
         return false;
     }
     if (!settings_get(SET_FLUID_MODE))
-        return false; /* the converter runs for the voltage alone: the cell may not even be there */
+        return false; /* the converter runs only for the voltage: there may be no cell */
     if (in_force_set_fluid(event->detail))
         apply();
     return true;
 }
 
-/* A servo that never sees a discharge would drive the electrode through anything. */
+/* Watch for a servo that never sees a discharge: it would drive the electrode into the work. */
 static void watch_way(int32_t front, bool machining) {
     uint32_t counts[4];
     hal_gap_counts(counts);
@@ -171,9 +173,9 @@ static void watch_way(int32_t front, bool machining) {
     }
 }
 
-/* And one that is never asked for DOWN would stand for ever, as would feed by the voltage at a rate
-   of nothing. Time counts while there is a way to go
-   and nothing but the servo decides whether it is gone: not on hold, nor in a retraction or a jump. */
+/* Watch for a servo that never gets DOWN, or a feed by the voltage with rate 0: the machine would
+   stand for ever. Time counts only while there is a way to go that depends on the servo alone, and
+   not during a hold, a retraction or a jump. */
 static void watch_time(int32_t front, const gap_view *view) {
     uint32_t now = hal_cycle_low(), passed = now - looked;
     looked = now;
@@ -191,7 +193,7 @@ static void watch_time(int32_t front, const gap_view *view) {
     }
 }
 
-/* Bring the gateware what it lacks; true if there was anything. */
+/* Write to the gateware what it does not have yet; true if there was anything. */
 static bool bring(void) {
     if (!stale)
         return depth_series_step();
@@ -203,7 +205,7 @@ bool gap_settled(void) { return !stale && !depth_series_waits(); }
 
 bool gap_serves(void) { return servo || feed_modes_measures(); }
 
-/* The settings may have come to rely on a detector that has told of its trouble before. */
+/* Looks at the detector's state itself: its event may have come before a setting made use of it. */
 bool gap_watch(const gap_view *view) {
     bool brought = bring();
     if (view->machining) {

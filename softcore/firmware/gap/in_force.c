@@ -6,7 +6,7 @@
 #include "gap/feed_modes.h"
 #include "hal/hal.h"
 
-#define REFERENCE_FULL_V 100    /* at the gap, of a reference that is all ones */
+#define REFERENCE_FULL_V 100    /* voltage at the gap for the full scale of a reference */
 #define REFERENCE_STEPS 1024
 
 /* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
@@ -17,10 +17,10 @@ static const gap_class PATENT[GAP_CLASSES] = {
 };
 
 static gap_class classes[GAP_CLASSES];
-static gap_class kept[GAP_CLASSES];     /* the same without what the tape has entered */
-static condition_row row;      /* the condition in force */
-static uint32_t step_ma;        /* of the supply, when a C put it or the series' first in force */
-static bool conditioned;        /* there is one */
+static gap_class kept[GAP_CLASSES];     /* without the rows that a tape has entered */
+static condition_row row;       /* the condition in force */
+static uint32_t step_ma;        /* of the power supply at the last C or G39 P1 */
+static bool conditioned;        /* a condition is in force */
 static unsigned fluid;          /* class in force */
 
 void in_force_init(void) {
@@ -82,7 +82,7 @@ static uint32_t volts(uint32_t value_v) {
     return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
 }
 
-/* As the fluid's class has it, with a no-load voltage. */
+/* Stage a condition, adapted to the fluid's class, with a no-load voltage. */
 static void stage(const condition_row *r, uint32_t no_load) {
     const gap_class *c = &classes[fluid];
     bool own = r->dame || r->open || r->ok;
@@ -92,7 +92,7 @@ static void stage(const condition_row *r, uint32_t no_load) {
     hal_pulse(units_clocks_of_us(r->on_us), units_clocks_of_us(r->off_us),
               units_clocks_of_us(r->rest_us), level);
     hal_supply(r->open_v / GAP_SUPPLY_STEP_V, r->negative);
-    /* The fluid leaves less than the source gives; what burns, burns at its own voltage. */
+    /* The fluid lowers the open voltage, but not the voltage of a discharge or of a short. */
     uint32_t left_v = (uint32_t)r->open_v * r->open_percent * c->share_percent / 10000;
     hal_references(volts(left_v), volts(r->arc_v), volts(r->short_v));
     hal_servo_step(r->step);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The only way from the firmware to the gateware. `hal_regs.c` implements it with the registers of
-   `regs.h`; on the host a model of the machine takes its place, so that everything above it is
-   tested there. */
+/* The firmware's only interface to the gateware. `hal_regs.c` implements it with the registers of
+   `regs.h`. On a computer, a model of the machine implements it, so that all firmware above it can
+   be tested there. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -12,10 +12,10 @@
 #define HAL_SLOTS 64        /* segments in the gateware's window */
 #define HAL_NO_AXIS 15      /* jump axis of a machine without one (wire) */
 
-/* What the gateware knows about itself. */
-bool hal_is_gapkeeper(void);
+/* The gateware, clock and processor. */
+bool hal_is_gapkeeper(void);    /* the gateware identifies itself as Gapkeeper's */
 
-/* The firmware as it was loaded: its words in memory, and the digest that they had then. */
+/* The firmware in memory, and the digest that it had when it was built. */
 typedef struct {
     const volatile uint32_t *words;
     uint32_t count, digest;
@@ -27,7 +27,7 @@ uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
 uint64_t hal_cycle(void);       /* clocks since reset */
 uint32_t hal_cycle_low(void);   /* lower half, for short intervals */
-void hal_sleep(uint32_t clocks); /* until an event or a byte, at the longest for so long */
+void hal_sleep(uint32_t clocks); /* until an event or a byte comes, but no longer than this */
 
 /* Link. */
 #define HAL_MARK 0x100u
@@ -38,13 +38,12 @@ int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; 
 #define NOTE_RESUME 4u
 #define NOTE_RETRACT 8u
 #define NOTE_STOP 16u
-uint32_t hal_notes(void);       /* real-time bytes that have come since it was asked last, by bit */
+uint32_t hal_notes(void);       /* real-time bytes since the last call, as bits NOTE_ */
 
-/* The feed may go on after a `!`; the reset of a Ctrl-X has been carried out. */
-void hal_release_hold(void);
-void hal_release_reset(void);
+void hal_release_hold(void);    /* end the hold that a `!` began */
+void hal_release_reset(void);   /* the reset of a Ctrl-X has been carried out */
 
-/* Overrides as their real-time bytes have set them, percent; and back to 100. */
+/* Overrides as set by their real-time bytes, percent; hal_release_override sets them to 100. */
 typedef struct {
     uint8_t feed, rapid;
 } hal_overrides;
@@ -64,17 +63,17 @@ typedef struct {
 typedef struct {
     uint32_t length;            /* path pulses */
     uint32_t rate;              /* 2**-32 pulse/clock */
-    uint32_t highest;           /* either way; 0 for no bound */
+    uint32_t highest;           /* highest rate in both directions; 0 for no bound */
     int32_t delta[HAL_AXES];    /* pulses */
     bool arc, outward;          /* a piece of an arc; its minor axis leads away from the centre */
     bool away;                  /* a line: with the discharge off it leads away from the work */
     uint8_t major, minor, shift;
-    int32_t change;             /* of the pace, each pulse */
+    int32_t change;             /* of the pace with each pulse */
     hal_arc_state start, end;
 } hal_segment;
 
 typedef enum {
-    BOUND_AHEAD, BOUND_BEHIND, BOUND_FLOOR, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
+    BOUND_AHEAD, BOUND_BEHIND, BOUND_BACK_LIMIT, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
 } hal_bound;
 
 typedef enum {
@@ -85,16 +84,17 @@ typedef enum {
 typedef struct {
     bool moving;
     bool in_position;
-    bool backpressure;           /* events wait to be taken, and forward motion for that */
+    bool backpressure;          /* many events wait, so the gateware stops forward motion */
     hal_motion_state state;
 } hal_motion;
 
 void hal_slot_write(unsigned slot, const hal_segment *segment);
-/* Another rate for the segment of `length` in a slot; in force at once, if the machine is in it. */
+/* Change the rate of the segment in a slot, which has this length; in force at once if the machine
+   is in it. */
 void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate);
 void hal_bound_write(hal_bound bound, int32_t coordinate);
-void hal_fast_slot(unsigned slot);  /* the fast bounds are those seen from this slot */
-void hal_origin(unsigned slot);
+void hal_fast_slot(unsigned slot);  /* the fast bounds hold while the machine is in this slot */
+void hal_origin(unsigned slot);     /* the path coordinate begins at 0, in this slot */
 int32_t hal_command(void);      /* path coordinate of the last pulse Ps */
 int32_t hal_position(void);     /* path coordinate of the last ramped pulse */
 int32_t hal_front(void);        /* furthest path coordinate commanded */
@@ -111,11 +111,11 @@ typedef struct {
 
 void hal_retraction_commit(const hal_retraction *data);
 void hal_jump_period(uint32_t clocks);
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle);
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle);
 void hal_control(bool run, bool hold);
 void hal_retract(void);         /* operator's order: retract now */
-int32_t hal_first(void);        /* first start point of the series, path coordinate */
-uint32_t hal_shorts(void);      /* shorts in the series */
+int32_t hal_first(void);        /* first start point of the short burst, path coordinate */
+uint32_t hal_shorts(void);      /* shorts in the burst */
 
 /* Event queue. */
 typedef struct {
@@ -127,8 +127,8 @@ typedef struct {
 } hal_event;
 
 bool hal_event_pop(hal_event *event);   /* false: queue empty */
-bool hal_event_lost(void);              /* an event found the queue full; reading clears it */
-void hal_interrupts(bool events); /* the watchdog's are on from the first time on */
+bool hal_event_lost(void);      /* the queue was full and an event was lost; reading clears it */
+void hal_interrupts(bool events); /* of events; the first call also enables the watchdog's */
 
 /* Gap and power. */
 typedef struct {
@@ -141,13 +141,14 @@ typedef struct {
 } hal_discriminator;
 
 void hal_short_write(const hal_short_detector *detector);
-void hal_lag_time(uint32_t clocks);                     /* of the axes behind the ramp */
+void hal_lag_time(uint32_t clocks);                     /* by which the axes lag behind the ramp */
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
-bool hal_shorted(void);                                 /* Ss, as the last pulses have left it */
+bool hal_shorted(void);                                 /* Ss after the last pulses */
 void hal_discriminate(const hal_discriminator *rules);
-/* Clocks on, off, and more off after an abnormal pulse; current in steps of the supply. */
+/* Clocks of on-time, off-time, and additional off-time after an arc or a short; current in steps of
+   the supply. */
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
-uint32_t hal_level_limit(void);                             /* highest that the gateware lets through */
+uint32_t hal_level_limit(void);                         /* highest level that the gateware allows */
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
@@ -161,43 +162,44 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 
 /* Feed by the mean voltage. Levels are 2**-16 of the converter's full scale. */
 typedef struct {
-    uint32_t law;                           /* 0 constant, else the number after G95 P less one */
+    uint32_t mode;                          /* 0 constant, else the number of G95 P less one */
     uint32_t measure;
     uint32_t unit, window;                  /* path pulses, clocks */
     uint32_t least;                         /* level: lowest Ex */
     uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
     uint32_t gain;                          /* 2**-32 pulse/clock per 1/16 of full scale */
     uint32_t fastest;                       /* 2**-32 pulse/clock */
-} hal_law;
+} hal_feed_mode;
 
 typedef struct {
     uint32_t mean;                          /* level */
     uint8_t windows;                        /* means taken, wraps */
     bool known;
-} hal_law_state;
+} hal_feed_mode_state;
 
-void hal_law_write(const hal_law *words);
-void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop); /* levels: Vs, Es */
-hal_law_state hal_law_read(void);
+void hal_feed_mode_write(const hal_feed_mode *words);
+/* Levels: no-load voltage, Vs, Es. */
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop);
+hal_feed_mode_state hal_feed_mode_read(void);
 
-/* The condition. What hal_pulse, hal_supply, hal_references, hal_presets, hal_servo_step and
-   hal_law_references are told is staged, and comes into force together, between two pulses. None of
-   it may be called while that is pending. */
-void hal_condition_commit(void);            /* as soon as the pulse under way is over; disarms */
-void hal_condition_arm(int32_t depth);      /* when the jump axis is at a depth (pulses) or has been */
+/* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_presets, hal_servo_step
+   and hal_feed_mode_references are staged. They come into force together, between two pulses. None
+   of these functions may be called while hal_condition_pending. */
+void hal_condition_commit(void);            /* switch after the present pulse; disarms */
+void hal_condition_arm(int32_t depth);      /* switch at this depth of the jump axis (pulses) */
 void hal_condition_disarm(void);
-void hal_condition_restart(void);           /* it has been where it is, and no deeper */
+void hal_condition_restart(void);           /* the greatest depth so far is the present one */
 bool hal_condition_pending(void);
 uint8_t hal_condition_count(void);          /* switches by depth since reset, wraps */
 
-/* Fluid. Codes of the cell. */
+/* Fluid. Thresholds and levels are codes of the conductivity cell. */
 #define HAL_FLUID_LOW 1u        /* flags of EVENT_FLUID_CLASS, in `first`; `second` is the level */
 #define HAL_FLUID_HIGH 2u
 #define HAL_FLUID_DISORDERED 4u
 #define HAL_FLUID_SILENT 8u
-#define HAL_FLUID_KNOWN 16u     /* of hal_fluid_state only: there is an average, */
-#define HAL_FLUID_CLASS(state) ((state) >> 8 & 3u)      /* and the class in force */
-#define HAL_FLUID_MEASURED(first) ((first) >> 4 & 3u)   /* class; another may be in force by hand */
+#define HAL_FLUID_KNOWN 16u     /* of hal_fluid_state only: there is an average */
+#define HAL_FLUID_CLASS(state) ((state) >> 8 & 3u)      /* of hal_fluid_state: class in force */
+#define HAL_FLUID_MEASURED(first) ((first) >> 4 & 3u)   /* measured class; not always in force */
 
 typedef struct {
     bool convert, manual;
@@ -205,40 +207,41 @@ typedef struct {
 } hal_fluid;
 
 void hal_fluid_write(const hal_fluid *detector);
-uint32_t hal_fluid_state(void); /* the flags as they are now */
+uint32_t hal_fluid_state(void); /* the present flags and class */
 
 /* Safety. */
 typedef struct {
     uint8_t low, high;      /* limit switches that are pressed, bit 0 X */
-    bool leaving;           /* they are just being left */
+    bool leaving;           /* the axes may move away from them */
 } hal_limits;
 
-/* What the cause `guard` has found: axes whose positions do not belong together, bit 0 X, and */
-#define HAL_DAMAGE_AXES 7u
+/* Damage that the cause `guard` has found. */
+#define HAL_DAMAGE_AXES 7u      /* axes whose command, position and error disagree, bit 0 X */
 #define HAL_DAMAGE_WORD 8u      /* a word of the path window */
-#define HAL_DAMAGE_SEGMENT 16u  /* the segment at work */
+#define HAL_DAMAGE_SEGMENT 16u  /* the present segment */
 #define HAL_DAMAGE_PLACE 32u    /* the place on the path */
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
-#define HAL_DAMAGE_BOUNDS(damage) ((damage) >> 7 & 7u) /* axes: a soft limit, a bound of the error, the gain */
-#define HAL_DAMAGE_FLUID 1024u  /* whether low fluid trips */
+/* Axes with damage in a soft limit, in a bound of the following error, or in the gain. */
+#define HAL_DAMAGE_BOUNDS(damage) ((damage) >> 7 & 7u)
+#define HAL_DAMAGE_FLUID 1024u  /* the choice whether low fluid trips */
 #define HAL_DAMAGE_RATE 2048u   /* the rate of the ramp */
 #define HAL_DAMAGE_LATCH 4096u  /* the latch of the interlock */
 
 void hal_pet(uint8_t key);
-bool hal_watch_open(void);      /* a call of the watchdog is not too soon */
-bool hal_watch_asked(void);     /* the watchdog's interrupt is to be answered */
-bool hal_safe(void);
+bool hal_watch_open(void);      /* a call of the watchdog would not be too early */
+bool hal_watch_asked(void);     /* the watchdog's interrupt waits for its answer */
+bool hal_safe(void);            /* the outputs are safe: the interlock has tripped */
 unsigned hal_first_cause(void);
-uint32_t hal_causes(void);      /* those latched, by bit */
-unsigned hal_blamed(void);      /* axes that raised it, bit 0 X */
+uint32_t hal_causes(void);      /* latched causes, a bit for each */
+unsigned hal_blamed(void);      /* axes that raised the first cause, bit 0 X */
 hal_limits hal_limits_read(void);
-void hal_leave(void);           /* excuse the limit switches that are pressed, while safe */
+void hal_leave(void);           /* let pressed limit switches not trip while they are left */
 uint32_t hal_damage(void);
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);
-bool hal_armed(void);           /* a hand at the machine has allowed the discharge */
-void hal_disarm(void);          /* it has to do so anew */
+bool hal_armed(void);           /* the operator has pressed ARM, which allows the discharge */
+void hal_disarm(void);          /* the operator has to press ARM again */
 
 /* Machine side. */
 typedef enum { AUXILIARY_M, AUXILIARY_S, AUXILIARY_T } hal_letter;
@@ -262,7 +265,7 @@ void hal_axis_gain(unsigned axis, uint32_t gain);   /* of the loop, 2**-20 pulse
 typedef enum {
     CHECK_NONE, CHECK_MODEL, CHECK_SILENT, CHECK_PHASE_A, CHECK_PHASE_B, CHECK_AGAINST, CHECK_SHARE,
     CHECK_RATE, CHECKS
-} hal_check;    /* what the supervision of a coder has found; see rtl.motion.supervision */
+} hal_check;    /* results of a coder's supervision; see rtl.motion.supervision */
 
 hal_check hal_axis_check(unsigned axis);
 bool hal_axis_beyond(unsigned axis, bool high);     /* a pulse beyond a soft limit was refused */

@@ -19,7 +19,7 @@ _Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the a
 
 bool hal_is_gapkeeper(void) { return SYSTEM->ident == IDENT; }
 
-/* From the reset address to the word in which softcore/image.py puts the digest (link.ld). */
+/* The reset address, and the word into which softcore/image.py writes the digest (link.ld). */
 extern const uint32_t _start[], __image_digest[];
 
 hal_image hal_image_read(void) {
@@ -32,7 +32,7 @@ unsigned hal_jump_axis(void) { return GET(SYSTEM->shape, SYSTEM_SHAPE_JUMP_AXIS)
 uint32_t hal_cycle_low(void) { return SYSTEM->cycle_low; }
 
 uint64_t hal_cycle(void) {
-    /* The interrupt handler reads the same latch, so the two halves are read without it. */
+    /* Interrupts are off meanwhile: their handler uses the same latch for the upper half. */
     uint32_t was;
     __asm__ volatile("csrrc %0, mstatus, %1" : "=r"(was) : "r"(MSTATUS_MIE) : "memory");
     uint32_t low = SYSTEM->cycle_low;
@@ -43,7 +43,8 @@ uint64_t hal_cycle(void) {
 
 void hal_interrupts(bool events) {
     __asm__ volatile("csrw " CSR_IRQ_MASK ", %0" ::"r"(events ? IRQ_EVENT | IRQ_WATCH : IRQ_WATCH));
-    /* Not so in the handler, which takes no other and only switches off. */
+    /* Only when switching on: the handler only switches off, and other interrupts stay masked in
+       it. */
     if (events) {
         __asm__ volatile("csrw mie, %0" ::"r"(MIE_EXTERNAL));
         __asm__ volatile("csrs mstatus, %0" ::"r"(MSTATUS_MIE) : "memory");
@@ -95,7 +96,7 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
         int32_t delta = segment->delta[axis];
         PATH->slot_data = delta < 0 ? 1u << 31 | (0u - (uint32_t)delta) : (uint32_t)delta;
     }
-    /* What is above 0 must not become no bound. */
+    /* 0 means no bound, so a bound above 0 must stay above it. */
     uint32_t highest = segment->highest >> 4;
     highest += !highest && segment->highest;
     PATH->slot_data = segment->arc | (uint32_t)segment->major << 1 |
@@ -110,7 +111,7 @@ void hal_slot_write(unsigned slot, const hal_segment *segment) {
     write_arc_state(&segment->end);
 }
 
-/* The ring first: what is fetched meanwhile has the new rate. */
+/* Writes the window's memory first, so that a segment fetched meanwhile has the new rate. */
 void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate) {
     PATH->slot_select = slot;
     PATH->slot_data = length;
@@ -123,7 +124,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
     switch (bound) {
     case BOUND_AHEAD: PATH->ahead = coordinate; break;
     case BOUND_BEHIND: PATH->behind = coordinate; break;
-    case BOUND_FLOOR: PATH->back_limit = coordinate; break;
+    case BOUND_BACK_LIMIT: PATH->back_limit = coordinate; break;
     case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
     default: PATH->fast_behind = coordinate; break;
     }
@@ -164,7 +165,7 @@ void hal_retraction_commit(const hal_retraction *data) {
 
 void hal_jump_period(uint32_t clocks) { RETRACTION->jump_period = clocks; }
 
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle) {
     RETRACTION->gain = gain;
     RETRACTION->repeats = repeats;
     RETRACTION->settle = settle;
@@ -252,17 +253,17 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
                      PUT(ok, SERVO_PRESETS_OK);
 }
 
-void hal_law_write(const hal_law *words) {
+void hal_feed_mode_write(const hal_feed_mode *words) {
     FEED->unit = words->unit;
     FEED->window = words->window;
     FEED->least = words->least;
     FEED->bounds = PUT(words->lowest, FEED_BOUNDS_LOWEST) | PUT(words->highest, FEED_BOUNDS_HIGHEST);
     FEED->gain = words->gain;
     FEED->highest = words->fastest;
-    FEED->control = PUT(words->law, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE);
+    FEED->control = PUT(words->mode, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE);
 }
 
-void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
     FEED->no_load = no_load;
     FEED->reference = PUT(voltage, FEED_REFERENCE_VOLTAGE) | PUT(drop, FEED_REFERENCE_DROP);
 }
@@ -276,9 +277,9 @@ uint8_t hal_condition_count(void) {
     return (uint8_t)GET(CONDITION->status, CONDITION_STATUS_COUNT);
 }
 
-hal_law_state hal_law_read(void) {
+hal_feed_mode_state hal_feed_mode_read(void) {
     uint32_t status = FEED->status;
-    return (hal_law_state){.mean = GET(FEED->voltage, FEED_VOLTAGE_MEAN),
+    return (hal_feed_mode_state){.mean = GET(FEED->voltage, FEED_VOLTAGE_MEAN),
                            .windows = (uint8_t)GET(status, FEED_STATUS_WINDOWS),
                            .known = status & FEED_STATUS_KNOWN_MASK};
 }

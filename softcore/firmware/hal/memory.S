@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* memcpy and memset, which the compiler calls for structures. Those that come with the compiler move
-   single bytes when they are built for size: a structure of 300 bytes took 2000 clocks. */
+/* memcpy and memset, which the compiler calls for structures. The compiler's own versions, built
+   for size, move single bytes: a structure of 300 bytes took 2000 clocks. */
 
     .text
     .globl memcpy

@@ -5,14 +5,14 @@
 
 /* What this gateware is, and its clock. */
 typedef volatile struct {
-    const uint32_t ident; /* Always ``GAPK``, so that firmware refuses another machine. */
+    const uint32_t ident; /* Always ``GAPK``, so that the firmware can refuse other gateware. */
     const uint32_t build; /* Digest of the gateware's sources. */
     const uint32_t clock_hz; /* Clock frequency. [Hz] */
     const uint32_t pulses_per_mm; /* Unit of position. [pulse/mm] */
     const uint32_t shape; /* Sizes of this build. */
     const uint32_t cycle_low; /* Clocks since reset, lower half. Reading it latches the upper half. [clock] */
     const uint32_t cycle_high; /* Upper half of the clock count latched by the last read of the lower. [2**32 clock] */
-    uint32_t sleep; /* Stop the processor until there is an event or a byte from the host, at the longest for so long. [clock] */
+    uint32_t sleep; /* Stop the processor until there is an event or a byte from the host, or until this time is over. [clock] */
 } system_regs;
 _Static_assert(offsetof(system_regs, ident) == 0x0, "");
 _Static_assert(offsetof(system_regs, build) == 0x4, "");
@@ -38,8 +38,8 @@ typedef volatile struct {
     uint32_t transmit; /* Send a byte. Lost if the transmitter is not ready. */
     const uint32_t status; /* State of the link. */
     const uint32_t notes; /* Real-time bytes that came since the last read. Reading clears them. */
-    uint32_t release; /* End what a real-time byte has begun, unless it came once more and firmware has not seen that yet. */
-    const uint32_t override; /* Overrides as their bytes have set them, one after the other. */
+    uint32_t release; /* End the effect of a real-time byte, unless the byte has come again and the firmware has not seen that yet. */
+    const uint32_t override; /* Overrides as set by their real-time bytes. */
     const uint32_t waiting; /* Length of the receive queue. [entry] */
 } link_regs;
 _Static_assert(offsetof(link_regs, receive) == 0x0, "");
@@ -87,24 +87,24 @@ _Static_assert(offsetof(link_regs, waiting) == 0x18, "");
 #define LINK_WAITING_VALUE_MASK 0x000001ffu
 #define LINK ((link_regs *)0x80000100u)
 
-/* The path: its window of segments and where the machine is on it. Coordinates are path pulses and wrap at 32 bits. */
+/* The path: its window of segments, and the machine's place on it. Coordinates are path pulses and wrap at 32 bits. */
 typedef volatile struct {
-    uint32_t slot_select; /* Choose a slot to write, from its first word on. Slots follow the path, modulo their number. */
-    uint32_t slot_data; /* Its next word: 6 of a line, 16 of an arc; see ``rtl.motion.path``. */
-    int32_t ahead; /* End of what is loaded and may be machined: no forward pulse passes it. [pulse] */
-    int32_t behind; /* Start of what is loaded: no backward pulse passes it. [pulse] */
-    int32_t back_limit; /* Lowest point that a retraction may reach: ceiling, soft limit or start of the path. [pulse] */
-    int32_t fast_ahead; /* Next corner ahead: the ramp is back at the start/stop speed there. [pulse] */
+    uint32_t slot_select; /* Choose a slot to be written, beginning with its first word. Segment n is in slot n modulo the number of slots. */
+    uint32_t slot_data; /* Next word of the slot: a line has 6, an arc 16; see ``rtl.motion.path``. */
+    int32_t ahead; /* End of the loaded segments: no forward pulse passes it. [pulse] */
+    int32_t behind; /* Start of the loaded segments: no backward pulse passes it. [pulse] */
+    int32_t back_limit; /* Back limit: the lowest point that a retraction may reach (ceiling, soft limit or start of the path). [pulse] */
+    int32_t fast_ahead; /* Next corner ahead: there the ramp is back at the start/stop speed. [pulse] */
     int32_t fast_behind; /* Next corner behind, for the way back. [pulse] */
-    uint32_t fast_slot; /* Take both corners over, if the machine is still in the segment in this slot. */
+    uint32_t fast_slot; /* Put both corners in force, if the machine is still in the segment of this slot. */
     uint32_t origin; /* Put the (resting) machine at coordinate 0, at the start of a slot's segment. */
     const int32_t command; /* Path coordinate of the last pulse Ps. [pulse] */
     const int32_t position; /* Path coordinate of the last ramped pulse Pp. [pulse] */
     const int32_t front; /* Furthest path coordinate commanded. [pulse] */
     const uint32_t slot; /* Slot of the segment in which the machine is. */
     const uint32_t status; /* State of the motion. */
-    uint32_t pace; /* Feed of a segment that is to be in force at once, see ``pace_slot``. [2**-32 pulse/clock] */
-    uint32_t pace_slot; /* Take ``pace`` over, if the machine is in the segment in this slot. The word of the slot is to be written before. */
+    uint32_t pace; /* New feed of a segment, for ``pace_slot``. [2**-32 pulse/clock] */
+    uint32_t pace_slot; /* Put ``pace`` in force at once, if the machine is in the segment of this slot. The rate in the slot must be written before. */
 } path_regs;
 _Static_assert(offsetof(path_regs, slot_select) == 0x0, "");
 _Static_assert(offsetof(path_regs, slot_data) == 0x4, "");
@@ -170,16 +170,16 @@ typedef volatile struct {
     uint32_t jump_distance; /* How far a jump goes. [pulse] */
     uint32_t jump_rate; /* Speed of a jump upwards. [2**-32 pulse/clock] */
     uint32_t jump_high_rate; /* Speed of a jump back, down to the changeover position. [2**-32 pulse/clock] */
-    uint32_t commit; /* Put the staged data in force, at once at the front, else when back there. */
+    uint32_t commit; /* Put the staged data in force: at once if the machine is at the front, else when it is there again. */
     uint32_t jump_period; /* Machining time between jumps; 0 for none. [clock] */
     uint32_t gain; /* Depth beyond the first start point that ends a short burst. [pulse] */
-    uint32_t repeats; /* Returned shorts in one short burst that halt the machine; 0 for no bound. */
-    uint32_t settle; /* Rest at the limit, error counters small, after which a short there halts. [clock] */
+    uint32_t repeats; /* Number of shorts in a short burst that halts the machine; 0 for no bound. */
+    uint32_t settle; /* Time at rest at the limit, with small error counters, until a short there halts. [clock] */
     uint32_t control; /* What motion may do. */
     uint32_t command; /* Orders to the retraction. */
     const int32_t start; /* Start point BS: furthest commanded position of this short. [pulse] */
-    const int32_t first; /* First start point of the short burst; limit is measured from it. [pulse] */
-    const uint32_t burst; /* Shorts that returned in the short burst under way. */
+    const int32_t first; /* First start point of the short burst; the limit is measured from it. [pulse] */
+    const uint32_t burst; /* Number of shorts so far in the present short burst. */
 } retraction_regs;
 _Static_assert(offsetof(retraction_regs, rate) == 0x0, "");
 _Static_assert(offsetof(retraction_regs, limit) == 0x4, "");
@@ -238,16 +238,16 @@ _Static_assert(offsetof(retraction_regs, burst) == 0x48, "");
 #define RETRACTION_BURST_VALUE_MASK 0x000000ffu
 #define RETRACTION ((retraction_regs *)0x80000400u)
 
-/* Queue of what the gateware did, oldest first. Its head interrupts the CPU. */
+/* Queue of the gateware's events, oldest first. An event at its head interrupts the CPU. */
 typedef volatile struct {
     const uint32_t head; /* The oldest event. */
-    const uint32_t cycle; /* When. [clock] */
-    const int32_t path; /* Path coordinate then. [pulse] */
-    const uint32_t first; /* By kind. */
-    const uint32_t second; /* By kind. */
-    const int32_t x; /* Encoder position of X then. [pulse] */
-    const int32_t y; /* Encoder position of Y then. [pulse] */
-    const int32_t z; /* Encoder position of Z then. [pulse] */
+    const uint32_t cycle; /* Time of the event. [clock] */
+    const int32_t path; /* Path coordinate at that time. [pulse] */
+    const uint32_t first; /* First value; its meaning depends on the kind. */
+    const uint32_t second; /* Second value; its meaning depends on the kind. */
+    const int32_t x; /* Encoder position of X at that time. [pulse] */
+    const int32_t y; /* Encoder position of Y at that time. [pulse] */
+    const int32_t z; /* Encoder position of Z at that time. [pulse] */
     uint32_t pop; /* Drop the oldest event. */
     uint32_t status; /* State of the queue. */
 } event_regs;
@@ -275,23 +275,23 @@ _Static_assert(offsetof(event_regs, status) == 0x24, "");
 #define EVENT_STATUS_LOST_MASK 0x00000001u
 #define EVENT ((event_regs *)0x80000500u)
 
-/* What the discharges were, and the short detector. */
+/* Classes of the discharges, and the short detector. */
 typedef volatile struct {
-    uint32_t short_ratio; /* Short: this many shorted pulses of the last so many. */
-    uint32_t short_duration; /* Short: shorted without a clear sample for so long; 0 for never. [clock] */
+    uint32_t short_ratio; /* A short is detected if `needed` of the last `window` pulses were shorted. */
+    uint32_t short_duration; /* A short is also detected after this time without a clear sample; 0 for never. [clock] */
     uint32_t clear_needed; /* Clear samples in a row that end a short. */
     uint32_t blanking; /* From the start of a pulse (or sensing pulse) until the comparators are read. [clock] */
-    uint32_t settle; /* From the ignition on, the comparators are not read for so long. [clock] */
-    uint32_t confirm; /* An arc or short is abnormal in mid-pulse after so long; 0 counts as 1. [clock] */
+    uint32_t settle; /* From the ignition until the comparators are read. [clock] */
+    uint32_t confirm; /* Within a pulse, an arc or short counts as abnormal after this time; 0 counts as 1. [clock] */
     uint32_t delay_least; /* Shortest ignition delay of a good discharge. [clock] */
-    uint32_t criteria; /* What tells discharges; see ``rtl.gap.discriminator``. */
+    uint32_t criteria; /* How discharges are classified; see ``rtl.gap.discriminator``. */
     uint32_t reference; /* References of the comparators. */
     const uint32_t open_count; /* Pulses without a discharge. */
     const uint32_t ok_count; /* Good discharges. */
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
     const uint32_t short_count; /* Shorted pulses. */
     const uint32_t status; /* State of the gap. */
-    uint32_t lag_time; /* The axes may be faster than the start/stop speed for so long after the ramp has come down to it: contact with the discharge off then trips. [clock] */
+    uint32_t lag_time; /* After the ramp has come down to the start/stop speed, the axes may be faster for this time. Contact with the discharge off trips the interlock in this time. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
@@ -352,9 +352,9 @@ typedef volatile struct {
     uint32_t sense_on; /* Sensing pulse on-time. [clock] */
     uint32_t sense_off; /* Sensing pulse off-time. [clock] */
     uint32_t control; /* Discharge. */
-    uint32_t off_extra; /* More off-time after an abnormal pulse. [clock] */
+    uint32_t off_extra; /* Additional off-time after an abnormal pulse. [clock] */
     uint32_t supply; /* Orders to the power supply. */
-    const uint32_t limits; /* What no register can exceed. */
+    const uint32_t limits; /* Limits of the build, which no register can exceed. */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
 _Static_assert(offsetof(power_regs, off_time) == 0x4, "");
@@ -393,20 +393,20 @@ _Static_assert(offsetof(power_regs, limits) == 0x20, "");
 
 /* Interlock and watchdog; see ``rtl.safety``. */
 typedef volatile struct {
-    const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since power-on; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, the firmware stopped calling the watchdog; 7 `error_saturated`, a deviation counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, position deviation at rest above its limit; 10 `following_moving`, position deviation in motion above its limit; 11 `firmware`, the firmware asked for it; 12 `coder`, a coder does not tell what its axis does; 13 `travel`, a command beyond a soft limit; 14 `contact`, the electrode touched the work with the discharge off; 15 `gate`, the gap had current or voltage with both sources off; 16 `memory`, the processor's memory read wrong; 17 `guard`, a guarded register of the gateware is damaged. */
+    const uint32_t live; /* Causes present now. By bit: 0 `power_on`, nobody has cleared the interlock since power-on; 1 `estop`, emergency stop; 2 `drive_fault`, a drive reports a fault; 3 `limit_low`, an axis is on its lower limit switch; 4 `limit_high`, an axis is on its upper limit switch; 5 `fluid_low`, the fluid is below its level; 6 `watchdog`, the firmware stopped calling the watchdog; 7 `error_saturated`, a deviation counter reached its limit; 8 `encoder`, an encoder made an illegal transition; 9 `following_stopped`, position deviation at rest above its limit; 10 `following_moving`, position deviation in motion above its limit; 11 `firmware`, the firmware has tripped it; 12 `coder`, a coder does not show the motion of its axis; 13 `travel`, a command beyond a soft limit; 14 `contact`, the electrode touched the work with the discharge off; 15 `gate`, the gap had current or voltage with both sources off; 16 `memory`, the processor's memory read wrong; 17 `guard`, a guarded register of the gateware is damaged. */
     const uint32_t latched; /* Causes since the interlock was cleared, by the same bits. */
     const uint32_t status; /* State of the interlock. */
-    uint32_t pet; /* Watchdog call: ``0xA5`` from the main loop's start, ``0x5A`` from its end, ``0xC3`` from the handler of interrupt 1. */
-    uint32_t clear; /* Operator's acknowledgement ``0x5A``: clears what is no longer present. */
+    uint32_t pet; /* Watchdog call: ``0xA5`` at the start of a step of the main loop, ``0x5A`` at its end, ``0xC3`` from the handler of interrupt 1. */
+    uint32_t clear; /* Operator's acknowledgement ``0x5A``: clears causes that are no longer present. */
     uint32_t stop; /* Trip the interlock (cause ``firmware``). */
     uint32_t fluid; /* Fluid supervision. */
     const uint32_t period; /* Longest time between two watchdog calls. [clock] */
     const uint32_t arming; /* Permission to discharge; see ``rtl.safety.arming``. */
-    uint32_t disarm; /* Open the main contactor until the button is pressed anew. */
-    uint32_t leave; /* Operator's wish ``0x5A`` to go off the limit switches that are pressed: while safe, they are excused until they are released, something else comes, or a pulse would go further onto one. Meanwhile there is no discharge, and motion is slow. */
+    uint32_t disarm; /* Open the main contactor until the button is pressed again. */
+    uint32_t leave; /* Operator's order ``0x5A`` to leave the pressed limit switches. Only while safe. They then do not trip until they are released, another cause comes, or a pulse would go further onto one of them. Meanwhile there is no discharge, and motion is slow. */
     const uint32_t limits; /* Limit switches, debounced. */
-    const uint32_t damage; /* What cause ``guard`` has found since the interlock was cleared. */
-    const uint32_t watch; /* What the watchdog waits for; see ``rtl.safety.watchdog``. */
+    const uint32_t damage; /* Damage that cause ``guard`` has found since the interlock was cleared. */
+    const uint32_t watch; /* State of the watchdog; see ``rtl.safety.watchdog``. */
 } safety_regs;
 _Static_assert(offsetof(safety_regs, live) == 0x0, "");
 _Static_assert(offsetof(safety_regs, latched) == 0x4, "");
@@ -562,10 +562,10 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
-/* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names; they come into force together, between two pulses, and may not change while that is pending. See ``rtl.power.condition_switch``. */
+/* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names. They come into force together, between two pulses, and may not change while ``pending``. See ``rtl.power.condition_switch``. */
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
-    int32_t depth; /* Put what is staged in force when the jump axis has reached this depth; arms. [pulse] */
+    int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
     const uint32_t status; /* State of the switch. */
 } condition_regs;
 _Static_assert(offsetof(condition_regs, order) == 0x0, "");
@@ -588,13 +588,13 @@ _Static_assert(offsetof(condition_regs, status) == 0x8, "");
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
 typedef volatile struct {
     uint32_t control; /* The servo. */
-    uint32_t presets; /* Of the counters, 0 for off. */
-    uint32_t counting; /* Of the modes total and relative. */
-    uint32_t period; /* Of the time device; 0 for no strobes. [clock] */
-    uint32_t step; /* How far UP and DOWN go. [pulse] */
-    const uint32_t ups; /* UP given since reset. */
-    const uint32_t downs; /* DOWN given since reset. */
-    const uint32_t status; /* Of the counters. */
+    uint32_t presets; /* Presets of the counters, 0 for off. */
+    uint32_t counting; /* Parameters of the modes total and relative. */
+    uint32_t period; /* Period of the time device; 0 for no strobes. [clock] */
+    uint32_t step; /* Length of a step by UP or DOWN. [pulse] */
+    const uint32_t ups; /* Number of UP since reset. */
+    const uint32_t downs; /* Number of DOWN since reset. */
+    const uint32_t status; /* State of the counters. */
 } servo_regs;
 _Static_assert(offsetof(servo_regs, control) == 0x0, "");
 _Static_assert(offsetof(servo_regs, presets) == 0x4, "");
@@ -630,17 +630,17 @@ _Static_assert(offsetof(servo_regs, status) == 0x1c, "");
 #define SERVO_STATUS_HELD_MASK 0x00000004u
 #define SERVO ((servo_regs *)0x80000d00u)
 
-/* Converter and fluid detector; see ``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time: the next average heeds them. */
+/* Converter and fluid detector; see ``rtl.gap.sampler`` and ``rtl.gap.fluid``. Settings may change at any time; the next average uses them. */
 typedef volatile struct {
     uint32_t control; /* The detector. */
-    uint32_t threshold_0; /* Between the classes 0 and 1. */
-    uint32_t threshold_1; /* Between the classes 1 and 2. */
-    uint32_t threshold_2; /* Between the classes 2 and 3. */
-    uint32_t hysteresis; /* To either side of a threshold. */
-    uint32_t bounds; /* Codes of a sound cell, inclusive. */
+    uint32_t threshold_0; /* Threshold between the classes 0 and 1. */
+    uint32_t threshold_1; /* Threshold between the classes 1 and 2. */
+    uint32_t threshold_2; /* Threshold between the classes 2 and 3. */
+    uint32_t hysteresis; /* Hysteresis on either side of a threshold. */
+    uint32_t bounds; /* Range of codes of a sound cell, inclusive. */
     const uint32_t level; /* Last average of the cell. */
     const uint32_t voltage; /* Last sample of the gap voltage. */
-    const uint32_t status; /* What was found. */
+    const uint32_t status; /* Results of the detector. */
 } fluid_regs;
 _Static_assert(offsetof(fluid_regs, control) == 0x0, "");
 _Static_assert(offsetof(fluid_regs, threshold_0) == 0x4, "");
@@ -692,16 +692,16 @@ _Static_assert(offsetof(fluid_regs, status) == 0x20, "");
 /* Feed by the mean gap voltage; see ``rtl.gap.removal`` and ``rtl.gap.feed_mode``. The converter has to run. */
 typedef volatile struct {
     uint32_t control; /* The feed mode, and the measurement that it needs. */
-    uint32_t unit; /* Unit distance of a mean; 0 for one over time alone. [pulse] */
+    uint32_t unit; /* Unit distance of a mean; 0 for a mean over time only. [pulse] */
     uint32_t window; /* Longest time of a mean; 0 for no bound. [clock] */
     uint32_t no_load; /* Mean voltage without discharges, off-time included. [2**-16 full scale] */
-    uint32_t reference; /* Of the condition. */
-    uint32_t least; /* Lowest drop Ex that is reckoned with. [2**-16 full scale] */
-    uint32_t bounds; /* Of Es/Ex. */
-    uint32_t gain; /* K of the modes 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
-    uint32_t highest; /* Highest feed of the modes 2 and 3. [2**-32 pulse/clock] */
-    const uint32_t voltage; /* What was measured last. */
-    const uint32_t status; /* What came of it. */
+    uint32_t reference; /* References of the condition. */
+    uint32_t least; /* Lowest drop Ex; a lower one counts as this. [2**-16 full scale] */
+    uint32_t bounds; /* Bounds of Es/Ex. */
+    uint32_t gain; /* K of feed modes 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
+    uint32_t highest; /* Highest feed of feed modes 2 and 3. [2**-32 pulse/clock] */
+    const uint32_t voltage; /* Last measurement. */
+    const uint32_t status; /* Result of the last measurement. */
     const uint32_t in_force; /* Feed at the front in force. [2**-32 pulse/clock] */
 } feed_regs;
 _Static_assert(offsetof(feed_regs, control) == 0x0, "");

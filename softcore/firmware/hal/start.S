@@ -18,15 +18,15 @@ _start:
 2:  call main
 3:  j 3b
 
-/* An interrupt saves what a C function may change; nothing else needs keeping, because the handler
-   is an ordinary C function that keeps the rest. Aligned because mtvec drops the two lowest bits. */
+/* Saves the registers that a C function may change. The handler is a C function and saves the
+   others itself. Aligned because mtvec drops the two lowest bits. */
     .align 4
 trap_entry:
     addi sp, sp, -64
     sw t0, 4(sp)
     sw t1, 8(sp)
-    /* Most often it is the watchdog's interrupt alone (IRQ_WATCH of those pending): answered at once,
-       as main_loop_interrupt does, by a twentieth of the clocks. */
+    /* Usually only the watchdog's interrupt is pending (IRQ_WATCH). It is answered here, as
+       main_loop_interrupt would do, but in a twentieth of the clocks. */
     csrr t0, mcause
     bgez t0, 1f
     csrr t0, 0xfc0

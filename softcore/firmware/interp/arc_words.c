@@ -16,8 +16,8 @@ static bool too_large(fault *f, uint32_t column) {
                     units_radius_limit());
 }
 
-/* What start and end radius may differ by, 1/64 pulse. Numbers in inches have four decimals as those
-   in millimetres have three, so that their last place is 2.54 times as large. */
+/* Largest difference between start and end radius, 1/64 pulse. Inches have four decimals and
+   millimetres three, so the last decimal of an inch is 2.54 times as large. */
 static int32_t tolerance(const plan *p) {
     uint32_t nm = settings_get(SET_ARC_DIFFERENCE_NM);
     return (int32_t)units_fine_of_nm(p->after.inch ? nm * 254 / 100 : nm);
@@ -65,13 +65,14 @@ bool arc_words_take(context *c) {
     return true;
 }
 
-/* Is the end of the arc so far away that no arc reaches it? */
+/* Is the end further away than the diameter of the largest arc? */
 static bool out_of_reach(vector chord) {
     int32_t reach = 2 * units_radius_limit();
     return chord.u > reach || chord.u < -reach || chord.v > reach || chord.v < -reach;
 }
 
-/* From the radius to the centre: left of the chord for the shorter way counter-clockwise. */
+/* Find the centre from the radius R. It is left of the chord for the shorter way
+   counter-clockwise. */
 static bool find_centre(plan *p, fault *f) {
     vector chord = plane_delta(&p->move);
     bool longer = p->radius < 0;
@@ -99,8 +100,9 @@ static bool find_centre(plan *p, fault *f) {
     return true;
 }
 
-/* The centre is as far from the end as from the start, but for the rounding of its numbers: within
-   the setting, and a sixteenth of the chord or, from half a turn on, of the diameter. */
+/* Check that the centre is as far from the end as from the start, apart from rounding. The
+   difference must be within the setting, and within a sixteenth of the chord; from half a turn on,
+   a sixteenth of the diameter. */
 static bool check_centre(plan *p, fault *f) {
     vector centre = plane_centre(&p->move), chord = plane_delta(&p->move);
     uint32_t start = vector_length(centre), end, difference;

@@ -6,7 +6,7 @@
 #define CODE_LIMIT 99999999u /* of numbers that are names: N, O, C, S, T */
 #define CODE_DIGITS 10000000u /* of G and M, decimals included */
 
-/* Letters of the dialect: distances and times may be signed or broken, names may not. */
+/* Letters of the dialect. Some numbers may have a sign. Names are whole numbers without one. */
 #define SIGNED (BLOCK_BIT('X') | BLOCK_BIT('Y') | BLOCK_BIT('Z') | \
                 BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | BLOCK_BIT('R'))
 #define NAMES (BLOCK_BIT('N') | BLOCK_BIT('O') | BLOCK_BIT('C') | BLOCK_BIT('D') | \
@@ -25,7 +25,7 @@ void block_begin(block *b, const char *text, uint32_t length) {
     b->at = b->comment = 0;
 }
 
-/* The next character that means something, without taking it; '\0' at the end. */
+/* The next character that is not a deleted one, without taking it; '\0' at the end. */
 static char peek(block *b) {
     while (b->at < b->length && b->text[b->at] == READER_DELETED)
         b->at++;
@@ -41,13 +41,13 @@ static bool refuse_expression(const block *b, fault *f) {
                     "variables and expressions (# [ ] =) are not in this version; write the number");
 }
 
-/* Whether a word without a number belongs to one of the O-words of LinuxCNC, such as `o100 sub`. */
+/* Does a word without a number belong to an O-word of LinuxCNC, such as `o100 sub`? */
 static bool structured(const block *b, char letter) {
     return letter == 'O' || block_has(b, 'O');
 }
 
-/* Digits with at most one point: the significant ones as an integer, and how many are decimals. More
-   decimals than count are passed over. */
+/* Read digits with at most one decimal point, as an integer and the number of its decimals.
+   Decimals beyond UNITS_DECIMALS are ignored. */
 static bool read_number(block *b, char letter, word *w, fault *f) {
     uint64_t digits = 0;
     unsigned significant = 0, decimals = 0;
@@ -161,7 +161,8 @@ block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
             if (c == ')') {
                 b->comment = 0;
             } else if (c == '(') {
-                /* Where it ends would be a guess, and what stands behind it words of the program. */
+                /* Its end would be a guess: text of the comment could become words of the
+                   program. */
                 fault_at(f, FAULT_COMMENT, b->at, "a comment begins within a comment");
                 return BLOCK_FAULT;
             }
@@ -189,7 +190,7 @@ block_result block_step(block *b, bool skip, uint32_t budget, fault *f) {
             refuse_expression(b, f);
             return BLOCK_FAULT;
         } else {
-            /* A line by hand may hold any byte; what the host is told is ASCII. */
+            /* A line entered by hand may hold any byte, but messages to the host are ASCII. */
             if (c > ' ' && c < 0x7f)
                 fault_at(f, FAULT_CHARACTER, b->at + 1, "the character '%c' is out of place", c);
             else

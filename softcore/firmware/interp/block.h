@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* One block of a program: text in, words out. Says nothing about what the words mean together.
+/* Reads the text of one block of a program into words. It does not judge what the words mean
+   together.
 
    Ref: ISO 6983-1 (word address, variable block); EIA RS-274-D. */
 #pragma once
@@ -9,8 +10,8 @@
 #include "base/fault.h"
 #include "base/units.h"
 
-#define BLOCK_CODES 6       /* M words of a block */
-#define BLOCK_G_CODES 12    /* and G words: posts begin with ten of them */
+#define BLOCK_CODES 6       /* most M words of a block */
+#define BLOCK_G_CODES 12    /* most G words: postprocessors begin a program with ten of them */
 
 typedef struct {
     units_number number;
@@ -24,8 +25,8 @@ typedef struct {
 } code_word;
 
 typedef struct {
-    uint32_t present;           /* bit 0 is A */
-    word words[26];             /* by letter; G and M stand in their lists, `:` is O */
+    uint32_t present;           /* a bit for each letter; bit 0 is A */
+    word words[26];             /* by letter; G and M have lists of their own, `:` is O */
     code_word g[BLOCK_G_CODES], m[BLOCK_CODES];
     uint8_t g_count, m_count;
     bool skipped;               /* begins with `/` and block skip is on */
@@ -44,10 +45,10 @@ typedef enum { BLOCK_MORE, BLOCK_DONE, BLOCK_FAULT } block_result;
 /* `text` must stay until the block is done. */
 void block_begin(block *b, const char *text, uint32_t length);
 
-/* Read on, about `budget` characters; `skip` is the switch for block skip. */
+/* Read about `budget` more characters; `skip` is the switch for block skip. */
 block_result block_step(block *b, bool skip, uint32_t budget, fault *f);
 
-/* The number of a word that is a name (N O C D S T): whole, and small. */
+/* The number of a word that is a name (N O C D S T): a whole number of at most 8 digits. */
 static inline uint32_t block_name(const block *b, char letter) {
     return (uint32_t)b->words[letter - 'A'].number.digits;
 }

@@ -5,17 +5,17 @@
 #include "base/units.h"
 #include "gap/feed_modes.h"
 
-/* Small rather than fast: few blocks have these words. */
+/* Compiled for size: few blocks have these words. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
 
-bool gap_words_law(const word *w, uint32_t column, uint8_t *law, fault *f) {
+bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f) {
     if (!w)
-        return fault_at(f, FAULT_MISSING, column, "G95 needs its law, P1 to P4");
+        return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P4");
     if (w->number.decimals || w->number.digits < FEED_CLASSES || w->number.digits >= FEED_MODES)
-        return fault_at(f, FAULT_NUMBER, w->column, "the law of G95 must be P1 to P4");
-    *law = (uint8_t)w->number.digits;
+        return fault_at(f, FAULT_NUMBER, w->column, "the feed mode of G95 must be P1 to P4");
+    *mode = (uint8_t)w->number.digits;
     return true;
 }
 
@@ -25,7 +25,7 @@ static bool presets(context *c, uint32_t values[3]) {
            words_whole(c, 'Z', 0, 255, "the preset of good pulses", &values[2]);
 }
 
-/* In IP, as near as the power supply has it. */
+/* The current in IP, rounded to the nearest step of the power supply. */
 static bool current(context *c, condition_row *row) {
     const word *w = words_take(c, 'I');
     uint32_t milli_ip, level, step_ma = settings_get(SET_CURRENT_STEP_MA);
@@ -44,14 +44,14 @@ static bool current(context *c, condition_row *row) {
 
 static bool reference(char letter, const word *w, const condition_row *row, uint32_t *mv, fault *f) {
     uint32_t bound = feed_modes_no_load_mv(row, 100);
-    /* Thousandths, as of a speed. */
+    /* units_speed gives thousandths, here mV. */
     if ((!w || units_speed(w->number, false, mv)) && (!*mv || *mv < bound))
         return true;
     return fault_at(f, FAULT_TABLE, w ? w->column : 0,
                     "the reference %c must be below the mean without discharges, %u mV", letter, bound);
 }
 
-/* Reference voltage and drop of a row, by words that may be missing; 0 V for none. */
+/* Reference voltage V and drop U of a row. Words may be missing; 0 V means that there is none. */
 static bool references(const word *voltage, const word *drop, condition_row *row, fault *f) {
     return reference('V', voltage, row, &row->reference_mv, f) &&
            reference('U', drop, row, &row->drop_mv, f);
@@ -82,7 +82,7 @@ bool gap_words_condition(context *c, bool mdi) {
     if (open % GAP_SUPPLY_STEP_V)
         return fault_at(c->f, FAULT_TABLE, BLOCK_WORD(c->b, 'E')->column,
                         "the open voltage E must be a multiple of %u V", (uint32_t)GAP_SUPPLY_STEP_V);
-    /* Whatever the fluid leaves of it. */
+    /* The class of the fluid may lower the open level to GAP_SHARE_PERCENT. */
     if (open * percent * GAP_SHARE_PERCENT <= row.arc_v * 10000u)
         return fault_at(c->f, FAULT_TABLE, name->column,
                         "the open level (%u %% of %u V) must be above twice the arc level of %u V",

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Words of the gap: the law of the feed, conditions and classes of the fluid that are entered. */
+/* Words about the gap: the feed mode, and entering conditions and classes of the fluid. */
 #pragma once
 #include "interp/words.h"
 
-/* The law of the word P, if it is there, of a G95 that stands at a column. */
-bool gap_words_law(const word *w, uint32_t column, uint8_t *law, fault *f);
+/* The feed mode that the word P of a G95 selects. `w` is 0 if P is missing; `column` is that of
+   G95. */
+bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f);
 
-/* G10 C: a condition. What is left out stays as the row of that number has it. */
+/* G10 C: enter a condition. Words that are missing keep the value of the row with that number. */
 bool gap_words_condition(context *c, bool mdi);
 
-/* G10 W: a class of the fluid. */
+/* G10 W: enter a class of the fluid. */
 bool gap_words_class(context *c);

@@ -6,11 +6,11 @@
 #include "gap/depth_series.h"
 #include "gap/feed_modes.h"
 #include "interp/arc_words.h"
+#include "interp/depth_series_words.h"
 #include "interp/gap_words.h"
 #include "interp/path_words.h"
 #include "interp/place_words.h"
 #include "interp/retraction_words.h"
-#include "interp/series_words.h"
 #include "interp/words.h"
 
 #include <stddef.h>
@@ -38,12 +38,12 @@ typedef struct {
     const char *name;
 } refused_row;
 
-/* A block of these words and no code goes on along the path, and does nothing else. */
+/* A block with only these words and no code continues the path and does nothing else. */
 #define PATH_LETTERS (AXIS_LETTERS | BLOCK_BIT('F') | BLOCK_BIT('I') | BLOCK_BIT('J') | BLOCK_BIT('K') | \
                       BLOCK_BIT('N') | BLOCK_BIT('R'))
 
-/* Codes of this and other dialects that would change the motion and are not carried out: named, so
-   that nobody looks for a typing error. */
+/* Codes of this and other dialects that would change the motion but are not supported. Each has its
+   own message, so that nobody looks for a typing error. */
 static const refused_row REFUSED[] = {
     {150, 169, "polar coordinates (G15, G16) are not in this version; write X, Y and Z"},
     {411, 419, "G41.1 is not in this version; enter the offset by G10 D R, then G41 D"},
@@ -97,7 +97,7 @@ static bool find_groups(context *c) {
         if (!row)
             return refuse_code(c->f, code);
         if (row->group == G_SILENT) {
-            /* Elsewhere it sets the place, and the words would be a motion here. */
+            /* In other dialects G50 X Y Z sets the position; here the words would be a motion. */
             if (code.tenths == 500 && c->b->present & AXIS_LETTERS)
                 return fault_at(c->f, FAULT_REFUSED, code.column,
                                 "G50 with X, Y or Z is not in this version; set a place by G92");
@@ -133,7 +133,7 @@ static bool judge_dwell(context *c) {
     if (!ms == !seconds)
         return fault_at(c->f, ms ? FAULT_CONFLICT : FAULT_MISSING, ms ? ms->column : 0,
                         "G04 needs its time, as P (ms) or X (s)");
-    /* Decimals would be seconds, as grbl and LinuxCNC count them. */
+    /* A P with decimals is probably meant in seconds, as grbl and LinuxCNC have it. */
     if (ms && ms->number.decimals)
         return fault_at(c->f, FAULT_NUMBER, ms->column,
                         "P of G04 counts whole ms; seconds are written X");
@@ -197,7 +197,8 @@ static bool judge_auxiliary(context *c) {
     if (!p->after.condition)
         return fault_at(c->f, FAULT_CONDITION, machining_column,
                         "M03 without a machining condition (C) before it");
-    /* The settings may have changed since the C, and what is in force may be none of the table. */
+    /* Check again: settings may have changed since the C, and a step of a depth series may be in
+       force. */
     const condition_row *unseen = p->changes_condition ? 0 : depth_series_unseen();
     if (!words_seen(c, unseen ? unseen : p->after.condition, machining_column))
         return false;
@@ -220,7 +221,7 @@ static bool judge_table(context *c, bool mdi) {
                     "G10 needs a condition C, a class of the fluid W, a wire offset D or a work offset P");
 }
 
-/* G94, or G95 with its law. */
+/* G94, or G95 with its feed mode. */
 static bool judge_feed_mode(context *c) {
     if (c->g[G_FEED] < 0)
         return true;
@@ -229,17 +230,18 @@ static bool judge_feed_mode(context *c) {
     if (c->g[G_ONCE] >= 0 && servo)
         return fault_at(c->f, FAULT_CONFLICT, c->column[G_FEED], "G95 and G%u exclude each other",
                         (uint32_t)c->g[G_ONCE] / 10);
-    return !servo || gap_words_law(words_take(c, 'P'), c->column[G_FEED], &c->p->after.servo, c->f);
+    return !servo || gap_words_feed_mode(words_take(c, 'P'), c->column[G_FEED],
+                                         &c->p->after.servo, c->f);
 }
 
-/* What the law needs of the condition, as soon as both are said. */
-static bool judge_law(context *c) {
+/* The feed mode needs references from the condition; check once both are known. */
+static bool judge_references(context *c) {
     bool told = c->g[G_FEED] >= 0;
     uint32_t column = told ? c->column[G_FEED] : BLOCK_WORD(c->b, 'C')->column;
     if (!told && !c->p->changes_condition)
         return true;
     return feed_modes_check(c->p->after.servo, c->p->after.condition, column, c->f) &&
-           (c->p->changes_condition || depth_series_law(c->p->after.servo, column, c->f));
+           (c->p->changes_condition || depth_series_check_mode(c->p->after.servo, column, c->f));
 }
 
 static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const travel_range *t,
@@ -256,14 +258,14 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     case 360: c->p->act = ACT_RETRACTION; return retraction_words_enter(c, mdi, highest_speed, jump_axis);
     case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
-    case 390: c->p->act = ACT_SERIES; return series_words_take(c, jump_axis);
+    case 390: c->p->act = ACT_DEPTH_SERIES; return depth_series_words_take(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
     case 921: c->p->act = ACT_SET_POSITION; path_words_forget_position(c); return true;
     default: return true;
     }
 }
 
-/* Every word must have meant something. */
+/* Every word of the block must have been used. */
 static bool nothing_left(context *c) {
     for (unsigned i = 0; c->free; i++)
         if (c->free & (1u << i))
@@ -276,7 +278,7 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
                 const travel_range *t, unsigned jump_axis, plan *p, fault *f) {
     context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
     plan_copy(&p->after, state);
-    /* All but the state is as good as nothing. */
+    /* Clear everything behind the modal state. */
     __builtin_memset((char *)p + sizeof p->after, 0, sizeof *p - sizeof p->after);
     p->s = p->t = p->m[0] = -1;
     p->name = -1;
@@ -302,14 +304,14 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
         return fault_at(f, FAULT_CONFLICT, c.column[G_ONCE], "G53 and G%u exclude each other",
                         (uint32_t)c.g[G_ONCE] / 10);
     if (c.blending && c.g[G_ONCE] < 0 && c.g[G_FEED] != 950) {
-        words_take(&c, 'P'); /* how far the path may be left at a corner: here it never is */
+        words_take(&c, 'P'); /* P and Q allow a deviation at corners, which this path never makes */
         words_take(&c, 'Q');
     }
     bool coded = b->g_count || b->m_count || b->present & ~PATH_LETTERS;
     if ((coded && (!path_words_plane(&c) || !path_words_wire(&c, mdi) ||
                    !judge_once(&c, mdi, highest_speed, t, jump_axis) || !judge_feed_mode(&c))) ||
         !judge_feed(&c, highest_speed) ||
-        (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_law(&c))) ||
+        (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_references(&c))) ||
                    !judge_auxiliary(&c))) ||
         (c.g[G_ONCE] < 0 && !path_words_move(&c, highest_speed, t)) ||
         !nothing_left(&c))

@@ -54,8 +54,8 @@ bool path_words_enter_wire(context *c) {
     return true;
 }
 
-/* G10 L2 P X Y Z: a work offset, in the machine frame. G10 L20: one under which the present place has
-   these coordinates. */
+/* G10 L2 P X Y Z: set a work offset, in the machine frame. G10 L20 P X Y Z: set a work offset so
+   that the present place has these coordinates. */
 bool path_words_enter_system(context *c) {
     modal *after = &c->p->after;
     const word *how = words_take(c, 'L');
@@ -75,7 +75,7 @@ bool path_words_enter_system(context *c) {
         return fault_at(c->f, FAULT_MISSING, 0, "G10 P needs X, Y or Z");
     unsigned system = number ? number - 1 : after->system;
     int32_t *origin = after->systems[system];
-    int32_t set[HAL_AXES]; /* by G92, on top of any work offset */
+    int32_t set[HAL_AXES]; /* the part of the offset that G92 has set */
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         set[axis] = after->offset[axis] - after->systems[after->system][axis];
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
@@ -146,7 +146,7 @@ static inline __attribute__((always_inline)) bool target_of(context *c, const tr
         return true;
     if (!words_distance(c, w, AXIS[axis], &pulses))
         return false;
-    /* Four times 2**28 at most: no overflow. */
+    /* At most 4 * 2**28: no overflow. */
     *target = pulses + (c->p->after.incremental ? at : frame);
     if (travel_refuses(t, axis, at, *target))
         return refuse_way(c, t, axis, *target > at);
@@ -194,7 +194,7 @@ bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t) 
         c->p->changes_servo = after->served != c->before->served;
         if (after->served && !c->before->machining && !c->p->machining_on)
             return fault_at(c->f, FAULT_MODE, 0, "under servo (G95) there is no way without M03");
-        /* G10 may have changed the row since the G95. */
+        /* Check again: G10 may have changed the row since the G95. */
         if (c->p->changes_servo && !depth_series_reached() &&
             !feed_modes_check(after->served, after->condition, 0, c->f))
             return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Where a block leads: lines, arcs, the frame that they are in, and the side of the wire. */
+/* Words about the path of a block: lines, arcs, their frame, and the side of the wire. */
 #pragma once
 #include "interp/words.h"
 
@@ -9,12 +9,12 @@ bool path_words_enter_system(context *c);       /* G10 L2 or L20, P X Y Z: a wor
 bool path_words_plane(context *c);              /* G17, G18, G19 */
 bool path_words_wire(context *c, bool mdi);     /* G40, G41, G42 */
 
-void path_words_forget_position(context *c);    /* G92.1: as if there had been no G92 */
+void path_words_forget_position(context *c);    /* G92.1: cancel G92 */
 
-/* Where an axis is led to by its word, or stays without one; `frame` is the place of the zero that the
-   coordinates count from. False with a fault. */
+/* The end point of an axis by its word; without a word the axis stays. `frame` is the zero of the
+   coordinates in the machine frame. False with a fault. */
 bool path_words_target(context *c, const travel_range *t, unsigned axis, int32_t frame,
                        int32_t *target);
 
-/* The motion of the block. Of an arc only the words are taken: see arc_words_step. */
+/* The motion of the block. For an arc this only takes the words: see arc_words_step. */
 bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t);

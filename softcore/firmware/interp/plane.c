@@ -29,7 +29,7 @@ unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move,
     vector centre = plane_centre(move), from = vector_times(centre, -1);
     vector to = vector_difference(vector_times(plane_delta(move), MOVE_FINE), centre);
     int32_t radius = (int32_t)vector_length(from);
-    vector reach = {radius, 0}; /* the furthest points of the circle, one after the other */
+    vector reach = {radius, 0}; /* one after the other the four extreme points of the circle */
     for (unsigned k = 0; k < 4; k++, reach = vector_left(reach)) {
         if (!vector_within(from, to, move->ccw, reach))
             continue;

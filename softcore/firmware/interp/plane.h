@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Moves in the plane that is in force. */
+/* Moves in the plane of G17, G18 or G19. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -8,7 +8,7 @@
 #include "base/travel.h"
 #include "interp/vector.h"
 
-/* First and second axis of a plane, and the one across it. */
+/* First and second axis of a plane, and the axis at right angles to it. */
 typedef struct {
     uint8_t first, second, third;
 } plane_axes;
@@ -19,6 +19,6 @@ vector plane_delta(const path_move *move);      /* of a move, in its plane: puls
 vector plane_centre(const path_move *move);     /* of an arc, from its start */
 bool plane_moves(const path_move *move);        /* is there any motion in the plane? */
 
-/* The axis on which a move from `start` goes where it may not, or HAL_AXES. */
+/* The first axis on which a move from `start` leaves the travel, or HAL_AXES. */
 unsigned plane_beyond(const int32_t start[HAL_AXES], const path_move *move,
                       const travel_range *t);

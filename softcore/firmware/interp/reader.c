@@ -62,7 +62,8 @@ static reader_result leader_byte(reader *r, uint8_t byte, fault *f) {
         reader_next(r);
         return READER_MORE;
     }
-    /* Two characters or more: one may be a hole pattern of a legible leader by chance. */
+    /* Only from two characters on: one may be a chance pattern in a leader with punched
+       lettering. */
     if (r->run >= 2 && ((iso_end && r->iso_data) || (eia_end && r->eia_data))) {
         no_start(r, f);
         return READER_FAULT;
@@ -98,7 +99,7 @@ static reader_result data_byte(reader *r, uint8_t byte, fault *f) {
         return damaged(r, f);
     }
     char c = byte & 0x7f;
-    /* Most are such: what stands for itself, and no end. */
+    /* The quick way for most characters: printable ISO characters that end nothing. */
     if (!r->eia && (c > '%' || c == ' ') && r->length < READER_BLOCK_SIZE) {
         r->text[r->length++] = c;
         return READER_MORE;

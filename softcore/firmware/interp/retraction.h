@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Retraction memory: what the tape says lies over what was entered by hand, word by word.
+/* Retraction memory of two layers. For each word a value from the tape overrides the value entered
+   by hand (MDI).
 
    Speeds in um/min, distances in pulses, the ceiling in the machine frame. */
 #pragma once
@@ -12,7 +13,7 @@
 typedef enum { ITEM_R, ITEM_L, ITEM_H, ITEM_E, ITEM_Q, ITEM_Z, ITEMS } retraction_item;
 
 typedef struct {
-    uint8_t given;              /* bit by item */
+    uint8_t given;              /* a bit for each item that has a value */
     int32_t value[ITEMS];
 } retraction_layer;
 
@@ -28,17 +29,18 @@ typedef struct {
 
 extern const char RETRACTION_LETTERS[ITEMS];
 
-/* Items of both layers together; the tape's win. */
+/* Both layers combined; values of the tape override. */
 retraction_layer retraction_combined(const retraction_memory *memory);
 
-/* Check a combined set: each item in range, Q not above L, and, where asked, none missing but Z.
-   The columns (by item, 0 if the item is not in the block) say where a fault stands. */
+/* Check a combined set: each item in range, and Q not above L. `complete`: no item may be missing
+   but Z. `columns` gives the place of a fault, for each item its column in the block, 0 if it is
+   not there. */
 bool retraction_check(const retraction_layer *set, bool complete, uint32_t highest_speed,
                       const uint32_t columns[ITEMS], fault *f);
 
-/* Are all items but the ceiling there? */
+/* Does the set have all items? The ceiling Z may be missing. */
 bool retraction_complete(const retraction_layer *set);
 
-/* The register values of a set and a jump. */
+/* Convert a set and a jump into register values. */
 hal_retraction retraction_rates(const retraction_layer *set, const retraction_jump *jump,
                                 uint32_t start_rate, uint32_t acceleration);

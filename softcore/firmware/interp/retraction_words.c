@@ -25,7 +25,7 @@ bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsign
         if (item == ITEM_L || item == ITEM_Q || item == ITEM_Z) {
             if (!words_distance(c, w, letter, &pulses))
                 return false;
-            /* The ceiling is a position in the work frame, kept in the machine's. */
+            /* The ceiling is programmed in the work frame and stored in the machine frame. */
             layer->value[item] = item == ITEM_Z ? pulses + after->offset[2] : pulses;
         } else {
             if (!words_speed(c, w, letter, &um_per_min))
@@ -34,7 +34,7 @@ bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsign
         }
         layer->given |= (uint8_t)(1u << item);
     }
-    /* What was entered by hand may wait for the tape to complete it. */
+    /* Data entered by hand may be incomplete; the tape may complete them. */
     retraction_layer set = retraction_combined(&after->memory);
     return retraction_check(&set, !mdi, highest_speed, columns, c->f);
 }
@@ -81,7 +81,7 @@ bool retraction_words_jump(context *c, uint32_t highest_speed) {
     char missing = jump->distance == 0 ? 'L' : jump->speed == 0 ? 'R' : jump->high == 0 ? 'H' : 0;
     if (missing)
         return fault_at(c->f, FAULT_MISSING, 0, "G38 needs %c, above zero", missing);
-    /* The way back ends like any re-advance: at the changeover, then low. */
+    /* The re-advance of a jump needs the retraction data too: it changes to the low speed at Q. */
     retraction_layer set = retraction_combined(&c->p->after.memory);
     if (!retraction_complete(&set))
         return fault_at(c->f, FAULT_RETRACTION, 0, "G38 needs retraction data (G36) before it");

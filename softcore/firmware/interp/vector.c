@@ -18,7 +18,7 @@ static int32_t part(int32_t value, uint32_t length) {
 }
 
 vector vector_unit(vector a) {
-    /* With 30 leading bits the length is exact to the last bit of a direction. */
+    /* Scaled to 30 bits, so that the length is exact to the last bit of a direction. */
     while ((magnitude(a.u) | magnitude(a.v)) < 1u << 29)
         a = vector_times(a, 2);
     uint32_t length = vector_length(a);
@@ -44,6 +44,6 @@ bool vector_within(vector from, vector to, bool ccw, vector a) {
     int64_t turn = vector_cross(from, to);
     if (turn > 0 || (turn == 0 && vector_dot(from, to) < 0))
         return vector_cross(from, a) >= 0 && vector_cross(a, to) >= 0;
-    /* More than half a turn: not inside what is left of it. */
+    /* The way is more than half a turn: `a` is on it if it is not on the other, shorter way. */
     return turn == 0 || !(vector_cross(to, a) > 0 && vector_cross(a, from) > 0);
 }

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define VECTOR_UNIT 30   /* bits behind the point of a direction */
+#define VECTOR_UNIT 30   /* fraction bits of a direction */
 
 typedef struct {
     int32_t u, v;       /* along the first and the second axis of the plane */
@@ -23,7 +23,8 @@ int64_t vector_cross(vector a, vector b);       /* positive if b is to the left 
 uint32_t vector_length(vector a);               /* nearest */
 vector vector_unit(vector a);                   /* direction of a vector that is not zero */
 vector vector_along(vector unit, int32_t length);   /* rounded */
-int32_t vector_part(vector a, vector unit);     /* of `a` in a direction, rounded */
+int32_t vector_part(vector a, vector unit);     /* component of `a` along a direction, rounded */
 
-/* Is direction `a` on the way from one direction to another? Both ends are; equal ends are a turn. */
+/* Is direction `a` on the turn from direction `from` to direction `to`? Both ends count as on it.
+   If they are equal, the turn is a full one. */
 bool vector_within(vector from, vector to, bool ccw, vector a);

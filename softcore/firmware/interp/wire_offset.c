@@ -4,11 +4,11 @@
 #include "base/units.h"
 #include "interp/plane.h"
 
-#define HELD_TEXT 96    /* characters of a block, more than an event shows */
+#define HELD_TEXT 96    /* characters of a block that are kept; an event shows fewer */
 #define HELD 2          /* a move, and a block without motion in the plane */
-#define JOINED 2        /* pulses by axis between two ends that are joined midway */
-#define LEAST 4         /* pulses of radius that an arc keeps: its ends are rounded to whole ones */
-#define ALIKE 16        /* pulses by which radii differ of an arc that is gone along both ways */
+#define JOINED 2        /* ends at most this many pulses apart in each axis are joined midway */
+#define LEAST 4         /* least radius of an arc, pulses: its ends are rounded to whole pulses */
+#define ALIKE 16        /* at a cusp, arcs whose radii differ by no more pulses are the same arc */
 
 typedef struct {
     plan p;
@@ -16,40 +16,41 @@ typedef struct {
     uint32_t length, line, number;
 } held_block;
 
-/* A move where it begins or ends, as seen from that corner: vectors in 1/64 pulse. */
+/* The beginning or end of a move at a corner. Vectors count from that corner, in 1/64 pulse. */
 typedef struct {
     bool arc, ccw;
     vector direction;   /* of the motion, of any length */
-    vector normal;      /* to the side of the offset, 2**-30, */
-    vector away;        /* and by the offset */
-    vector centre;      /* of an arc, */
-    int32_t radius;     /* and that of the arc beside it; */
-    int32_t bow;        /* its own radius, below zero if it bends to the right; 0 of a line */
+    vector normal;      /* unit vector to the side of the offset, 2**-30 */
+    vector away;        /* the same direction, as long as the offset */
+    vector centre;      /* of an arc */
+    int32_t radius;     /* of the offset arc */
+    int32_t bow;        /* radius of the programmed arc, negative if it bends right; 0 for a line */
 } edge;
 
 static held_block held[HELD];
 static unsigned held_count;
-static unsigned given, to_give;         /* blocks held that are carried out now: so many are already */
-static wire_offset_block told;
-static plan *fresh;                     /* the block taken */
-static enum { FRESH_NOTHING, FRESH_PASSES, FRESH_STAYS } fate;
+static unsigned given, to_give;         /* held blocks: already handed out, and to be handed out */
+static wire_offset_block told;          /* the block taken last */
+static plan *fresh;                     /* its plan */
+static enum { FRESH_NOTHING, FRESH_PASSES, FRESH_STAYS } fate; /* of the block taken last */
 static enum { STEP_NONE, STEP_BEGINNING, STEP_ENDING, STEP_CORNER, STEP_MOVE, STEP_TRAVEL,
               STEP_AFTER } step;
 
-/* While the path is beside the programmed one. */
+/* State while the wire offset is on. The held move ends at a corner, and the fresh move begins
+   there. */
 static bool on, leads_in, leads_out;    /* the held move leads in; the fresh one leads out */
 static int8_t side;
 static int32_t offset;                  /* 1/64 pulse */
 static move_plane plane;
-static vector shift;                    /* the held move begins so many pulses off, */
-static vector sector;                   /* from this radius of its arc on */
-static bool trimmed;                    /* by the inside of a corner */
-static edge ending, beginning;          /* of the held move and of the fresh one */
-static vector meeting;                  /* where they meet, from the corner */
-static bool meets, rounds;              /* inside the corner; outside in an arc */
+static vector shift;                    /* from the held move's programmed start to its new one */
+static vector sector;                   /* from its arc's centre to that start */
+static bool trimmed;                    /* that start was moved by the inside of a corner */
+static edge ending, beginning;          /* end of the held move, beginning of the fresh one */
+static vector meeting;                  /* where the offset curves meet, from the corner */
+static bool meets, rounds;              /* the offset is inside the corner; outside, with an arc */
 static bool cusp;                       /* the fresh move goes back beside the held one */
-static vector next_shift;
-static int32_t start[HAL_AXES];         /* of the move whose travel is looked at */
+static vector next_shift;               /* `shift` of the fresh move; both in pulses */
+static int32_t start[HAL_AXES];         /* of the move whose travel is being checked */
 
 void wire_offset_reset(void) {
     held_count = given = to_give = 0;
@@ -62,14 +63,14 @@ const modal *wire_offset_state(const modal *executed) {
     return held_count ? &held[held_count - 1].p.after : executed;
 }
 
-/* A fault of the held move, which stands in an earlier block. */
+/* Give a fault the line and number of the held move, which came in an earlier block. */
 static fault *of_held(fault *f) {
     f->line = held[0].line;
     f->block = held[0].number;
     return f;
 }
 
-/* A block without motion in the plane, while a move is held. */
+/* Take a block without motion in the plane while a move is held. */
 static bool between(const plan *p, fault *f) {
     if (p->stop == STOP_END)
         return fault_at(f, FAULT_CORNER, 0,
@@ -126,7 +127,7 @@ bool wire_offset_take(plan *p, const char *text, uint32_t length, uint32_t line,
     step = STEP_NONE;
     fate = FRESH_STAYS;
     if (on && !length)
-        fate = FRESH_NOTHING; /* a block without words says nothing at a corner either */
+        fate = FRESH_NOTHING; /* a block without words has no effect at a corner */
     else if (on)
         return follow(p, f);
     else if (p->after.side && plane_moves(&p->move))
@@ -147,12 +148,12 @@ static bool near(vector a, vector b, int32_t by) {
     return d.u <= by && -d.u <= by && d.v <= by && -d.v <= by;
 }
 
-/* Radius of the end of an arc, from its centre. */
+/* Vector from the centre of an arc to its end. */
 static vector end_radius(const path_move *m) {
     return vector_difference(vector_times(plane_delta(m), MOVE_FINE), plane_centre(m));
 }
 
-/* False with a fault if an arc keeps no radius. */
+/* Describe an end of a move. False with a fault if the offset leaves an arc too small a radius. */
 static bool find_edge(edge *e, const path_move *m, bool at_end, fault *f) {
     *e = (edge){.arc = m->arc, .ccw = m->ccw};
     if (!m->arc) {
@@ -176,13 +177,13 @@ static bool find_edge(edge *e, const path_move *m, bool at_end, fault *f) {
 
 static vector tangent(const edge *e) { return vector_times(vector_left(e->normal), -side); }
 
-/* Two lines, or the tangents of arcs: back from the corner by the offset times the tangent of half the
-   turn. 1/64 pulse, or below zero. */
+/* Find where two lines, or the tangents of arcs, meet. Returns how far back from the corner, which
+   is the offset times the tangent of half the turn, 1/64 pulse; negative if they do not meet. */
 static int64_t lines_meet(void) {
     int64_t one = (int64_t)1 << (2 * VECTOR_UNIT);
     int64_t dot = vector_dot(ending.normal, beginning.normal);
     int64_t cross = vector_cross(ending.normal, beginning.normal) * side;
-    /* Of two forms of the same, the one that loses no digits. */
+    /* Two equal formulas; the choice avoids the loss of digits near 0 and near half a turn. */
     uint32_t above = (uint32_t)((dot < 0 ? one - dot : cross) >> VECTOR_UNIT);
     uint32_t below = (uint32_t)((dot < 0 ? cross : one + dot) >> VECTOR_UNIT);
     if (cross <= 0 || !below)
@@ -194,7 +195,7 @@ static int64_t lines_meet(void) {
     return (int64_t)back;
 }
 
-/* A line and an arc: of the two points the one that goes to the corner as the offset goes to zero. */
+/* Find where a line and an arc meet: the point that goes to the corner as the offset goes to 0. */
 static bool line_meets(const edge *line, const edge *arc) {
     vector to = tangent(line), centre = vector_difference(arc->centre, line->away);
     int64_t radius = arc->radius, across = vector_part(centre, line->normal);
@@ -205,13 +206,13 @@ static bool line_meets(const edge *line, const edge *arc) {
     bool behind = cusp ? line == &ending : vector_part(arc->centre, to) > 0;
     int64_t along = vector_part(centre, to) + (behind ? -half : half);
     meeting = vector_sum(line->away, vector_along(to, (int32_t)along));
-    /* Before the end of the held move, or after the start of the fresh one. */
+    /* The point must lie before the end of the held move, or after the start of the fresh one. */
     return line == &ending ? along <= 0 : along >= 0;
 }
 
-/* Two arcs: on the side of the line through the centres where the corner is; at a cusp, where it is on
-   that line, on the side that they come from. Seen from the smaller one, as the rounding of a foot near
-   a large circle would move the point far along it. */
+/* Find where two arcs meet: the point on the corner's side of the line through the centres. At a
+   cusp the corner lies on that line; take the side from which the moves come. Start from the
+   smaller arc: rounding near a large circle would move the point far along it. */
 static bool arcs_meet(void) {
     bool swap = beginning.radius < ending.radius;
     const edge *base = swap ? &beginning : &ending, *other = swap ? &ending : &beginning;
@@ -224,7 +225,7 @@ static bool arcs_meet(void) {
     for (; length < 1 << 29; length <<= 1)
         bits++;
     scaled = vector_times(line, 1 << bits);
-    /* From the centre to the foot of the point: the root is exact only with all its bits. */
+    /* From the centre to the foot of the point. The root is exact only with all its bits. */
     int64_t twice = square - (b - a) * (a + b);
     uint64_t value = (uint64_t)(twice < 0 ? -twice : twice) << bits;
     int64_t foot = (int64_t)units_quotient(value / 2, vector_length(scaled));
@@ -239,8 +240,8 @@ static bool arcs_meet(void) {
     return true;
 }
 
-/* Is the meeting point on what is left of the held move and on the fresh one? It is within half a turn
-   of the corner: of a circle the point just beyond its end is not one of its start. */
+/* Is the meeting point on the remainder of the held move and on the fresh move, and within half a
+   turn of the corner? On a circle, a point just beyond the end is not one at the start. */
 static bool on_both(void) {
     vector to = vector_times(ending.centre, -1), from = vector_times(beginning.centre, -1);
     vector last = vector_difference(meeting, ending.centre);
@@ -253,8 +254,8 @@ static bool on_both(void) {
                               vector_within(from, end_radius(&fresh->move), beginning.ccw, first));
 }
 
-/* At a shallow corner the last place of a radius moves the point by more than the corner takes. Where
-   the tangents meet within half a pulse of both curves, they do for them. */
+/* At a shallow corner, rounding of a radius moves the meeting point further than the corner itself
+   does. Use the tangents instead, if they meet within half a pulse of both curves. */
 static bool tangents_meet(void) {
     if (vector_dot(ending.direction, beginning.direction) <= 0)
         return false;
@@ -265,11 +266,11 @@ static bool tangents_meet(void) {
 
 static int64_t size(int64_t value) { return value < 0 ? -value : value; }
 
-/* Is the corner a cusp? Of two moves that go back beside each other it is not the directions that tell
-   the inside, but to which side they bend apart: left (1) or right of the held one. They are tangent if,
-   where the bend takes them across each other again, what they enclose on the way there is no wider
-   than a pulse: if the square of the sine is less than twice the sum of their curvatures. An arc of
-   much the same radius is the way back, and the corner its outer end. */
+/* Is the corner a cusp, where the fresh move goes back beside the held one? Returns the side to
+   which they bend apart: left (1) or right (-1) of the held one. At a cusp this side, and not the
+   directions, shows the inside. Moves are tangent if the area between them, up to where curvature
+   makes them cross again, is at most a pulse wide: if the square of the sine is less than twice the
+   sum of their curvatures. Two arcs of nearly equal radius are one way there and back. */
 static int find_cusp(void) {
     int64_t a = ending.bow, b = beginning.bow, sum = size(a + b);
     int64_t sine = vector_cross(ending.normal, beginning.normal) / (1 << VECTOR_UNIT);
@@ -313,7 +314,7 @@ static bool find_corner(fault *f) {
                     offset / MOVE_FINE);
 }
 
-/* Move the ends of a move by so many pulses. */
+/* Move the start of a move by `from` pulses and its end by `to` pulses. */
 static void shift_move(path_move *m, vector from, vector to) {
     plane_axes axes = PLANE_AXES[m->plane];
     m->delta[axes.first] += to.u - from.u;
@@ -322,7 +323,7 @@ static void shift_move(path_move *m, vector from, vector to) {
     m->centre[1] -= m->arc ? from.v * MOVE_FINE : 0;
 }
 
-/* Is an end of a move away from its start? */
+/* Does a move end elsewhere than it starts? */
 static bool leads_away(const path_move *m) {
     return m->delta[0] || m->delta[1] || m->delta[2];
 }
@@ -335,7 +336,7 @@ static void find_start(const plan *p, vector by) {
     start[axes.second] += by.v;
 }
 
-/* Direction from the centre of what is left of the held arc to its end. */
+/* Vector from the centre of the held arc to its end after the corner is taken off. */
 static vector last_radius(void) {
     return meets ? vector_difference(meeting, ending.centre) : vector_times(ending.centre, -1);
 }
@@ -345,14 +346,14 @@ static bool is_circle(const path_move *m) {
     return !delta.u && !delta.v;
 }
 
-/* The held arc, of which a piece is left that is not longer than the rounding of its ends? */
+/* Is the remainder of the held arc no longer than the rounding of its ends? */
 static bool is_speck(const path_move *m) {
     vector last = last_radius();
     int64_t turn = vector_cross(sector, last);
     return (turn == 0 || (turn > 0) == m->ccw) && vector_dot(sector, last) > 0;
 }
 
-/* Does what is left of the held arc end just before its start, or there? */
+/* Does the remainder of the held arc end at its start or just before it, so that it is a circle? */
 static bool goes_round(const path_move *m) {
     vector last = last_radius();
     int64_t turn = vector_cross(sector, last);
@@ -361,7 +362,7 @@ static bool goes_round(const path_move *m) {
     return is_circle(m) ? vector_dot(sector, plane_centre(m)) < 0 : turn && (turn > 0) != m->ccw;
 }
 
-/* Has the inside of its corners cut off more than all of the held arc? It would go round the circle. */
+/* Do its two corners take more than the whole held arc? What is left would be nearly a circle. */
 static bool is_used_up(const path_move *m) {
     vector from = vector_times(plane_centre(m), -1), to = vector_times(ending.centre, -1);
     vector last = last_radius();
@@ -370,7 +371,7 @@ static bool is_used_up(const path_move *m) {
             (!is_circle(m) || vector_cross(from, last)) && vector_within(from, sector, m->ccw, last));
 }
 
-/* Both ends of the held move are known now. */
+/* Complete the held move: both of its ends are known now. */
 static bool finish_move(fault *f) {
     plan *p = &held[0].p;
     path_move *m = &p->move;
@@ -378,8 +379,7 @@ static bool finish_move(fault *f) {
     vector left = vector_sum(programmed, vector_difference(end, shift));
     bool no_more = near(left, (vector){0, 0}, JOINED);
     bool gone = m->arc ? is_used_up(m) : !leads_in && vector_dot(left, programmed) < 0;
-    /* A circle stays one, and what is nearly one becomes one: its ends must not come to lie a pulse
-       beside each other in the wrong order. */
+    /* Full circles and nearly full ones become full: rounding could exchange their ends. */
     bool closed = m->arc && no_more && !gone && goes_round(m);
     if (closed)
         end = vector_difference(shift, programmed);
@@ -409,7 +409,7 @@ static bool within_travel(const path_move *m, const travel_range *t, fault *f) {
                                         "beside the path the travel of %c is too short", "XYZ"[axis]);
 }
 
-/* The fresh move is the next to be held, or the last one. */
+/* Check the travel of the fresh move's corner. If the move leads out, complete and check it too. */
 static bool turn_to_fresh(const travel_range *t, fault *f) {
     find_start(fresh, next_shift);
     if (fresh->corners) {

@@ -5,8 +5,8 @@
 
 #define CRC_START 0xffffu
 
-/* The polynomial has so few terms that what a byte adds is three shifts of it, after its upper half has
-   gone round once. */
+/* The polynomial has only few terms, so that shifts do the work of a table: the upper half of the
+   byte is folded in first, then three shifted copies are added. */
 static inline uint16_t crc_step(uint16_t value, uint8_t byte) {
     uint32_t x = (uint32_t)(value >> 8 ^ byte);
     x ^= x >> 4;

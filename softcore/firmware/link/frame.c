@@ -12,19 +12,19 @@
 #define LENGTH_BEGIN 0
 #define LENGTH_END 255
 
-/* A frame that stops in the middle is given up after this; the sender repeats it later. */
+/* A frame that stops in the middle is given up after this time. The sender repeats it later. */
 #define STALL_US 50000
 
 static enum { CLOSED, LENGTH, SEQUENCE, PAYLOAD, CHECK_HIGH, CHECK_LOW, END } state;
 static uint8_t length, sequence, count, payload[LONGEST];
-static uint8_t flip;        /* of the next byte: the last one was FRAME_ESCAPE */
+static uint8_t flip;        /* bits to flip in the next byte, if the last one was FRAME_ESCAPE */
 static uint16_t crc, check;
 static uint32_t stall_clocks;
 static bool waiting;        /* a good frame waits for room */
 static uint8_t last_sequence;
 static bool begun;          /* a tape has been begun */
 static frame_counts counts;
-static frame_part part;    /* what the byte at hand has come to */
+static frame_part part;     /* result of the present byte */
 
 void frame_restart(void) {
     state = CLOSED;
@@ -48,7 +48,7 @@ void frame_begin(void) {
     state = LENGTH;
     crc = CRC_START;
     count = flip = 0;
-    waiting = false; /* the sender did not wait: it will send that frame again */
+    waiting = false; /* the sender did not wait for the answer: it will repeat the waiting frame */
 }
 
 static void give_up(void) {
@@ -64,7 +64,7 @@ static void damaged(void) {
 
 void frame_damaged(void) { give_up(); }
 
-/* Give the waiting frame to the program if it can take it. */
+/* Give the waiting frame to the tape if there is room for it. */
 static void deliver(void) {
     if (length == LENGTH_BEGIN) {
         if (!tape_begin())
@@ -75,7 +75,7 @@ static void deliver(void) {
         output_answer(FRAME_NAK, sequence);
         return;
     } else if (sequence == last_sequence) {
-        /* The acknowledgement was lost. */
+        /* A repeated frame: the acknowledgement was lost. */
     } else if (length == LENGTH_END) {
         tape_end();
     } else {
@@ -88,7 +88,7 @@ static void deliver(void) {
     output_answer(FRAME_ACK, sequence);
 }
 
-/* The end has come. It stands at its place, or a byte was lost or came twice. */
+/* FRAME_END has come. If it is not at its place, a byte was lost or came twice. */
 static void end(void) {
     if (state != END || check != crc) {
         damaged();
@@ -144,7 +144,7 @@ frame_part frame_byte(uint8_t byte) {
     return part;
 }
 
-/* Most of what comes is payload: here a byte of it costs half of what it does in frame_byte. */
+/* A quick way for payload, most of what comes: a byte takes half the time that frame_byte needs. */
 int frame_receive(unsigned *taken, unsigned most) {
     if (state != PAYLOAD)
         return hal_receive();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Tape frames out of the byte stream of the link. */
+/* Takes tape frames out of the byte stream of the link. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -9,20 +9,23 @@
 
 void frame_init(void);              /* at power-on */
 void frame_restart(void);
-bool frame_open(void);              /* bytes belong to a frame now */
+bool frame_open(void);              /* the next bytes belong to a frame */
 void frame_begin(void);             /* FRAME_START has come */
 
-/* A byte that frame_receive has returned. FRAME_WHOLE: the frame has come whole; FRAME_BROKEN: it was
-   damaged, and its rest is still to come. */
+/* Take a byte that frame_receive has returned. FRAME_WHOLE: the frame is complete. FRAME_BROKEN:
+   the frame is damaged, and its remainder is still to come. */
 typedef enum { FRAME_MORE, FRAME_WHOLE, FRAME_BROKEN } frame_part;
 frame_part frame_byte(uint8_t byte);
-int frame_receive(unsigned *taken, unsigned most);  /* hal_receive, behind payload that it takes */
-void frame_damaged(void);           /* the receiver saw an error in the frame that is open */
-void frame_ask_again(void);         /* what has come instead of a frame may have been one */
-bool frame_wait(uint32_t clocks);   /* since the last byte; true: one has stopped half-way */
-void frame_step(void);              /* a frame may wait for room */
 
-/* Since power-on: frames begun, and of these the ones that were damaged or stopped half-way. */
+/* Take the payload that has come, at most up to `*taken` == `most`; then return the next entry of
+   the receive queue like hal_receive. */
+int frame_receive(unsigned *taken, unsigned most);
+void frame_damaged(void);           /* the receiver saw an error in the open frame */
+void frame_ask_again(void);         /* answer NAK for something that may have been a frame */
+bool frame_wait(uint32_t clocks);   /* time since the last byte; true: a frame stopped half-way */
+void frame_step(void);              /* deliver a frame that waits for room */
+
+/* Since power-on: frames begun, and those of them that were damaged or unfinished. */
 typedef struct {
     uint32_t begun, damaged;
 } frame_counts;

@@ -7,11 +7,11 @@
 #include "link/output.h"
 #include "link/tape.h"
 
-#define ROOM 512            /* of the queue; a power of two, more than one line takes */
+#define ROOM 512            /* characters of the queue; a power of two, more than one line takes */
 #define CHECK LINES_CHECK   /* characters */
 #define NUMBER_DIGITS 5
-#define BRIEF 8             /* characters by which an order is known */
-#define REFUSED 0x80u       /* begins a refused line in the queue, with its reason */
+#define ORDER_START 8       /* characters that are enough to recognise an order */
+#define REFUSED 0x80u       /* with the reason: first character of a refused line in the queue */
 
 typedef enum {
     GOOD, FRAMING, OVERRUN, CHARACTER, CUT, TOO_LONG, FORM, CHECK_WRONG, SEQUENCE, GUARDED, ON_TAPE,
@@ -32,44 +32,47 @@ static const char *const TEXTS[REASONS] = {
     [STALE] = "what came before it was damaged, and a part of it may be missing",
 };
 
-/* Lines that ended, from `tail` to `head`, as they came and with '\n'; then what has come of the next
-   one, to `end`. Of a refused line there is REFUSED with the reason, and its number if it can be read. */
+/* From `tail` to `head`: complete lines as they were received, each with '\n'. From `head` to
+   `end`: the beginning of the next line. A refused line has only REFUSED with the reason, and its
+   number if that can be read. */
 static char queue[ROOM];
 static uint32_t head, tail, end;    /* free-running */
 
-/* Lines behind those of the queue that found no room. While there are any, all are refused: answers
-   keep their order, and none is carried out behind one that is missing. */
-static uint32_t crowded;
-static bool crowd_told;
+/* Number of lines that came when the queue was full. While there are any, all further lines are
+   refused, so that answers keep their order and no line is carried out after one that is
+   missing. */
+static uint32_t overflowed;
+static bool overflow_told;
 
-/* The line that is coming. */
+/* The line that is being received. */
 static struct {
     uint32_t length;
-    reason trouble;         /* the first that was seen */
-    bool lost;              /* not all of it is in the queue */
+    reason trouble;         /* the first error in it */
+    bool lost;              /* a part of it did not fit into the queue */
     bool numbered;          /* it begins with '@' */
-    enum { NUMBER, TEXT, UNREADABLE } part;     /* of such a line; the last if the number has no form */
+    enum { NUMBER, TEXT, UNREADABLE } part; /* of a numbered line; its number may be unreadable */
     uint32_t number;
-    uint32_t text;          /* characters before its text, */
-    char brief[BRIEF];      /* and the first of that */
-    uint32_t star, check;   /* characters before the last '*', and what the digits behind it say, */
-    bool hex;               /* if they are such */
-    uint16_t crc, crc_before;   /* of all, and of what stands before that '*' */
+    uint32_t text;          /* characters before its text */
+    char start[ORDER_START];    /* first characters of its text */
+    uint32_t star, check;   /* characters before the last '*'; value of the digits after it */
+    bool hex;               /* all characters after the '*' are hexadecimal digits */
+    uint16_t crc, crc_before;   /* of all characters, and of those before the last '*' */
 } now;
 static bool returned;       /* the last byte was a carriage return */
-static reason before;       /* trouble between the last line and this one */
+static reason before;       /* error between the last line and this one */
 
-/* What must come before a plain line can be known to be whole: the end of one, a pause on the line. */
+/* A plain line may have lost its beginning until a line has ended (until_end) and until there was a
+   pause on the link (until_quiet). */
 static bool until_end, until_quiet;
-static bool told;           /* while a tape is due: the sender knows that what comes now is lost */
+static bool told;           /* while a tape is due: the sender was told that this part is lost */
 
-/* A numbered line, known by its number and its check, and how it was answered. */
+/* A numbered line, identified by its number and its check, and its answer. */
 typedef struct {
     bool there, answered;
     uint16_t number, check;
     uint32_t code;
 } record;
-static record newest, taken;    /* the line accepted last, the one taken last if it has a number */
+static record newest, taken;    /* the lines accepted last and taken last; `there` if numbered */
 static bool guarded;
 static lines_counts counts;
 
@@ -83,8 +86,8 @@ static void begin(void) {
 }
 
 void lines_restart(void) {
-    head = tail = crowded = 0;
-    crowd_told = told = guarded = false;
+    head = tail = overflowed = 0;
+    overflow_told = told = guarded = false;
     newest.there = taken.there = false;
     before = GOOD;
     until_end = returned = false;
@@ -113,7 +116,7 @@ static void say(uint32_t code, bool has_number, uint32_t number) {
         output_line("ok");
 }
 
-/* The code of a fault, after its sentence. */
+/* Send the sentence of a fault; returns its code. */
 static uint32_t explain(const fault *f) {
     if (!f || f->code == FAULT_NONE)
         return FAULT_NONE;
@@ -121,24 +124,24 @@ static uint32_t explain(const fault *f) {
     return f->code;
 }
 
-/* ---- what has come */
+/* ---- receiving */
 
 static void refuse(reason why) {
     uint32_t stored = end - head;
     counts.refused++;
-    if (crowded || ROOM - (head - tail) < NUMBER_DIGITS + 2) {
-        crowded++;
+    if (overflowed || ROOM - (head - tail) < NUMBER_DIGITS + 2) {
+        overflowed++;
     } else {
         queue[head++ % ROOM] = (char)(REFUSED | why);
         if (now.part == TEXT && now.number <= UINT16_MAX && stored >= now.text)
-            head += now.text - 2; /* its digits already stand there, and nothing else */
+            head += now.text - 2; /* only the digits of its number, which are already in place */
         queue[head++ % ROOM] = '\n';
     }
     begin();
 }
 
-/* Refuse a line without a number. While a tape is due it may be the rest of a damaged frame, or of
-   many: one answer, and one that asks for the frame again. */
+/* Refuse a line without a number. While a tape is due, it may be the remainder of one or more
+   damaged frames: then answer only once, and ask for the frame again. */
 static void refuse_plain(reason why) {
     if (!tape_due()) {
         refuse(why);
@@ -151,11 +154,11 @@ static void refuse_plain(reason why) {
     }
 }
 
-/* Put the line behind those that wait; false if there was no room. */
+/* Add the line to those that wait; false if there was no room. */
 static bool keep(void) {
-    if (crowded || now.lost) {
+    if (overflowed || now.lost) {
         counts.refused++;
-        crowded++;
+        overflowed++;
         begin();
         return false;
     }
@@ -169,7 +172,7 @@ static bool keep(void) {
 static bool is_text(const char *order) {
     uint32_t length = 0;
     for (; order[length]; length++) {
-        char c = now.brief[length];
+        char c = now.start[length];
         if ((c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c) != order[length])
             return false;
     }
@@ -190,12 +193,12 @@ static reason judge_plain(void) {
     return until_end || until_quiet ? STALE : GOOD;
 }
 
-/* A good line has come: an order, or one to be kept. */
+/* What a good line is: an order, or else `other`. */
 static lines_part order_or(lines_part other) {
     return is_text("$RESUME") ? LINES_RESUME : is_text("$RETRACT") ? LINES_RETRACT : other;
 }
 
-/* The end of a line has come. */
+/* A line without a number has ended. */
 __attribute__((noinline)) static lines_part end_plain(void) {
     reason why = judge_plain();
     before = GOOD;
@@ -214,7 +217,7 @@ static bool is_again(const record *r) {
     return r->there && r->number == now.number && r->check == now.check;
 }
 
-/* A line that was there before: answer it again, unless it is still at work. */
+/* A repeated line: answer it again, unless its first answer is still to come. */
 static lines_part repeat(const record *r) {
     begin();
     if (r->answered)
@@ -234,7 +237,7 @@ static reason judge_numbered(void) {
 __attribute__((noinline)) static lines_part end_numbered(void) {
     reason why = judge_numbered();
     if (why == GOOD) {
-        /* It is whole, whatever came before. */
+        /* Its check proves that it is whole, whatever came before. */
         before = GOOD;
         told = until_end = until_quiet = false;
         if (is_again(&newest))
@@ -269,7 +272,7 @@ void lines_ordered(const fault *f) {
     say(code, numbered, newest.number);
 }
 
-/* True if `c` is a digit of a check, of which `value` becomes a part. */
+/* Append a hexadecimal digit to `value`; false if `c` is not one. */
 static bool read_hex(char c, uint32_t *value) {
     if (c >= '0' && c <= '9')
         *value = *value << 4 | (uint32_t)(c - '0');
@@ -280,7 +283,7 @@ static bool read_hex(char c, uint32_t *value) {
     return true;
 }
 
-/* Number and check, character by character. */
+/* Find number and check of a line, one character in each call. */
 static void read_form(char c) {
     if (now.length == 0) {
         now.numbered = c == '@';
@@ -306,7 +309,7 @@ lines_part lines_byte(uint8_t byte) {
     bool follows = c == '\n' && returned; /* the second half of CR LF */
     returned = c == '\r';
     if (c == '\n' || c == '\r') {
-        /* Between frames, and where numbers are, it may be what is left of one, or come twice. */
+        /* An empty line may be a remainder of a frame or of a numbered line, or half of a CR LF. */
         if (!now.length && before == GOOD && (follows || guarded || tape_due()))
             return LINES_MORE;
         return now.numbered ? end_numbered() : end_plain();
@@ -319,8 +322,8 @@ lines_part lines_byte(uint8_t byte) {
     read_form(c);
     uint32_t place = now.length++ - now.text; /* in its text */
     now.crc = crc_step(now.crc, byte);
-    if (place < BRIEF)
-        now.brief[place] = c;
+    if (place < ORDER_START)
+        now.start[place] = c;
     else if (place == LINES_LONGEST + (now.numbered ? CHECK : 0) && now.trouble == GOOD)
         now.trouble = TOO_LONG;
     now.lost = now.lost || end - tail >= ROOM - 1;
@@ -338,9 +341,9 @@ void lines_damaged(unsigned mark) {
 }
 
 void lines_cut(void) {
-    /* What follows a damaged frame has been told of with it. */
-    bool rest = told && tape_due() && !now.numbered;
-    if (now.length && !rest)
+    /* The remainder of a damaged frame was already answered with the frame. */
+    bool remainder = told && tape_due() && !now.numbered;
+    if (now.length && !remainder)
         refuse(CUT);
     begin();
     before = GOOD;
@@ -367,14 +370,14 @@ void lines_frame_stalled(void) { until_end = true; }
 
 void lines_quiet(void) {
     bool due = tape_due();
-    /* Behind the end of a line, or a reset, there is nothing that it could be a part of. */
-    bool rest = until_quiet && !until_end;
-    if (now.length && !now.numbered && (due || rest))
+    /* After the end of a line, or a reset, a pause means that no more of it will come. */
+    bool remainder = until_quiet && !until_end;
+    if (now.length && !now.numbered && (due || remainder))
         refuse_plain(due ? ON_TAPE : STALE);
     until_quiet = told = false;
 }
 
-/* ---- what waits */
+/* ---- handing out */
 
 static uint32_t take_number(void) {
     uint32_t number = 0;
@@ -395,22 +398,23 @@ static void tell_refused(void) {
     say(why == TOO_LONG && !has_number ? FAULT_TOO_LONG : FAULT_LINE, has_number, number);
 }
 
-/* All at once in words, then an answer each. */
-static void tell_crowd(void) {
-    if (crowd_told) {
+/* Tell the number of lost lines once; each further call answers one of them. */
+static void tell_overflow(void) {
+    if (overflow_told) {
         say(FAULT_LINE, false, 0);
-        crowded--;
+        overflowed--;
     } else {
-        output_line("[MSG:%u lines came faster than they were answered, and are refused.]", crowded);
+        output_line("[MSG:%u lines came faster than they were answered, and are refused.]",
+                    overflowed);
     }
-    crowd_told = crowded;
+    overflow_told = overflowed;
 }
 
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
-    if (tail == head && !crowded)
+    if (tail == head && !overflowed)
         return LINES_NONE;
     if (tail == head) {
-        tell_crowd();
+        tell_overflow();
         return LINES_REFUSED;
     }
     if ((uint8_t)queue[tail % ROOM] & REFUSED) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Lines as they come over the link: judged when they end, kept until they are taken, and answered in
-   turn, one answer each. A line is carried out as it was sent, or refused whole.
+/* Lines that come over the link. A line is judged when it ends, kept until it is taken, and
+   answered in turn. Each line has one answer. A line is either carried out as it was sent, or
+   refused as a whole.
 
-   A numbered line, `@17 text*5A3C`, is refused unless its check is right and its number follows the
-   last one; that same number is answered once more. The first one guards the link until a reset:
-   lines without a number are then refused. Without a guard a plain line is taken if nothing is known
-   to be missing from it.
+   A numbered line, `@17 text*5A3C`, is refused unless its check is right and its number is the next
+   one. A repeated number with the same check gets the same answer again. The first numbered line
+   guards the link until a reset: lines without a number are then refused. On a link without guard,
+   a plain line is accepted unless a part of it may be missing.
 
-   Orders ($RESUME, $RETRACT) are to be carried out when they end, before what waits. */
+   Orders ($RESUME, $RETRACT) are carried out when they end, before the lines that wait. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,25 +19,27 @@
 #define LINES_CHECK 5       /* of '*' and the digits behind it */
 
 void lines_init(void);                  /* at power-on */
-void lines_restart(void);               /* nothing has come, the link is not guarded */
+void lines_restart(void);               /* forget all lines, and end the guard */
 bool lines_guarded(void);
-bool lines_whole(void);                 /* what comes now is the start of something */
+bool lines_whole(void);                 /* the next byte is not the middle of a line or frame */
 
-/* A character: part of a line, its end, or the end of one that was answered at once. Or an order that
-   is to be carried out now; then call lines_ordered. */
+/* Take a character. LINES_MORE: part of a line. LINES_ENDED: end of a line. LINES_ANSWERED: end of
+   a line that was answered at once. LINES_RESUME, LINES_RETRACT: an order to be carried out now;
+   then call lines_ordered. */
 typedef enum { LINES_MORE, LINES_ENDED, LINES_ANSWERED, LINES_RESUME, LINES_RETRACT } lines_part;
 lines_part lines_byte(uint8_t byte);
-void lines_ordered(const fault *f);     /* the order's answer */
-bool lines_order(void);                 /* what has come of the line reads as an order, whole */
+void lines_ordered(const fault *f);     /* answer the order */
+bool lines_order(void);                 /* the text received so far is a complete order */
 void lines_damaged(unsigned mark);      /* the receiver saw an error here: a MARK of regs.h */
 void lines_cut(void);                   /* a frame begins here */
-void lines_frame_good(void);            /* it has come whole */
-void lines_frame_bad(void);             /* it was damaged: its rest is still to come */
-void lines_frame_end(void);             /* here ends one that was not recognised, or its rest */
-void lines_frame_stalled(void);         /* it stopped half-way: it may have been a line's start */
+void lines_frame_good(void);            /* it was received whole */
+void lines_frame_bad(void);             /* it was damaged: its remainder is still to come */
+void lines_frame_end(void);             /* an unrecognised frame or a remainder ends here */
+void lines_frame_stalled(void);         /* it stopped half-way: it may have been part of a line */
 void lines_quiet(void);                 /* nothing has come for a while */
 
-/* The next line's text, of `length` characters; or the next refused line is answered. */
+/* Take the next line, of `length` characters (LINES_TEXT), or answer the next refused one
+   (LINES_REFUSED). */
 #define LINES_TEXT_SIZE (LINES_LONGEST + LINES_CHECK)
 typedef enum { LINES_NONE, LINES_TEXT, LINES_REFUSED } lines_kind;
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
@@ -45,7 +48,7 @@ void lines_answer(const fault *f);      /* to the line taken last */
 
 uint32_t lines_free(void);              /* characters that the queue of lines has room for */
 
-/* Lines since power-on. What may be the rest of a damaged frame counts with that. */
+/* Lines since power-on. What may be the remainder of a damaged frame counts with that frame. */
 typedef struct {
     uint32_t accepted, refused;
 } lines_counts;

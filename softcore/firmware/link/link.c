@@ -8,21 +8,20 @@
 #include "link/lines.h"
 #include "link/output.h"
 
-/* What is taken per step, in bytes of a frame's payload. A byte of a line takes as long as two of them,
-   150 clocks each; the end of a line, or what is refused, as long as several; more than an answer is not
-   said. */
+/* Work of one step, counted in bytes of a frame's payload, 150 clocks each. A byte of a line costs
+   two, the end of a line or a refusal costs several, and an answer ends the step. */
 #define BURST 40
 #define COST_BYTE 2
 #define COST_LINE 12
 #define COST_ANSWER BURST
-#define QUIET_US 5000       /* without a byte: what comes then is the start of something */
+#define QUIET_US 5000       /* after this pause the next byte starts a line or a frame */
 
-static uint32_t last_byte;  /* clock in which the last one was taken */
+static uint32_t last_byte;  /* clock in which the last byte was taken */
 static uint32_t quiet_clocks;
-static bool quiet;          /* that was so long ago */
+static bool quiet;          /* the last byte was taken more than quiet_clocks ago */
 static uint32_t errors;
-static char order_end;      /* the character that was put off to this step, or 0 */
-static link_come come;      /* what has come in this step */
+static char order_end;      /* a line's end that was left for this step, or 0 */
+static link_come come;      /* what this step has received */
 
 void link_restart(void) {
     quiet = false;
@@ -35,7 +34,7 @@ void link_init(void) {
     frame_init();
     link_restart();
     errors = 0;
-    /* What the first step finds came before; if there is nothing the line is quiet. */
+    /* Start in a pause: if the first step finds no byte, the line is quiet at once. */
     quiet_clocks = units_clocks_of_us(QUIET_US);
     last_byte = hal_cycle_low() - quiet_clocks - 1;
 }
@@ -44,7 +43,7 @@ uint32_t link_errors(void) { return errors; }
 bool link_rests(void) { return quiet && !frame_open() && output_empty(); }
 bool link_order_waits(void) { return order_end; }
 
-/* The receiver saw an error where the entry stands. */
+/* Take a mark that the receiver put into the queue: a reset, or an error at this place. */
 __attribute__((noinline)) static unsigned take_mark(unsigned mark) {
     if (mark == MARK_RESET) {
         come = LINK_RESET;
@@ -69,7 +68,7 @@ static unsigned take_frame(uint8_t byte) {
     return COST_BYTE;
 }
 
-/* Take an entry of the receive queue; what that costs. */
+/* Take an entry of the receive queue; returns its cost. */
 __attribute__((noinline)) static unsigned take(unsigned entry) {
     if (entry & HAL_MARK)
         return take_mark(entry & ~HAL_MARK);
@@ -93,7 +92,8 @@ __attribute__((noinline)) static unsigned take(unsigned entry) {
     }
 }
 
-/* The end of an order begins a step: its answer takes as long as a burst of bytes. */
+/* Does an entry end an order? An order ends only at the start of a step, as its answer takes as
+   long as all bytes of a step. */
 static bool ends_order(int entry) {
     return (entry == '\n' || entry == '\r') && !frame_open() && lines_order();
 }

@@ -6,13 +6,12 @@
 
 #define BURST 32 /* bytes per step: no step takes long even if the link is fast */
 
-/* Of a short line: characters of each number, the character that is 0, and how many such lines follow
-   each other at most. */
+/* Form of a compact line: characters of its numbers, and the character for 0. */
 #define CYCLE_DIGITS 4
 #define LINE_DIGITS 1
 #define PLACE_DIGITS 2
 #define DIGIT '0'
-#define SHORTS 31
+#define COMPACT_LINES 31    /* most compact lines in a row */
 
 static char queue[OUTPUT_QUEUE] __attribute__((aligned(4)));
 static uint32_t head, tail; /* free-running */
@@ -21,9 +20,9 @@ static uint8_t answers[8];
 static unsigned answer_count;
 static int32_t frame[HAL_AXES];
 
-/* The event told last: what a short line begins from. */
+/* The event sent last. A compact line counts from it. */
 static struct {
-    unsigned shorts;        /* short lines that may still follow, until one is told in full */
+    unsigned compact;       /* compact lines that may follow until the next full one */
     uint64_t cycle;
     uint32_t line;
     int32_t place[HAL_AXES];    /* program frame */
@@ -33,7 +32,7 @@ void output_init(void) {
     head = tail = 0;
     line_open = false;
     answer_count = 0;
-    last.shorts = 0;
+    last.compact = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         frame[axis] = 0;
 }
@@ -55,7 +54,7 @@ bool output_step(void) {
             answer_count--;
             for (unsigned k = 0; k < answer_count; k++)
                 answers[k] = answers[k + 1];
-            /* The second byte of a pair must follow the first. */
+            /* Bytes of an answer come in pairs that must stay together. */
             continue;
         }
         if (at == end)
@@ -72,7 +71,7 @@ bool output_step(void) {
 bool output_empty(void) { return head == tail && !answer_count; }
 bool output_has_room(void) { return OUTPUT_QUEUE - (head - tail) >= OUTPUT_RESERVE + OUTPUT_LINE; }
 
-/* False if there is no room. */
+/* Put a line into the queue; false if there is no room. */
 static bool finish(char *line, size_t length) {
     line[length++] = '\r';
     line[length++] = '\n';
@@ -87,8 +86,9 @@ static bool finish(char *line, size_t length) {
     return true;
 }
 
-static void remember(uint64_t cycle, uint32_t line_number, const int32_t *position, unsigned shorts) {
-    last.shorts = shorts;
+static void remember(uint64_t cycle, uint32_t line_number, const int32_t *position,
+                     unsigned compact) {
+    last.compact = compact;
     last.cycle = cycle;
     last.line = line_number;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
@@ -122,10 +122,10 @@ void output_vevent(const char *name, uint64_t cycle, uint32_t line_number, const
     length += text_vprint(line + length, sizeof line - 3 - length, format, arguments);
     line[length++] = ']';
     if (finish(line, length))
-        remember(cycle, line_number, position, SHORTS);
+        remember(cycle, line_number, position, COMPACT_LINES);
 }
 
-/* The low bits of a number, 6 a character, highest first. */
+/* Write the low bits of a number, 6 in a character, highest first. */
 static char *put_bits(char *at, uint32_t value, unsigned characters) {
     for (unsigned shift = 6 * characters; shift;) {
         shift -= 6;
@@ -134,15 +134,15 @@ static char *put_bits(char *at, uint32_t value, unsigned characters) {
     return at;
 }
 
-/* Is `value` so near 0 that its low bits tell it? */
+/* Is `value` so near 0 that the bits of these characters are enough for it? */
 static bool is_near(int32_t value, unsigned characters) {
     int32_t half = 1 << (6 * characters - 1);
     return value >= -half && value < half;
 }
 
-static bool is_short(uint64_t cycle, uint32_t line_number, const int32_t *position) {
+static bool fits_compact(uint64_t cycle, uint32_t line_number, const int32_t *position) {
     int64_t clocks = (int64_t)(cycle - last.cycle);
-    bool near = last.shorts && clocks == (int32_t)clocks &&
+    bool near = last.compact && clocks == (int32_t)clocks &&
                 is_near((int32_t)clocks, CYCLE_DIGITS) &&
                 is_near((int32_t)(line_number - last.line), LINE_DIGITS);
     for (unsigned axis = 0; near && axis < HAL_AXES; axis++)
@@ -151,7 +151,7 @@ static bool is_short(uint64_t cycle, uint32_t line_number, const int32_t *positi
 }
 
 void output_block(uint64_t cycle, uint32_t line_number, const int32_t *position, const char *text) {
-    if (!is_short(cycle, line_number, position)) {
+    if (!fits_compact(cycle, line_number, position)) {
         output_event(EVENT_WORD_BLOCK, cycle, line_number, position, EVENT_FORMAT_BLOCK, text);
         return;
     }
@@ -166,7 +166,7 @@ void output_block(uint64_t cycle, uint32_t line_number, const int32_t *position,
         *at++ = *text++;
     *at++ = ']';
     if (finish(line, (size_t)(at - line)))
-        remember(cycle, line_number, position, last.shorts - 1);
+        remember(cycle, line_number, position, last.compact - 1);
 }
 
 void output_event(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,

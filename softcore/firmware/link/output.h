@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Everything the firmware says, in a queue that never blocks: whoever has much to say asks for room
-   first. Answers to tape frames overtake it between two lines. */
+/* Queue of everything that the firmware sends. It never blocks: a caller with much to send asks for
+   room first. Answers to tape frames are sent before it, between two lines. */
 #pragma once
 #include <stdarg.h>
 #include <stdbool.h>
@@ -20,16 +20,17 @@ void output_line(const char *format, ...);      /* as text_print, with CR LF; dr
 void output_message(const fault *f);             /* `[MSG:` and its sentence */
 void output_answer(uint8_t code, uint8_t sequence); /* two bytes for a tape frame */
 
-/* An event line: stamp, line, place (machine frame), then what `format` adds. */
+/* Send an event: cycle, line, place (machine frame), then what `format` adds. */
 void output_event(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,
                   const char *format, ...);
 void output_vevent(const char *name, uint64_t cycle, uint32_t line, const int32_t *position,
                    const char *format, va_list arguments);
 
-/* Event `block`. Where cycle, line and place are near those of the event before, its line is short, as
-   short blocks would else be bounded by it: `[B`, the low bits of cycle (24), line (6) and x, y, z (12
-   each), 6 a character from `0` on with the highest first, then the text and `]`. Who reads it takes
-   the numbers that are nearest to those of the event before; every 32nd line at the latest is full. */
+/* Send the event `block`. It is a compact event if its cycle, line and place are near those of the
+   event before; full lines would limit the speed of short blocks. A compact event is `[B`, the low
+   bits of cycle (24), line (6) and x, y, z (12 each), the block's text and `]`. A character holds 6
+   bits, as `0` plus their value, the highest bits first. The reader chooses the numbers nearest to
+   those of the event before. At least every 32nd event is full. */
 void output_block(uint64_t cycle, uint32_t line, const int32_t *position, const char *text);
 
 /* Origin of the program frame, subtracted from every event's place. */

@@ -6,13 +6,14 @@
 
 #define ROOM 512            /* bytes; a power of two */
 
-/* What follows the program's end on the tape is still a tape's; a sender may as well stop there. */
+/* A sender may stop at the program's end, or send the trailer of the tape. This is the time to wait
+   for the trailer. */
 #define TRAILER_US 300000
 
 static uint8_t bytes[ROOM];
 static uint32_t head, tail;     /* free-running */
 static enum { NONE, OPEN, RUNNING, OVER } state;
-static uint32_t over_since;     /* clock of the program's end, while the tape's own is to come */
+static uint32_t over_since;     /* clock of the program's end, in state OVER */
 static bool ended;              /* no more bytes will come */
 
 void tape_init(void) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path/approach.h"
 
-#define LEAST 8     /* the part of its length that leads away */
+#define LEAST 8     /* at least 1/8 of a line's length must lead away */
 
 static bool known;
 static int8_t into[HAL_AXES];
@@ -15,7 +15,7 @@ void approach_note(const int8_t way[HAL_AXES]) {
 }
 
 bool approach_leads_away(const path_move *line) {
-    int64_t back = 0, length = 0; /* the length is that along the axes: no less than the true one */
+    int64_t back = 0, length = 0; /* length: sum over the axes, not less than the true one */
     unsigned jump = hal_jump_axis();
     bool straight = jump < HAL_AXES && line->delta[jump] > 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Which way has led to the work, and does a move lead away from it? With the discharge off contact
-   stops the machine, but for the moves by which it gets out of what it has cut, or touched: see
-   rtl.gap.contact. */
+/* Remembers the direction that led to the work, and finds moves that lead away from it. With the
+   discharge off, contact stops the machine, except on moves by which the electrode leaves the
+   cavity or the point that it touched: see rtl.gap.contact. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/move.h"
 
-#define APPROACH_ONE 64     /* a direction has parts of this, by axis */
+#define APPROACH_ONE 64     /* length of a direction vector */
 
 void approach_init(void);
 
-/* The discharge goes off, or the electrode touches, in a segment of this direction. It is kept until
-   the next such, through alarms and paths. */
+/* Call when the discharge goes off, or the electrode touches, in a segment of this direction. The
+   direction is kept until the next call, also over alarms and new paths. */
 void approach_note(const int8_t way[HAL_AXES]);
 
-/* A line away from the work: against that direction by an eighth of its length at least, so that what
-   goes along a wall is watched; or straight up the jump axis, as a jump goes. */
+/* Does a line lead away from the work? It does if at least an eighth of its length goes against
+   that direction, so that a line along a wall is still watched; or if it goes straight up the jump
+   axis, like a jump. */
 bool approach_leads_away(const path_move *line);

@@ -4,16 +4,16 @@
 #include "base/units.h"
 #include "path/arc_border.h"
 
-/* 45 degrees are cut in two, and from this radius (pulses) on in four: the speed of the major axis
-   taken as running evenly over a piece puts no place off by more than 1/30 pulse (radius * angle**3 /
-   125), which adds to what the borders' rounding does to the speed. */
+/* 45 degrees are cut into two pieces, and from this radius (pulses) on into four. The speed of the
+   major axis changes linearly over a piece; this moves a place by at most 1/30 pulse (radius *
+   angle**3 / 125), in addition to the effect of the borders' rounding. */
 #define QUARTERS 64
 #define PIECE_BITS 20               /* a piece has at most 2**20 path pulses */
-#define LEAST_BITS 4                /* nor is it cut shorter than 2**4, but for the strongest spirals */
-#define ROOM 8                      /* borders are moved by so many pulses at most, */
-#define ROOM_BITS 3                 /* and 2**-3 of a piece */
+#define LEAST_BITS 4                /* and at least 2**4, except on the strongest spirals */
+#define ROOM 8                      /* borders are moved by at most this many pulses */
+#define ROOM_BITS 3                 /* and by at most 2**-3 of a piece */
 
-/* A border nearer to the start or the end than so many path pulses is left out. */
+/* A border closer to the start or the end than this many path pulses is left out. */
 #define NEAR 2
 
 /* Square root to 2**-16. */
@@ -43,7 +43,7 @@ void arc_begin(arc *a, const path_move *move) {
 }
 
 /* How far the tangent turns outwards where the radius is radius[i]: the arc tangent of the radius'
-   change with the angle over the radius. */
+   growth per radian divided by the radius. */
 static int64_t lead_at(const arc *a, unsigned i) {
     int64_t other = a->radius[!i], own = a->radius[i];
     /* slope * mean radius / own radius, 2**-30 */
@@ -52,8 +52,9 @@ static int64_t lead_at(const arc *a, unsigned i) {
     return fixed_product(fixed_scaled(t, 32), FIXED_PER_RADIAN);
 }
 
-/* Is a piece of the length so strong a spiral that its places would leave the curve? The limit is
-   six times the first part of k in arc.h, with room for borders that lie a little off. */
+/* Is the spiral so strong that the places of a piece of this length would leave the curve? The
+   limit is six times the first term of k in arc.h, with a margin for borders that lie a little
+   off. */
 #define EIGHTH 843314857            /* of a turn, radian, 2**-30 */
 #define LEANING (PULSE / 13)
 static bool leans(const arc *a, int64_t length) {
@@ -62,14 +63,15 @@ static bool leans(const arc *a, int64_t length) {
     return grown * ((EIGHTH >> a->parts) + 2 * slope) >> (60 - 2 * FINE_BITS) > LEANING;
 }
 
-/* How finely 45 degrees are cut. The radius changes by a pulse at most in a piece, and by a quarter
-   if the piece stays longer than 2**LEAST_BITS: its square is taken as running evenly with the major
-   coordinate. Where that is not enough it is cut further, down to a few path pulses. */
+/* Decide how finely 45 degrees are cut. The square of the radius changes linearly with the major
+   coordinate, so the radius may change by at most a pulse in a piece, and by at most a quarter if
+   the piece stays longer than 2**LEAST_BITS. If that is not enough, pieces are cut further, down to
+   a few path pulses. */
 static void cut(arc *a) {
     int64_t mean = (a->radius[0] + a->radius[1]) / 2;
     int64_t pulses = mean >> PULSE_BITS;
     a->parts = pulses < QUARTERS ? 1 : 2;
-    /* Pi in 2**-62 is a quarter of it. */
+    /* FIXED_PI, read in units of 2**-62 and not 2**-60, is a quarter of pi. */
     int64_t eighth = fixed_product(mean << 14, FIXED_PI) >> 14;
     if (a->slope) {
         int64_t even = ((int64_t)1 << (30 + PULSE_BITS)) / fixed_magnitude(a->slope);
@@ -87,8 +89,8 @@ static void cut(arc *a) {
     a->room = (unsigned)(room < ROOM ? room : ROOM);
 }
 
-/* `other` is the other end of the piece that a border is made for: it stays, whichever way the pieces
-   are asked for. */
+/* Keep a border. `other` is the other end of the piece that it is made for, and is not
+   overwritten. */
 static void remember(arc *a, uint32_t index, uint32_t other, const arc_border *b) {
     unsigned i = a->memo_of[0] == other;
     a->memo[i] = *b;
@@ -108,7 +110,7 @@ static const arc_border *border(arc *a, uint32_t index, uint32_t other) {
 
 #define SMALLEST (6 * MOVE_FINE << 8) /* radius, 2**-8 of a fine pulse */
 
-/* What a growth per radian comes to in the angle with the tangent across / along, to 0.005 radian. */
+/* The growth over the angle whose tangent is across / along, exact to 0.005 radian. */
 static int64_t grown_in(int64_t growth, int32_t across, int32_t along) {
     bool steep = across > along;
     int64_t a = steep ? along : across, b = steep ? across : along;
@@ -116,8 +118,8 @@ static int64_t grown_in(int64_t growth, int32_t across, int32_t along) {
     return steep ? growth * 355 / 226 - grown : grown;
 }
 
-/* Choose the next step of a chain: of the places ahead the one nearest to the curve. A call looks at
-   so many of them, as each takes a root and two divisions. */
+/* Choose the next step of a chain: of the places ahead, the one nearest to the curve. A call tries
+   only PLACES_A_CALL of them, as each needs a root and two divisions. */
 #define PLACES_A_CALL 2
 
 static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
@@ -126,8 +128,8 @@ static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
     int32_t along[2] = {-y * (1 << 16) + slope * x, x * (1 << 16) + slope * y};
     unsigned major = fixed_magnitude(along[0]) >= fixed_magnitude(along[1]) ? 0 : 1;
     int32_t ahead[2] = {a->to[0] - a->place[0], a->to[1] - a->place[1]};
-    int64_t rest = a->sweep - a->done;
-    int64_t left = fixed_product(fixed_product(a->radius[1] << 14, rest), FIXED_PI) >> 11;
+    int64_t remainder = a->sweep - a->done;
+    int64_t left = fixed_product(fixed_product(a->radius[1] << 14, remainder), FIXED_PI) >> 11;
     a->pieces += !a->tried;
     int8_t *step = a->steps[a->pieces - 1];
     bool last = a->pieces == ARC_CHAIN ||
@@ -144,11 +146,11 @@ static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
             return STEP_SOUGHT;
         int32_t to[2] = {(int32_t)a->tried / 3 - 1, (int32_t)a->tried % 3 - 1};
         int64_t way = (int64_t)along[0] * to[0] + (int64_t)along[1] * to[1];
-        /* On a circle that is hardly larger than a pulse, along the minor axis alone, too. */
+        /* Only on a circle hardly larger than a pulse, a step may go along the minor axis alone. */
         if (way <= most / 4 || (!to[major] && radius >= SMALLEST))
             continue;
         looked++;
-        /* The radius after the step, by the angle between before and after. */
+        /* The radius of the curve after the step, by the angle that the step turns. */
         int32_t sine = x * to[1] - y * to[0];
         int32_t cosine = (x * x + y * y) / MOVE_FINE + x * to[0] + y * to[1];
         int64_t wanted = radius + grown_in(growth, sine, cosine);
@@ -168,7 +170,7 @@ static enum { STEP_SOUGHT, STEP_CHOSEN, STEP_LAST } choose_step(arc *a) {
     return last ? STEP_LAST : STEP_CHOSEN;
 }
 
-/* Make the step: where it leads, and how far along the curve. */
+/* Make the step: find its end and how far it goes along the curve. */
 static void make_step(arc *a) {
     const int8_t *step = a->steps[a->pieces - 1];
     for (unsigned i = 0; i < 2; i++)
@@ -219,7 +221,8 @@ static arc_phase prepare_start_angle(arc *a) {
     return ARC_SWEEP;
 }
 
-/* The angle to the end, and the length of the curve, which the radius' slope lengthens a little. */
+/* The angle to the end, and the length of the curve. The slope of the radius makes it a little
+   longer. */
 static arc_phase prepare_sweep(arc *a) {
     a->sweep = fixed_angle_of(a->end[0], a->end[1]) - a->angle;
     if (a->sweep <= 0)
@@ -247,7 +250,7 @@ static arc_phase prepare_divisor(arc *a) {
     return a->chain ? ARC_CHOOSE_STEP : ARC_PLANE_DIVISOR;
 }
 
-/* A small arc: step by step to its end. */
+/* A small arc becomes a chain of single steps. */
 static arc_phase prepare_step(arc *a) {
     switch (choose_step(a)) {
     case STEP_SOUGHT: return ARC_CHOOSE_STEP;
@@ -256,7 +259,7 @@ static arc_phase prepare_step(arc *a) {
     }
 }
 
-/* Any other: cut where the tangent has turned by a part of 45 degrees. */
+/* Any other arc is cut where the tangent has turned by a multiple of a part of 45 degrees. */
 static arc_phase prepare_pieces(arc *a) {
     cut(a);
     a->first = (uint32_t)(a->bend / arc_border_part_angle(a)) + 1;
@@ -265,7 +268,7 @@ static arc_phase prepare_pieces(arc *a) {
     return ARC_NEAR_START;
 }
 
-/* Leave out the borders that are too near to the start, */
+/* Leave out the borders that are too close to the start. */
 static arc_phase prepare_near_start(arc *a) {
     arc_border b;
     if (a->pieces <= 1)
@@ -279,7 +282,7 @@ static arc_phase prepare_near_start(arc *a) {
     return ARC_NEAR_START;
 }
 
-/* and to the end. */
+/* Leave out the borders that are too close to the end. */
 static arc_phase prepare_near_end(arc *a) {
     arc_border b;
     if (a->pieces <= 1)
@@ -315,7 +318,7 @@ bool arc_prepare(arc *a) {
         a->length = a->length < a->pieces ? a->pieces : a->length;
         return true;
     case ARC_ROLES:
-        if (a->pieces == 1) /* the roles of the axes are those of its middle */
+        if (a->pieces == 1) /* its middle decides the roles of the axes */
             a->first = (uint32_t)(((uint64_t)a->bend + (uint64_t)a->turn / 2) /
                                   (uint64_t)arc_border_part_angle(a)) + 1;
         return true;
@@ -348,8 +351,8 @@ static uint32_t chain_piece(const arc *a, uint32_t index, hal_segment *piece) {
     return from;
 }
 
-/* Pace of the major axis: it makes `steps` in the piece, faster or slower towards its end as the
-   tangent turns. */
+/* Set the pace of the major axis: it makes `steps` in the piece, and becomes faster or slower as
+   the tangent turns. */
 static void set_pace(const arc *a, hal_segment *piece, uint32_t steps, int32_t turns) {
     uint32_t n = piece->length;
     while (piece->shift < 15 && n << (piece->shift + 1) < 1u << 30)
@@ -357,7 +360,7 @@ static void set_pace(const arc *a, hal_segment *piece, uint32_t steps, int32_t t
     if (a->total != a->plane)
         turns = (int32_t)(turns * (a->plane >> 22) / (a->total >> 22));
     int32_t change = turns / (1 << (30 - piece->shift));
-    /* Between standing and a step with every pulse. */
+    /* The pace stays between standstill and a step with every pulse. */
     uint32_t room = (steps < n - steps ? steps : n - steps) << piece->shift;
     int32_t most = (int32_t)(2 * room / (n + 1));
     change = change > most ? most : change < -most ? -most : change;
@@ -402,10 +405,11 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
     share_third(a, from.length, piece);
     set_pace(a, piece, (uint32_t)steps, to->tangent[major] - from.tangent[major]);
 
-    /* The square of the radius runs by whole units per step, so that it is met at one end only. That is
-       the one nearer to where an axis turns round: there the place may be half a pulse off, and where
-       the axes change their roles only 0.35. But a circle runs evenly up to a change of roles. At the
-       other end the square must be on the same side of the middles around the place as the true one. */
+    /* The square of the radius changes by whole units in each step, so it is exact at one end only.
+       On a spiral this is the end nearer to where an axis reverses, because there a place may be
+       half a pulse off, and only 0.35 where the axes exchange their roles. On a circle it is the
+       other end. At the end that is not exact, the place must still be the nearest one to the
+       curve. */
     bool ends_exact = !(eighth & 1) != !!a->slope;
     int64_t grown = (to->square[major] - from.square[major]) / MOVE_FINE;
     int32_t half = (grown < 0 ? -steps : steps) / 2;
@@ -436,7 +440,7 @@ void arc_direction(const arc *a, bool end, int32_t direction[HAL_AXES]) {
     uint64_t tangent = (uint64_t)a->bend + (uint64_t)(end ? a->turn : 0);
     fixed_sine_cosine((int64_t)(tangent % (uint64_t)FIXED_TURN), &sine, &cosine);
     if (a->total != a->plane) {
-        /* As many bits as 64 hold: of the shortest helix the length has but 22 behind the point. */
+        /* Keep as many bits as fit: the length of a short helix has only its 22 fraction bits. */
         unsigned shift = 0;
         while (a->total >> shift >= (int64_t)1 << 31)
             shift++;

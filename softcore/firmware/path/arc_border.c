@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "path/arc_border.h"
 
-#define HOPELESS (1 << 20)         /* more than a place may lack */
+#define HOPELESS (1 << 20)         /* `lacks` of a place that cannot be used */
 
 SHARED int64_t arc_border_square_of(int32_t x, int32_t y) { return (int64_t)x * x + (int64_t)y * y; }
 
@@ -12,13 +12,13 @@ SHARED int32_t arc_border_fine_at(const arc *a, unsigned i, int32_t pulses) {
 int64_t arc_border_length_to(const arc *a, int64_t angle, int64_t radius) {
     int64_t length = fixed_product(fixed_scaled(a->radius[0] + radius, 14), angle);
     length = fixed_product(length, FIXED_PI) >> 12;
-    /* A radius that changes makes it longer by half the square of the slope. */
+    /* A changing radius makes the curve longer by half the square of the slope. */
     return length + (length >> 14) * (a->slope * a->slope >> 30) / ((int64_t)1 << 17);
 }
 
 int64_t arc_border_part_angle(const arc *a) { return FIXED_TURN / 8 >> a->parts; }
 
-/* Path pulses up to a place `plane` along the curve. */
+/* Path length up to a place at the length `plane` in the plane. */
 static int64_t path_to(const arc *a, int64_t plane) {
     if (a->total == a->plane)
         return plane;
@@ -44,7 +44,7 @@ int arc_border_neighbour(const arc *a, const int32_t at[2], unsigned axis, int64
     return error - from + MOVE_FINE / 4 >= 0 ? -1 : 0;
 }
 
-/* Move a place to the curve along `axis`. */
+/* Move a place along `axis` to the one nearest to the curve. */
 static void settle(const arc *a, int32_t at[2], unsigned axis, int64_t square) {
     for (unsigned tries = 0; tries < 8; tries++) {
         int off = arc_border_neighbour(a, at, axis, square);
@@ -59,7 +59,7 @@ static int32_t magnitude_of(int64_t tangent) {
     return (int32_t)(size < 1 << 30 ? size : 1 << 30);
 }
 
-/* Tangent of a border whose place is so much further along the curve than the ideal one. */
+/* Set the tangent of a border whose place is `along` further along the curve than the ideal one. */
 static void turn_on(const arc *a, int64_t along, arc_border *b) {
     const arc_ideal *p = &a->ideal;
     int64_t angle = (int32_t)along / (int32_t)(p->radius >> PULSE_BITS);
@@ -68,19 +68,19 @@ static void turn_on(const arc *a, int64_t along, arc_border *b) {
         b->tangent[i] = magnitude_of(p->tangent[i] + (turned[i] >> PULSE_BITS));
 }
 
-/* How far a place is from the ideal one, along an axis of the plane. */
+/* Distance of a place from the ideal one, along an axis of the plane. */
 static int64_t off_along(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned axis) {
     return fixed_scaled(arc_border_fine_at(a, axis, at[axis]), FINE_BITS) - p->at[axis];
 }
 
-/* How much further along the curve it passes the place's coordinate of the major axis. */
+/* How much further along the curve than the ideal place the curve passes this major coordinate. */
 static int32_t passes(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
     int32_t slant = (1 << 29) / (int32_t)(p->tangent[major] >> 16);
     return (int32_t)(off_along(a, p, at, major) * slant >> 15);
 }
 
-/* The square of the radius there. It runs along the curve as the product of radius and slope, which is
-   the same everywhere: the slope is that at the mean radius. */
+/* The square of the radius at a place. Along the curve it grows with the product of radius and
+   slope. This product is the same everywhere; the slope is the one at the mean radius. */
 static int64_t square_at(const arc *a, const arc_ideal *p, const int32_t at[2], unsigned major) {
     if (!a->slope)
         return p->square;
@@ -93,8 +93,8 @@ static int64_t foot_of(const arc *a, const arc_ideal *p, const int32_t at[2]) {
     return (off_along(a, p, at, 0) * p->tangent[0] + off_along(a, p, at, 1) * p->tangent[1]) >> 30;
 }
 
-/* Make the place the nearer one along an axis by changing the square of the radius a little; returns
-   by how much, in units of the error. */
+/* Change the square of the radius a little so that the place becomes the nearest one along an axis.
+   Returns the change in units of the error. */
 static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *square) {
     int off = arc_border_neighbour(a, at, axis, *square);
     int64_t error = arc_border_error_at(a, at, *square);
@@ -106,10 +106,10 @@ static int64_t yield(const arc *a, const int32_t at[2], unsigned axis, int64_t *
     return fixed_magnitude(much);
 }
 
-/* On the way from a place along the diagonal, `way` 1 forward, -1 back, the minor axis must not have
-   to make two steps for one of the major axis. Change the square a little where it would; behind the
-   third step the curve is flat enough. Returns by how much, in units of the error. Where the radius
-   changes, a piece follows it to about 1/50 pulse there, which is kept off, too. */
+/* From a place on the diagonal, forward (`way` 1) or back (-1), the minor axis must not need two
+   steps for one of the major axis. Change the square of the radius a little where it would. After
+   the third step the curve is flat enough. Returns the change in units of the error. Where the
+   radius changes, a piece follows it to about 1/50 pulse; a margin allows for this. */
 static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
                        const int32_t travel[2], unsigned major, int32_t way, int64_t *square) {
     unsigned minor = !major;
@@ -125,7 +125,8 @@ static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
         error += MOVE_FINE / 4;
         int64_t spare = (outwards ? error + half : half - error - 1) - margin;
         if (spare < 0) {
-            /* More than it lacks: the change is taken back from here on, by whole units per step. */
+            /* Change by a little more: from here on the change is reduced by whole units per
+               step. */
             spare += spare / 4 - 4;
             *square += (outwards ? spare : -spare) * MOVE_FINE;
             changed -= spare;
@@ -134,8 +135,9 @@ static int64_t flatten(const arc *a, const arc_ideal *p, const int32_t from[2],
     return changed;
 }
 
-/* Along a diagonal the error runs by less than DRIFT in three steps from where the axes change their
-   roles. Is a place so much nearer than its neighbours, both ways? */
+/* Is a place so much nearer to the curve than its neighbours that weigh() has nothing to change? In
+   three steps along a diagonal, from where the axes exchange their roles, the error changes by less
+   than DRIFT. */
 #define DRIFT 3300
 static bool comfortable(const arc *a, const arc_border *b) {
     int64_t x = fixed_magnitude(arc_border_fine_at(a, 0, b->at[0]));
@@ -146,24 +148,25 @@ static bool comfortable(const arc *a, const arc_border *b) {
     return (error > other ? error : other) + DRIFT + least / 12 < least;
 }
 
-/* How far a path length is from a whole number. */
+/* Distance of a path length from a whole number of pulses. */
 static int32_t off_whole(int64_t path) {
     return (int32_t)fixed_magnitude(path - fixed_scaled(fixed_rounded(path, PULSE_BITS), PULSE_BITS));
 }
 
-/* Where the axes change their roles, before `eighth`, the place must be the nearer one along both, and
-   no step be left out. Of the places next to it along the diagonal those are tried first whose path
-   length is nearly a whole number: one of five is to 1/8. If none of the tried ones will do, because
-   the curve goes through the middle between places again and again, one is taken that lacks little:
-   about a pulse over the radius. */
+/* Where the axes exchange their roles, before `eighth`, the border's place must be the nearest one
+   along both axes, and no step may be left out. Places along the diagonal are tried, first those
+   whose path length is nearly a whole number: one of five is within 1/8. The curve may pass
+   half-way between places again and again, so that none of the tried ones is right. Then one is
+   taken that lacks little: about a pulse divided by the radius. */
 #define DIAGONAL 2
 #define TRIES 5
-#define ENOUGH (PULSE / 7)          /* by which the path length may be off */
-/* What a unit of the error that it lacks counts as. With two pieces or more on either side of where an
-   axis turns none that lacks comes near to half a pulse, and an even speed goes before. */
+#define ENOUGH (PULSE / 7)          /* allowed distance of the path length from a whole number */
+/* Weight of a unit of `lacks` against the path length. With two or more pieces between the points
+   where axes reverse, a place that lacks something stays far from half a pulse off, so even speed
+   matters more. */
 #define LACKING(a) ((a)->parts < 2 ? PULSE / 32 : PULSE / 1024)
 
-/* Number of the place along the diagonal to be tried next. */
+/* Choose the place along the diagonal to be tried next; returns its distance in diagonal steps. */
 static int32_t next_try(arc *a) {
     const arc_ideal *p = &a->ideal;
     int64_t foot = p->plane + foot_of(a, p, a->half.at);
@@ -183,7 +186,7 @@ static int32_t next_try(arc *a) {
     return best;
 }
 
-/* The place of the next try. */
+/* Find the candidate for the next try. */
 static void seek(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
     if (!a->tried)
@@ -195,12 +198,12 @@ static void seek(arc *a, unsigned eighth) {
     c.square[0] = square_at(a, p, c.at, 0);
     int32_t before = c.at[1];
     settle(a, c.at, 1, c.square[0]);
-    a->half.at[1] += c.at[1] - before; /* The next try is on the diagonal that is nearer there. */
+    a->half.at[1] += c.at[1] - before; /* continue on the diagonal that is nearer to the curve */
     c.square[1] = square_at(a, p, c.at, 1);
     a->candidate = c;
 }
 
-/* What it lacks. */
+/* Find what the candidate lacks. */
 static void weigh(arc *a, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
     unsigned major = arc_border_major_of(eighth);
@@ -217,7 +220,7 @@ static void weigh(arc *a, unsigned eighth) {
         a->lacks += HOPELESS;
 }
 
-/* Is it the best of them? True if it was the last. */
+/* Keep the candidate if it is the best so far. True if no further try is needed. */
 static bool judge(arc *a) {
     const arc_ideal *p = &a->ideal;
     arc_border c = a->candidate;
@@ -232,8 +235,8 @@ static bool judge(arc *a) {
     return ++a->tries == TRIES || a->off <= ENOUGH;
 }
 
-/* Between where axes turn and change their roles a border may lie a few pulses off: where its path
-   length is nearly a whole number. */
+/* A border at which no axis reverses and the axes keep their roles may be moved by a few pulses, to
+   where its path length is nearly a whole number. */
 #define CLOSE (PULSE / 16)
 static void make_whole(const arc *a, arc_border *b, unsigned eighth) {
     const arc_ideal *p = &a->ideal;
@@ -262,7 +265,7 @@ static void make_whole(const arc *a, arc_border *b, unsigned eighth) {
     b->at[minor] += across / (int32_t)(p->tangent[major] >> 15);
 }
 
-/* The curve at border number `index`, from 0, the start, to the number of pieces, the end. */
+/* The curve at border number `index`: 0 is the start, the number of pieces is the end. */
 static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     arc_border b = {0};
     bool ends = index == a->pieces;
@@ -294,7 +297,8 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     int64_t change = a->radius[1] - a->radius[0];
     p.radius = a->radius[0] + fixed_product(change, part);
     p.plane = arc_border_length_to(a, swept, p.radius);
-    /* The square is that of an even radius; what it leaves over 64 is the same as at the start. */
+    /* The square of a linearly changing radius; its remainder by MOVE_FINE stays that of the
+       start. */
     int64_t bow = (change >> 8) * (change >> 8) >> 16;
     int64_t grown = fixed_product(a->square[1] - a->square[0], part) -
                     fixed_product(fixed_product(bow << 2, part), FIXED_ONE - part) / 4;
@@ -308,8 +312,8 @@ static arc_border curve_at(const arc *a, uint32_t index, arc_ideal *ideal) {
     return b;
 }
 
-/* The place on a border between start and end that lies next to the curve; true if it is there. A call
-   is a step: the place is sought, weighed where the axes change their roles, and judged. */
+/* Find the place next to the curve for a border between start and end; true when it is found. Each
+   call is one step: seek a place, weigh it (where the axes exchange their roles), or judge it. */
 static bool place_at(arc *a, uint32_t index, arc_border *b) {
     const arc_ideal *p = &a->ideal;
     uint32_t multiple = a->first + index - 1;

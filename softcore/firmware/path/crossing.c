@@ -12,8 +12,8 @@ static bool major_made(const hal_segment *s, uint32_t steps, uint32_t count) {
     return 2 * paced >= (int64_t)((2 * (uint64_t)steps - 1) * whole);
 }
 
-/* Has the minor axis made `steps` when the major one has made `count`? The error is that of the
-   gateware's recurrence, added up. */
+/* Has the minor axis made `steps` when the major one has made `count`? Sums up the error of the
+   gateware's recurrence. */
 static bool minor_made(const hal_segment *s, uint32_t steps, uint32_t count) {
     int64_t n = count, m = (int64_t)steps - 1;
     int64_t across = s->start.across + 2 * MOVE_FINE * m;
@@ -37,7 +37,7 @@ static uint32_t least(const hal_segment *s, uint32_t steps, uint32_t most,
     return most;
 }
 
-/* Of a line the least k with floor((2 k m + n) / 2n) >= drop. */
+/* For a line: the least k with floor((2 k m + n) / 2n) >= drop. */
 __attribute__((noinline)) uint32_t crossing_of(const hal_segment *move, uint32_t drop, unsigned axis) {
     if (move->arc && (axis == move->major || axis == move->minor)) {
         int32_t travel = move->delta[move->major];

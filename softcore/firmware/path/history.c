@@ -5,37 +5,39 @@
 #include "base/units.h"
 #include "path/arc.h"
 
-/* Units of a block. A line: delta; rate. An arc: the same, then centre; plane and sense; length, 0
-   until it is known. The two highest bits of the last word tell them apart, in both directions, and a
-   line that leads away from the work. The highest bit of the first word tells a rapid: a delta is shorter
-   than 2**30 pulses, as a segment is. */
+/* Units of a block. A line has one unit: delta (three words) and rate. An arc has the same unit,
+   and a second one: centre (two words); plane and sense; length, 0 until it is known. The two
+   highest bits of the last word give the kind of a unit, so that blocks can be read in both
+   directions. The highest bit of the first word marks a rapid; it is free because a delta is
+   shorter than 2**30 pulses. */
 typedef struct {
     uint32_t word[4];
 } unit;
 _Static_assert(sizeof(unit) == PATH_UNIT, "a unit of the ring has no gaps");
 
-enum { LINE, ARC, ARC_REST, LINE_AWAY };
+enum { LINE, ARC, ARC_SECOND, LINE_AWAY };  /* LINE_AWAY leads away from the work */
 #define KIND(word) ((word) >> 30)
 #define VALUE(word) ((word) & ((1u << 30) - 1))
-#define SENSE 4u            /* of the word that holds the plane */
+#define SENSE 4u            /* bit for counter-clockwise, in the word with the plane */
 #define RAPID (1u << 31)
 #define DELTA(word) ((int32_t)((word) << 1) >> 1)
 
-#define FACTOR 30           /* bits of an override's factor below one */
+#define FACTOR 30           /* fraction bits of an override's factor */
 
-/* An arc made ready; the two sides of the window work on different ones. */
+/* An arc that is or becomes ready. There are two, as the two sides of the window need different
+   ones. */
 typedef struct {
     uint32_t block;
     bool ready;
-    unsigned known;             /* of the tangents */
+    unsigned known;             /* 1: the arc is prepared; then one more for each tangent */
     int32_t tangent[2][HAL_AXES];   /* at start and end, 2**-15 */
     uint32_t highest;           /* rate */
     bool tight;
     arc arc;
 } bow;
 
-/* Clocks in which a piece of an arc is made anew, with all that the main loop does beside it: of one
-   cut out of a curve, and of a single step of a chain. */
+/* Clocks needed to make a piece of an arc, including the other work of the main loop in that time:
+   for a piece of a curve, and for a single step of a chain. */
 #define PIECE_CLOCKS 22000
 #define STEP_CLOCKS 5000
 
@@ -44,7 +46,7 @@ typedef struct {
 
 static unit ring[PATH_RING];
 static uint32_t oldest, next;   /* ring holds the blocks [oldest, next) */
-static int32_t end[HAL_AXES];   /* of the last of them */
+static int32_t end[HAL_AXES];   /* end point of the last block */
 static bow bows[BOWS];
 static unsigned last_bow;
 static uint32_t feed_percent, rapid_percent;
@@ -54,7 +56,7 @@ static unit *unit_of(uint32_t number) { return &ring[number % PATH_RING]; }
 static bool is_arc(uint32_t block) { return KIND(unit_of(block)->word[3]) == ARC; }
 static uint32_t after(uint32_t block) { return block + (is_arc(block) ? 2 : 1); }
 static uint32_t before(uint32_t block) {
-    return block - (KIND(unit_of(block - 1)->word[3]) == ARC_REST ? 2 : 1);
+    return block - (KIND(unit_of(block - 1)->word[3]) == ARC_SECOND ? 2 : 1);
 }
 
 void history_forget(uint32_t first) {
@@ -82,7 +84,7 @@ uint32_t history_append(const path_move *move, uint32_t rate, bool rapid, bool a
     if (move->arc)
         *unit_of(next++) = (unit){{(uint32_t)move->centre[0], (uint32_t)move->centre[1],
                                    (uint32_t)move->plane | (move->ccw ? SENSE : 0),
-                                   (uint32_t)ARC_REST << 30}};
+                                   (uint32_t)ARC_SECOND << 30}};
     return block;
 }
 
@@ -122,7 +124,7 @@ uint32_t history_rate(uint32_t block) {
 
 void history_drop(void) { oldest = after(oldest); }
 
-/* Direction of a segment in 2**-15, exact enough (2**-14) after 16 leading bits are kept. */
+/* Direction of a segment in 2**-15. Keeping 16 bits of the length makes it exact to 2**-14. */
 static void direction_of(const hal_segment *move, int32_t direction[HAL_AXES]) {
     uint32_t length = move->length;
     unsigned shift = 0;
@@ -155,8 +157,8 @@ uint32_t history_oldest_length(void) {
     return length_of(line.delta);
 }
 
-/* The highest rate on an arc. It is no higher than pieces can be made: the machine goes evenly and
-   slower, rather than stop for each of them. */
+/* The highest rate on an arc. It is limited to the rate at which pieces can be made: the machine
+   moves slower and evenly, and need not stop to wait for a piece. */
 static uint32_t highest_rate(const arc *a) {
     uint64_t clocks = (uint64_t)arc_pieces(a) * (a->chain ? STEP_CLOCKS : PIECE_CLOCKS);
     uint64_t made = ((uint64_t)arc_length(a) << 32) / clocks;
@@ -164,16 +166,16 @@ static uint32_t highest_rate(const arc *a) {
     return made < bent ? (uint32_t)made : bent;
 }
 
-/* The arc of a block, made ready; 0 after a step towards that. */
+/* The arc of a block if it is ready; 0 after one more step of making it ready. */
 static bow *bow_of(uint32_t block) {
     unsigned i = last_bow;
     if (bows[i].block != block)
         i = !i;
     if (bows[i].block != block) {
-        const unit *u = unit_of(block), *rest = unit_of(block + 1);
-        path_move move = {.arc = true, .ccw = rest->word[2] & SENSE,
-                          .plane = (move_plane)(rest->word[2] & ~SENSE),
-                          .centre = {(int32_t)rest->word[0], (int32_t)rest->word[1]}};
+        const unit *u = unit_of(block), *second = unit_of(block + 1);
+        path_move move = {.arc = true, .ccw = second->word[2] & SENSE,
+                          .plane = (move_plane)(second->word[2] & ~SENSE),
+                          .centre = {(int32_t)second->word[0], (int32_t)second->word[1]}};
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             move.delta[axis] = DELTA(u->word[axis]);
         bows[i].block = block;
@@ -192,8 +194,8 @@ static bow *bow_of(uint32_t block) {
     }
     if (arc_prepare(&b->arc)) {
         b->known = 1;
-        unit *rest = unit_of(block + 1);
-        rest->word[3] = (uint32_t)ARC_REST << 30 | arc_length(&b->arc);
+        unit *second = unit_of(block + 1);
+        second->word[3] = (uint32_t)ARC_SECOND << 30 | arc_length(&b->arc);
         b->highest = highest_rate(&b->arc);
         b->tight = b->highest < settings_highest_rate();
     }

@@ -11,22 +11,22 @@
 /* Numbers begin here so that the virtual segment has one too; a multiple of the slots. */
 #define FIRST_NUMBER HAL_SLOTS
 
-/* Slots kept loaded behind and ahead of the segment in which the machine is: most of them in the
-   direction of travel, so that short segments do not bound its speed. */
+/* Slots kept loaded behind and ahead of the machine's segment. Most of them lie in the direction of
+   travel, so that short segments do not limit the speed. */
 #define NEAR_SIDE (HAL_SLOTS / 4 - 1)
 #define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
 
-/* Segments looked at per step when the floor is worked out anew; a line takes its length's root. */
+/* Segments examined per step in the search for a new back limit; a line needs a square root. */
 #define SCAN 4
 
-/* Segments that get another rate per step. */
+/* Segments that get a new rate per step. */
 #define PACES 16
 
-/* What is known of a segment when it is loaded for the first time, until it is entered. */
+/* Data of a segment, kept from its first loading until it is entered. */
 typedef struct {
     uint32_t block;
     int32_t start;
-    int32_t floor;              /* lowest coordinate that the ceiling allows from this segment on */
+    int32_t back_limit;         /* lowest coordinate that the ceiling allows from this segment on */
 } entry;
 
 #define ENTRIES (2 * HAL_SLOTS) /* a power of two */
@@ -39,28 +39,31 @@ static uint32_t low, high;
 static uint32_t loaded;                     /* segments below have been in the window */
 static path_place fresh;                    /* the segment numbered `loaded` */
 static int32_t fresh_start;
-static int32_t fresh_height;                /* jump axis there, */
-static int32_t fresh_floor;                 /* and the floor of the segment before */
+static int32_t fresh_height;                /* jump axis there */
+static int32_t fresh_back_limit;            /* of the segment before */
 static uint32_t entered;                    /* furthest segment entered */
-static int32_t floor_in_force;
+static int32_t back_limit_in_force;
 static int32_t bounds[BOUNDS];              /* as written */
 static uint32_t limit;
 static bool ceiling;
 static int32_t height;
+/* The range in which the machine may be fast. */
 static struct {
     bool known;
-    uint32_t at;        /* looked at from this segment, */
-    uint32_t low, high; /* with this window: */
-    uint32_t from, to;  /* between their starts and ends the machine may be fast */
+    uint32_t at;        /* the machine's segment when the range was found */
+    uint32_t low, high; /* the window at that time */
+    uint32_t from, to;  /* first and last segment of the range */
 } fast;
+/* The search for a new back limit, back along the path. */
 static struct {
     bool active;
-    path_place at;      /* segments from here on have been looked at */
-    int32_t start;      /* coordinate and jump axis there */
-    int32_t from;
+    path_place at;      /* segments from here on have been examined */
+    int32_t start;      /* coordinate there */
+    int32_t from;       /* jump axis there */
 } scan;
+/* The change to new rates after an override. */
 static struct {
-    uint32_t next;              /* segments of the window from here on have rates of before */
+    uint32_t next;      /* segments of the window from here on still have their old rates */
     bool active;
 } pace;
 
@@ -74,7 +77,7 @@ static int32_t end_of(uint32_t number) {
 static void forget(void) {
     history_forget(FIRST_NUMBER);
     low = high = loaded = entered = FIRST_NUMBER;
-    oldest_start = fresh_start = fresh_floor = floor_in_force = 0;
+    oldest_start = fresh_start = fresh_back_limit = back_limit_in_force = 0;
     fresh = (path_place){FIRST_NUMBER, 0};
     scan.active = fast.known = pace.active = false;
 }
@@ -88,7 +91,7 @@ void path_init(void) {
 }
 
 uint32_t path_next(void) { return history_next(); }
-bool path_floor_is_limit(void) { return virtual_segment; }
+bool path_has_back_limit(void) { return virtual_segment; }
 
 static void write_bound(hal_bound bound, int32_t coordinate) {
     if (bounds[bound] != coordinate) {
@@ -97,8 +100,8 @@ static void write_bound(hal_bound bound, int32_t coordinate) {
     }
 }
 
-/* A junction is tangent if at the highest speed no axis changes its speed by more than the
-   start/stop speed, which the machine can take at once. */
+/* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
+   by more than the start/stop speed. The machine can make a change of that size at once. */
 static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
     uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
@@ -109,13 +112,13 @@ static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
     return false;
 }
 
-/* Above the start/stop speed a lower feed has to be reached before the junction, */
+/* Above the start/stop speed, a lower feed must be reached before the junction. */
 static void join_rates(uint32_t number) {
     path_segment *a = in_window(number);
     a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
 }
 
-/* What the junction between two segments of the window allows. */
+/* Find what the junction between two segments of the window allows. */
 static void join(uint32_t number) {
     path_segment *a = in_window(number);
     const path_segment *b = in_window(number + 1);
@@ -125,12 +128,13 @@ static void join(uint32_t number) {
                 (a->tight || b->tight || is_corner(b->from, a->to));
 }
 
-/* Floor of a segment that begins at `from` and ends at `to` on the jump axis. */
-static int32_t floor_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
-                        int32_t floor) {
+/* Back limit of a segment that begins at `from` and ends at `to` on the jump axis; `back_limit` is
+   that of the segment before. */
+static int32_t back_limit_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
+                             int32_t back_limit) {
     unsigned axis = hal_jump_axis();
     if (!ceiling || axis >= HAL_AXES || (from <= height && to <= height))
-        return floor;
+        return back_limit;
     if (to > height)
         return moved(start, move->length);
     return moved(start, crossing_of(move, (uint32_t)(from - height), axis));
@@ -141,7 +145,7 @@ static int32_t jump_travel(const hal_segment *move) {
     return axis < HAL_AXES ? move->delta[axis] : 0;
 }
 
-/* The segment that leads back from the first point up to the soft limit. */
+/* Make the virtual segment that leads back from the first point up to the soft limit. */
 static void make_virtual(void) {
     unsigned axis = hal_jump_axis();
     int32_t above = axis < HAL_AXES ? settings_travel()->high[axis] - fresh_height : 0;
@@ -149,13 +153,13 @@ static void make_virtual(void) {
     if (!virtual_segment)
         return;
     low = FIRST_NUMBER - 1;
-    /* Never machined: any valid rate. */
+    /* The front never passes it: any valid rate will do. */
     history_prepend(axis, -above, settings_start_rate());
     hal_segment move;
     path_segment *s = in_window(low);
     (void)history_make((path_place){low, 0}, &move, s);
     s->start = oldest_start = -above;
-    fresh_floor = floor_of(&move, -above, fresh_height + above, fresh_height, -above);
+    fresh_back_limit = back_limit_of(&move, -above, fresh_height + above, fresh_height, -above);
     hal_slot_write(low % HAL_SLOTS, &move);
 }
 
@@ -172,21 +176,21 @@ void path_begin(void) {
     unsigned axis = hal_jump_axis();
     fresh_height = axis < HAL_AXES ? history_end(axis) : 0;
     make_virtual();
-    floor_in_force = fresh_floor;
+    back_limit_in_force = fresh_back_limit;
     const int32_t values[BOUNDS] = {
         [BOUND_AHEAD] = 0, [BOUND_FAST_AHEAD] = 0,
         [BOUND_BEHIND] = oldest_start, [BOUND_FAST_BEHIND] = oldest_start,
-        [BOUND_FLOOR] = fresh_floor,
+        [BOUND_BACK_LIMIT] = fresh_back_limit,
     };
     for (unsigned bound = 0; bound < BOUNDS; bound++) {
         bounds[bound] = values[bound];
         hal_bound_write((hal_bound)bound, values[bound]);
     }
-    /* After the bounds: a path that seemed to go on would be entered before its slot is written. */
+    /* Last, after the bounds: with old bounds the machine could enter a slot not yet written. */
     hal_origin(FIRST_NUMBER % HAL_SLOTS);
 }
 
-/* The block in which the front is, or the one that it enters next. */
+/* The block of the front, or the block that the front enters next. */
 static uint32_t front_block(void) {
     return entered < loaded ? entry_of(entered)->block : fresh.block;
 }
@@ -198,12 +202,12 @@ path_room path_has_room(void) {
         return PATH_WAIT;
     if (history_has_room())
         return PATH_ROOM;
-    /* The oldest block goes. What then remains must cover a retraction from the front on. */
+    /* Drop the oldest block, if the others still cover a retraction from the front. */
     int32_t start = moved(oldest_start, history_oldest_length());
     int32_t front = hal_front();
     uint32_t needed = limit + settings_get(SET_GAIN_PULSES);
     bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
-    if (!covered && difference(floor_in_force, start) < 0)
+    if (!covered && difference(back_limit_in_force, start) < 0)
         return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
     if (low == high || in_window(low)->at.block == history_oldest())
         return PATH_WAIT;
@@ -223,7 +227,7 @@ void path_override(uint32_t feed, uint32_t rapid) {
     pace.active = true;
 }
 
-/* What is loaded gets its new rate; what is loaded meanwhile has it. */
+/* Give loaded segments their new rate. Segments that are loaded meanwhile already have it. */
 __attribute__((noinline)) static void renew_rates(void) {
     if (pace.next < low)
         pace.next = low;
@@ -236,16 +240,16 @@ __attribute__((noinline)) static void renew_rates(void) {
             join_rates(pace.next - 1);
     }
     pace.active = pace.next < high;
-    /* Between the borders where feeds are lower the machine may now be fast, or no longer. */
+    /* The new rates change where the machine must slow down: find the fast range again. */
     fast.known = fast.known && pace.active;
 }
 
-static void finish_scan(int32_t floor) {
+static void finish_scan(int32_t back_limit) {
     scan.active = false;
-    fresh_floor = floor_in_force = floor;
+    fresh_back_limit = back_limit_in_force = back_limit;
     if (loaded > FIRST_NUMBER)
-        entry_of(loaded - 1)->floor = floor;
-    write_bound(BOUND_FLOOR, floor);
+        entry_of(loaded - 1)->back_limit = back_limit;
+    write_bound(BOUND_BACK_LIMIT, back_limit);
 }
 
 void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
@@ -275,9 +279,9 @@ bool path_bounds_step(void) {
         scan.at = at;
         scan.from -= jump_travel(&move);
         scan.start = moved_back(scan.start, move.length);
-        /* Back to the last point at the ceiling; beyond the limit no retraction goes. */
+        /* End at the last point below the ceiling, or where no retraction can reach. */
         if (scan.from > height || to > height)
-            finish_scan(floor_of(&move, scan.start, scan.from, to, scan.start));
+            finish_scan(back_limit_of(&move, scan.start, scan.from, to, scan.start));
         else if ((at.block == history_oldest() && at.piece == 0) ||
                  (uint32_t)difference(fresh_start, scan.start) > limit)
             finish_scan(scan.start);
@@ -287,8 +291,8 @@ bool path_bounds_step(void) {
     return !scan.active;
 }
 
-/* Number of the segment in which the machine is: the one of the window with the gateware's slot. At
-   the end of what is loaded it may stand in a slot that is still empty. */
+/* Number of the machine's segment: the segment of the window in the gateware's present slot. At the
+   end of the loaded segments that slot may still be empty. */
 static uint32_t current(void) {
     uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
     return number < high ? number : high - 1;
@@ -305,8 +309,8 @@ void path_note_work(bool touched) {
         approach_note(in_window(number)->way);
 }
 
-/* Shrink the window by a segment, unless the machine is already beyond the new bound: what is
-   overwritten must be out of its reach. */
+/* Drop a segment from the window, unless the machine is already beyond the new bound. A slot may be
+   overwritten only if the machine cannot reach it. */
 static bool drop_low(void) {
     int32_t was = bounds[BOUND_BEHIND], now = in_window(low + 1)->start;
     if (difference(bounds[BOUND_FAST_BEHIND], now) < 0)
@@ -333,11 +337,11 @@ static bool drop_high(void) {
     return false;
 }
 
-/* A segment is loaded for the first time. */
+/* Note a segment that is loaded for the first time. */
 static void begin_entry(const hal_segment *move) {
     int32_t to = fresh_height + jump_travel(move);
-    fresh_floor = floor_of(move, fresh_start, fresh_height, to, fresh_floor);
-    *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_floor};
+    fresh_back_limit = back_limit_of(move, fresh_start, fresh_height, to, fresh_back_limit);
+    *entry_of(loaded++) = (entry){fresh.block, fresh_start, fresh_back_limit};
     fresh_height = to;
     fresh_start = moved(fresh_start, move->length);
     fresh = history_following(fresh);
@@ -397,7 +401,7 @@ static bool move_window(uint32_t at, bool backward) {
     return more_low && low + behind > at && (!full || high > at + ahead + 1) && load_low();
 }
 
-/* On from what is known, as far as the machine may be fast. */
+/* Extend the fast range as far as the junctions allow. */
 static void spread(void) {
     if (fast.to >= high)
         fast.to = high - 1;
@@ -409,8 +413,8 @@ static void spread(void) {
         fast.from--;
 }
 
-/* Where the machine must be slow next, each way. What was found before is kept: to look at the whole
-   window again after each segment would take longer than to make the segment. */
+/* Find where the machine must be slow next, in each direction. The range found before is extended:
+   a search of the whole window after each segment would take longer than to make the segment. */
 static void update_corners(uint32_t at) {
     if (!fast.known || fast.at != at || fast.low != low || fast.high != high) {
         if (fast.known)
@@ -419,7 +423,7 @@ static void update_corners(uint32_t at) {
             fast.from = fast.to = at;
             spread();
         }
-        /* Going back, lower feeds ahead come in between. */
+        /* After a move back, lower feeds ahead may lie inside the range. */
         for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
             if (in_window(number)->slows)
                 fast.to = number;
@@ -450,12 +454,12 @@ bool path_step(void) {
 
 uint32_t path_entered_slot(unsigned slot) {
     uint32_t number = entered + (slot - entered) % HAL_SLOTS;
-    /* A segment is entered in its turn; anything else is an event of a path that was forgotten. */
+    /* Segments are entered in order; any other event belongs to a forgotten path. */
     if (!known || number >= loaded)
         return front_block();
     entered = number;
-    floor_in_force = entry_of(number)->floor;
-    write_bound(BOUND_FLOOR, floor_in_force);
+    back_limit_in_force = entry_of(number)->back_limit;
+    write_bound(BOUND_BACK_LIMIT, back_limit_in_force);
     return entry_of(number)->block;
 }
 
@@ -482,7 +486,7 @@ static bool is_short_of_end(void) {
 }
 
 uint32_t path_free(void) {
-    /* The one in which the machine stands counts as gone: nothing follows it, or it is being left. */
+    /* The machine's own block counts as free: the machine is leaving it, or nothing follows it. */
     uint32_t used = known ? history_next() - front_block() : 0;
     return used <= 1 ? PATH_LEAD : used <= PATH_LEAD ? PATH_LEAD + 1 - used : 0;
 }

@@ -17,16 +17,16 @@
 #include "interp/reader.h"
 #include "roughing/result.h"
 
-/* What a tape is judged for: without a machine, the clock and the axes of the built-in sinker, and no
-   end of the travel. */
+/* The machine that a tape is checked for. By default it has the clock and the axes of the built-in
+   sinker, and unlimited travel. */
 static const struct check_machine {
     uint32_t clock_hz, pulses_per_mm, jump_axis;
     bool travel;
 } SINKER = {2000000, 10000, 2, false};
 static struct check_machine judged;
-#define CHECK_SETTINGS 64       /* entered by hand */
+#define CHECK_SETTINGS 64       /* most settings entered by hand */
 
-/* What lines by hand have left. */
+/* The state after the lines entered by hand. */
 static modal entered;
 static struct {
     uint32_t number, value;
@@ -66,7 +66,7 @@ void gk_check_forget(void) {
 }
 
 void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis) {
-    gk_boot(clock_hz, pulses_per_mm, jump_axis); /* whose travel depends on the axis of jumps */
+    gk_boot(clock_hz, pulses_per_mm, jump_axis); /* the travel depends on the jump axis */
     judged = (struct check_machine){clock_hz, pulses_per_mm, jump_axis, true};
     forget();
 }
@@ -92,15 +92,16 @@ static bool judge(const block *words, const modal *state, bool by_hand, plan *p,
     return result == PLAN_DONE;
 }
 
-/* Blocks are judged by the series as the blocks before have left it. */
-static void follow_series(const plan *p) {
-    if (p->changes_condition || p->stop == STOP_END || (p->act == ACT_SERIES && !p->series))
+/* Carry out the changes of the depth series, as later blocks are judged by its state. */
+static void follow_depth_series(const plan *p) {
+    if (p->changes_condition || p->stop == STOP_END ||
+        (p->act == ACT_DEPTH_SERIES && !p->step_condition))
         depth_series_drop();
-    if (p->act == ACT_SERIES && p->series)
-        depth_series_add(p->series_depth, p->series);
+    if (p->act == ACT_DEPTH_SERIES && p->step_condition)
+        depth_series_add(p->step_depth, p->step_condition);
 }
 
-/* A line that begins with `$`: only settings mean anything without a machine. */
+/* A line that begins with `$`. Without a machine, only settings have a meaning. */
 static bool assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
     if (length < 2 || line[1] < '0' || line[1] > '9')
@@ -127,7 +128,7 @@ int gk_check_line(const char *line, char *message, uint32_t size) {
     } else if (parse(&words, line, (uint32_t)strlen(line), &f) &&
         judge(&words, &entered, true, &p, &f)) {
         entered = p.after;
-        follow_series(&p);
+        follow_depth_series(&p);
         return 0;
     }
     fault_sentence(&f, message, size);
@@ -187,7 +188,7 @@ static void note_motion(const path_move *m, uint32_t line, uint32_t speed) {
                                 {m->centre[0], m->centre[1]}, speed};
 }
 
-/* What would be carried out once this block has been taken. */
+/* Give a block to the wire offset, and note what would be carried out then. */
 static bool compensate(const block *words, plan *p, fault *f) {
     bool empty = !words->present && !words->g_count && !words->m_count;
     if (!wire_offset_take(p, words->text, empty ? 0 : words->length, f->line, f->block, f))
@@ -235,7 +236,7 @@ int gk_check_records(const uint8_t *tape, uint32_t length, int tv, gk_record *re
             if (!judge(&words, &state, false, &p, &f))
                 break;
             state = p.after;
-            follow_series(&p);
+            follow_depth_series(&p);
         }
         if (blocks < count)
             record(&records[blocks], r.line, &p, words.skipped);

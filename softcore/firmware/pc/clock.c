@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The clock of the machine on a computer. */
+/* The clock of the model machine. */
 #include "hal/hal.h"
 #include "pc/host.h"
 
 static uint64_t cycle;
 static uint32_t sleeps;
-static uint32_t whole;         /* sleeps to come that take their time, */
-static int32_t goes;           /* and pulses that the machine goes in each */
+static uint32_t whole;         /* number of further sleeps that last their whole time */
+static int32_t goes;           /* pulses that the machine moves in each of them */
 
 void host_clock_boot(void) {
     cycle = 0;

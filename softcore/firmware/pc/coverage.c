@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Which edges of the control flow have been taken: what a fuzzer steers by. The compiler calls
-   __sanitizer_cov_trace_pc in every block of code when it is asked to; otherwise this is idle. */
+/* Counts the edges of the control flow that have been taken, as guidance for a fuzzer. In a build
+   with coverage, the compiler calls __sanitizer_cov_trace_pc in every block of code; else this is
+   idle. */
 #include "pc/host.h"
 
 #include <string.h>
@@ -14,7 +15,7 @@
 #define EDGES (1u << 16)
 
 static uint8_t taken[EDGES];    /* times since the last call of gk_coverage, saturating */
-static uint8_t seen[EDGES];     /* sizes of those numbers so far, a bit each */
+static uint8_t seen[EDGES];     /* orders of magnitude of these counts so far, a bit for each */
 static uintptr_t last;
 
 void __sanitizer_cov_trace_pc(void);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* A machine for the firmware to talk to on a computer: it stands where it is told, or follows the path
-   at once. It knows nothing of time, servo or gap; the real gateware is simulated elsewhere. */
+/* A model machine for the firmware on a computer. It stands still, or follows the path at once. It
+   does not model time, servo or gap; the real gateware is simulated elsewhere. */
 #include "app/events.h"
 #include "app/main_loop.h"
 #include "base/move.h"
@@ -19,14 +19,14 @@ static uint32_t slot, offset;       /* place in the segment */
 static bool begun;                  /* the first segment has been entered */
 static unsigned entered_slot;
 static int32_t base[HAL_AXES];      /* axes at the start of the segment */
-static int32_t stood[HAL_AXES];     /* ... and where they were after the last pulse */
+static int32_t stood[HAL_AXES];     /* axes after the last pulse */
 static hal_motion_state state;
 static uint32_t speed;
 static bool stuck;
 static bool run, hold, discharge, safe, armed, interrupts;
 static uint32_t live, cause, blamed;
 static hal_limits switches;
-static int32_t lost_pulses[HAL_AXES]; /* of the commands: a fault of the gateware */
+static int32_t lost_pulses[HAL_AXES]; /* missing from the commands: models a gateware fault */
 static hal_retraction data;
 static uint32_t period;
 static uint32_t fin_passes, busy_passes;
@@ -41,8 +41,8 @@ static uint8_t expected_pet;
 static bool watch_closed, watch_asks;
 static uint32_t guards[1 + 2 * HAL_AXES];  /* as written: see gk_guards */
 static int32_t start_first;
-static int32_t creep;              /* pulses that the machine makes before a bound is written */
-static int32_t stored;             /* pulses commanded and not yet made */
+static int32_t creep;               /* pulses that the machine makes before a bound is written */
+static int32_t stored;              /* pulses commanded and not yet made */
 static int32_t errors[HAL_AXES];
 
 static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
@@ -51,9 +51,9 @@ static int32_t travel(const hal_segment *s, uint32_t at, unsigned axis) {
     return s->delta[axis] < 0 ? -steps : steps;
 }
 
-/* Within an arc the place is followed pulse by pulse, as the gateware does it. */
+/* Place within an arc. It is followed pulse by pulse, as in the gateware. */
 static struct {
-    int64_t rest, pace, error, along, across;
+    int64_t remainder, pace, error, along, across;
     int32_t major, minor;       /* steps made, of either sign */
 } walk;
 
@@ -63,7 +63,7 @@ static bool follows(const hal_segment *s, unsigned axis) {
 
 static void stand(const hal_segment *s, bool end) {
     const hal_arc_state *at = end ? &s->end : &s->start;
-    walk.rest = 0;
+    walk.remainder = 0;
     walk.pace = at->pace;
     walk.error = at->error;
     walk.along = at->along;
@@ -74,11 +74,11 @@ static void stand(const hal_segment *s, bool end) {
 
 static void walk_forward(const hal_segment *s) {
     int64_t whole = (int64_t)s->length << s->shift;
-    walk.rest += 2 * walk.pace;
+    walk.remainder += 2 * walk.pace;
     walk.pace += s->change;
-    if (walk.rest < whole)
+    if (walk.remainder < whole)
         return;
-    walk.rest -= 2 * whole;
+    walk.remainder -= 2 * whole;
     walk.major += s->delta[s->major] < 0 ? -1 : 1;
     walk.error += walk.along + MOVE_FINE;
     walk.along += 2 * MOVE_FINE;
@@ -93,10 +93,10 @@ static void walk_forward(const hal_segment *s) {
 static void walk_back(const hal_segment *s) {
     int64_t whole = (int64_t)s->length << s->shift;
     walk.pace -= s->change;
-    walk.rest -= 2 * walk.pace;
-    if (walk.rest >= -whole)
+    walk.remainder -= 2 * walk.pace;
+    if (walk.remainder >= -whole)
         return;
-    walk.rest += 2 * whole;
+    walk.remainder += 2 * whole;
     walk.major -= s->delta[s->major] < 0 ? -1 : 1;
     walk.error -= walk.along - MOVE_FINE;
     walk.along -= 2 * MOVE_FINE;
@@ -142,7 +142,7 @@ static void enter(void) {
     }
 }
 
-/* One segment's worth of `pulses`, at most. */
+/* Move forward by `pulses`, but at most to the end of the segment. */
 static int32_t go_forward(int32_t pulses) {
     int32_t ahead = distance(position, bounds[BOUND_AHEAD]);
     if (ahead <= 0)
@@ -174,7 +174,7 @@ static int32_t go_forward(int32_t pulses) {
 
 static int32_t go_back(int32_t pulses) {
     int32_t behind = distance(bounds[BOUND_BEHIND], position);
-    int32_t above = distance(bounds[BOUND_FLOOR], position);
+    int32_t above = distance(bounds[BOUND_BACK_LIMIT], position);
     behind = above < behind ? above : behind;
     if (behind <= 0)
         return 0;
@@ -194,7 +194,7 @@ static int32_t go_back(int32_t pulses) {
     return step;
 }
 
-/* The switch of the condition looks where the jump axis is. */
+/* Switch the condition if the jump axis has reached its depth. */
 static void look_at_depth(void) {
     if (jump_axis < HAL_AXES && host_gap_moved(gk_axis(jump_axis)))
         announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)gk_axis(jump_axis), 0);
@@ -332,7 +332,7 @@ void gk_trip(uint32_t number, uint32_t axes) {
     armed = false;
     state = MOTION_HALTED;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        errors[axis] = 5; /* the drives let go */
+        errors[axis] = 5; /* the drives are off, and the axes coast */
     announce(EVENT_TRIP, number, axes, 0);
 }
 
@@ -369,7 +369,7 @@ void hal_bound_write(hal_bound bound, int32_t coordinate) {
 
 void hal_origin(unsigned number) {
     damaged = false;
-    /* The slot in which it stands may have been written anew. */
+    /* The machine's slot may have been written again. */
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         base[axis] = stood[axis];
     position = front = 0;
@@ -383,7 +383,7 @@ void hal_origin(unsigned number) {
 int32_t hal_command(void) { return position + stored; }
 int32_t hal_position(void) { return position; }
 int32_t hal_front(void) { return front; }
-/* At a border the next segment has been entered, if the path goes on. */
+/* At the end of a segment the machine is already in the next one, if there is one. */
 unsigned hal_slot(void) {
     bool end = begun && offset == slots[slot].length && distance(position, bounds[BOUND_AHEAD]) > 0;
     return end ? (slot + 1) % HAL_SLOTS : slot;
@@ -399,7 +399,7 @@ void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
 
 void hal_retraction_commit(const hal_retraction *words) { data = *words; }
 void hal_jump_period(uint32_t clocks) { period = clocks; }
-void hal_series(uint32_t gain, uint32_t repeats, uint32_t settle) {
+void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle) {
     (void)gain;
     (void)repeats;
     (void)settle;
@@ -421,7 +421,7 @@ bool hal_event_pop(hal_event *event) {
 bool hal_event_lost(void) {
     bool was = lost;
     lost = false;
-    unwatched += expected_pet == 0xa5; /* the first thing that the events' task asks */
+    unwatched += expected_pet == 0xa5; /* the events' task calls this first */
     return was;
 }
 void hal_interrupts(bool events) {
@@ -432,7 +432,7 @@ void hal_interrupts(bool events) {
 
 void hal_discharge(bool machining) { discharge = machining; }
 
-static uint8_t says; /* comes in the next sleep, unless 0 */
+static uint8_t says; /* byte that comes in the next sleep, 0 for none */
 void gk_sleep_says(uint8_t byte) { says = byte; }
 void hal_sleep(uint32_t clocks) {
     (void)gk_go(host_sleep(clocks));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The part of the model machine that keeps what an axis was told and has found. */
+/* The part of the model machine that keeps the values written to an axis, and its check results. */
 #include "hal/hal.h"
 #include "pc/host.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Gap, fluid and feed laws of the machine of hal_host.c: what is written is kept for a test to read,
-   what is read is what the test has set. */
+/* Gap, fluid and feed modes of the model machine of hal_host.c. A test can read the values that
+   were written, and set the values that are read. */
 #include <string.h>
 
 #include "hal/hal.h"
@@ -8,15 +8,15 @@
 
 #define LEVEL_LIMIT 20          /* as the gateware is built */
 
-/* The words of a condition are staged, and come into force together. */
+/* The words of a condition. They are staged and come into force together. */
 typedef struct {
     gk_power power;
     uint32_t reference[3], presets[3], step;
-    uint32_t law[3];            /* no load, Vs, Es */
+    uint32_t references[3];     /* no load, Vs, Es */
 } condition;
 
 static condition staged, in_force;
-static bool armed, waits;       /* a pulse that does not end keeps what is staged from being taken over */
+static bool armed, waits;       /* waits: the pulse does not end, so nothing switches */
 static bool pending;
 static int32_t depth, deepest;
 static uint8_t switches;
@@ -24,8 +24,8 @@ static uint32_t discharges, opens;
 static bool touches;            /* Ss */
 static gk_gap gap;
 static uint32_t fluid_state = HAL_FLUID_KNOWN;
-static hal_law law;
-static hal_law_state law_state;
+static hal_feed_mode feed_mode;
+static hal_feed_mode_state feed_mode_state;
 
 void host_gap_boot(void) {
     touches = false;
@@ -35,8 +35,8 @@ void host_gap_boot(void) {
     deepest = switches = 0;
     gap = (gk_gap){0};
     fluid_state = HAL_FLUID_KNOWN;
-    law = (hal_law){0};
-    law_state = (hal_law_state){0};
+    feed_mode = (hal_feed_mode){0};
+    feed_mode_state = (hal_feed_mode_state){0};
 }
 
 static void take(void) {
@@ -89,14 +89,16 @@ void gk_gap_read(gk_gap *words) {
     words->step = in_force.step;
 }
 void gk_fluid(uint32_t flags) { fluid_state = flags; }
-void gk_law_read(uint32_t words[12]) {
-    const uint32_t all[12] = {law.law, law.measure, law.unit, law.window, in_force.law[0],
-                              in_force.law[1], in_force.law[2], law.least, law.lowest,
-                              law.highest, law.gain, law.fastest};
+void gk_feed_mode_read(uint32_t words[12]) {
+    const uint32_t all[12] = {feed_mode.mode, feed_mode.measure, feed_mode.unit, feed_mode.window,
+                              in_force.references[0], in_force.references[1],
+                              in_force.references[2], feed_mode.least, feed_mode.lowest,
+                              feed_mode.highest, feed_mode.gain, feed_mode.fastest};
     memcpy(words, all, sizeof all);
 }
 void gk_mean(uint32_t level) {
-    law_state = (hal_law_state){.mean = level, .windows = (uint8_t)(law_state.windows + 1), .known = true};
+    feed_mode_state = (hal_feed_mode_state){
+        .mean = level, .windows = (uint8_t)(feed_mode_state.windows + 1), .known = true};
 }
 void gk_discharges(uint32_t count) { discharges += count; }
 void gk_opens(uint32_t count) { opens += count; }
@@ -138,13 +140,13 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
     staged.presets[1] = open;
     staged.presets[2] = ok;
 }
-void hal_law_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
-    staged.law[0] = no_load;
-    staged.law[1] = voltage;
-    staged.law[2] = drop;
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+    staged.references[0] = no_load;
+    staged.references[1] = voltage;
+    staged.references[2] = drop;
 }
-void hal_law_write(const hal_law *words) { law = *words; }
-hal_law_state hal_law_read(void) { return law_state; }
+void hal_feed_mode_write(const hal_feed_mode *words) { feed_mode = *words; }
+hal_feed_mode_state hal_feed_mode_read(void) { return feed_mode_state; }
 void hal_fluid_write(const hal_fluid *detector) { gap.convert = detector->convert; }
 uint32_t hal_fluid_state(void) { return fluid_state; }
 void hal_sense(uint32_t on, uint32_t off) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The image of the firmware on a computer: what a test puts in its place, and nothing out of reset. */
+/* The image of the firmware on a computer: words given by a test; empty after reset. */
 #include "hal/hal.h"
 #include "pc/host.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The link's part of the machine on a computer: what softcore.link_decoder does, byte by byte. */
+/* The link of the model machine: a model of softcore.link_decoder, byte by byte. */
 #include "hal/hal.h"
 #include "hal/regs.h"
 #include "pc/host.h"
 
 #define BYTES (1u << 16)
-#define BYTE_CLOCKS 80              /* what it takes to do something with one */
+#define BYTE_CLOCKS 80              /* time that the firmware spends on a byte */
 
-static uint16_t queue[BYTES];       /* entries as of the register `receive` */
+static uint16_t queue[BYTES];       /* entries like those of the register `receive` */
 static uint32_t head, tail, depth;
 static uint8_t said[BYTES];
 static uint32_t said_head, said_tail;
@@ -35,7 +35,7 @@ static uint8_t within(int32_t value, int32_t least, int32_t most) {
     return (uint8_t)(value < least ? least : value > most ? most : value);
 }
 
-/* The bytes of overrides, each as it comes. */
+/* Carry out a byte of an override; false if it is not one. */
 static bool overrides(uint8_t byte) {
     enum { feed_LEAST = OVERRIDE_FEED_LEAST, feed_MOST = OVERRIDE_FEED_MOST,
            rapid_LEAST = OVERRIDE_RAPID_LEAST, rapid_MOST = OVERRIDE_RAPID_MOST };

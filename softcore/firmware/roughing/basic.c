@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "roughing/basic.h"
 
-/* Small rather than fast: nothing waits for the planner. */
+/* Compiled for size: nothing waits for the planner. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
@@ -19,7 +19,7 @@ static unsigned depth_count, area_count;
 
 static unsigned used(void) { return begins[area_count]; }
 
-/* The last area lacks currents. */
+/* Does the last area have too few currents? If so, sets the fault. */
 static bool lacks(fault *f) {
     if (!area_count || basic_current_count(area_count - 1) >= 2)
         return false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Basic data of the roughing planner, of one pair of materials: what undersize each current needs at
-   each depth, for a few areas. Entered line by line, in order: the depths, then for each area the
-   area and its currents. The rules are those of tapes/basic/README.md. */
+/* Basic data of the roughing planner for one pair of materials: the undersize that each current
+   needs at each depth, for a few areas. They are entered line by line in this order: the depths,
+   then for each area the area and its currents. The rules are those of tapes/basic/README.md. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,7 +15,7 @@
 
 void basic_forget(void);
 
-/* Begin anew with depths in um. */
+/* Forget all data and set the depths, in um. */
 bool basic_depths(const uint32_t *depths, unsigned count, fault *f);
 
 /* Begin an area, in 1/100 mm2, larger than the one before. */
@@ -24,13 +24,13 @@ bool basic_area(uint32_t area, fault *f);
 /* Add a current of the last area, in 1/100 IP, with its least undersize at each depth, in 0.1 um. */
 bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault *f);
 
-/* Whether there is anything, and all of it is complete. */
+/* Are there data, and are they complete? False with a fault. */
 bool basic_ready(fault *f);
 
-/* A number that is kept whole, in its unit. */
+/* Convert a stored whole number: value / unit. */
 float basic_number(uint32_t value, int32_t unit);
 
-/* What is held, in mm2, mm, IP and um. */
+/* The data, in mm2, mm, IP and um. */
 unsigned basic_area_count(void);
 unsigned basic_depth_count(void);
 unsigned basic_current_count(unsigned area);

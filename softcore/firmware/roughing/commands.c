@@ -7,7 +7,7 @@
 #include "roughing/result.h"
 #include "roughing/staircase.h"
 
-/* Small rather than fast: nothing waits for the planner. */
+/* Compiled for size: nothing waits for the planner. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
@@ -20,7 +20,8 @@
 static enum { IDLE, READING, ENTERING, PLANNING, TELLING } doing;
 static uint32_t told;       /* lines of the result */
 
-/* A line is taken, read and carried out in three passes of the main loop: each takes its time. */
+/* A line is taken, read and carried out in three passes of the main loop, to keep each of them
+   short. */
 static const char *line;
 static uint32_t length;
 static uint32_t numbers[NUMBERS];
@@ -35,14 +36,15 @@ void roughing_init(void) {
 void roughing_stop(void) { doing = IDLE; }
 bool roughing_busy(void) { return doing != IDLE; }
 
-/* Digits behind the point that the numbers of a line have; the last goes for all behind it. */
+/* Decimals of the numbers of a line; the last entry holds for all further numbers. */
 static const struct {
     char name;
     uint8_t decimals[JOB_NUMBERS];
 } LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
 
-/* One more digit, if it fits: only a seed takes all bits, floats come from signed numbers. Without a
-   division: a line has many digits, and one pass of the main loop. */
+/* Append a digit if it fits. Numbers with decimals become floats by way of signed numbers; only a
+   seed may have all 32 bits. There is no division, as all digits of a line are read in one pass of
+   the main loop. */
 static bool append(uint32_t *value, uint32_t digit, unsigned decimals) {
     uint32_t limit = decimals ? INT32_MAX : UINT32_MAX, before = *value * 10;
     if (*value > UINT32_MAX / 10 || before > limit - digit)
@@ -51,7 +53,7 @@ static bool append(uint32_t *value, uint32_t digit, unsigned decimals) {
     return true;
 }
 
-/* A number in units of its last digit. */
+/* Read a number, in units of its last decimal. */
 static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value, fault *f) {
     unsigned digits = 0, behind = 0;
     bool point = false, fits = true;
@@ -131,7 +133,7 @@ static bool read_line(fault *f) {
     return true;
 }
 
-/* Carry a line out. */
+/* Carry out a line. */
 static roughing_step enter(bool program_runs, fault *f) {
     doing = IDLE;
     switch (line[0]) {
@@ -148,7 +150,7 @@ static roughing_step enter(bool program_runs, fault *f) {
     return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
 }
 
-/* What else is to be known, by number; false if there is nothing of that number to tell. */
+/* Write the note with this number; false if it does not apply. */
 static bool note(uint32_t number, const staircase_result *found, char *text, size_t size) {
     switch (number) {
     case 0:
@@ -164,24 +166,25 @@ static bool note(uint32_t number, const staircase_result *found, char *text, siz
                           found->beyond);
     case 4:
         return found->untrusted &&
-               text_print(text, size, "%u networks were not trusted, and interpolation stood in",
+               text_print(text, size, "%u networks were not trusted and were replaced by interpolation",
                           found->untrusted);
     default:
         return !result_hold() &&
                text_print(text, size,
-                          "The power supply is not set to all of these currents: G39 P1 has nothing");
+                          "The power supply is not set to all of these currents: G39 P1 has no staircase");
     }
 }
 
 #define NOTES 6
 
-/* Line by line: the undersize, the currents from the surface down, what else is to be known. */
+/* Tell the result, one line in each call: the undersize, the currents from the surface down, the
+   notes. */
 static roughing_step tell(const staircase_result *found, char *text, size_t size) {
     uint32_t at = told++;
     if (at == 0) {
         uint32_t needs = (uint32_t)(int32_t)(found->beta_um * 10 + 0.5f);
         uint32_t has = (uint32_t)(int32_t)(found->undersize_um * 10 + 0.5f);
-        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um",
+        text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um allowed",
                    needs / 10, needs % 10, has / 10, has % 10);
         return ROUGHING_TELLS;
     }

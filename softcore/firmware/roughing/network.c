@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0f
 #include "roughing/network.h"
 
-/* Small rather than fast: nothing waits for the planner. */
+/* Compiled for size: nothing waits for the planner. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
 
 #define INPUTS NETWORK_INPUTS
 #define HIDDEN 6
-#define ROWS (NETWORK_SAMPLES + 1)  /* the samples, and behind them the question */
+#define ROWS (NETWORK_SAMPLES + 1)  /* the samples, then the question */
 #define COLUMNS (INPUTS + 1)
 #define ITERATIONS 40
 #define TOLERANCE 1e-5f
@@ -56,8 +56,9 @@ static uint32_t state;
 static unsigned samples, iterations;
 static bool converged, rises;
 
-/* A sum and `count` products of two rows, whose numbers stand `a_step` and `b_step` apart; taken from
-   the sum if `less`. Out of line: a float is a call, and this is where nearly all of them are. */
+/* Add `count` products of two rows to a sum, or subtract them if `less`. The numbers of a row
+   are `a_step` or `b_step` apart. Not inlined: float operations are calls, and most of them are
+   here. */
 static float __attribute__((noinline)) add(float sum, const float *a, unsigned a_step,
                                            const float *b, unsigned b_step, unsigned count,
                                            bool less) {
@@ -101,7 +102,8 @@ static void scale(unsigned at) {
     row[column] = (row[column] - middle[column]) / half[column];
 }
 
-/* The third input less what one of the first two says of it, sample by sample, the question last. */
+/* Subtract from the third input what one of the first two predicts of it, for each sample and then
+   for the question. */
 static void fit(unsigned at, unsigned j) {
     if (at == 0)
         along = across = 0;
@@ -128,7 +130,7 @@ static void widest(unsigned at) {
 
 static void stretch(unsigned at) { x[at][2] = x[at][2] * inverse; }
 
-/* Two steps a unit: its weights; its bend and its part of the output. */
+/* Two steps for each unit: its weights; its bend and its part of the output. */
 static void start(unsigned at) {
     unsigned k = at / 2;
     if (at % 2) {
@@ -165,7 +167,7 @@ static float output(const trial *of, unsigned i) {
 
 static void compare(unsigned i) { tried->error[i] = output(tried, i) - x[i][INPUTS]; }
 
-/* Keep what was tried if it is better; the first is kept anyway. */
+/* Keep the weights of this trial if they are better. The first trial is always kept. */
 static void judge(unsigned at) {
     (void)at;
     float sum = add(0, tried->error, 1, tried->error, 1, samples, false);
@@ -199,7 +201,7 @@ static void steepen(unsigned i) {
         steep[i][k] = kept->weight[C + k] * kept->slope[i][k];
 }
 
-/* Two steps an element of the lower triangle. */
+/* Two steps for each element of the lower triangle. */
 static void fill(unsigned at) {
     unsigned i = 0, j = at / 2;
     while (j > i)
@@ -219,10 +221,10 @@ static void factor(unsigned at) {
     while (i >= samples - j)
         i -= samples - j++;
     i += j;
-    float rest = add(matrix[i][j], matrix[i], 1, &matrix[0][j], NETWORK_SAMPLES, j, true);
-    matrix[j][i] = rest;
+    float remainder = add(matrix[i][j], matrix[i], 1, &matrix[0][j], NETWORK_SAMPLES, j, true);
+    matrix[j][i] = remainder;
     if (i != j)
-        matrix[i][j] = rest / matrix[j][j];
+        matrix[i][j] = remainder / matrix[j][j];
 }
 
 static void substitute(unsigned i) {
@@ -242,7 +244,7 @@ static void back(unsigned i) {
         steep[i][k] = v[i] * steep[i][k];
 }
 
-/* A weight a step. */
+/* One weight in each step. */
 static void update(unsigned p) {
     static const float one = 1;
     const float *a = v, *b = &one;
@@ -261,7 +263,7 @@ static void update(unsigned p) {
     tried->weight[p] = add(kept->weight[p], a, a_step, b, b_step, samples, true);
 }
 
-/* The question is a row behind the samples, for the weights that are kept. */
+/* Evaluate the question, the row after the samples, with the weights that were kept. */
 static void ask(unsigned k) {
     trial *other = tried;
     tried = kept;
@@ -276,7 +278,7 @@ static void answer(unsigned at) {
 
 static void widen(unsigned j) {
     bounds(j, &low[j], &high[j]);
-    /* An input that all samples have the same is not asked. */
+    /* An input that is the same in all samples is not used. */
     if (low[j] == high[j])
         wanted[j] = 0;
     if (x[samples][j] < low[j])
@@ -285,7 +287,7 @@ static void widen(unsigned j) {
         high[j] = x[samples][j];
 }
 
-/* From weights of the third input as it was freed to weights of it as it came. */
+/* Convert weights of the third input as fit() has changed it into weights of the original one. */
 static void unmix(const float *weights, float out[INPUTS]) {
     out[2] = weights[2] * inverse;
     for (unsigned j = 0; j < 2; j++)
@@ -299,7 +301,7 @@ static void begin_slopes(unsigned at) {
         total[j] = wanted[j] * total[j];
 }
 
-/* How near to 0 and how far from it a unit's argument can be over the box. */
+/* Find the smallest and the largest magnitude of a unit's argument within the box. */
 static void reach(unsigned k) {
     float least = kept->weight[B + k], greatest = least;
     for (unsigned j = 0; j < INPUTS; j++) {
@@ -338,7 +340,8 @@ static void prove(unsigned at) {
         rises = rises && (!wanted[j] || total[j] > 0);
 }
 
-/* How often a stage runs: so many times the rows (ROW: the question too), or a number. */
+/* How often a stage runs: a number, or a multiple of the samples, of the rows (samples and
+   question), or of the elements of the triangle. */
 enum { ONCE = 1, SAMPLE = 0x100, ROW = 0x200, TRIANGLE = 0x400 };
 
 static const struct {

@@ -5,13 +5,13 @@
 #include "base/units.h"
 #include "roughing/staircase.h"
 
-#define WITHIN_MILLI_IP 10      /* as near as a condition must have the current that is planned */
+#define WITHIN_MILLI_IP 10      /* largest deviation of a condition from the planned current */
 
 static condition_row rows[STAIRCASE_STEPS];
 static int32_t depths[STAIRCASE_STEPS + 1];
 static unsigned added, held;
-static bool given;              /* the supply can be set to all that were added */
-static uint32_t step_ma;        /* of the supply, when they were */
+static bool given;              /* the supply can be set to all currents that were added */
+static uint32_t step_ma;        /* of the supply at that time */
 
 void result_forget(void) {
     added = held = 0;
@@ -39,7 +39,7 @@ bool result_hold(void) {
 
 void result_presume(void) {
     rows[0] = conditions_planned(1);
-    rows[0].reference_mv = rows[0].drop_mv = 1;     /* as entered by hand, for any law */
+    rows[0].reference_mv = rows[0].drop_mv = 1;     /* references for any feed mode */
     depths[1] = 0;
     step_ma = settings_get(SET_CURRENT_STEP_MA);
     added = held = 1;

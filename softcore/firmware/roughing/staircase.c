@@ -4,7 +4,7 @@
 #include "roughing/basic.h"
 #include "roughing/network.h"
 
-/* Small rather than fast: nothing waits for the planner. */
+/* Compiled for size: nothing waits for the planner. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
@@ -16,7 +16,8 @@
 #define DEPTH_SHARE 0.05f
 #define NEAR 2                  /* neighbours on every side */
 
-/* Places of the two neighbours of a value, and their values; `count` is 1 where there is but one. */
+/* The two neighbours of a value: their indices and their values. `count` is 1 if there is only
+   one. */
 typedef struct {
     unsigned at, count;
     float value[NEAR];
@@ -26,17 +27,17 @@ static staircase_job job;
 static staircase_result found;
 static fault refusal;
 
-static unsigned near_area;      /* the first of them */
+static unsigned near_area;      /* index of the first neighbouring area */
 static pair areas, depths;
 static pair currents[NEAR];     /* of each area, next to `ip` */
 static pair chosen;             /* undersizes of an area at a depth */
 static float area_mm2, depth_mm;
 static float ip;               /* the current of the question */
 static float by_area[NEAR], by_depth[NEAR];
-static float needed[NEAR];     /* undersize at the two depths between which beta lies */
-static float sought;           /* of which these are the neighbours */
+static float needed[NEAR];      /* undersizes at the two depths on either side of `sought` */
+static float sought;            /* the undersize for which a depth is searched */
 static float least, greatest, between;
-static float interpolated_um;  /* beta, if the interpolation had been asked */
+static float interpolated_um;   /* beta as interpolation alone gives it */
 static float cosine, square;
 static uint32_t level;
 static unsigned column;         /* depth at which `needed[0]` is */
@@ -50,7 +51,7 @@ static float __attribute__((noinline)) line(const pair *x, const float *y, float
     return y[0] + (y[1] - y[0]) * ((at - x->value[0]) / (x->value[1] - x->value[0]));
 }
 
-/* Values in which a neighbour is looked for: rising. */
+/* Lists of ascending values in which next_to searches. */
 static float of_areas(unsigned i, unsigned unused, unsigned unused_too) {
     (void)unused, (void)unused_too;
     return basic_area_of(i);
@@ -67,7 +68,7 @@ static float of_column(unsigned i, unsigned area, unsigned depth) {
     return basic_undersize_of(area, i, depth);
 }
 
-/* By halves: each value is a division away. */
+/* Find the neighbours by bisection, as each value costs a division. */
 static pair __attribute__((noinline)) next_to(float (*of)(unsigned, unsigned, unsigned), unsigned a, unsigned b,
                     unsigned count, float value) {
     if (count == 1)
@@ -95,7 +96,7 @@ static float __attribute__((noinline)) undersize(unsigned area, unsigned depth) 
     return line(rows, y, ip);
 }
 
-/* Phases. Each is told how often it has run, and says whether it has to run again. */
+/* Phases. Each gets the number of its earlier runs, and returns whether it has to run again. */
 
 static bool gradient(unsigned at) {
     if (at == 0) {
@@ -157,7 +158,7 @@ static bool choose_currents(unsigned at) {
     return at + 1 < areas.count;
 }
 
-/* The undersize that `ip` needs at the job's depth, as interpolated. */
+/* Interpolate the undersize that `ip` needs at the job's depth. */
 static bool interpolate(unsigned at) {
     unsigned area = at / depths.count, depth = at % depths.count;
     by_depth[depth] = undersize(area, depths.at + depth);
@@ -176,7 +177,7 @@ static bool large_enough(unsigned at) {
     return false;
 }
 
-/* Two steps an area and depth: finding the currents, taking them. */
+/* Two steps for each area and depth: find the currents, take them. */
 static bool sample_currents(unsigned at) {
     unsigned area = at / 2 / depths.count, depth = at / 2 % depths.count, of = near_area + area;
     if (at == 0)
@@ -237,7 +238,7 @@ static float __attribute__((noinline)) answer(bool (*agree)(float, float)) {
     return between;
 }
 
-/* A current that the supply can be set to, not above what was inferred. */
+/* Round down to a current that the power supply can be set to. */
 static bool round_current(unsigned at) {
     (void)at;
     found.ip = inside_data(answer(same_current));
@@ -279,7 +280,8 @@ static bool keep_last(unsigned at) {
     return false;
 }
 
-/* Step S20: the next current, if the data have it. First how deep it goes by interpolation alone. */
+/* Step S20: take the next current, if the data have it. Interpolation alone first finds its
+   depth. */
 static bool next_current(unsigned at) {
     (void)at;
     level++;
@@ -289,7 +291,8 @@ static bool next_current(unsigned at) {
     return false;
 }
 
-/* From the shallowest depth on, until two lie on either side of an undersize: an area a step. */
+/* Go down from the shallowest depth until two depths lie on either side of an undersize. One area
+   in each step. */
 static bool search(unsigned at) {
     unsigned depth = at / areas.count, area = at % areas.count;
     by_area[area] = undersize(area, depth);

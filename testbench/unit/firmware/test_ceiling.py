@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ceiling of a retraction: the place on the path at which the way back ends."""
+"""The ceiling of a retraction: where on the path the way back ends."""
 
 import math
 
@@ -21,15 +21,15 @@ def test_ceiling_is_a_limit(machine):
     assert events(machine.run(400), "back")[0][1] == "l"
 
 
-@pytest.mark.parametrize(("height", "floor"), [
+@pytest.mark.parametrize(("height", "limit"), [
     (0.3, -3000),       # above the first point: in the way up
     (0.0, 0),
     (-0.1, 1000),       # between the first point and the front
 ])
-def test_ceiling_is_a_place_on_the_path(machine, height, floor):
+def test_ceiling_is_a_place_on_the_path(machine, height, limit):
     load(machine, "G01 Z-1 F60", "M02", more=f" Z{height}")
     go(machine, 2000)
-    assert machine.bound("back_limit") == floor
+    assert machine.bound("back_limit") == limit
     machine.state("retracting")
     go(machine, -999_999)
     assert machine.axes[2] == round(height * 10_000)

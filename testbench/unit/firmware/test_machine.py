@@ -12,7 +12,7 @@ from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 CAUSE = numbers()
-LOST = "the position is lost; $POSITION=HERE takes what is counted for true"
+LOST = "the position is lost; $POSITION=HERE accepts the counted position"
 BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
 
 

@@ -170,7 +170,7 @@ def test_a_supply_that_lacks_a_current_has_no_depth_series(machine):
     machine.line(assign("current_step_ma", 1000))
     assert machine.line("G39 P1")[-1] == error_line("condition"), "planned for another supply"
     assert machine.line(PLAN, PASSES)[-2:] == [
-        "[MSG:The power supply is not set to all of these currents: G39 P1 has nothing]", "ok"]
+        "[MSG:The power supply is not set to all of these currents: G39 P1 has no staircase]", "ok"]
     assert machine.line("G39 P1")[-1] == error_line("condition")
     machine.line(assign("current_step_ma", 750))
     assert machine.line(PLAN, PASSES)[-2] == "[MSG:IP 6 to 15.0000 mm]"

@@ -200,7 +200,7 @@ def machine():
 
 def test_a_line_plans_and_is_answered_from_the_surface_down(machine):
     assert machine.line("$BP70,110,15", 60_000) == [
-        "[MSG:The last step needs an undersize of 107.8 um, of 110.0 um]",
+        "[MSG:The last step needs an undersize of 107.8 um, of 110.0 um allowed]",
         "[MSG:IP 8 to 2.2030 mm]", "[MSG:IP 7 to 7.4990 mm]", "[MSG:IP 6 to 15.0000 mm]", "ok"]
 
 
@@ -215,7 +215,7 @@ def test_a_seed_may_be_as_large_as_the_host_s(machine):
         found = plan(DATA, Job(70, 110, 15), seed)
         needs = round(float(found.beta_um), 1)
         assert machine.line(f"$BP70,110,15,0,{seed:013}", 60_000) == [
-            f"[MSG:The last step needs an undersize of {needs} um, of 110.0 um]",
+            f"[MSG:The last step needs an undersize of {needs} um, of 110.0 um allowed]",
             *(f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps),
             "ok"]
 

@@ -110,7 +110,7 @@ def test_no_setting_of_an_unknown_name():
 
 def test_a_meaning_follows_the_number_that_it_cites():
     table = altered(SETTINGS, "short_window", number=501)
-    page = render.settings_page(table, altered(FAULTS, "halt_series", number=243))
+    page = render.settings_page(table, altered(FAULTS, "halt_burst", number=243))
     assert "(`$501`)" in cells(page, "`$400`")[-1]
     assert cells(page, "`$408`")[-1].startswith("Alarm 243 comes ")
 
@@ -184,7 +184,7 @@ def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
     assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
     assert alarms.cause(stuck.number) == stuck.cause
     assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
-    assert "$408 is the number of shorts" in alarms.remedy(faults.named("halt_series").number)
+    assert "$408 is the number of shorts" in alarms.remedy(faults.named("halt_burst").number)
     assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
 
 

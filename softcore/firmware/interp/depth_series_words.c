@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "interp/series_words.h"
+#include "interp/depth_series_words.h"
 
 #include "gap/depth_series.h"
 #include "gap/feed_modes.h"
 #include "roughing/result.h"
 
-/* G39 P1: the first condition of the planned staircase like a C, and the others as its series. */
+/* G39 P1: the first condition of the planned staircase acts like a C, the others are its depth
+   series. */
 static bool plan_planned(context *c, const word *which, const word *other, unsigned jump_axis) {
     plan *p = c->p;
     unsigned steps = result_count();
@@ -25,11 +26,11 @@ static bool plan_planned(context *c, const word *which, const word *other, unsig
     p->act = ACT_PLANNED;
     p->changes_condition = true;
     p->after.condition = result_first();
-    p->series_depth = p->after.offset[jump_axis];
+    p->step_depth = p->after.offset[jump_axis];
     return true;
 }
 
-bool series_words_take(context *c, unsigned jump_axis) {
+bool depth_series_words_take(context *c, unsigned jump_axis) {
     plan *p = c->p;
     const modal *after = &p->after;
     if (jump_axis >= HAL_AXES)
@@ -53,10 +54,10 @@ bool series_words_take(context *c, unsigned jump_axis) {
         return fault_at(c->f, FAULT_CONDITION, c->column[G_ONCE],
                         "G39 without a machining condition (C) before it");
     int32_t pulses;
-    if (!words_distance(c, depth, letter, &pulses) || !words_condition(c, name, &p->series))
+    if (!words_distance(c, depth, letter, &pulses) || !words_condition(c, name, &p->step_condition))
         return false;
-    /* Kept in the machine's frame, like the ceiling of G36. */
-    p->series_depth = pulses + after->offset[jump_axis];
-    return depth_series_check(p->series_depth, after->offset[jump_axis], p->series, after->servo,
-                              depth->column, c->f);
+    /* In the machine frame, like the ceiling of G36. */
+    p->step_depth = pulses + after->offset[jump_axis];
+    return depth_series_check(p->step_depth, after->offset[jump_axis], p->step_condition,
+                              after->servo, depth->column, c->f);
 }
