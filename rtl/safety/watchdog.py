@@ -44,8 +44,9 @@ class Watchdog(wiring.Component):
     period_us : int
         Longest time between complete calls, at most 5000 us and at least 4 clocks. ``period`` is
         the same in clocks, rounded down; ``earliest`` an eighth of it, and ``ask`` half, rounded
-        down. Firmware's longest step must fit into the seven eighths between. At 2 MHz it takes
-        8400 of 10 000 clocks, so that a quarter would be too long for ``earliest``.
+        down. Firmware's longest step, or part of one between two calls, must fit into the
+        seven eighths between. At 2 MHz it takes 7600 of 10 000 clocks, so that a quarter would be
+        too long for ``earliest``.
 
     Members
     -------

@@ -202,11 +202,14 @@ MACHINE = (
         "softcore/firmware/app/main_loop.c", PROGRAM,
         ("    if (alarm_raised())\n", "    if (alarm_raised() && !busy)\n",
          "an alarm is taken at the end of its step", BOTH),
-        ("    hal_pet(PET_START);\n    bool more = work(task);\n",
-         "    bool more = work(task);\n    hal_pet(PET_START);\n",
+        ("    watch_begin();\n    bool more = work(task);\n",
+         "    bool more = work(task);\n    watch_begin();\n",
          "the work is between the watchdog's keys"),
         ("    pet(); /* the", "    /* the", "the watchdog is called after a sleep"),
-        ("    if (hal_watch_open())\n", "", "no call comes too soon"),
         ("    if (hal_watch_asked())\n", "", "only what is asked is answered"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/watch.h", PROGRAM,
+        ("    if (hal_watch_open())\n", "", "no call comes too soon"),
     ),
 )

@@ -17,6 +17,7 @@
 #include "base/grbl.h"
 #include "base/settings.h"
 #include "base/text.h"
+#include "base/watch.h"
 #include "gap/gap.h"
 #include "hal/hal.h"
 #include "link/frame.h"
@@ -77,8 +78,10 @@ static void answer(const fault *f) {
 }
 
 __attribute__((noinline)) void commands_answer_program(void) {
-    if (program_answers())
+    if (program_answers()) {
+        watch_between();
         answer(program_answer());
+    }
 }
 
 /* Answer a line that was carried out, or keep its refusal for the next step. */
@@ -172,12 +175,16 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
     uint32_t number, value;
     if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f))
         return;
+    watch_between();
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
     else if ((machine_machining() || hal_motion_read().moving) && settings_guard(number))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
-    else if (settings_enter(number, value, f) && settings_of_gap(number))
-        gap_settings();
+    else if (settings_enter(number, value, f)) {
+        watch_between(); /* conversions take divisions of 64 bits */
+        if (settings_of_gap(number))
+            gap_settings();
+    }
 }
 
 /* `$P`: number of blocks and clocks per block; longest step of each task of the main loop; longest
@@ -455,8 +462,10 @@ bool commands_step(void) {
     if (commands_wait())
         obey_overrides();
     link_come come = link_take();
-    if (come > LINK_TAKEN)
+    if (come > LINK_TAKEN) {
+        watch_between();
         obey(come);
+    }
     /* The gateware already holds. The firmware follows last, as the hold may have come last. */
     if (notes & NOTE_HOLD)
         (void)machine_hold(true, 0);

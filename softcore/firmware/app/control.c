@@ -7,10 +7,12 @@
 #include "app/override.h"
 #include "app/program.h"
 #include "base/alarm.h"
+#include "base/watch.h"
 #include "link/tape.h"
 #include "path/path.h"
 
 __attribute__((noinline)) void control_take_alarm(void) {
+    watch_between();
     machine_stop();
     program_abort();
     machine_take_alarm();

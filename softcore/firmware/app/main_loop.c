@@ -13,6 +13,7 @@
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "gap/gap.h"
 #include "hal/hal.h"
 #include "link/link.h"
@@ -20,8 +21,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-#define PET_START 0xa5
-#define PET_END 0x5a
 #define PET_INTERRUPT 0xc3
 
 /* After a round of passes without work the processor sleeps for this long. An event or a byte wakes
@@ -47,16 +46,9 @@ static unsigned turn;
 static bool busy;               /* a task had work in this round */
 static bool calm;               /* no event and no byte ended the last sleep early */
 
-/* Write the second key. If the watchdog was called only just before, its window is not open; the
-   next call is then early enough. */
-static void end(void) {
-    if (hal_watch_open())
-        hal_pet(PET_END);
-}
-
 static void pet(void) {
-    hal_pet(PET_START);
-    end();
+    watch_begin();
+    watch_end();
 }
 
 void main_loop_interrupt(void) {
@@ -106,13 +98,13 @@ static bool step(unsigned task) {
    the sum of steps. `now` is the clock at the start, and afterwards the clock at the end. */
 static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
     uint32_t began = *now;
-    hal_pet(PET_START);
+    watch_begin();
     bool more = work(task);
     if (alarm_raised())
         control_take_alarm();
     if (program_answers())
         commands_answer_program();
-    end();
+    watch_end();
     *now = hal_cycle_low();
     profile_note(task, *now - began);
     busy = busy || more;

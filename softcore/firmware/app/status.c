@@ -8,6 +8,7 @@
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/text.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "link/lines.h"
 #include "link/output.h"
@@ -81,6 +82,7 @@ __attribute__((noinline)) void status_tell(void) {
         bool burns = machine_burns(), fluid = auxiliary_fluid();
         char on[HAL_AXES + 6];
         pins(on);
+        watch_between();
         length += text_print(report + length, size,
                              "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", alarm_number(),
                              um / 1000, um / 100 % 10, um / 10 % 10, um % 10, on, offset[0],
@@ -94,11 +96,13 @@ __attribute__((noinline)) void status_tell(void) {
         char masked[SETTINGS_MASKED];
         hal_gap_counts(counts);
         settings_masked(masked, sizeof masked);
+        watch_between();
         text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>",
                    hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
                    *masked ? "|Off:" : "", masked);
+        watch_between();
         output_line("%s", report);
         part = PART_NONE;
         length = 0;

@@ -2,6 +2,7 @@
 #include "link/link.h"
 
 #include "base/units.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 #include "link/frame.h"
@@ -83,6 +84,8 @@ __attribute__((noinline)) static unsigned take(unsigned entry) {
         lines_frame_end();
         return COST_LINE;
     }
+    if (entry == '\n' || entry == '\r')
+        watch_between(); /* to judge a line takes as long as many bytes */
     switch (lines_byte((uint8_t)entry)) {
     case LINES_MORE: return COST_BYTE;
     case LINES_ENDED: return COST_LINE;

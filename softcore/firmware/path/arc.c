@@ -2,6 +2,7 @@
 #include "path/arc.h"
 
 #include "base/units.h"
+#include "base/watch.h"
 #include "path/arc_border.h"
 
 /* 45 degrees are cut into two pieces, and from this radius (pulses) on into four. The speed of the
@@ -424,6 +425,7 @@ uint32_t arc_piece(arc *a, uint32_t index, hal_segment *piece) {
         if (!off)
             break;
         grows -= off;
+        watch_between();
     }
     piece->start.error = (int32_t)arc_border_error_at(a, from.at, first);
     piece->end.error = (int32_t)arc_border_error_at(a, to->at, last);

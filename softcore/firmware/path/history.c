@@ -3,6 +3,7 @@
 
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "path/arc.h"
 
 /* Units of a block. A line has one unit: delta (three words) and rate. An arc has the same unit,
@@ -212,6 +213,7 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
         if (!b || !arc_piece_ready(&b->arc, at.piece))
             return false;
         (void)arc_piece(&b->arc, at.piece, move);
+        watch_between();
         move->highest = b->highest;
         s->tight = b->tight;
         for (unsigned axis = 0; axis < HAL_AXES; axis++) {

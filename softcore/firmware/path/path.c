@@ -3,6 +3,7 @@
 
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "path/approach.h"
 #include "path/coordinate.h"
 #include "path/crossing.h"
@@ -11,8 +12,7 @@
 /* Numbers begin here so that the virtual segment has one too; a multiple of the slots. */
 #define FIRST_NUMBER HAL_SLOTS
 
-/* Slots kept loaded behind and ahead of the machine's segment. Most of them lie in the direction of
-   travel, so that short segments do not limit the speed. */
+/* Slots kept loaded behind and ahead: most lie ahead, for speed on short segments. */
 #define NEAR_SIDE (HAL_SLOTS / 4 - 1)
 #define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
 
@@ -128,8 +128,7 @@ static void join(uint32_t number) {
                 (a->tight || b->tight || is_corner(b->from, a->to));
 }
 
-/* Back limit of a segment that begins at `from` and ends at `to` on the jump axis; `back_limit` is
-   that of the segment before. */
+/* Back limit of a segment from `from` to `to` on the jump axis; `back_limit` is that before it. */
 static int32_t back_limit_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
                              int32_t back_limit) {
     unsigned axis = hal_jump_axis();
@@ -291,8 +290,7 @@ bool path_bounds_step(void) {
     return !scan.active;
 }
 
-/* Number of the machine's segment: the segment of the window in the gateware's present slot. At the
-   end of the loaded segments that slot may still be empty. */
+/* Number of the machine's segment, by the gateware's slot, which may be empty at the end. */
 static uint32_t current(void) {
     uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
     return number < high ? number : high - 1;
@@ -309,8 +307,7 @@ void path_note_work(bool touched) {
         approach_note(in_window(number)->way);
 }
 
-/* Drop a segment from the window, unless the machine is already beyond the new bound. A slot may be
-   overwritten only if the machine cannot reach it. */
+/* Drop a segment, unless the machine is beyond the new bound: it must not reach a free slot. */
 static bool drop_low(void) {
     int32_t was = bounds[BOUND_BEHIND], now = in_window(low + 1)->start;
     if (difference(bounds[BOUND_FAST_BEHIND], now) < 0)
@@ -359,6 +356,8 @@ static bool load_high(void) {
     }
     if (!history_make(at, &move, &made))
         return true;
+    if (move.arc)
+        watch_between();
     made.start = high == loaded ? fresh_start : end_of(high - 1);
     if (high - low == HAL_SLOTS && !drop_low())
         return false;
@@ -379,6 +378,8 @@ static bool load_low(void) {
     path_place at = in_window(low)->at;
     if (!history_preceding(&at) || !history_make(at, &move, &made))
         return true;
+    if (move.arc)
+        watch_between();
     made.start = moved_back(in_window(low)->start, made.length);
     if (high - low == HAL_SLOTS && !drop_high())
         return false;
