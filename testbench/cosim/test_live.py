@@ -39,6 +39,11 @@ M02
 """
 
 
+def heed_ctrl_c():
+    """Let Ctrl-C end a process also where a shell has started the tests in its background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(seed=1):
     return simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=seed, waves=None, trace=False,
                             progress=print)
@@ -139,7 +144,8 @@ def test_the_two_commands_find_each_other(workdir):
     for path in folder.glob("*"):
         path.unlink()
     with subprocess.Popen([*command, "simulate", "--tcp", "127.0.0.1:0", "--arm"],
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as started:
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          preexec_fn=heed_ctrl_c) as started:
         said = ""
         while "Ctrl-C" not in said:
             assert started.poll() is None, started.stderr.read()

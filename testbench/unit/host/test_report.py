@@ -200,7 +200,7 @@ def test_same_run_gives_the_same_page():
     ({"outcome": "alarm", "alarm": {"code": 115, "text": "Block 9: <B> is unknown."}},
      "<b>Alarm 115.</b> Block 9: &lt;B&gt; is unknown."),
     ({"outcome": "alarm", "alarm": {"code": 153, "text": "No."}},
-     "<b>What to do:</b> See that nobody is in danger, press ARM, and start again.</div>"),
+     "<b>What to do:</b> Make sure that nobody is in danger, press ARM, and start again.</div>"),
     ({"outcome": "stopped"}, "stopped"),
     ({"outcome": "rejected", "alarm": {"code": 101, "text": "no start"}}, "tape rejected"),
 ])
