@@ -13,14 +13,15 @@ __all__ = ["FOLDERS", "SLOW", "is_quick"]
 FOLDERS = {"cosim": "cosim", "formal": "formal"}
 # More than some 5 s each on one core, all of them five sixths of the unit tests' time.
 SLOW = frozenset({
-    "firmware/test_arc", "firmware/test_fuzz", "firmware/test_image", "firmware/test_planned",
-    "firmware/test_realtime_bytes", "firmware/test_tables",
-    "host/test_cli", "host/test_experiment_removal", "host/test_live",
-    "host/test_report", "host/test_roughing", "host/test_staircase", "project/test_boards",
-    "rtl/test_axis", "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_fluid",
+    "firmware/test_arc", "firmware/test_corpus", "firmware/test_fuzz", "firmware/test_image",
+    "firmware/test_path", "firmware/test_planned", "firmware/test_realtime_bytes",
+    "firmware/test_tables", "host/test_cli", "host/test_experiment_removal", "host/test_live",
+    "host/test_report", "host/test_roughing", "host/test_staircase", "host/test_subprograms",
+    "plant/test_gap", "plant/test_ignition", "project/test_boards", "rtl/test_axis",
+    "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_dac", "rtl/test_fluid",
     "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
     "rtl/test_retraction", "rtl/test_retraction_contact", "rtl/test_retraction_ramps",
-    "rtl/test_retraction_servo", "rtl/test_supervision"})
+    "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision"})
 
 
 def is_quick(path: str) -> bool:
