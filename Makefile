@@ -25,7 +25,7 @@ check: venv    ## lint, types and every quick test: the loop while you work
 	@$(MAKE) --no-print-directory lint
 	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick $(TESTS)
 
-test: install  ## every test; decides whether a change lands (TESTS=)
+test: install  ## every test but the long ones (soak); decides whether a change lands (TESTS=)
 	@$(MAKE) --no-print-directory lint
 	@$(PY) -m pytest -n $(JOBS) --dist worksteal $(TESTS)
 

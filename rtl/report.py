@@ -22,9 +22,9 @@ class Report(wiring.Component):
     """Makes events, each with the machine's place, and keeps them for firmware.
 
     The retraction has priority; other sources wait until it has no event. Of several changes of the
-    fluid only the last becomes an event; of all others each does. A stuck gate becomes an event
-    even if another cause tripped first. An event is in the queue two clocks after it happened,
-    unless others come before it.
+    fluid only the last becomes an event; every change of the other kinds does. A stuck gate becomes
+    an event even if another cause tripped first. An event is in the queue two clocks after it
+    happened, unless others come before it.
 
     Parameters
     ----------

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bitstreams: firmware, controller and board, through synthesis and layout."""
+"""Bitstreams: firmware, controller and board, through synthesis and layout.
+
+``python -m softcore.build`` writes the pin list of every board, as it is committed.
+"""
 
 import json
 import subprocess
@@ -22,7 +25,7 @@ from softcore.soc import Soc
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "STAT", "SYNTHESIS", "Bitstream", "BuildError", "Cells", "build",
-           "plan", "run_tool"]
+           "pin_list", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 BOARDS = {board.name: board for board in ulx3s.BOARDS}
@@ -137,6 +140,11 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
         nextpnr_opts=f"--seed {SEED} --timing-allow-fail --report top.report.json")
 
 
+def pin_list(planned: BuildPlan) -> str:
+    """Pin list of a plan, as it is committed: the pins as the layout tool reads them."""
+    return planned.files["top.lpf"] + "\n"
+
+
 def run_tool(command: list[str], folder: Path) -> None:
     """Run a tool for ECP5 in ``folder``. ``command`` starts with the tool's upstream name.
 
@@ -209,3 +217,8 @@ def _result(folder, key, seconds):
         fmax_mhz={name: (clock["achieved"], clock["constraint"])
                   for name, clock in report["fmax"].items()},
         seconds=seconds)
+
+
+if __name__ == "__main__":
+    for board in BOARDS.values():
+        board.pin_list.write_text(pin_list(plan(board)))

@@ -152,8 +152,8 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
      _value(32, "Clocks at the front with the discharge on.", unit="clock")),
     ("gain", "Depth beyond the first start point that ends a short burst.",
      _value(16, "Path pulses.", unit="pulse", init=10)),
-    ("repeats", "Number of shorts in a short burst that halts the machine; 0 for no bound.",
-     _value(8, "Shorts.", init=20)),
+    ("repeats", "Return of the short in a short burst that halts the machine; 0 for no bound.",
+     _value(8, "Shorts after the first.", init=20)),
     ("settle", "Time at rest at the limit, with small error counters, until a short there halts.",
      _value(24, "Clocks.", unit="clock", init=1000)),
     ("control", "What motion may do.", (
@@ -167,7 +167,7 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
     ("first", "First start point of the short burst; the limit is measured from it.",
      _value(32, "Path coordinate.", signed=True, access="r", unit="pulse")),
-    ("burst", "Number of shorts so far in the present short burst.",
+    ("burst", "Number of shorts so far after the first of the present short burst.",
      _value(8, "Shorts.", access="r")),
 ))
 

@@ -119,10 +119,12 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
     lines = [
         "# Settings", "",
         "The settings adapt the controller to a machine and its gap. `$$` lists them as "
-        "`$number=value`, and such a line changes one. `$ES` lists title, unit and range of all "
-        "settings, `$ES=number` of one. A [machine's file](machine-file.md) gives them in "
-        "its table `[settings]`. All values are whole numbers; both ends of a range are allowed. "
-        "After power-on every setting has its default.", "",
+        "`$number=value`, and such a line changes one. Old documents give numbers from before "
+        "those of grbl were adopted: add 400 to them (`$44` is `$444`). `$ES` lists title, unit "
+        "and range of all settings, `$ES=number` of one. A [machine's "
+        "file](machine-file.md) gives them in its table `[settings]`. All values are whole "
+        "numbers; both ends of a range are allowed. After power-on every setting has its "
+        "default.", "",
         "No setting can change while a program runs. Those marked *rest* guard the machine: they "
         "cannot change while it moves or machines either (" + filled(
             "`error:{error_busy}`).", table, faults)]
@@ -326,12 +328,12 @@ def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
     lines = [
         "# Machining conditions", "",
         f"`C` with a number selects one of these conditions, or one of up to {ENTERED} that were "
-        f"entered with G10 ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The rest is "
-        "additional off-time after an arc or a short. The first conditions are for copper on steel "
+        f"entered with G10 ([words](programs.md)). One IP is {IP_MA / 1000:g} A. The additional "
+        "off-time follows an arc or a short. The first conditions are for copper on steel "
         "in hydrocarbon oil, from finishing to roughing; those with a negative electrode are for "
         "wire. With default settings, pulses of 510 end before the comparators are read: see `C` "
         "in [words](programs.md).", "",
-        "| C | IP | A | on, us | off, us | rest, us | electrode |", f"|{' --- |' * 7}"]
+        "| C | IP | A | on, us | off, us | additional off, us | electrode |", f"|{' --- |' * 7}"]
     lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
               f"| {row.on_us} | {row.off_us} | {row.rest_us} "
               f"| {'negative' if row.negative else 'positive'} |" for row in table]

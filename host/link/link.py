@@ -18,7 +18,7 @@ again, and also if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
 refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. So no damaged byte
-starts a motion or makes one faster. The lines ``$RESUME`` and ``$RETRACT`` replace the first two.
+starts a motion or makes one faster. The lines ``$RESUME`` and ``$RETRACT`` replace `~` and 0xB0.
 They work at any time: while a tape runs or is being sent, and ahead of lines that wait.
 
 **Tape frames** carry punched bytes::
@@ -32,10 +32,12 @@ is right, else by the place of 0x03.
 
 The controller answers 0x06 sequence (taken) or 0x15 sequence (damaged, send again), and nothing
 while its buffer is full. A frame without answer is sent again after a time-out, and a sequence
-number seen twice is taken once. Length 0 begins a tape, length 0xFF says that no more bytes follow.
-The frames of a tape are numbered from 0, modulo 256. The frame that begins the tape has number 255,
-so that a late answer to it is not mistaken for the answer to the first bytes. So no byte of a tape
-can be lost or doubled. Between the frames of a tape only numbered lines are accepted.
+number seen twice is taken once. So, by CRC and sequence, no byte of a tape is lost or doubled.
+
+Length 0 begins a tape, length 0xFF says that no more bytes follow. The frames of a tape are
+numbered from 0, modulo 256. The frame that begins the tape has number 255, so that a late answer to
+it is not mistaken for the answer to the first bytes. Between the frames of a tape only numbered
+lines are accepted.
 
 **A held processor** sends nothing more. After a fault of its memory, or when it has not answered
 the watchdog for too long, the gateware takes the line over. It sends one of these about every

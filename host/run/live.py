@@ -26,7 +26,7 @@ TELL_S = 10.0       # between two messages on the speed
 KEEPS_UP = 0.98     # share of real time that counts as keeping up
 AHEAD_S = 0.005     # lead of the machine's time while a client sends without a pause
 # Pause after a client has left, in the machine's time, before the next one is heard or answered.
-# The controller gives up an open frame within 50 ms, and answers within a few; see
+# The controller gives up an open frame within 50 ms, and answers within a few ms; see
 # softcore/firmware/link.
 UNPLUGGED_S = 0.1
 # Pulling the plug damages a byte. So the controller refuses a line that was left open, and the next

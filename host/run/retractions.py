@@ -10,15 +10,16 @@ from host.run.events import Event
 class Retraction:
     """One retraction: its start, its end, the way back and the resumption, as events.
 
-    ``burst_t`` is when the first retraction of its short burst began: a short during the re-advance
-    starts a new retraction within the same limit. ``limit`` is the retractable limit in force, mm;
-    it does not hold for a jump, and events do not give a jump's distance.
+    ``away_t`` is when the first retraction since the last resumption of the feed began: a short
+    during the re-advance starts a new retraction within the same limit. ``limit`` is the
+    retractable limit in force, mm; it does not hold for a jump, and events do not give a jump's
+    distance.
     """
 
     number: int
     start: Event
     limit: float | None
-    burst_t: float
+    away_t: float
     end: Event | None = None
     advances: list[Event] = field(default_factory=list)
     resume: Event | None = None
@@ -46,28 +47,31 @@ def collect(events: list[Event]) -> list[Retraction]:
     """Retractions of a run, in order."""
     found: list[Retraction] = []
     limit: float | None = None
-    open_burst: float | None = None
+    away_t: float | None = None
     for event in events:
         kind = event["event"]
         if kind == "retraction_set":
             limit = event["limit"]
         elif kind == "retraction_start":
-            if open_burst is None:
-                open_burst = event["t"]
+            if away_t is None:
+                away_t = event["t"]
             bound = None if event["cause"] == "jump" else limit
-            found.append(Retraction(len(found) + 1, event, bound, open_burst))
+            found.append(Retraction(len(found) + 1, event, bound, away_t))
         elif found and kind == "retraction_end":
             found[-1].end = event
         elif found and kind == "readvance":
             found[-1].advances.append(event)
         elif found and kind == "resume" and found[-1].resume is None:
             found[-1].resume = event
-            open_burst = None
+            away_t = None
     return found
 
 
 def most_telling(retractions: list[Retraction]) -> Retraction | None:
-    """The retraction to show in close-up: the longest that is complete and has every phase."""
+    """The retraction to show in close-up: the longest that is complete and has every phase.
+
+    If there is none, the nearest to that.
+    """
     def worth(one: Retraction) -> tuple[bool, int, bool, float]:
         return (one.resume is not None, len(one.advances), one.cause == "short", one.distance)
     return max(retractions, key=worth, default=None)

@@ -36,9 +36,9 @@ class PresetCounters(wiring.Component):
       Nothing else clears counter 7, not even UP and DOWN.
     * ``CONSECUTIVE``: the same, and a pulse of another class clears a counter that is not full.
     * ``TOTAL``: the classes of ``window`` pulses are counted. At the last of them 5 and 6 each
-      become full if their count reached the preset, and else lose the state full. If 7 reached its
-      preset, 5 and 6 are both cleared instead. Then counts and window begin anew. So they do at UP
-      and DOWN: pulses from before the electrode moved do not count.
+      become full if their count reached the preset, else are no longer full. If 7 reached its
+      preset, 5 and 6 are both cleared instead. Then counts and window begin anew. Counts and window
+      also begin anew at UP and DOWN: pulses from before the electrode moved do not count.
     * ``RELATIVE``: 5 counts +1 for a pulse of its class, 6 likewise, and both -``weight`` for an
       OK, not below 0. Only a strobe clears a full counter; 7 is not used.
 

@@ -23,20 +23,20 @@ class Ramp(wiring.Component):
     not slow down. It asks as soon as the last pulse has left, so that the next is there in time.
 
     While ``ready`` is low no pulse leaves; a pulse that is due waits, and leaves 1 clock after
-    ``ready`` rises. The next one keeps its usual distance to it. So the delay remains until pulses
-    come further apart than they may leave. ``rate`` changes meanwhile as if no pulse waited.
+    ``ready`` rises. The next one keeps its usual distance to it. The delay is made up only when
+    pulses come further apart than they may leave. ``rate`` changes meanwhile as if no pulse waited.
 
     ``distance`` is the braking distance from ``rate`` to ``start_rate`` in whole pulses, rounded
     down, plus at most one step of the ramp. It is the sum of the steps taken upwards, so that the
     way down is exactly as long as the way up.
 
-    ``rate`` changes at the end of every fourth clock, by ``brake``, ``target`` and the number of
-    stored pulses in the clock before. So slowing down begins 2 to 5 clocks after ``brake`` rises.
-    ``target`` is read in that clock only, for the 4 clocks that follow. If no pulse is stored and
-    none can come (``room``), ``rate`` falls back to ``start_rate`` at once. The last step down ends
+    ``rate`` changes every 4 clocks, counted from reset and anew from each fall to ``start_rate``,
+    by ``brake``, ``target`` and the number of stored pulses in the clock before the change. So
+    slowing down begins 2 to 5 clocks after ``brake`` rises. ``target`` is read in that clock only,
+    for the 4 clocks that follow. If no pulse is stored and none can come (``room``), ``rate`` falls
+    back to ``start_rate`` at once; that fall takes the place of a change. The last step down ends
     at ``start_rate``, wherever it began: so a bit of the rate that has turned over does not keep
-    the ramp from coming to rest. The fourth clocks are counted from reset, and again from each
-    such fall, which counts as one.
+    the ramp from coming to rest.
 
     ``start_rate`` and ``acceleration`` may change only at rest; they are in force 8 clocks later.
 

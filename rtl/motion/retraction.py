@@ -19,8 +19,8 @@ class State(enum.Enum, shape=4):
     STOPPING = 1    # a retraction was ordered: coming to rest
     RETRACTING = 2  # going back
     AT_LIMIT = 3    # as far back as allowed, still short
-    HIGH = 4        # re-advance at high speed, to the changeover position
-    LOW = 5         # re-advance at low speed, to the start point
+    HIGH = 4        # re-advance at VH (H of the tape), to the changeover position
+    LOW = 5         # re-advance at VL (E of the tape), to the start point
     HALTED = 6      # stopped by an alarm
 
 
@@ -67,8 +67,8 @@ class Retraction(wiring.Component):
     jump or the operator's order it comes to rest, goes back, and re-advances at the high speed to
     the changeover position and at the low speed to the start point:
 
-    * The start point BS is the position at which the machine left off machining: ``front``, the
-      furthest coordinate commanded, unless the servo has drawn back. The limit is measured from
+    * The start point BS is where machining stopped. That is ``front``, the furthest coordinate
+      commanded, except under servo, which may have drawn back. The limit is measured from
       ``first``, the front at the first short of a short burst. A short burst ends when machining is
       ``gain`` pulses beyond ``first``. No pulse goes back beyond the higher of ``first - limit``
       and ``back_limit``. A jump goes back to ``front - jump_distance``, or to ``back_limit``.
@@ -81,7 +81,7 @@ class Retraction(wiring.Component):
       ``backpressure``: firmware has not taken the events yet.
     * A short at the front or in the re-advance starts a retraction. At or below the start/stop
       speed no pulse Ps follows ``shorted``; above it, only those needed to come to rest. Without
-      valid data, or at return number ``repeats`` of a short burst, the machine halts instead.
+      valid data, or at the ``repeats``th return of the short in a short burst, it halts instead.
 
     With ``servo`` the machine moves by strobes only: each ``down`` moves it ``step`` pulses forward
     and each ``up`` ``step`` pulses back, at the segment's feed, from where it is in that clock. It
@@ -91,7 +91,7 @@ class Retraction(wiring.Component):
 
     With the discharge off ``rtl.gap.contact`` watches: no forward pulse Ps is made while ``wait``
     or ``contact`` is high, and ``contact`` in a forward state halts; stored pulses must then be
-    dropped. ``wanted`` says that, but for these two and the bound, forward pulses would come.
+    dropped. ``wanted``: forward pulses would come if neither these two nor the bound stopped them.
 
     No rate is above ``highest``, the bound of the segment in which the machine is, in 2**-28
     pulse/clock (0 for no bound). Like ``feed`` it holds within the segment: a faster machine must
@@ -105,7 +105,7 @@ class Retraction(wiring.Component):
     silent: docs/reference/retraction.md.
     """
 
-    # Words of the tape and of its rules, by the names of their registers.
+    # Words of the tape and of its rules; softcore/regmap.py describes each under the same name.
     DATA = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", "jump_distance",
             "jump_rate", "jump_high_rate", "jump_period", "gain", "repeats", "settle")
     PREPARE = 6   # clocks until bounds and comparisons have followed a change of state
@@ -224,7 +224,7 @@ class Retraction(wiring.Component):
     def _motion(self, m, own):
         """Whether the state lets the machine move, and whether the machine is at rest."""
         state = self.state
-        # So long that the last pulse has reached the axes, on an arc too, and the comparisons.
+        # ``rested`` covers 7 clocks: by then the last pulse has reached axes and comparisons.
         m.d.sync += own.rested.eq(Cat(self.rest & self.ready, own.rested))
         m.d.comb += [
             own.at_rest.eq(self.rest & own.rested.all()),
@@ -427,7 +427,7 @@ class Retraction(wiring.Component):
         loaded = Signal(signed(32))      # ... and within the loaded segments
         back_limit_wins = Signal()
         changeover = Signal(signed(32))
-        leading = Signal(signed(32))
+        leading = Signal(signed(32))     # braking for it, the ramp has the low rate at changeover
         high = Signal(signed(32))
         low = Signal(signed(32))
         before_changeover = Signal()

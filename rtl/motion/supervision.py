@@ -60,12 +60,12 @@ class Supervision(wiring.Component):
     * *Misfit.* The difference between the model's travel and the pulses that came is at most
       ``allowance`` plus half of the model's own travel. Both decay by 1/512 a tick (16 ms). So the
       drive's gain may be wrong by half in any motion. The allowance is for lags other than 4 ms.
-    * *Share.* A stretch is at least 128 pulses commanded, or come, and 512 ticks from its 16th
-      pulse on. In a stretch at least 1/8 and at most 8 times as many pulses come as were commanded,
-      in the commanded direction. A new stretch begins when one has passed, at each change of the
-      commanded direction, and when the drive is commanded to stand. At 8192 pulses a stretch ends
-      whatever its time. So a lost coder is found after some pulses, however slow the axis is. A
-      wrong gain setting trips the axis in motion; it never hides a lost coder.
+    * *Share.* A stretch ends when 128 pulses were commanded or came, and 512 ticks have passed
+      since 16 pulses were commanded. In a stretch at least 1/8 and at most 8 times as many pulses
+      come as were commanded, in the commanded direction. A new stretch begins when one has passed,
+      at each change of the commanded direction, and when the drive is commanded to stand. At 8192
+      pulses a stretch ends whatever its time. So a lost coder is found after some pulses, however
+      slow the axis is. A wrong gain setting trips the axis in motion; it never hides a lost coder.
     * *Rate.* In 32 ticks no more than ``fastest`` pulses of either direction come.
 
     When a check fails, a more exact finding replaces it if there is one: ``SILENT``, ``PHASE_A`` or
@@ -116,12 +116,12 @@ class Supervision(wiring.Component):
         If ``allowance`` or ``fastest`` is below 1.
     """
 
-    SIZE, GAIN = 15, GAIN_BITS   # bits of the velocity command and of the gain,
-    PACE, CAME = 21, 10          # of a speed (any product of the two), of the pulses of a tick
+    SIZE, GAIN = 15, GAIN_BITS   # bits of the velocity command and of the gain
+    PACE, CAME = 21, 10          # bits of a speed (a product of those two), and of a tick's pulses
     LAG, MEMORY = 7, 9           # shifts of the model's lag and of the misfit's decay
-    LEAST, BEGUN = 7, 4          # log2 of the pulses of a stretch, and of those before its time
-    LONGEST = 13                 # ... after which it ends
-    SHARE = 3                    # shift
+    LEAST, BEGUN = 7, 4          # log2 of the least pulses of a stretch, and when its time begins
+    LONGEST = 13                 # log2 of the pulses after which a stretch ends at any time
+    SHARE = 3                    # shift for the bounds of a share, 1/8 and 8 times
     LIVELY = 5                   # log2 of the pulses commanded without an edge
     FRACTION, COARSE = 12, 8     # bits below the pulse of speeds and travels, and of the misfit
     FINER = 8                    # additional ones of Er times the gain

@@ -79,7 +79,7 @@ class ReadBack(wiring.Component):
         m = Module()
 
         before = Signal(10)
-        known = Signal(range(self.settle + 1))  # clocks of this level
+        known = Signal(range(self.settle + 1))  # clocks since the level changed
         trusted = Signal()
         m.d.sync += before.eq(self.level)
         m.d.comb += trusted.eq(known == self.settle)

@@ -58,8 +58,8 @@ class Interlock(wiring.Component):
 
     ``latched`` has a double. If the two differ, a bit has changed by itself: that is the cause
     ``guard`` in the same clock, and ``torn`` is high. From the next clock on both hold the causes
-    of either. For the definition of a trip only causes in both count as latched: so a changed bit
-    is a trip if nothing else was latched.
+    of either. A trip counts a cause as latched only if ``latched`` and its double both have it. So
+    a changed bit is a trip if nothing else was latched.
 
     Debouncing: a limit switch is a cause in the clock after 2 clocks in a row with it (a single
     clock is a disturbance), until it has been released for ``limit_release_us``. A change of the

@@ -206,7 +206,8 @@ FAULTS: tuple[Fault, ...] = (
            "The gap shorts again and again at the same place: the flushing does not carry the "
            "debris away, or the discharge is too strong for the gap.",
            "Send `$X`, move the electrode away and clean the gap. Improve the flushing, add jumps "
-           "(G38), or take a weaker condition. `${repeats}` is the number of shorts.", spoken=True),
+           "(G38), or take a weaker condition. `${repeats}` says at which return of the short "
+           "the alarm comes.", spoken=True),
     _fault(144, "halt_no_data", "machine", "short without retraction data (G36)",
            "The gap is shorted, and no retraction data say how far and how fast to go back.",
            "Send `$X`, move the electrode away, and enter a G36 by hand or put one into the "
@@ -246,8 +247,10 @@ FAULTS: tuple[Fault, ...] = (
     _fault(152, "contact", "machine",
            "contact with the discharge off; from here only a move away from the work is possible",
            "The electrode or wire touched the work while it moved without discharge.",
-           "Send `$X`, and move away from the work, back along the way to it. Then check zero and "
-           "program.",
+           "Send `$X`, and move away from the work, back along the way to it: by a line that "
+           "leads, by at least an eighth of its length, against the last cut or touch, or straight "
+           "up the jump axis; an arc never counts as a move away "
+           "([contact](guards.md#contact-with-the-discharge-off)). Then check zero and program.",
            spoken=True),
     _fault(153, "not_armed", "machine", "the discharge is not armed: press the button ARM at the "
            "machine",

@@ -21,7 +21,7 @@ FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmwar
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
 # Groups of settings, with their headings on the page. When a setting changes, the firmware applies
-# its group again.
+# its group again; those of ``gap`` and ``program`` are read where they are needed.
 GROUPS = {
     "detector": "Shorts, pulses and sensing",
     "motion": "Speeds and short bursts",
@@ -97,9 +97,9 @@ SETTINGS: tuple[Setting, ...] = (
     _set(407, "gain_pulses", "depth that ends a short burst", "pulses", (10, 1, 65_535),
          "motion", "Shorts belong to one short burst until the machine is this much further than "
          "at the first of them. A pulse is 0.1 µm."),
-    _set(408, "repeats", "shorts in a burst that halt (0 no bound)", "shorts", (20, 0, 255),
-         "motion", "Alarm {alarm_halt_burst} comes after this many shorts in a short burst. 0: it "
-         "never comes.",
+    _set(408, "repeats", "returns of a short that halt (0 no bound)", "shorts", (20, 0, 255),
+         "motion", "Alarm {alarm_halt_burst} comes when this many shorts have followed the first "
+         "one of a short burst. 0: it never comes.",
          switches_off="repeats"),
     _set(409, "settle_us", "rest at the limit before the halt", "us", (500, 0, 300_000), "motion",
          "How long the axes rest at the retractable limit or the back limit, still short, before "

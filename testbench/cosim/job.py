@@ -19,8 +19,8 @@ __all__ = ["HEIGHT_MM", "MM", "PATIENCE_S", "Data", "Job", "program"]
 MM = 10_000          # pulses
 PATIENCE_S = 3.0     # machine time, longer than any wait of a scenario
 LOOK_CLOCKS = 64     # between two looks at a condition
-BUTTON_CLOCKS = 100  # time of a byte,
-ORDER_CLOCKS = 3000  # and of a line with number and check
+BUTTON_CLOCKS = 100  # one byte of the link takes at most so long
+ORDER_CLOCKS = 3000  # a line with number and check takes at most so long
 QUIET_GAP_UM = 30.0  # width at which there are discharges, but no shorts
 HEIGHT_MM = 0.1      # of the electrode over program Z 0, at the start
 

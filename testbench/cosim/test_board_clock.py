@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A short stretch of a job is the same at a board's clock and at the simulation's slow clock."""
+"""A short stretch of a job is the same at 25 MHz and at the simulation's slow clock."""
 
 import pytest
 

@@ -29,7 +29,7 @@ class Ramp:
 
     start_rate: int
     acceleration: int
-    clock: int = 0       # of a step, which ends clock 0
+    clock: int = 0       # within a step, 0 to 3; the step ends in clock 0
     base: int = 0        # start_rate as it was in the last clock at rest
     level: int = 0       # steps of the ramp above the start/stop speed
     credit: int = 0      # towards the next pulse, which leaves at PULSE
@@ -43,7 +43,7 @@ class Ramp:
     aim: int = 0
     below: bool = False
     apart: bool = False
-    known: bool = False  # no step down since, no fall
+    known: bool = False  # aim was read, and no step down or fall has happened since
 
     @property
     def rate(self) -> int:

@@ -27,8 +27,8 @@ static void begin_path(void) {
 
 void control_reset(void) {
     bool open = (!path_at_front() || program_running()) && !machine_locked();
-    /* As in grbl, Hold:0 is rest: what was entered by hand may be dropped there. That a tape is broken off
-       is always told. */
+    /* As in grbl, Hold:0 is rest: what was entered by hand may be dropped there without an alarm.
+       Breaking off a tape always raises one. */
     bool rests = (machine_held() || program_paused()) && meter_rests() && !tape_runs();
     if (open && !rests) {
         fault f = {.code = FAULT_RESET, .text = FAULT_TEXT_RESET};

@@ -11,8 +11,8 @@
 #include "path/path.h"
 
 #define PASSES 4            /* rounds of the main loop from one look to the next */
-/* Motion is stuck if no pulse comes in STUCK_US, the longest that anything may delay the front,
-   plus the time of STUCK_PULSES. */
+/* Motion is stuck if no pulse comes in STUCK_US plus the time of STUCK_PULSES. STUCK_US is longer
+   than any legal delay of the front. */
 #define STUCK_US 200000
 #define STUCK_PULSES 4
 

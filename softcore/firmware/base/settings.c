@@ -207,7 +207,7 @@ uint32_t settings_acceleration(void) { return acceleration; }
    which is less than v*v/(2 R K*K). A speed loop inside the position loop makes this deviation
    smaller. */
 uint32_t settings_curve_rate(uint32_t radius) {
-    /* `square` is in 2**-36 pulse**2/clock**2, which is 2**28 times 2**-64 of it. */
+    /* `square` is in units of 2**-36 = 2**28 * 2**-64 pulse**2/clock**2. */
     uint64_t square = (uint64_t)acceleration * radius;
     uint32_t root = units_root(square << 8);
     uint32_t most = root >= UNITS_RATE_LIMIT >> 10 ? UNITS_RATE_LIMIT : root << 10;

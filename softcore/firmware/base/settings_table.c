@@ -19,7 +19,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
     [SET_GAIN_PULSES] = {10, 1, 65535, 407, GROUP_MOTION, true,
         "depth that ends a short burst", "pulses", 0},
     [SET_REPEATS] = {20, 0, 255, 408, GROUP_MOTION, true,
-        "shorts in a burst that halt (0 no bound)", "shorts", "repeats"},
+        "returns of a short that halt (0 no bound)", "shorts", "repeats"},
     [SET_SETTLE_US] = {500, 0, 300000, 409, GROUP_MOTION, true,
         "rest at the limit before the halt", "us", 0},
     [SET_START_SPEED_UM_S] = {10000, 1, 1000000, 410, GROUP_MOTION, true,

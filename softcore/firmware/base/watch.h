@@ -9,8 +9,8 @@
 
 static inline void watch_begin(void) { hal_pet(WATCH_BEGIN); }
 
-/* Write the second key. If the watchdog was called only just before, its window is not open; the
-   next call is then early enough. */
+/* Write the second key. Too soon after the last call this does nothing; the next call still comes
+   in time. */
 static inline void watch_end(void) {
     if (hal_watch_open())
         hal_pet(WATCH_END);

@@ -10,9 +10,9 @@
 #define LEVELS(mv) ((mv) * 2048 / 3125)
 #define GAIN_STEP(gain) ((gain) * 25 / 4)
 
-/* A no-load voltage is measured over at least so many open pulses and windows without a discharge.
-   Of these windows the first may have begun with a discharge. The last one may have ended with a
-   discharge that is not yet counted because its pulse has not ended. */
+/* A no-load voltage is measured over at least so many open pulses and windows without a counted
+   discharge. Three windows, since the first and the last may each contain part of a discharge: one
+   that was counted before, or one whose pulse has not ended yet. */
 #define CLEAN_PULSES 64
 #define CLEAN_WINDOWS 3
 

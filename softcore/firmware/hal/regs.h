@@ -173,13 +173,13 @@ typedef volatile struct {
     uint32_t commit; /* Put the staged data in force: at once if the machine is at the front, else when it is there again. */
     uint32_t jump_period; /* Machining time between jumps; 0 for none. [clock] */
     uint32_t gain; /* Depth beyond the first start point that ends a short burst. [pulse] */
-    uint32_t repeats; /* Number of shorts in a short burst that halts the machine; 0 for no bound. */
+    uint32_t repeats; /* Return of the short in a short burst that halts the machine; 0 for no bound. */
     uint32_t settle; /* Time at rest at the limit, with small error counters, until a short there halts. [clock] */
     uint32_t control; /* What motion may do. */
     uint32_t command; /* Orders to the retraction. */
     const int32_t start; /* Start point BS: furthest commanded position of this short. [pulse] */
     const int32_t first; /* First start point of the short burst; the limit is measured from it. [pulse] */
-    const uint32_t burst; /* Number of shorts so far in the present short burst. */
+    const uint32_t burst; /* Number of shorts so far after the first of the present short burst. */
 } retraction_regs;
 _Static_assert(offsetof(retraction_regs, rate) == 0x0, "");
 _Static_assert(offsetof(retraction_regs, limit) == 0x4, "");

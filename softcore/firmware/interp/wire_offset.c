@@ -6,7 +6,7 @@
 
 #define HELD_TEXT 96    /* characters of a block that are kept; an event shows fewer */
 #define HELD 2          /* a move, and a block without motion in the plane */
-#define JOINED 2        /* ends at most this many pulses apart in each axis are joined midway */
+#define JOINED 2        /* pulses: ends of offset curves so close in each axis are joined midway */
 #define LEAST 4         /* least radius of an arc, pulses: its ends are rounded to whole pulses */
 #define ALIKE 16        /* at a cusp, arcs whose radii differ by no more pulses are the same arc */
 
@@ -36,20 +36,20 @@ static enum { FRESH_NOTHING, FRESH_PASSES, FRESH_STAYS } fate; /* of the block t
 static enum { STEP_NONE, STEP_BEGINNING, STEP_ENDING, STEP_CORNER, STEP_MOVE, STEP_TRAVEL,
               STEP_AFTER } step;
 
-/* State while the wire offset is on. The held move ends at a corner, and the fresh move begins
-   there. */
-static bool on, leads_in, leads_out;    /* the held move leads in; the fresh one leads out */
+/* State while the wire offset is on. The held move ends at a corner where the fresh one begins. */
+static bool on, leads_in, leads_out;    /* the held move leads in; the fresh move leads out */
 static int8_t side;
 static int32_t offset;                  /* 1/64 pulse */
 static move_plane plane;
 static vector shift;                    /* from the held move's programmed start to its new one */
-static vector sector;                   /* from its arc's centre to that start */
-static bool trimmed;                    /* that start was moved by the inside of a corner */
-static edge ending, beginning;          /* end of the held move, beginning of the fresh one */
+static vector sector;                   /* from the centre of the held move's arc to that start */
+static bool trimmed;                    /* the held move's start was moved inside a corner */
+static edge ending, beginning;          /* end of the held move, beginning of the fresh move */
 static vector meeting;                  /* where the offset curves meet, from the corner */
-static bool meets, rounds;              /* the offset is inside the corner; outside, with an arc */
+static bool meets;                      /* inside a corner: the offset curves meet */
+static bool rounds;                     /* outside a corner: the path goes round in an arc */
 static bool cusp;                       /* the fresh move goes back beside the held one */
-static vector next_shift;               /* `shift` of the fresh move; both in pulses */
+static vector next_shift;               /* `shift` of the fresh move; both shifts in pulses */
 static int32_t start[HAL_AXES];         /* of the move whose travel is being checked */
 
 void wire_offset_reset(void) {

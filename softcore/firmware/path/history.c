@@ -38,7 +38,7 @@ typedef struct {
 } bow;
 
 /* Clocks needed to make a piece of an arc, including the other work of the main loop in that time:
-   for a piece of a curve, and for a single step of a chain. */
+   for a piece of a curve, and for a single step of the chain that a small arc is made of. */
 #define PIECE_CLOCKS 22000
 #define STEP_CLOCKS 5000
 

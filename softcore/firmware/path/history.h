@@ -30,7 +30,7 @@ typedef struct {
 typedef struct {
     path_place at;
     int32_t start;              /* coordinate where it begins */
-    uint32_t length, rate;      /* path pulses; highest rate at the front */
+    uint32_t length, rate;      /* path pulses; of the feed with the override, at most `bound` */
     uint32_t bound;             /* highest rate that its curve allows, 0 for no bound */
     bool tight;                 /* the highest speed is too much for its curve */
     bool corner;                /* the junction at its end is passed at the start/stop speed */

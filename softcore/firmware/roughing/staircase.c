@@ -32,7 +32,7 @@ static pair areas, depths;
 static pair currents[NEAR];     /* of each area, next to `ip` */
 static pair chosen;             /* undersizes of an area at a depth */
 static float area_mm2, depth_mm;
-static float ip;               /* the current of the question */
+static float ip;               /* the current asked about */
 static float by_area[NEAR], by_depth[NEAR];
 static float needed[NEAR];      /* undersizes at the two depths on either side of `sought` */
 static float sought;            /* the undersize for which a depth is searched */
@@ -96,7 +96,7 @@ static float __attribute__((noinline)) undersize(unsigned area, unsigned depth) 
     return line(rows, y, ip);
 }
 
-/* Phases. Each gets the number of its earlier runs, and returns whether it has to run again. */
+/* Phases. Each gets how often it has run, and returns whether it has to run again. */
 
 static bool gradient(unsigned at) {
     if (at == 0) {

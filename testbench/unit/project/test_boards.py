@@ -9,6 +9,7 @@ from amaranth.build import Platform
 
 from constraints.board import CHAIN, CHAINED, PADS
 from rtl import pads
+from softcore import build
 from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
 from testbench.refusal import refuses
@@ -28,7 +29,7 @@ def planned(board):
 
 @pytest.fixture
 def pin_list(planned):
-    return planned.files["top.lpf"] + "\n"
+    return build.pin_list(planned)
 
 
 def placed(pin_list):
@@ -46,7 +47,7 @@ def test_pads_are_those_of_the_machine():
 
 
 def test_pin_list_is_the_committed_one(board, pin_list):
-    assert board.pin_list.read_text() == pin_list
+    assert board.pin_list.read_text() == pin_list, "run `python -m softcore.build`"
 
 
 def test_every_pad_has_its_pins(board, pin_list):

@@ -184,7 +184,8 @@ def test_an_alarm_is_told_to_a_person_as_the_table_has_it():
     assert alarms.sentence(stuck.number) == "Nothing moves, although the path goes on."
     assert alarms.cause(stuck.number) == stuck.cause
     assert alarms.remedy(stuck.number).endswith("report it with the tape and events.jsonl.")
-    assert "$408 is the number of shorts" in alarms.remedy(faults.named("halt_burst").number)
+    halt = faults.named("halt_burst").number
+    assert "$408 says at which return of the short" in alarms.remedy(halt)
     assert (alarms.sentence(0), alarms.cause(0), alarms.remedy(0)) == ("", "", "")
 
 
