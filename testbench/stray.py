@@ -22,6 +22,7 @@ PATIENCE_S = 10.0       # of the machine's time, in which all requests must be d
 SILENCE_S = 0.7         # a motion of 0.3 mm in three axes takes 0.52 s at F60
 STEP_S = 2e-3
 PULSES_PER_MM = 10_000
+BUFFER = 255            # characters that the controller takes, as `$I` says
 REACH = 3000            # pulses: lines ask for places from 0 to this
 ANSWER = re.compile(r"(ok|error:\d+)( @\d+)?")
 STATE = re.compile(r"<(\w+(?::\d)?)\|")
@@ -188,6 +189,8 @@ class Stray:
         self.socket.sendall(data)
 
     def _line(self, text, *, whole=None, target=None):
+        if len(text) > BUFFER and self.pending:
+            self.settle()   # it overflows the buffer behind anything that waits there
         self.lines += 1
         self.pending.append(_Sent(text if whole is None else whole, target or {}))
         self._send((text + self.ending).encode())

@@ -91,9 +91,11 @@ def test_clock_makes_the_link_rate_exactly(board):
     assert board.clock_hz % LINK_BAUD == 0
 
 
-def test_the_digest_is_of_the_sources_and_the_firmware(board, planned):
-    assert planned.digest() == plan(board).digest()
-    assert planned.digest() != plan(board, b"other").digest()
+def test_the_digest_is_of_the_sources_and_the_firmware():
+    """On one board: the boards differ in their pins and memory alone."""
+    board = next(iter(BOARDS.values()))
+    first, again, other = plan(board), plan(board), plan(board, b"other")
+    assert first.digest() == again.digest() != other.digest()
 
 
 @pytest.mark.parametrize("clock_hz", [30_000_000, 175_000_000])
