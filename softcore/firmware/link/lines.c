@@ -347,7 +347,7 @@ void lines_cut(void) {
         refuse(CUT);
     begin();
     before = GOOD;
-    told = false;
+    told = returned = false;
 }
 
 void lines_frame_good(void) { until_end = until_quiet = false; }
@@ -374,7 +374,7 @@ void lines_quiet(void) {
     bool remainder = until_quiet && !until_end;
     if (now.length && !now.numbered && (due || remainder))
         refuse_plain(due ? ON_TAPE : STALE);
-    until_quiet = told = false;
+    until_quiet = told = returned = false; /* a line feed from here on is a line of its own */
 }
 
 /* ---- handing out */
