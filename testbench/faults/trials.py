@@ -22,7 +22,7 @@ ROUND = 20_000          # clocks in which the phases lie
 LOOK = 4000             # clocks between two looks at where the axes are
 LOOKS = 120             # 0.24 s: the twin ends after 0.16; twice as many with a short
 SHORT = range(ROUND // LOOK, ROUND // LOOK + 4)     # looks at which a short is, if there is one
-REST_S = 0.02           # time until it is at rest
+REST_S = 0.1            # until it rests and says so: 20 ms at rest, and a sleep of up to 36 ms
 RESTING = 10            # looks at one place that count as rest
 MACHINES = {"sinker": ("G01 X0.6 Y0.3 Z0.4 F300", 130), "wire": ("G01 X0.6 Y0.4 F300", 500)}
 

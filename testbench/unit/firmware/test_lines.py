@@ -308,17 +308,6 @@ def test_a_frame_that_stops_may_have_taken_the_start_of_a_line(machine):
     assert machine.line("G00 X1") == ["ok"]
 
 
-@pytest.mark.parametrize("between", [b"", b"\x02\xff"], ids=["a pause", "half a frame"])
-def test_a_line_feed_long_behind_a_carriage_return_is_a_line_of_its_own(machine, between):
-    """The next client's blank line; behind half a frame it is refused, but answered."""
-    machine.send(b"G90\r" + between)
-    assert machine.run(200) == ["ok"]
-    assert len(machine.line("")) == (2 if between else 1)
-    assert machine.line("G90") == ["ok"]
-    machine.send(b"G90\r\n")
-    assert machine.run(100) == ["ok"]
-
-
 def test_a_line_that_a_frame_cuts_is_refused(machine, sender):
     machine.send(b"G00 X1" + Controller.framed(0, 0) + b"\n")
     assert named(machine.run(200)) == "a frame begins or ends in it"

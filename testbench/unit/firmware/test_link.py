@@ -383,3 +383,14 @@ def test_lost_events_are_an_alarm(machine):
         machine.event("resume", 0)
     lines = machine.run(2000)
     assert events(lines, "alarm")[0][1] == str(alarm_number("events"))
+
+
+@pytest.mark.parametrize("between", [b"", b"\x02\xff"], ids=["a pause", "half a frame"])
+def test_a_line_feed_long_behind_a_carriage_return_is_a_line_of_its_own(machine, between):
+    """The next client's blank line; behind half a frame it is refused, but answered."""
+    machine.send(b"G90\r" + between)
+    assert machine.run(200) == ["ok"]
+    assert len(machine.line("")) == (2 if between else 1)
+    assert machine.line("G90") == ["ok"]
+    machine.send(b"G90\r\n")
+    assert machine.run(100) == ["ok"]
