@@ -10,16 +10,13 @@ from host.run.events import Event
 class Retraction:
     """One retraction: its start, its end, the way back and the resumption, as events.
 
-    ``away_t`` is when the first retraction since the last resumption of the feed began: a short
-    during the re-advance starts a new retraction within the same limit. ``limit`` is the
-    retractable limit in force, mm; it does not hold for a jump, and events do not give a jump's
-    distance.
+    ``limit`` is the retractable limit in force, mm; it does not hold for a jump, and events do not
+    give a jump's distance.
     """
 
     number: int
     start: Event
     limit: float | None
-    away_t: float
     end: Event | None = None
     advances: list[Event] = field(default_factory=list)
     resume: Event | None = None
@@ -47,23 +44,19 @@ def collect(events: list[Event]) -> list[Retraction]:
     """Retractions of a run, in order."""
     found: list[Retraction] = []
     limit: float | None = None
-    away_t: float | None = None
     for event in events:
         kind = event["event"]
         if kind == "retraction_set":
             limit = event["limit"]
         elif kind == "retraction_start":
-            if away_t is None:
-                away_t = event["t"]
             bound = None if event["cause"] == "jump" else limit
-            found.append(Retraction(len(found) + 1, event, bound, away_t))
+            found.append(Retraction(len(found) + 1, event, bound))
         elif found and kind == "retraction_end":
             found[-1].end = event
         elif found and kind == "readvance":
             found[-1].advances.append(event)
         elif found and kind == "resume" and found[-1].resume is None:
             found[-1].resume = event
-            away_t = None
     return found
 
 

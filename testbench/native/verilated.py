@@ -2,7 +2,7 @@
 """Compile what Verilator makes: a model as two units, its runtime once for all models.
 
 Verilator spreads a model over some thirty files, each of which reads the same headers for 1.6
-seconds. As two units the controller takes 15 CPU seconds where it took 80.
+seconds. At -O1 the controller takes 15 CPU seconds as two units, and 63 file by file.
 """
 
 from collections.abc import Sequence
