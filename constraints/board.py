@@ -97,6 +97,9 @@ class Board:
         Bytes of block RAM for the processor.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
+    current_max_a, supply_step_a : float
+        Highest discharge current, and one step of the power supply's current. No register exceeds
+        as many whole steps as are in that current, 63 at most.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
     """
@@ -108,3 +111,5 @@ class Board:
     memory_size: int
     pin_list: Path
     arm_strapped: bool = False
+    current_max_a: float = 30.0
+    supply_step_a: float = 1.5

@@ -22,6 +22,7 @@ from constraints.board import CHAIN, CHAINED, PADS, Board
 from softcore.clock import Pll
 from softcore.image import target_image
 from softcore.soc import Soc
+from softcore.tables.conditions import level_max
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "STAT", "SYNTHESIS", "Bitstream", "BuildError", "Cells", "build",
@@ -132,7 +133,8 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, image=image, build=int(digest()[:8], 16),
-              arm_strapped=board.arm_strapped)
+              arm_strapped=board.arm_strapped,
+              level_max=level_max(board.current_max_a, board.supply_step_a))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,

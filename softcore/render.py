@@ -8,7 +8,16 @@ from collections.abc import Iterable, Sequence
 
 from softcore.tables import events
 from softcore.tables.causes import CAUSES, Cause
-from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, USUAL, Condition, Voltages
+from softcore.tables.conditions import (
+    CURRENT_MAX_A,
+    ENTERED,
+    IP_MA,
+    LEVELS,
+    PLANNED,
+    USUAL,
+    Condition,
+    Voltages,
+)
 from softcore.tables.events import Choice, Event, Field
 from softcore.tables.faults import FAULTS, PARTS, Fault
 from softcore.tables.grbl import GRBL_SETTINGS, SOURCES, GrblSetting
@@ -313,6 +322,9 @@ def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> st
         "#pragma once", "",
         f"#define CONDITIONS_ENTERED {ENTERED}   /* rows that can be entered */",
         f"#define CONDITIONS_IP_MA {IP_MA}   /* one IP */",
+        f"#define CONDITIONS_MAX_MA {1000 * CURRENT_MAX_A}    /* highest current, if the machine "
+        "sets no other */",
+        f"#define CONDITIONS_LEVELS {LEVELS}",
         f"#define CONDITIONS_PLANNED {PLANNED}  /* a planned condition has this number + IP */", "",
         "/* Defaults of a row. */",
         f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]

@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
 from host.machines.machine_file import MACHINES, STEPS, WORDS, bounds, entries
+from softcore.tables.conditions import level_max
 from softcore.tables.settings import of_number
 
 BUILT_IN = Path(__file__).parent
@@ -117,6 +118,11 @@ class Machine:
     def kind(self) -> str:
         """``sinker`` (an electrode moves) or ``wire``."""
         return str(self.tables.get("kind", "sinker"))
+
+    @property
+    def level_max(self) -> int:
+        """Highest level of the discharge's current, in steps of the supply, in the gateware."""
+        return level_max(self.number("current_max_a"), self.number("source", "step_a"))
 
     @property
     def start_mm(self) -> dict[str, float]:

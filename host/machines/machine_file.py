@@ -313,6 +313,9 @@ class MachineFile(Table):
     removal_scale: float = _number("", SPEED_UP,
         "Number of real discharges for which each simulated one stands. Flushing goes as much "
         "faster; axes do not.")
+    current_max_a: float = _number("A", (0.05, 10_000),
+        "Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at "
+        "most, are what the gateware is built for, and no register exceeds them.")
     axis: Axis
     fluid: Fluid
     source: Source

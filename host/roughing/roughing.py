@@ -35,7 +35,14 @@ from host.roughing.basic import BasicData, read_all
 from host.roughing.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
 from host.run import figures
 from host.words import exact
-from softcore.tables.conditions import ENTERED, IP_MA, PLANNED, ladder
+from softcore.tables.conditions import (
+    CURRENT_MAX_A,
+    ENTERED,
+    IP_MA,
+    PLANNED,
+    ladder,
+    level_max,
+)
 from softcore.tables.settings import assign, named
 
 __all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
@@ -46,7 +53,6 @@ BUILT_IN = ladder()
 # Whole IP have the number 900 + IP, as on the controller (conditions_planned); parts of one follow.
 FIRST_ENTERED, FIRST_PART = PLANNED, 964
 MOST_ENTERED, MOST_CHANGES = ENTERED, 32
-MOST_LEVELS = 20    # steps of the supply that the gateware lets through (rtl.machine: level_max)
 AMPERES = IP_MA / 1000  # of one IP
 # A pulse must be longer than the blanking, in which the gap is not observed.
 LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
@@ -119,11 +125,12 @@ def _millimetres(depth_um: int) -> str:
 
 def _conditions(steps: Sequence[Step], parts: int) -> tuple[list[int], list[str]]:
     """Number of each step's condition, and the blocks that enter them."""
+    most = level_max(CURRENT_MAX_A, AMPERES / parts)
     for step in steps:
-        if step.ip * parts > MOST_LEVELS:
+        if round(step.ip * parts) > most:
             raise UserError(
-                f"the controller sets the power supply to {MOST_LEVELS} of its steps at most, IP "
-                f"{_current(MOST_LEVELS / parts)}, so no program can be written with IP "
+                f"the controller sets the power supply to {most} of its steps at most, IP "
+                f"{_current(most / parts)}, so no program can be written with IP "
                 f"{_current(step.ip)}.")
     found = conditions(steps)
     entered = [block for _, block in found if block]

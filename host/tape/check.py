@@ -37,7 +37,8 @@ def check(tape: Tape, mdi: Sequence[str] = (), machine: Machine | None = None) -
     library.gk_check_forget()
     if machine is not None:
         library.gk_check_machine(machine.clock_hz, machine.pulses_per_mm,
-                                 NO_AXIS if machine.kind == "wire" else JUMP_AXIS)
+                                 NO_AXIS if machine.kind == "wire" else JUMP_AXIS,
+                                 machine.level_max)
         for number, value in machine.settings.items():
             enter(f"${number}={value}", f"machine {machine.name}: settings.{number}")
         enter(machine.start_line, f"machine {machine.name}: its place at the start")

@@ -12,14 +12,23 @@ off-time is doubled. The numbers were fixed before any tape was tuned on them. T
 are for wire: short pulses with long pauses, and a negative electrode.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["CONDITIONS", "ENTERED", "IP_MA", "PLANNED", "USUAL", "Condition", "Voltages", "ladder"]
+__all__ = ["CONDITIONS", "CURRENT_MAX_A", "ENTERED", "IP_MA", "LEVELS", "PLANNED", "USUAL",
+           "Condition", "Voltages", "ladder", "level_max"]
 
 IP_MA = 1500        # one IP, mA
 ENTERED = 16        # conditions that can be entered beside these
 PLANNED = 900       # a planned condition has the number PLANNED + IP
+LEVELS = 63         # the power supply's level has 6 bits
+CURRENT_MAX_A = 30  # the gateware of a machine that says nothing else lets no more through
+
+
+def level_max(current_max_a: float, step_a: float) -> int:
+    """Whole steps of a power supply within a current, at most ``LEVELS``: the gateware's limit."""
+    return min(LEVELS, math.floor(current_max_a / step_a + 1e-9))
 
 
 @dataclass(frozen=True, kw_only=True)

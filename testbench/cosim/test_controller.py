@@ -24,26 +24,31 @@ def run(kind, tape, until_s):
     native = Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1, trace=False)
     native.keep_inputs()
     Run(machine, load(TAPES / f"{tape}.nc"), Piped(native), until_s=until_s).execute()
-    return machine.clock_hz, native
+    return machine, native
+
+
+def pair_of(machine):
+    """Library of a machine's controller and of Verilator's of the same options."""
+    return pair_library(machine.clock_hz, build.options(machine.tables))
 
 
 @pytest.mark.parametrize("kind", TAPE)
 def test_every_pin_and_probe_is_that_of_verilators_controller(kind):
-    clock_hz, native = run(kind, TAPE[kind], UNTIL_S[kind])
+    machine, native = run(kind, TAPE[kind], UNTIL_S[kind])
     with native:
-        assert native.cycle > UNTIL_S[kind] * clock_hz
+        assert native.cycle > UNTIL_S[kind] * machine.clock_hz
         assert native.discharges()["ok"] > 100
-        assert difference(native, pair_library(clock_hz, kind)) is None
+        assert difference(native, pair_of(machine)) is None
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("tape", EVERY)
 def test_every_pin_and_probe_over_every_tape(tape):
     kind = "wire" if tape.startswith("wire") else "sinker"
-    clock_hz, native = run(kind, tape, None)
+    machine, native = run(kind, tape, None)
     with native:
         assert sum(native.discharges().values()) > 100
-        assert difference(native, pair_library(clock_hz, kind)) is None
+        assert difference(native, pair_of(machine)) is None
 
 
 def test_a_reader_that_is_not_told_of_a_change_is_noticed(monkeypatch, tmp_path):

@@ -4,6 +4,9 @@
 from collections import Counter
 from itertools import pairwise
 
+import pytest
+
+from host.link.link import RefusedError
 from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
@@ -46,6 +49,22 @@ def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
     assert {level for _, level in job.record.changes("gap_level")} == {0, 12, 16}
     currents = {current for _, current in job.record.changes("gap_ma")}
     assert {current for current in currents if current > 1000} == {6000, 8000}
+
+
+def test_the_full_current_comes_in_steps_of_half_an_ampere_and_no_more():
+    tables = MACHINE.tables | {"source": MACHINE.tables["source"] | {"step_a": 0.5}}
+    with Simulation(machine=tables, clock_hz=MACHINE.clock_hz, seed=1, trace=False) as session:
+        refused = r"the current I must be 0 to 60 steps of the power supply, 500 mA each"
+        job = Job(session, assign("current_step_ma", 500), "G10 C900 I20 P300 Q150",
+                  watched=("gap_ma", "gap_level"))
+        with pytest.raises(RefusedError, match=refused):
+            job.link.command("G10 C901 P300 Q150 I20.4")
+        job.start(program("G39 Z0.05 C900", "G01 Z0 F300", condition=120))
+        job.finish()
+    assert [event["ip"] for event in job.told("condition")] == [4, 20]
+    assert {level for _, level in job.record.changes("gap_level")} == {0, 12, 60}
+    currents = {current for _, current in job.record.changes("gap_ma")}
+    assert {current for current in currents if current > 1000} == {6000, 30_000}
 
 
 def check_events(events):

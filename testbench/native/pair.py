@@ -39,9 +39,9 @@ def _names() -> str:
         f"#define PARITY(root) ((root)->{probes.plain(probes.PARITY)})", ""])
 
 
-def _verilated(clock_hz, kind):
+def _verilated(clock_hz, options):
     """Folder with Verilator's C++ of the controller, compiled."""
-    files = build.verilog(clock_hz, lambda _: None, kind)
+    files = build.verilog(clock_hz, lambda _: None, options)
 
     def make(folder):
         configuration = folder / "public.vlt"
@@ -55,7 +55,8 @@ def _verilated(clock_hz, kind):
     return compiling.kept(compiling.BUILD / f"verilated-{key}", make)
 
 
-def pair_library(clock_hz: int, kind: str = "sinker", model: Path | None = None) -> Path:
+def pair_library(clock_hz: int, options: build.Options = build.USUAL,
+                 model: Path | None = None) -> Path:
     """Path of a library with both; ``model`` is a folder with another ``controller.hpp``.
 
     Raises
@@ -63,8 +64,8 @@ def pair_library(clock_hz: int, kind: str = "sinker", model: Path | None = None)
     testbench.native.compiling.BuildError
         If a tool fails.
     """
-    plain = _verilated(clock_hz, kind)
-    driven = model or build.model(clock_hz, lambda _: None, kind)
+    plain = _verilated(clock_hz, options)
+    driven = model or build.model(clock_hz, lambda _: None, options)
 
     def make(folder):
         (folder / "pair.inc").write_text(_names())

@@ -13,7 +13,7 @@ from softcore.memory import parities, words_of
 from softcore.soc import MEMORY_SIZE
 from softcore.top import SIMULATED_DIVISOR
 from testbench.native import waves as waveforms
-from testbench.native.build import library
+from testbench.native.build import library, options
 from testbench.native.probes import PROBES
 from testbench.native.station import AXES, Session, declare
 
@@ -82,7 +82,7 @@ class Simulation(Session):
                  code: Path | None = None, image: Path | None = None):
         with ThreadPoolExecutor(1) as pool:     # the two compilations are independent
             compiled = pool.submit(target_image, progress=progress) if image is None else None
-            code = code or library(clock_hz, progress, machine.get("kind", "sinker"))
+            code = code or library(clock_hz, progress, options(machine))
             image = compiled.result() if compiled else image
         self._code = ctypes.CDLL(str(code))
         declare(self._code, _FUNCTIONS)

@@ -278,6 +278,9 @@ struct MachineParameters {
     // Number of real discharges for which each simulated one stands. Flushing goes as much faster;
     // axes do not.
     double removal_scale = 60.0;
+    // Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at most,
+    // are what the gateware is built for, and no register exceeds them. [A]
+    double current_max_a = 30.0;
     // What moves: the electrode of a sinker, or a wire; `sinker` if not given.
     double kind = 0;
     // Height of the electrode above the top of the workpiece when the program starts. [µm]
@@ -301,6 +304,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"pulses_per_mm", &p.pulses_per_mm},
         {"tick_us", &p.tick_us},
         {"removal_scale", &p.removal_scale},
+        {"current_max_a", &p.current_max_a},
         {"kind", &p.kind},
         {"initial_gap_um", &p.initial_gap_um},
         {"axis.full_speed_mm_s", &p.axis.full_speed_mm_s},

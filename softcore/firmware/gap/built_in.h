@@ -3,6 +3,8 @@
 
 #define CONDITIONS_ENTERED 16   /* rows that can be entered */
 #define CONDITIONS_IP_MA 1500   /* one IP */
+#define CONDITIONS_MAX_MA 30000    /* highest current, if the machine sets no other */
+#define CONDITIONS_LEVELS 63
 #define CONDITIONS_PLANNED 900  /* a planned condition has this number + IP */
 
 /* Defaults of a row. */

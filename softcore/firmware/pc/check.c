@@ -46,6 +46,10 @@ static void prepare(void) {
     settings_init(nothing);
     for (unsigned i = 0; i < assignments; i++)
         settings_set(assigned[i].number, assigned[i].value);
+    if (!judged.travel) {       /* no machine is given: its supply has the steps of the setting */
+        uint32_t steps = CONDITIONS_MAX_MA / settings_get(SET_CURRENT_STEP_MA);
+        gk_level_limit(steps < CONDITIONS_LEVELS ? steps : CONDITIONS_LEVELS);
+    }
     result_presume();
 }
 
@@ -65,8 +69,10 @@ void gk_check_forget(void) {
     forget();
 }
 
-void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis) {
+void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis,
+                      uint32_t level_limit) {
     gk_boot(clock_hz, pulses_per_mm, jump_axis); /* the travel depends on the jump axis */
+    gk_level_limit(level_limit);
     judged = (struct check_machine){clock_hz, pulses_per_mm, jump_axis, true};
     forget();
 }

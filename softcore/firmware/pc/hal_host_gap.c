@@ -6,7 +6,7 @@
 #include "hal/hal.h"
 #include "pc/host.h"
 
-#define LEVEL_LIMIT 20          /* as the gateware is built */
+#define LEVEL_LIMIT 20          /* as the gateware is built by default */
 
 /* The words of a condition. They are staged and come into force together. */
 typedef struct {
@@ -16,6 +16,7 @@ typedef struct {
 } condition;
 
 static condition staged, in_force;
+static uint32_t level_limit = LEVEL_LIMIT;
 static bool armed, waits;       /* waits: the pulse does not end, so nothing switches */
 static bool pending;
 static int32_t depth, deepest;
@@ -28,6 +29,7 @@ static hal_feed_mode feed_mode;
 static hal_feed_mode_state feed_mode_state;
 
 void host_gap_boot(void) {
+    level_limit = LEVEL_LIMIT;
     touches = false;
     discharges = opens = 0;
     staged = in_force = (condition){0};
@@ -117,7 +119,8 @@ void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
                               .voltage = staged.power.voltage, .negative = staged.power.negative};
 }
-uint32_t hal_level_limit(void) { return LEVEL_LIMIT; }
+uint32_t hal_level_limit(void) { return level_limit; }
+void gk_level_limit(uint32_t level) { level_limit = level; }
 void hal_supply(uint32_t voltage, bool negative) {
     staged.power.voltage = voltage;
     staged.power.negative = negative;

@@ -38,7 +38,8 @@ typedef struct {
    whose clock, scale and travel are used for the check, and forgets entered lines. gk_check_forget
    forgets both the machine and entered lines. */
 void gk_check_forget(void);
-void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
+void gk_check_machine(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis,
+                      uint32_t level_limit);
 int gk_check_line(const char *line, char *message, uint32_t size);
 
 /* Number of blocks of a tape without a fault; or -1, with one sentence in `message`. */
@@ -77,6 +78,7 @@ int gk_check_motions(const uint8_t *tape, uint32_t length, gk_motion *motions, u
 
 /* The whole firmware on a model of the machine (`hal_host.c`). */
 void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
+void gk_level_limit(uint32_t level);     /* highest level of the current, 20 after gk_boot */
 void host_gap_boot(void);       /* called by gk_boot, as the other host_..._boot */
 void host_image_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */

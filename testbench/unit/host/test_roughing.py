@@ -12,13 +12,14 @@ from dataclasses import replace
 import pytest
 from matplotlib.image import imread
 
-from host.errors import UsageError, UserError
+from host.errors import TapeError, UsageError, UserError
+from host.machines import machine as machines
+from host.machines.machine import Machine
 from host.places import ROOT
 from host.roughing.basic import read_all
 from host.roughing.roughing import (
     BUILT_IN,
     LIMITS,
-    MOST_LEVELS,
     condition,
     conditions,
     parts_of_step,
@@ -26,9 +27,12 @@ from host.roughing.roughing import (
     program,
 )
 from host.roughing.staircase import Job, Staircase, Step, plan
+from host.tape.check import check
 from host.tape.codes import EIA, ISO
 from host.tape.tape import encode
 from rtl.controller import Controller
+from softcore.build import BOARDS
+from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from softcore.tables.settings import assign, named
 from testbench.firmware import ITEMS, Checker
 
@@ -132,11 +136,13 @@ def test_a_single_step_needs_no_depth_series_but_may_have_one():
 
 
 def test_what_the_controller_cannot_be_set_to_is_refused():
-    bound = r"^the controller sets the power supply to 20 of its steps at most, IP {}, so no "
-    with pytest.raises(UserError, match=bound.format("20") + r"program .* with IP 21\.$"):
+    bound = r"^the controller sets the power supply to {} of its steps at most, IP {}, so no "
+    with pytest.raises(UserError, match=bound.format(20, "20") + r"program .* with IP 21\.$"):
         program(made((21, 1000), (20, 2000)), DATA)
-    with pytest.raises(UserError, match=bound.format("6.667") + r"program .* with IP 7\.$"):
-        program(made((7, 1000), (20 / 3, 2000), parts=3), DATA)
+    with pytest.raises(UserError, match=bound.format(60, "20") + r"program .* with IP 20.333\.$"):
+        program(made((61 / 3, 1000), (20, 2000), parts=3), DATA)
+    with pytest.raises(UserError, match=bound.format(63, "15.75") + r"program .* with IP 16\.$"):
+        program(made((16, 1000), (15.75, 2000), parts=4), DATA)
     many = [((20 - n) / 4, 100 * (n + 1)) for n in range(20)]
     with pytest.raises(UserError, match=r"^the staircase needs 17 conditions of its own, and the "
                                         r"controller takes 16\.$"):
@@ -144,7 +150,10 @@ def test_what_the_controller_cannot_be_set_to_is_refused():
 
 
 def test_the_bound_is_that_of_the_gateware():
-    assert inspect.signature(Controller).parameters["level_max"].default == MOST_LEVELS
+    usual = inspect.signature(Controller).parameters["level_max"].default
+    assert usual == level_max(CURRENT_MAX_A, IP_MA / 1000)
+    assert all(level_max(board.current_max_a, board.supply_step_a) == usual
+               for board in BOARDS.values())
 
 
 def test_parts_of_an_ip_have_rows_of_their_own():
@@ -176,6 +185,21 @@ def test_a_supply_of_finer_steps_has_a_program_that_the_firmware_takes(checker, 
             records = checker.check(rows)
             assert isinstance(records, list), records
     checker.forget()
+
+
+def test_a_supply_of_half_ampere_roughs_with_more_than_twenty_steps():
+    """Currents up to 8.333 IP are 25 steps of 0.5 A; a machine whose gateware has 20 refuses."""
+    text = program(plan(DATA, Job(70, 110, 15, steps=3)), DATA)
+    tape = encode(text)
+    setting = assign("current_step_ma", 500)
+    sinker = machines.load("sinker")
+    half = Machine("half", sinker.tables | {"source": sinker.tables["source"] | {"step_a": 0.5}})
+    assert half.level_max == 60
+    assert "I8.333 " in text
+    for machine in (half, None):
+        assert check(tape, [setting], machine) > 20
+    with pytest.raises(TapeError, match="must be 0 to 20 steps of the power supply, 500 mA each"):
+        check(tape, [setting], sinker)
 
 
 def test_without_finer_steps_no_setting_is_named():
@@ -242,9 +266,9 @@ def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):
     (["--electrode", "silver"], 1, "there are no basic data of silver on steel in "),
     (["--series"], 2, "--series needs a program to be written (-o)."),
     (["--step", 0.4], 2, "the supply's step must be 1 IP or a whole part of it"),
-    (["--undersize", 150, "--step", 0.5, "-o", "build/never.nc"], 1,
-     "the controller sets the power supply to 20 of its steps at most, IP 10, so no program can be "
-     "written with IP 13."),
+    (["--undersize", 150, "--step", 0.2, "-o", "build/never.nc"], 1,
+     "the controller sets the power supply to 63 of its steps at most, IP 12.6, so no program can "
+     "be written with IP 13."),
     (["-o", "/dev/null/x.nc"], 1, "/dev/null cannot be written"),
     (["-o", "/dev/full", "--plot", "build/never.png"], 1,
      "/dev/full cannot be written: No space left on device."),
