@@ -293,7 +293,8 @@ def plan(
         metavar="UM", min=0.1, max=100_000.0, show_default=False,
         help="Undersize of the electrode, on each side.")],
     depth: Annotated[float, typer.Option(metavar="MM", min=0.001, show_default=False,
-                                         help="Depth to rough to.")],
+                                         help="Depth of the finished cavity; a program sinks less "
+                                         "deep by the stock that it leaves on the bottom.")],
     taper: Annotated[float, typer.Option(
         metavar="DEG", min=0.0, max=60.0, help="Gradient of the electrode's sides.")] = 0.0,
     finish: Annotated[float, typer.Option(

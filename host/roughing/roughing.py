@@ -16,6 +16,7 @@ series (G39) the whole way is one block with one limit of 5 mm. A ceiling 1 mm a
 keeps the electrode from leaving the fluid.
 """
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, pairwise
@@ -140,6 +141,23 @@ def _conditions(steps: Sequence[Step], parts: int) -> tuple[list[int], list[str]
     return [number for number, _ in found], entered
 
 
+def sunk(found: Staircase) -> tuple[Step, ...]:
+    """The steps that a program sinks: they end above the job's depth by the stock on the bottom.
+
+    Steps that would begin below that end are left out. The last current, whose stock it is, is kept
+    in any case: it then removes the last ``bottom_um`` of the way.
+    """
+    stock = math.ceil(found.bottom_um)
+    end = found.steps[-1].depth_um - stock
+    if end <= 0:
+        raise UserError(f"the last step leaves {found.bottom_um:.0f} um on the bottom, so nothing "
+                        f"is roughed to {exact(found.job.depth_mm)} mm.")
+    last = max(0, end - stock)
+    before = [Step(step.ip, min(step.depth_um, last)) for begin, step in _pieces(found.steps[:-1])
+              if begin < last]
+    return *before, Step(found.steps[-1].ip, end)
+
+
 def _way(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
     """Blocks from the surface down: conditions and limits where they change."""
     changes = {at: f"G36 {words}" for at, words in LIMITS}
@@ -169,12 +187,14 @@ def _depth_series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
 def program(found: Staircase, data: list[BasicData], *, depth_series: bool = False) -> str:
     """Machining program of a staircase: Z 0 is the top of the workpiece.
 
+    It sinks to the depth of the job less the stock that the last step leaves on the bottom.
+
     Raises
     ------
     UserError
         If the controller cannot be set to one of the currents, or has no room for them.
     """
-    job, steps = found.job, found.steps
+    job, steps = found.job, sunk(found)
     numbers, entered = _conditions(steps, job.steps)
     sources = ", ".join(sorted({one.source for one in data}))
     taper = f", {exact(job.taper_deg)} DEG" if job.taper_deg else ""
@@ -231,8 +251,9 @@ def _sentences(found: Staircase, data: list[BasicData]) -> Iterator[str]:
                f"{found.undersize_um:.2f} um.")
     yield (f"The undersize allows IP {found.ip:.2f} at {exact(job.depth_mm)} mm: the last step has "
            f"IP {_current(found.alpha)}, which needs {found.beta_um:.2f} um.")
-    yield (f"It leaves {found.bottom_um:.0f} um on the bottom and {found.side_um:.0f} um on the "
-           f"side, to finish to {exact(job.rmax_um)} um Rmax.")
+    yield (f"It leaves {found.bottom_um:.0f} um on the bottom, so that a program sinks to "
+           f"{sunk(found)[-1].depth_um / 1000:.3f} mm, and {found.side_um:.0f} um on the side, to "
+           f"finish to {exact(job.rmax_um)} um Rmax.")
     for note in found.notes:
         yield f"Note: {note}."
 

@@ -70,7 +70,7 @@ def test_both_arms_are_one_tape_but_for_the_currents():
 
     assert same(constant) == same(staircase)
     assert same(constant).count(JUMP) == 1
-    assert "Z-15." in "".join(same(constant))
+    assert "Z-14.97 " in "".join(same(constant))
 
 
 def test_the_constant_current_is_that_of_the_last_step():

@@ -25,6 +25,7 @@ from host.roughing.roughing import (
     parts_of_step,
     plot,
     program,
+    sunk,
 )
 from host.roughing.staircase import Job, Staircase, Step, plan
 from host.tape.check import check
@@ -48,11 +49,11 @@ def checker():
     return Checker()
 
 
-def made(*steps, parts=1):
+def made(*steps, parts=1, bottom=0):
     """A staircase of these steps; a program needs nothing else of it."""
     job = Job(70, 110, steps[-1][1] / 1000, steps=parts)
-    return Staircase(job, 110, 6.2, steps[-1][0], 107.8, tuple(Step(*one) for one in steps), 30,
-                     25, ())
+    return Staircase(job, 110, 6.2, steps[-1][0], 107.8, tuple(Step(*one) for one in steps),
+                     bottom, 25, ())
 
 
 def way(records):
@@ -86,11 +87,12 @@ def test_the_reference_case_is_a_program_that_the_firmware_takes(checker):
     found = plan(DATA, Job(70, 110, 15))
     records = checker.check(encode(program(found, DATA)).rows)
     assert isinstance(records, list), records
-    steps = [(condition(int(step.ip))[0], step.depth_um) for step in found.steps]
+    assert found.steps[-1].depth_um == 15_000
+    steps = [(condition(int(step.ip))[0], step.depth_um) for step in sunk(found)]
     moves = way(records)
     assert [(number, depth) for number, depth, _ in moves
             if depth not in (1500, 6000)] == steps
-    assert [depth for _, depth, _ in moves] == [1500, steps[0][1], 6000, steps[1][1], 15_000]
+    assert [depth for _, depth, _ in moves] == [1500, steps[0][1], 6000, steps[1][1], 14_970]
 
 
 @pytest.mark.parametrize("steps", [
@@ -122,6 +124,25 @@ def test_as_a_depth_series_the_way_is_one_block():
                                    "M05"]
     assert "C908" in body[:at]
     assert sum(line.startswith("G36") for line in body) == 1
+
+
+@pytest.mark.parametrize(("steps", "bottom", "wanted"), [
+    ([(8, 2203), (6, 15_000)], 29.2, [(8, 2203), (6, 14_970)]),
+    ([(8, 960), (7, 980), (6, 1000)], 30, [(8, 940), (6, 970)]),    # the last 30 um by 6 IP
+    ([(8, 30), (6, 50)], 30, [(6, 20)]),
+])
+def test_a_program_ends_above_the_depth_by_the_stock_on_the_bottom(checker, steps, bottom, wanted):
+    found = made(*steps, bottom=bottom)
+    assert [(step.ip, step.depth_um) for step in sunk(found)] == wanted
+    records = checker.check(encode(program(found, DATA)).rows)
+    assert isinstance(records, list), records
+    assert way(records)[-1][1] == wanted[-1][1]
+
+
+def test_a_cavity_less_deep_than_its_stock_is_refused():
+    with pytest.raises(UserError, match=r"^the last step leaves 30 um on the bottom, so nothing is "
+                                        r"roughed to 0\.03 mm\.$"):
+        program(made((6, 30), bottom=30), DATA)
 
 
 def test_a_long_source_is_no_longer_than_a_block(checker):
