@@ -47,12 +47,10 @@ from softcore.tables.settings import assign, named
 __all__ = ["FIGURES", "GAINS", "MODES", "WALLS", "Plan", "Trial", "measure", "plot", "removal",
            "statistics", "table"]
 
-MACHINE = "wire"
-# A scale of sixty would leave so few craters that their scatter hides the effect under study.
-REMOVAL_SCALE = 10.0
+MACHINE = "wall"    # its file has the place of the start and the removal scale
 CONDITION = "I1 P10 Q25 R25 E80"    # 20 A for at most 10 us
 FEED = 12                           # mm/min, in life a tenth
-START_MM, PATH_MM = -0.2, -0.11     # Y of the wire's axis: out of reach; 10 um off the surface
+PATH_MM = -0.11                     # Y of the wire's axis: 10 um off the finished surface
 NOMINAL_UM, WIDE_UM = 20.0, 30.0
 OTHER_UM = (20.0, 26.0)             # stock on which a gain is tried
 DRIFT = 1.0                         # deviation of the logarithm of the flow
@@ -102,15 +100,13 @@ class Trial:
 
 
 def machine_for(trial: Trial) -> Machine:
-    """The wire machine, with this wall and flow."""
+    """The machine with this stock on its wall, and this flow."""
     tables = copy.deepcopy(machines.load(MACHINE).tables)
     nominal, wide = OTHER_UM if trial.other else (NOMINAL_UM, WIDE_UM)
     steps = [[0.0, nominal]]
     if trial.wall == "step":
         steps.append([STEP * trial.plan.way_mm, wide])
-    tables["removal_scale"] = REMOVAL_SCALE
-    tables["stock"] |= {"kind": "wall", "steps": steps}
-    tables["workpiece"] |= {"start_x_mm": 0.0, "start_y_mm": START_MM}
+    tables["stock"]["steps"] = steps
     tables["debris"]["flow_spread"] = DRIFT if trial.wall == "drift" else 0.0
     return Machine(MACHINE, tables)
 

@@ -54,7 +54,7 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     key = ".".join(path)
     if problem["type"] == "missing":
         return 1, (f"{key} is missing; a machine's file gives every number, as that of the machine "
-                   f"{kind} does.")
+                   f'{kind} does, or has base = "{kind}".')
     if problem["type"] in ("extra_forbidden", "model_type", "dict_type"):
         return 2, f"{key} is no number of a machine."
     if key.startswith("stock.steps"):
@@ -84,6 +84,21 @@ def _tables(path: Path) -> Tables:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} is no machine description: {error}.") from error
+
+
+def _upon_base(name: str, tables: Tables) -> Tables:
+    """Tables of a file, with all that it does not give from the machine that is its ``base``."""
+    if "base" not in tables:
+        return tables
+    base = tables.pop("base")
+    if not isinstance(base, str) or base not in MACHINES:
+        raise UsageError(
+            f"machine {name}: base must be one of {', '.join(MACHINES)}, not {base!r}.")
+    whole = _tables(BUILT_IN / f"{base}.toml")
+    for key, value in tables.items():
+        known = whole.get(key)
+        whole[key] = known | value if isinstance(known, dict) and isinstance(value, dict) else value
+    return whole
 
 
 @dataclass(frozen=True)
@@ -161,6 +176,8 @@ def built_in() -> list[str]:
 def load(name: str) -> Machine:
     """Machine by name or by the path of its TOML file.
 
+    A file with ``base = "sinker"`` or ``"wire"`` gives only what differs from that machine.
+
     Raises
     ------
     UsageError
@@ -171,6 +188,6 @@ def load(name: str) -> Machine:
     if not path.is_file():
         known = ", ".join(built_in()) or "none"
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
-    tables = _tables(path)
+    tables = _upon_base(path.stem, _tables(path))
     _check(path.stem, tables)
     return Machine(path.stem, tables)

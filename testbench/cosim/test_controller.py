@@ -44,7 +44,8 @@ def test_every_pin_and_probe_is_that_of_verilators_controller(kind):
 @pytest.mark.soak
 @pytest.mark.parametrize("tape", EVERY)
 def test_every_pin_and_probe_over_every_tape(tape):
-    kind = "wire" if tape.startswith("wire") else "sinker"
+    finish = tape.startswith("wire_finish")
+    kind = "wall" if finish else "wire" if tape.startswith("wire") else "sinker"
     machine, native = run(kind, tape, None)
     with native:
         assert sum(native.discharges().values()) > 100

@@ -22,7 +22,9 @@ ENDS = {
     "sink_orbit": ("sinker", "end"), "sink_persistent_short": ("sinker", "alarm"),
     "sink_servo": ("small", "end"), "sink_servo_table": ("small", "end"),
     "sink_shallow_deep": ("sinker", "end"), "sink_staircase": ("sinker", "end"),
-    "wire_arcs": ("wire", "end"), "wire_punch": ("wire", "end"), "wire_slot": ("wire", "end"),
+    "wire_arcs": ("wire", "end"), "wire_finish_p2": ("wall", "end"),
+    "wire_finish_p3": ("wall", "end"), "wire_finish_p4": ("wall", "end"),
+    "wire_punch": ("wire", "end"), "wire_slot": ("wire", "end"),
 }
 SEEDS = 20
 GAINS = (0.7, 1.3)

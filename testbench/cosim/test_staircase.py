@@ -52,8 +52,8 @@ def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
 
 
 def test_the_full_current_comes_in_steps_of_half_an_ampere_and_no_more():
-    tables = MACHINE.tables | {"source": MACHINE.tables["source"] | {"step_a": 0.5}}
-    with Simulation(machine=tables, clock_hz=MACHINE.clock_hz, seed=1, trace=False) as session:
+    half = machines.load("half")
+    with Simulation(machine=half.tables, clock_hz=half.clock_hz, seed=1, trace=False) as session:
         refused = r"the current I must be 0 to 60 steps of the power supply, 500 mA each"
         job = Job(session, assign("current_step_ma", 500), "G10 C900 I20 P300 Q150",
                   watched=("gap_ma", "gap_level"))

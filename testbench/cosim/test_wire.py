@@ -147,6 +147,26 @@ def test_shorts_amid_arcs_go_back_along_them():
     assert np.all(plan["left"][beside & (y > 0.45) & (x > 0.82)] == 1)
 
 
+@pytest.mark.parametrize("mode", [2, 3, 4])
+def test_a_wall_is_finished_in_each_feed_mode(mode):
+    """The feed follows the gap; its mean over so short a part is within 1/4 of the 12 mm/min."""
+    machine = machines.load("wall")
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
+                                  progress=print)
+    job = Run(machine, load(TAPES / f"wire_finish_p{mode}.nc"), machine_on, until_s=2.5)
+    try:
+        assert job.execute() == "stopped", job.alarm
+        trace = machine_on.trace()
+    finally:
+        machine_on.close()
+    inside = (trace["x"] > 0.02 * MM) & (trace["t"] > 1.3) & (trace["t"] < 2.4)
+    t, x = trace["t"][inside], trace["x"][inside]
+    assert t[-1] - t[0] > 0.8
+    feeds = np.diff(np.interp(np.arange(t[0], t[-1], 0.1), t, x)) / MM / 0.1 * 60
+    assert feeds.mean() == pytest.approx(12, rel=0.25)
+    assert feeds.std() > 0.2    # at constant feed 0.06, of whole pulses
+
+
 @pytest.mark.soak
 def test_punch_is_cut_round():
     starts, plan, backward = followed("wire_punch.nc")

@@ -28,8 +28,6 @@ from host.machines import machine
 from rtl.motion.retraction import State
 
 SMALL = machine.load("small")
-# Values of the machine `small`.
-OWN = {"gap.area_mm2", "gap.fluid_ohm_cm", "removal_scale"}
 
 
 def made_up(seconds=4.0, begin=1.0):
@@ -157,15 +155,6 @@ def flat(tables, prefix=""):
             yield from flat(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
-
-
-def test_small_is_the_sinker_but_for_what_it_names():
-    sinker, small = (dict(flat({key: value for key, value in machine.load(name).tables.items()
-                                if key != "settings"})) for name in ("sinker", "small"))
-    assert {key for key in sinker if sinker[key] != small[key]} == OWN
-    assert set(sinker) == set(small)
-    text = (machine.BUILT_IN / "small.toml").read_text()
-    assert all(f"#   {key} " in text for key in OWN)
 
 
 def test_arms_have_lines_of_one_length():

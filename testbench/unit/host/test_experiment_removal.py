@@ -149,7 +149,7 @@ def test_the_best_gain_is_that_of_least_variation():
 
 
 def test_the_plant_is_that_of_the_wire_machine_but_for_wall_flow_and_scale():
-    own = {"removal_scale", "stock", "workpiece", "debris"}
+    own = {"settings", "removal_scale", "stock", "workpiece", "debris"}
     for wall in (*WALLS, "even"):
         made = machine_for(Trial(PLAN, wall, "P4", 1)).tables
         assert {name for name in made if made[name] != WIRE.tables[name]} <= own

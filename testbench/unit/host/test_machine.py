@@ -105,6 +105,23 @@ def test_a_word_that_the_plant_does_not_know_is_refused(workdir, key):
             load(str(path))
 
 
+def test_a_file_with_a_base_gives_what_differs(workdir):
+    path = workdir / "mine.toml"
+    path.write_text('base = "wire"\ntick_us = 4\n[stock]\nkind = "wall"\n[settings]\n408 = 3\n')
+    mine, wire = load(str(path)).tables, load("wire").tables
+    assert mine == wire | {"tick_us": 4, "stock": wire["stock"] | {"kind": "wall"},
+                           "settings": wire["settings"] | {"408": 3}}
+    assert "base" not in mine
+    for text, said in (('base = "wire"\ngap = 3\n', "gap is no number of a machine."),
+                       ('base = "wire"\n[gap]\narea_mm2 = 3\n', "gap.area_mm2 is no number of"),
+                       ('base = "wire"\nkind = "sinker"\n', "initial_gap_um is missing; "),
+                       ('base = "small"\n', "base must be one of sinker, wire, not 'small'."),
+                       ('base = ["wire"]\n', "base must be one of sinker, wire, not ['wire'].")):
+        path.write_text(text)
+        with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}"):
+            load(str(path))
+
+
 def test_a_file_without_a_kind_is_a_sinker(workdir):
     path = workdir / "plain.toml"
     path.write_text(SINKER.replace('kind = "sinker"\n', ""))
