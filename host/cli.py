@@ -396,6 +396,23 @@ def experiment_roughing(
     roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
 
 
+@experiment_app.command("networks")
+def experiment_networks(
+    jobs: Annotated[int, typer.Option(
+        min=1, max=10_000, metavar="N", help="Random jobs for each kind of data.")] = 100,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json and table.md.")] = Path("build/experiments/networks"),
+) -> None:
+    """Plan roughing from poor basic data: by networks, and by interpolation alone.
+
+    The data are made from a formula, by which the staircases are then judged: whole, with gaps,
+    with noise, few, without the area next to the job, and all of that together. Takes a minute.
+    """
+    from host.experiments.networks import networks
+    networks(jobs=jobs, folder=folder, console=out)
+
+
 @app.command()
 def build(
     board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,

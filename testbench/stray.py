@@ -257,7 +257,8 @@ class Stray:
             self._until(lambda: self.state, "a status report")
             return not self.pending and self.state in ("Idle", "Alarm")
 
-        self._until(at_rest, f"rest with {len(self.pending)} answers")
+        # The first report may be of before the last line: it was on its way.
+        self._until(lambda: at_rest() and at_rest(), f"rest with {len(self.pending)} answers")
         self._wait(0.1)
 
     def settle(self):

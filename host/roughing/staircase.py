@@ -45,6 +45,7 @@ data is curved between two areas: by its formula, steps of 350 random jobs down 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from itertools import pairwise
 from math import ceil
 
@@ -55,8 +56,8 @@ from host.roughing.basic import BasicData
 from host.roughing.network import Number, train
 from host.words import exact
 
-__all__ = ["Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell", "neighbours",
-           "plan", "undersize_cell"]
+__all__ = ["Answers", "Cell", "Job", "Staircase", "Step", "cosine", "current_cell", "depth_cell",
+           "neighbours", "plan", "undersize_cell"]
 
 SINGLE = np.float32
 GRANTED = 2.0**-10      # part of a step, or of 1 um, by which an answer may be short when rounded
@@ -209,18 +210,31 @@ def depth_cell(data: Sequence[BasicData], area_mm2: Number, ip: Number,
                       beta))
 
 
+class Answers(Enum):
+    """What answers a question to the basic data."""
+
+    TRUSTED = "network if trusted"      # else the interpolation: what the planner does
+    NETWORK = "network"                 # whether it is trusted or not
+    INTERPOLATION = "interpolation"
+
+
 class _Inference:
     """Trains a network for each question, and notes those that are not trusted."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, answers: Answers) -> None:
         self.seed = seed
+        self.answers = answers
         self.untrusted: list[str] = []
 
     def __call__(self, cell: Cell, name: str,
                  agree: Callable[[np.float32, np.float32], bool] | None = None) -> np.float32:
         """Answer of a network, or the interpolation; ``agree`` compares the two."""
+        if self.answers is Answers.INTERPOLATION:
+            return cell.between
         network = train(cell.samples, self.seed)
         inferred = network.infer(cell.inputs)
+        if self.answers is Answers.NETWORK:
+            return inferred
         if not network.converged:
             why = "did not learn all samples"
         elif not network.rises(cell.signs, cell.inputs):
@@ -302,8 +316,11 @@ def _stock(near: list[BasicData], job: Job, alpha: np.float32) -> tuple[float, f
             max(0.0, float(left(lambda one: one.side_um) + less)))
 
 
-def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
+def plan(data: Sequence[BasicData], job: Job, seed: int = 1,
+         answers: Answers = Answers.TRUSTED) -> Staircase:
     """Infer the staircase of a job from the basic data of its materials, in order of area.
+
+    ``answers`` is for comparisons (``host.experiments.networks``).
 
     Raises
     ------
@@ -315,7 +332,7 @@ def plan(data: Sequence[BasicData], job: Job, seed: int = 1) -> Staircase:
         undersize_um = undersize_um * cosine(job.taper_deg)
     near = neighbours(data, job.area_mm2)
     least, greatest = _check(near, job, undersize_um)
-    infer, notes = _Inference(seed), []
+    infer, notes = _Inference(seed, answers), []
 
     def inside_data(ip: np.float32) -> np.float32:
         return min(max(ip, least), greatest)
