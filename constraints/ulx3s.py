@@ -17,8 +17,8 @@ comparators are high above their level, so that a broken wire is a short and the
 The current comparator is high while no current flows, so that a broken wire is a stuck gate. The
 supervision finds a silent encoder, a time-out a lost FIN.
 
-**The path back** that the firmware remembers is 8190 lines or 4095 arcs with the 304 KB of the 85F,
-510 lines or 255 arcs with the 184 KB of the 45F. The smaller devices have too little memory.
+The memory is 304 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retraction.md`` says how
+far back along the path each remembers. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """

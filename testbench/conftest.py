@@ -81,6 +81,12 @@ def workdir(request) -> Path:
 
 
 @pytest.fixture
+def waves(request, workdir) -> Path | None:
+    """Folder for the waveforms of a whole controller, or None without ``--waves``."""
+    return workdir if request.config.getoption("waves") else None
+
+
+@pytest.fixture
 def idle_simulation() -> Simulation:
     """A stand-in for a simulation that can only be closed, for tests with invented runs."""
     class Idle(Simulation):

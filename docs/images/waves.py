@@ -6,60 +6,54 @@
 """
 
 import sys
+from bisect import bisect_right
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import pylibfst
+import pywellen
 from matplotlib import pyplot as plt
+
+from testbench.native.signals import NAMES, SCOPE, SIGNALS
 
 HERE = Path(__file__).parent
 INK, ACCENT, SOFT = "#1f2933", "#1d5a96", "#7b8794"
 SHORT = 22              # number of the retraction that is drawn
 CLOCK_NS = 500
-STATES = {0: "front", 1: "stopping", 2: "retracting", 3: "at the limit", 4: "high", 5: "low",
-          6: "halted"}
+STATES = NAMES["state"]
+OF_PATH = {f"{signal.scope}.{signal.name}": signal for signal in SIGNALS}
 
 
-def read(path):
-    """Changes of every signal: name to two arrays, times in clocks and values."""
-    lib, ffi = pylibfst.lib, pylibfst.ffi
-    reader = lib.fstReaderOpen(str(path).encode())
-    _, signals = pylibfst.get_scopes_signals2(reader)
-    names = {signal.handle: name.split(".")[1] for name, signal in signals.by_name.items()}
-    widths = {signal.handle: signal.length for signal in signals.by_name.values()}
-    found = {handle: ([], []) for handle in names}
+class Waves:
+    """Signals of a file, by their names below ``SCOPE``."""
 
-    def changed(_, time, handle, value):
-        bits = ffi.string(value).decode()
-        if set(bits) <= {"0", "1"}:
-            number = int(bits, 2)
-            if widths[handle] > 8 and bits[0] == "1":
-                number -= 1 << len(bits)
-            found[handle][0].append(time // CLOCK_NS)
-            found[handle][1].append(number)
+    def __init__(self, path):
+        self._file = pywellen.Waveform(path)
 
-    lib.fstReaderSetFacProcessMaskAll(reader)
-    pylibfst.fstReaderIterBlocks(reader, changed)
-    lib.fstReaderClose(reader)
-    return {names[handle]: (np.array(times), np.array(values))
-            for handle, (times, values) in found.items()}
+    def _rows(self, name, first, last):
+        """Clocks and values of some changes."""
+        signal, of = self._file[f"{SCOPE}.{name}"].signal, OF_PATH[name]
+        rows = np.array([signal[index] for index in range(first, last)], dtype=np.int64)
+        clocks, values = rows[:, 0] // CLOCK_NS, rows[:, 1]
+        if of.of.signed:
+            values = values - ((values >> of.bits - 1) << of.bits)
+        return clocks, values
 
+    def begins(self):
+        """Clocks in which the state leaves the front: where retractions begin."""
+        times, values = self._rows("motion.state", 0,
+                                   len(self._file[f"{SCOPE}.motion.state"].signal))
+        before = np.r_[0, values[:-1]]
+        return times[(before == 0) & ((values == 1) | (values == 2))]
 
-def begins(waves):
-    """Clocks in which Ss rises at the front: where retractions begin."""
-    times, values = waves["state"]
-    before = np.r_[0, values[:-1]]
-    return times[(before == 0) & ((values == 1) | (values == 2))]
-
-
-def window(wave, begin, end):
-    """A signal between two clocks, as steps."""
-    times, values = wave
-    first = max(np.searchsorted(times, begin, "right") - 1, 0)
-    last = np.searchsorted(times, end, "right")
-    return (np.r_[begin, times[first + 1:last], end],
-            np.r_[values[first:last], values[last - 1]])
+    def window(self, name, begin, end):
+        """A signal between two clocks, as steps."""
+        signal = self._file[f"{SCOPE}.{name}"].signal
+        first, last = (bisect_right(range(len(signal)), clock * CLOCK_NS,
+                                    key=lambda index: signal[index][0])
+                       for clock in (begin, end))
+        times, values = self._rows(name, max(first - 1, 0), last)
+        return np.r_[begin, times[1:], end], np.r_[values, values[-1]]
 
 
 def draw(waves, rows, begin, end, origin, unit, name):
@@ -67,11 +61,12 @@ def draw(waves, rows, begin, end, origin, unit, name):
     figure, axes = plt.subplots(len(rows), 1, sharex=True, layout="constrained",
                                 figsize=(10, 0.6 + 0.62 * len(rows)))
     for axis, (signal, kind) in zip(axes, rows, strict=True):
-        times, values = window(waves[signal], begin, end)
+        times, values = waves.window(signal, begin, end)
         if kind == "from start":
             values = values - values[0]
         axis.step((times - origin) / unit[0], values, where="post", color=ACCENT, linewidth=1.4)
-        axis.set_ylabel(signal, rotation=0, ha="right", va="center", color=INK, fontsize=9.5)
+        axis.set_ylabel(signal.rpartition(".")[2], rotation=0, ha="right", va="center", color=INK,
+                        fontsize=9.5)
         axis.tick_params(labelsize=7.5, colors=SOFT)
         axis.axvline(0, color="#c0392b", linewidth=0.8)
         for side in ("top", "right"):
@@ -98,17 +93,18 @@ def draw(waves, rows, begin, end, origin, unit, name):
 def main():
     """Draw them."""
     mpl.rcParams |= {"font.family": "DejaVu Sans"}
-    waves = read(Path(sys.argv[1]))
-    start = begins(waves)[SHORT - 1]
-    draw(waves, [("gap_mv", ""), ("Ss", "bit"), ("state", "state"), ("Ps", "from start"),
-                 ("Pp", "from start"), ("Pi", "from start"), ("Er", ""), ("DAC", "")],
+    waves = Waves(sys.argv[1])
+    start = waves.begins()[SHORT - 1]
+    z = "motion.z"
+    path = [("motion.Ps", "from start"), ("motion.Pp", "from start"), (f"{z}.Pi", "from start")]
+    short = [("gap.Ss", "bit"), ("motion.state", "state")]
+    draw(waves, [("machine.gap_mv", ""), *short, *path, (f"{z}.Er", ""), (f"{z}.dac", "bit"),
+                 (f"{z}.dac_negative", "bit")],
          start - 1500, start + 500, start, (1, "clocks from the short"), "waves-short")
-    draw(waves, [("Ss", "bit"), ("state", "state"), ("Ps", "from start"), ("Pp", "from start"),
-                 ("Pi", "from start"), ("Er", "")],
+    draw(waves, [*short, *path, (f"{z}.Er", "")],
          start - 20, start + 80, start, (1, "clocks from the short"), "waves-reaction")
-    draw(waves, [("Ss", "bit"), ("state", "state"), ("machining", "bit"), ("Pp", "from start"),
-                 ("Pi", "from start"), ("FP", "from start"), ("Er", ""), ("speed", ""),
-                 ("gap_width_nm", "")],
+    draw(waves, [*short, ("power.machining", "bit"), *path[1:], (f"{z}.FP", "from start"),
+                 (f"{z}.Er", ""), ("machine.speed_z", ""), ("machine.gap_width_nm", "")],
          start - 100_000, start + 850_000, start, (2000, "ms from the short"), "waves-retraction")
 
 

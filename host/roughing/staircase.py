@@ -23,12 +23,12 @@ have two depths, those between which beta lies at this area and current.
 All numbers have single precision, in the order of ``softcore/firmware/roughing/staircase.c``, which
 finds the same staircase.
 
-Where the patent is silent: area and depth outside the data are refused, and so is an undersize too
-small for the least current. An undersize larger than the greatest current needs gives that current.
-A gamma above the shallowest depth of the data is inferred beyond them. A note says so in both
-cases. The last step ends at the job's depth, which is a whole number of um; all other depths are
-rounded down to one. beta is never taken above X. A current that would reach as deep as the current
-below it, or deeper, is left out.
+Where the third patent is silent: area and depth outside the data are refused, and so is an
+undersize too small for the least current. An undersize larger than the greatest current needs gives
+that current. A gamma above the shallowest depth of the data is inferred beyond them. A note says so
+in both cases. The last step ends at the job's depth, which is a whole number of um; all other
+depths are rounded down to one. beta is never taken above X. A current that would reach as deep as
+the current below it, or deeper, is left out.
 
 A network that did not learn all its samples, or is not proved monotone over them, is not trusted:
 the multilinear interpolation between the same samples replaces it, and a note says so. Nor is a

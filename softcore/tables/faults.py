@@ -240,8 +240,8 @@ FAULTS: tuple[Fault, ...] = (
            "Check cables and power supply, fluid, zero and workpiece. `${no_discharge_um}` is the "
            "way in µm."),
     _fault(151, "no_progress", "machine", "a long time without new depth",
-           "The machine stays at one place while it machines: the presets never give a step "
-           "forward, or a large electrode has too little current.",
+           "The machine stays at one place while it machines under G95: the presets never give a "
+           "step forward, or a large electrode has too little current.",
            "Check presets and references of the condition. If the job is just slow, raise "
            "`${no_progress_s}` (s)."),
     _fault(152, "contact", "machine",

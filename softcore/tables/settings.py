@@ -190,7 +190,8 @@ SETTINGS: tuple[Setting, ...] = (
          "{alarm_fluid})."),
     _set(444, "no_progress_s", "servo: time at the front without progress (0 no bound)", "s",
          (600, 0, 86_400), "gap", "Alarm {alarm_no_progress} comes when the machine has machined "
-         "at the front of the path for this time without moving forward. 0: it never comes.",
+         "under G95 at the front of the path for this time without moving forward. G94 does not "
+         "wait for the gap, and has no such alarm. 0: it never comes.",
          switches_off="no progress"),
     _set(445, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
          (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the gap "

@@ -14,6 +14,7 @@ import cocotb_tools.config
 from testbench import tools
 from testbench.native import build, compiling, probes, verilated
 from testbench.native.compiling import BUILD
+from testbench.native.signals import RECORDED
 
 __all__ = ["TOP", "program"]
 
@@ -59,6 +60,7 @@ def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
         configuration = folder / "public.vlt"
         configuration.write_text(probes.public(writable=True))
         (folder / "probes.svh").write_text(_readings())
+        (folder / "waves.inc").write_text(probes.places(RECORDED))
         compiling.verilate([*VERILATE, f"-I{folder}", configuration, *files], folder)
         progress(f"compiling the cocotb simulation ({compiler.name}): a minute, once")
         main = Path(cocotb_tools.config.share_dir) / "lib" / "verilator" / "verilator.cpp"
@@ -71,7 +73,7 @@ def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
                                f"-Wl,-rpath,{libraries}", "-rdynamic"], folder / TOP)
 
     key = compiling.digest(VERILATE, verilated.KEY,
-                           probes.public(writable=True), _readings(),
+                           probes.public(writable=True), _readings(), probes.places(RECORDED),
                            compiler.command, compiler.version, version("cocotb"),
                            sources=[*files, *build.sources(), build.HERE / "verilated.py",
                                     HERE / "dpi.cpp"])

@@ -7,7 +7,10 @@
 #include <memory>
 #include <vector>
 
+#include "recorder.hpp"
 #include "station.hpp"
+
+#include "waves.inc"  // WAVES, PLACE and machine_values: made from testbench/native/probes.py
 
 namespace {
 
@@ -15,15 +18,23 @@ std::unique_ptr<bench::Station> station;
 plant::ToController inputs;
 
 struct Watch {
-    bool known = false;
+    bool wanted = false, known = false;
     uint64_t last = 0;
 };
 struct Change {
     uint64_t clock, probe, value;
 };
 std::vector<Watch> watches;       // by probe
-std::vector<uint64_t> watched;    // a bit for each
+std::vector<uint64_t> watched;    // a bit for each, whose value is wanted in every clock
 std::vector<Change> changes;
+bench::Recorder recorder;
+uint64_t values[WAVES];           // of the recorder, in this clock
+
+void want(size_t probe) {
+    if (watched.size() <= probe / 64)
+        watched.resize(probe / 64 + 1);
+    watched[probe / 64] |= uint64_t{1} << probe % 64;
+}
 
 class Unpacker {
 public:
@@ -65,13 +76,22 @@ void bench_watch(const uint32_t* probes, uint64_t count) {
     watched.clear();
     for (uint64_t i = 0; i < count; ++i) {
         const size_t at = probes[i];
-        if (watches.size() <= at) {
+        if (watches.size() <= at)
             watches.resize(at + 1);
-            watched.resize(at / 64 + 1);
-        }
-        watched[at / 64] |= uint64_t{1} << at % 64;
+        watches[at].wanted = true;
+        want(at);
     }
+    for (const uint32_t probe : recorder.probes())
+        want(probe);
 }
+void bench_waves(void* writer, uint64_t time, uint64_t value, uint64_t step) {
+    recorder.open(writer, time, value, step);
+}
+void bench_wave(uint32_t probe, uint32_t low, uint32_t bits) {
+    recorder.add(probe, low, bits);
+    want(probe);
+}
+void bench_waves_end() { recorder = {}; }
 uint64_t bench_changes() { return changes.size(); }
 void bench_changes_take(uint64_t* out) {
     for (const Change& change : changes) {
@@ -90,6 +110,10 @@ unsigned long long bench_watched(int word) {
 // Of a watched probe.
 void bench_probe(int index, unsigned long long value) {
     const size_t at = static_cast<size_t>(index);
+    if (PLACE[at] < WAVES)
+        values[PLACE[at]] = value;
+    if (at >= watches.size() || !watches[at].wanted)
+        return;
     Watch& watch = watches[at];
     if (watch.known && watch.last == value)
         return;
@@ -104,6 +128,10 @@ unsigned long long bench_clock(unsigned long long word) {
     if (!station) {
         std::fprintf(stderr, "the clock runs before Python has made the station\n");
         std::abort();
+    }
+    if (!recorder.probes().empty()) {
+        machine_values(station->machine, values);
+        recorder.take(station->clock, values);
     }
     Unpacker pins(word);
     plant::FromController from;

@@ -23,11 +23,12 @@ def _write(numbers: list[int], path: Path) -> None:
 
 
 def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
-               clock_hz: int | None = None, image: Path | None = None, **arguments):
+               clock_hz: int | None = None, image: Path | None = None,
+               waves: Path | None = None, **arguments):
     """Run ``scenario(session, **arguments)`` under cocotb; return its result, converted by JSON.
 
     The same call on a native ``Simulation`` with the same seed gives the same, to the clock, and
-    can also write waveforms. Exactly one test must have run and passed: otherwise a simulator that
+    the same waveforms. Exactly one test must have run and passed: otherwise a simulator that
     died early would pass with none.
 
     Parameters
@@ -40,6 +41,8 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
         See ``testbench.native.simulation.Simulation``; the default clock is that of the machine.
     image : Path or None
         Firmware; compiled from the sources if not given.
+    waves : Path or None
+        Folder for the waveforms, or None for none.
     arguments : dict
         Of the scenario, as JSON allows.
 
@@ -60,7 +63,8 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
     job = workdir / "job.json"
     job.write_text(json.dumps({
         "function": f"{scenario.__module__}.{scenario.__qualname__}", "machine": machine,
-        "clock_hz": clock_hz, "seed": seed, "arguments": arguments, "result": str(result)}))
+        "clock_hz": clock_hz, "seed": seed, "arguments": arguments, "result": str(result),
+        "waves": waves and str(waves)}))
     log = workdir / "log.txt"
     try:
         results = runner.test(

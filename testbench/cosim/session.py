@@ -20,6 +20,7 @@ from softcore.memory import parities, words_of
 from softcore.top import SIMULATED_DIVISOR
 from testbench.native.probes import MEMORY, PARITY, PROBES
 from testbench.native.station import Session, declare
+from testbench.native.waves import Writer
 
 JOB = "GAPKEEPER_SCENARIO"  # environment variable with the file of the job (see runner.py)
 
@@ -31,6 +32,9 @@ _FUNCTIONS = {
     "bench_watch": (None, [ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
     "bench_changes": (_UNSIGNED, []),
     "bench_changes_take": (None, [_POINTER]),
+    "bench_waves": (None, [_POINTER, _UNSIGNED, _UNSIGNED, _UNSIGNED]),
+    "bench_wave": (None, [ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32]),
+    "bench_waves_end": (None, []),
 }
 
 
@@ -51,16 +55,32 @@ class CosimSession(Session):
         See ``Session``.
     seed : int
         Seed of everything random.
+    waves : Path or None
+        Folder for the waveforms; see ``testbench.native.waves``.
     """
 
     byte_clocks = 10 * SIMULATED_DIVISOR
 
-    def __init__(self, bench, *, machine: dict, clock_hz: int, seed: int):
+    def __init__(self, bench, *, machine: dict, clock_hz: int, seed: int,
+                 waves: Path | None = None):
         self._program = program = ctypes.CDLL(None)
         declare(program, _FUNCTIONS)
         self._bench = bench
         super().__init__(program, program.bench_station(seed), machine=machine,
                          clock_hz=clock_hz)
+        self._waves = None
+        if waves is not None:
+            self._waves = Writer(waves, clock_hz, machine.get("kind", "sinker"))
+            program.bench_waves(*self._waves.addresses())
+            for one in self._waves.slices():
+                program.bench_wave(*one)
+
+    def close(self) -> None:
+        """End the file of waveforms."""
+        if self._waves is not None:
+            self._program.bench_waves_end()
+            self._waves.close(self.cycle)
+            self._waves = None
 
     def run(self, clocks: int) -> None:
         if self._arm(clocks, False):
@@ -129,8 +149,12 @@ class CosimSession(Session):
 async def scenario(dut):
     """Run the function that the job names, and write its result."""
     job = json.loads(Path(os.environ[JOB]).read_text())
-    session = CosimSession(dut, machine=job["machine"], clock_hz=job["clock_hz"], seed=job["seed"])
+    session = CosimSession(dut, machine=job["machine"], clock_hz=job["clock_hz"], seed=job["seed"],
+                           waves=job["waves"] and Path(job["waves"]))
     module, _, name = job["function"].rpartition(".")
     function = getattr(importlib.import_module(module), name)
-    result = await bridge(function)(session, **job["arguments"])
+    try:
+        result = await bridge(function)(session, **job["arguments"])
+    finally:
+        session.close()
     Path(job["result"]).write_text(json.dumps(result))

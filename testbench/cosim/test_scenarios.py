@@ -31,31 +31,31 @@ def of_groups():
     return (*firsts.values(), *of_name.values())
 
 
-def run(scenario):
+def run(scenario, waves=None):
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=SEED,
-                    trace=False) as session:
+                    trace=False, waves=waves) as session:
         return scenario.run(session)
 
 
-def same_under_cocotb(scenario, workdir):
-    return cosimulate(scenario.function, workdir, machine=MACHINE.tables, seed=SEED,
+def same_under_cocotb(scenario, workdir, waves):
+    return cosimulate(scenario.function, workdir, machine=MACHINE.tables, seed=SEED, waves=waves,
                       **scenario.arguments) == run(scenario)
 
 
 @pytest.mark.parametrize("scenario", of_groups(), ids=str)
-def test_one_of_a_group_is_the_same_natively_and_under_cocotb(scenario, workdir):
-    assert same_under_cocotb(scenario, workdir)
+def test_one_of_a_group_is_the_same_natively_and_under_cocotb(scenario, workdir, waves):
+    assert same_under_cocotb(scenario, workdir, waves)
 
 
 OTHERS = tuple(scenario for scenario in SCENARIOS if scenario not in of_groups())
 
 
 @pytest.mark.parametrize("scenario", OTHERS, ids=str)
-def test_scenario_natively(scenario):
-    assert run(scenario)
+def test_scenario_natively(scenario, waves):
+    assert run(scenario, waves)
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("scenario", OTHERS, ids=str)
-def test_scenario_is_the_same_natively_and_under_cocotb(scenario, workdir):
-    assert same_under_cocotb(scenario, workdir)
+def test_scenario_is_the_same_natively_and_under_cocotb(scenario, workdir, waves):
+    assert same_under_cocotb(scenario, workdir, waves)

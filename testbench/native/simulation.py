@@ -48,7 +48,8 @@ _FUNCTIONS = {
     "gk_tap": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
     "gk_changes": (_UNSIGNED, [_POINTER]),
     "gk_changes_take": (None, [_POINTER, _POINTER]),
-    "gk_fst": (None, [_POINTER, _POINTER, _UNSIGNED, _UNSIGNED, _UNSIGNED]),
+    "gk_waves": (None, [_POINTER, _POINTER, _UNSIGNED, _UNSIGNED, _UNSIGNED]),
+    "gk_wave": (None, [_POINTER, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32]),
 }
 
 
@@ -66,7 +67,7 @@ class Simulation(Session):
     seed : int
         Seed of everything random. The same seed gives the same run.
     waves : Path or None
-        Folder for the waveforms of the key signals, with views for Surfer and GTKWave.
+        Folder for the waveforms, with views of the machine for Surfer and GTKWave.
     trace : bool
         Keep a sample of the run for every millisecond; see ``trace``.
     progress : callable
@@ -95,9 +96,10 @@ class Simulation(Session):
         if trace:
             self._code.gk_trace_period(self._handle, max(1, round(TRACE_S * clock_hz)))
         if waves is not None:
-            self._waves = waveforms.Writer(waves, clock_hz)
-            self._tap(self._waves.signals)
-            self._code.gk_fst(self._handle, *self._waves.addresses())
+            self._waves = waveforms.Writer(waves, clock_hz, machine.get("kind", "sinker"))
+            self._code.gk_waves(self._handle, *self._waves.addresses())
+            for probe, low, bits in self._waves.slices():
+                self._code.gk_wave(self._handle, probe, low, bits)
 
     byte_clocks = 10 * SIMULATED_DIVISOR    # that a byte takes on the line
 
@@ -203,18 +205,7 @@ class Simulation(Session):
     # ---- what happened
 
     def watch(self, names: Iterable[str]) -> None:
-        """Keep every change of these probes from now on; see ``changes``.
-
-        Raises
-        ------
-        ValueError
-            If waveforms are written: both come from the same place.
-        """
-        if self._waves is not None:
-            raise ValueError("changes are not kept while waveforms are written")
-        self._tap(names)
-
-    def _tap(self, names):
+        """Keep every change of these probes from now on; see ``changes``."""
         numbers = [NUMBER[name] for name in names]
         self._code.gk_tap(self._handle, (ctypes.c_uint32 * len(numbers))(*numbers), len(numbers))
 

@@ -1,49 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waveforms of the key signals of a run, as FST, with saved views for Surfer and GTKWave."""
+"""Waveforms of a run as FST, with saved views for Surfer and GTKWave."""
 
-import math
+from collections.abc import Iterator
 from pathlib import Path
-from string import ascii_lowercase
 
+from testbench.native import views
 from testbench.native.probes import PROBES
+from testbench.native.signals import NAMES, SCOPE, SIGNALS
 
 __all__ = ["Writer"]
 
-# Name in the waveform (the patent's if it has one), probe, style, description.
-SIGNALS = (
-    ("Zc", "path_ahead", "analog", "end of what firmware has commanded, path pulses"),
-    ("Ps", "path_command", "analog", "path pulses before the ramp, sum"),
-    ("Pp", "path_position", "analog", "path pulses behind the ramp, sum"),
-    ("Pi", "axis_z_command", "analog", "axis pulses of Z, sum"),
-    ("FP", "axis_z_position", "analog", "feedback pulses of Z, sum"),
-    ("Er", "axis_z_error", "analog", "error counter of Z, pulses"),
-    ("DAC", "dac_z", "analog", "velocity command of Z, of 32768"),
-    ("speed", "motor_z_um_s", "analog", "of the motor of Z, um/s"),
-    ("Ss", "gap_status_shorted", "digital", "short"),
-    ("state", "path_status_state", "digital", "of the retraction"),
-    ("machining", "power_control_machining", "digital", "discharge is wanted"),
-    ("safe", "safety_status_safe", "digital", "outputs are in their safe state"),
-    ("gap_mv", "gap_mv", "analog", "gap voltage, mV"),
-    ("gap_width_nm", "gap_width_nm", "analog", "true gap, nm"),
-)
-SCOPE = "gapkeeper"
+NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
 
 
 class Writer:
-    """An FST file ``waves.fst`` in a folder, with a time step of one clock, and the two views.
+    """An FST file ``waves.fst`` in a folder, and the views ``waves.gtkw`` and ``waves.sucl``.
 
-    ``signals`` are the probes to give it, in order; the simulator calls the file's own functions,
-    at ``addresses``.
+    The file has every signal of ``testbench.native.signals``, with a time step of one clock. The
+    simulator's C++ writes the values: it calls the functions at ``addresses``, with what
+    ``slices`` names. The same run gives the same file, to the byte.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist.
+    clock_hz : int
+        Frequency of the simulated clock.
+    kind : str
+        Of the machine, which the views are for: of ``testbench.native.views.VIEWS``.
     """
 
-    def __init__(self, folder: Path, clock_hz: int):
+    def __init__(self, folder: Path, clock_hz: int, kind: str):
         # Imported here because only runs with waveforms need it.
         import pylibfst
 
         self._ffi, self._lib = pylibfst.ffi, pylibfst.lib
+        self._kind = kind
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / "waves.fst"
-        self.signals = [probe for _, probe, _, _ in SIGNALS]
         lib = self._lib
         self._writer = lib.fstWriterCreate(str(self.path).encode(), 1)
         lib.fstWriterSetPackType(self._writer, lib.FST_WR_PT_LZ4)
@@ -53,14 +47,49 @@ class Writer:
         lib.fstWriterSetTimescaleFromString(self._writer, unit)
         lib.fstWriterSetVersion(self._writer, b"gapkeeper")
         lib.fstWriterSetDate(self._writer, b"")  # the same run gives the same file
-        lib.fstWriterSetScope(self._writer, lib.FST_ST_VCD_MODULE, SCOPE.encode(), b"")
-        bits = {probe.name: probe for probe in PROBES}
-        for name, probe, _, _ in SIGNALS:
+        self._declare()
+
+    def _declare(self):
+        """Scopes, enumerations and signals, in the order of the table."""
+        lib, writer = self._lib, self._writer
+        tables: dict[tuple[str, int], int] = {}
+        inside: list[str] = []
+        for signal in SIGNALS:
+            inside = self._enter(inside, [SCOPE, *signal.scope.split(".")])
+            if signal.names:
+                key = (signal.names, signal.bits)
+                if key not in tables:
+                    tables[key] = self._enumeration(*key)
+                lib.fstWriterEmitEnumTableRef(writer, tables[key])
             # Not as integers: viewers drop their range from the name, and the views need it.
-            lib.fstWriterCreateVar(self._writer, lib.FST_VT_VCD_WIRE, lib.FST_VD_OUTPUT,
-                                   bits[probe].bits, name.encode(), 0)
-        lib.fstWriterSetUpscope(self._writer)
-        (folder / "waves.sucl").write_text(_surfer())
+            lib.fstWriterCreateVar(writer, lib.FST_VT_VCD_WIRE, lib.FST_VD_OUTPUT, signal.bits,
+                                   signal.name.encode(), 0)
+        self._enter(inside, [])
+
+    def _enter(self, inside, wanted):
+        """Leave and enter scopes; return those that one is in."""
+        lib, same = self._lib, 0
+        while same < min(len(inside), len(wanted)) and inside[same] == wanted[same]:
+            same += 1
+        for _ in inside[same:]:
+            lib.fstWriterSetUpscope(self._writer)
+        for name in wanted[same:]:
+            lib.fstWriterSetScope(self._writer, lib.FST_ST_VCD_MODULE, name.encode(), b"")
+        return wanted
+
+    def _enumeration(self, name, bits):
+        """Write a table of names; return its number in the file."""
+        new, names = self._ffi.new, NAMES[name]
+        literals = [new("char[]", word.encode()) for word in names]
+        values = [new("char[]", f"{value:0{bits}b}".encode()) for value in range(len(names))]
+        return self._lib.fstWriterCreateEnumTable(
+            self._writer, new("char[]", name.encode()), len(names), bits,
+            new("char*[]", literals), new("char*[]", values))
+
+    def slices(self) -> Iterator[tuple[int, int, int]]:
+        """Number of the probe, lowest bit, and bits of each signal, in the order of the file."""
+        for signal in SIGNALS:
+            yield NUMBER[signal.probe], signal.bit or 0, signal.bits
 
     def addresses(self) -> tuple[int, int, int, int]:
         """Writer, function for a time, function for a value; and units of time per clock."""
@@ -76,30 +105,6 @@ class Writer:
         """End the file at a clock."""
         self._lib.fstWriterEmitTimeChange(self._writer, cycle * self._step)
         self._lib.fstWriterClose(self._writer)
-        (self.path.parent / "waves.gtkw").write_text(_gtkwave(cycle * self._step))
-
-
-def _gtkwave(duration) -> str:
-    """View of the whole run: GTKWave's zoom is the negative logarithm of the time in 200 pixels."""
-    zoom = -math.log2(max(duration, 1) / 6)
-    bits = {probe.name: probe.bits for probe in PROBES}
-    lines = ['[dumpfile] "waves.fst"', "[timestart] 0", "[size] 1600 900", "[pos] -1 -1",
-             f"*{zoom:.6f} 0" + 26 * " -1", "[sst_expanded] 0"]
-    for name, probe, style, _ in SIGNALS:
-        width = f"[{bits[probe] - 1}:0]" if bits[probe] > 1 else ""
-        # GTKWave's flags: 0x420 signed decimal, 0x8420 with an analog step curve, 0x28 binary.
-        if style == "analog":
-            lines += ["@8420", f"{SCOPE}.{name}{width}", "@20000", "-", "-"]
-        else:
-            lines += ["@24" if bits[probe] > 1 else "@28", f"{SCOPE}.{name}{width}"]
-    return "\n".join(lines) + "\n"
-
-
-def _surfer() -> str:
-    """Commands: ``surfer --command-file waves.sucl waves.fst``. Items go by letter, from a on."""
-    lines = []
-    for letter, (name, _, style, _) in zip(ascii_lowercase, SIGNALS, strict=False):
-        lines.append(f"variable_add {SCOPE}.{name}")
-        if style == "analog":
-            lines += [f"item_focus {letter}", "item_set_format Signed"]
-    return "\n".join([*lines, "item_unfocus", "zoom_fit"]) + "\n"
+        folder = self.path.parent
+        (folder / "waves.gtkw").write_text(views.gtkwave(self._kind, cycle * self._step))
+        (folder / "waves.sucl").write_text(views.surfer(self._kind))

@@ -11,7 +11,7 @@
 namespace plant {
 
 // From this resistivity on the fluid counts as an insulator: here begins the highest class of the
-// patent on counted pulses (JP S60-10852 B).
+// second patent.
 constexpr double INSULATING_OHM_CM = 1e6;
 
 // Values that tests can force; NAN and -1 leave them to the physics.

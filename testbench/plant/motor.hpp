@@ -71,6 +71,7 @@ public:
     int32_t count() const { return count_; }          // pulses
     double position() const { return position_; }     // pulses
     double speed() const { return speed_; }           // mm/s
+    double command() const { return filtered_; }      // mm/s: U above
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
 
     // Phases of the coder: A leads B on the way up.

@@ -95,7 +95,8 @@ public:
 
     void close_contactor() { powered_ = true; }  // at once, for tests of the gap alone
     int32_t count(int axis) const { return axes_[axis].count(); }
-    double speed(int axis) const { return axes_[axis].speed(); }  // mm/s
+    double speed(int axis) const { return axes_[axis].speed(); }      // mm/s
+    double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
     const Gap& gap() const { return *gap_; }
     Workpiece& workpiece() { return wire_.workpiece(); }  // a wire machine's
     uint64_t now() const { return now_; }

@@ -17,7 +17,7 @@ typedef struct {
     uint8_t dame, open, ok, share_percent;
 } gap_class;
 
-void in_force_init(void);                       /* no condition, class 0, the patent's presets */
+void in_force_init(void);                       /* no condition, class 0, its presets */
 
 /* Rows of the classes. The start of a program (in_force_start) keeps the rows entered by hand. */
 gap_class in_force_class(unsigned number);

@@ -144,7 +144,7 @@ def test_a_current_of_fine_steps_that_departs_is_interpolated_and_told():
 
 
 def test_no_step_needs_more_than_the_last():
-    """The patent's aim: no step makes the cavity wider than the last step does."""
+    """The third patent's aim: no step makes the cavity wider than the last step does."""
     for job, seed in jobs(2, 30):
         found, near = plan(DATA, job, seed), pair(job)
         for step in found.steps:

@@ -15,7 +15,7 @@ SIGMAS = 3
 POINT_SIGMAS = 4        # of a single point among many
 OFF, OPEN, BURNING, ARCING, SHORTED = range(5)      # read.state
 ON_US, OFF_US = 250, 50                             # the pulse of JP S60-10852 B
-# Of resistivity: the four columns of that patent's table, and oil. In ohm cm.
+# Of resistivity: the four columns of the second patent's table, and oil. In ohm cm.
 FLUIDS = [1e9, 1e6, 1.25e5, 4e4, 1e3]
 
 

@@ -185,6 +185,30 @@ def test_comments_defer_nothing():
                                                     if word in path.read_text()))
 
 
+def unnamed_patents(path):
+    """Places where it is not said which of the four patents is meant."""
+    text = re.sub(r"[\s#/*|\"]+", " ", path.read_text())
+    for found in re.finditer(r"(?<![-\w])patent", text):
+        before = text[:found.start()].lower()
+        if not before.endswith(("first ", "second ", "third ", "fourth ", "four ")):
+            yield f"which one? {text[max(0, found.start() - 20):found.end() + 10]}"
+
+
+def test_a_patent_is_called_by_its_place_in_the_list():
+    """The list is on the page ``docs/explanation/four-patents.md``."""
+    apart = {"four-patents.md", "test_house.py", "LICENSE"}
+    paths = [path for path in files(TEXT) if path.name not in apart]
+    assert not offenders(paths, unnamed_patents)
+
+
+@pytest.mark.parametrize(("line", "broken"), [
+    ("as the patent says", True), ("# the fourth\n# patent", False), ("four-patents.md", False)])
+def test_a_patent_without_its_place_is_found(tmp_path, line, broken):
+    page = tmp_path / "page.md"
+    page.write_text(line)
+    assert bool([*unnamed_patents(page)]) is broken
+
+
 def test_dependencies_are_pinned_and_give_a_reason():
     lines = (ROOT / "pyproject.toml").read_text().splitlines()
     entries = [line for line in lines if re.match(r'    "[a-z][\w\[\]-]*[=<>~]', line)]

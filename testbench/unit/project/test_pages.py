@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from host import pages
+from testbench.native import page as signals
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
@@ -66,3 +67,8 @@ def test_the_site_can_be_built_and_nothing_is_warned_of(workdir):
          DOCS, workdir / "site"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (workdir / "site" / "reference" / "guards.html").exists()
+
+
+def test_the_page_of_the_signals_is_not_stale():
+    assert signals.PAGE.read_text(encoding="utf-8") == signals.page(), \
+        "run python -m testbench.native.page"

@@ -10,7 +10,7 @@ from testbench.models.discriminator import DAME, OK, OPEN
 from testbench.models.preset_counter import ACCUMULATE, CONSECUTIVE
 from testbench.native.preset_counter import INPUTS, by_name, compiled
 
-# The patent's presets of 5, 6 and 7, from the highest resistance of the fluid to the lowest.
+# The second patent's presets of 5, 6 and 7, from the highest resistance of the fluid to the lowest.
 ROWS = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
 PULSES = 50       # a strobe
 STROBES = 20_000
