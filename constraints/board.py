@@ -97,6 +97,9 @@ class Board:
         Bytes of block RAM for the processor.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
+    dac : str
+        How the velocity command leaves: ``"sigma_delta"``, or ``"pwm"`` with a period of 1024
+        clocks (``rtl.motion.dac``).
     current_max_a, supply_step_a : float
         Highest discharge current, and one step of the power supply's current. No register exceeds
         as many whole steps as are in that current, 63 at most.
@@ -111,5 +114,6 @@ class Board:
     memory_size: int
     pin_list: Path
     arm_strapped: bool = False
+    dac: str = "sigma_delta"
     current_max_a: float = 30.0
     supply_step_a: float = 1.5

@@ -133,7 +133,7 @@ def plan(board: Board, image: bytes = b"") -> BuildPlan:
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, image=image, build=int(digest()[:8], 16),
-              arm_strapped=board.arm_strapped,
+              arm_strapped=board.arm_strapped, dac_kind=board.dac,
               level_max=level_max(board.current_max_a, board.supply_step_a))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(

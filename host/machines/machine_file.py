@@ -42,6 +42,10 @@ class Table(BaseModel):
 class Axis(Table):
     """The drive of each axis."""
 
+    dac: Literal["sigma_delta", "pwm"] = Field(
+        description="Velocity command, as pulses on a pin: `sigma_delta`, whose ripple lies at "
+        "high frequencies, or `pwm`, with a period of 1024 clocks, for amplifiers that want one. "
+        "The gateware is built for it.")
     full_speed_mm_s: float = _number("mm/s", (1, 1000),
         "Speed at full scale of the converter, which is reached at 32 768 pulses of following "
         "error Er.")
@@ -350,7 +354,8 @@ MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile
 
 # Words of a file, in the plant's order, numbered from 0. A file without a kind is a sinker's.
 WORDS: dict[str, tuple[str, ...]] = {
-    "kind": tuple(MACHINES), "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
+    "kind": tuple(MACHINES), "axis.dac": get_args(Axis.model_fields["dac"].annotation),
+    "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
 
 
 def entries(model: type[Table], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:

@@ -23,7 +23,7 @@ __all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flat", "library", "m
            "plant_library", "station", "verilog"]
 
 Progress = Callable[[str], None]
-Options = Mapping[str, int]     # of the controller, by name, as ``rtl.controller`` has them
+Options = Mapping[str, object]      # of the controller, by name, as ``rtl.controller`` has them
 
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
@@ -49,7 +49,11 @@ def options(machine: dict) -> Options:
     needed = {"jump_axis": NO_AXIS} if machine.get("kind") == "wire" else {}
     step_a = machine.get("source", {}).get("step_a", IP_MA / 1000)
     level = level_max(machine.get("current_max_a", USUAL_LEVEL * step_a), step_a)
-    return needed | ({} if level == USUAL_LEVEL else {"level_max": level})
+    if level != USUAL_LEVEL:
+        needed |= {"level_max": level}
+    if machine.get("axis", {}).get("dac") == "pwm":
+        needed |= {"dac_kind": "pwm"}
+    return needed
 
 
 def sources() -> list[Path]:

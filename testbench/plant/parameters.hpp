@@ -9,9 +9,14 @@
 namespace plant {
 
 enum class MachineKind { sinker, wire };  // `kind`
+enum class AxisDac { sigma_delta, pwm };  // `axis.dac`
 enum class StockKind { solid, wall, circle, rectangle };  // `stock.kind`
 
 struct AxisParameters {
+    // Velocity command, as pulses on a pin: `sigma_delta`, whose ripple lies at high frequencies,
+    // or `pwm`, with a period of 1024 clocks, for amplifiers that want one. The gateware is built
+    // for it.
+    double dac = 0;
     // Speed at full scale of the converter, which is reached at 32 768 pulses of following error
     // Er. [mm/s]
     double full_speed_mm_s = 163.84;
@@ -307,6 +312,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"current_max_a", &p.current_max_a},
         {"kind", &p.kind},
         {"initial_gap_um", &p.initial_gap_um},
+        {"axis.dac", &p.axis.dac},
         {"axis.full_speed_mm_s", &p.axis.full_speed_mm_s},
         {"axis.max_speed_mm_s", &p.axis.max_speed_mm_s},
         {"axis.max_acceleration_mm_s2", &p.axis.max_acceleration_mm_s2},

@@ -13,7 +13,7 @@ from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 WIRE = (BUILT_IN / "wire.toml").read_text(encoding="utf-8")
-NO_NUMBERS = {"kind", "stock.kind", "stock.steps", "settings"}
+NO_NUMBERS = {"kind", "axis.dac", "stock.kind", "stock.steps", "settings"}
 
 # Unit by the end of a number's name, the longest that fits.
 UNITS = {
@@ -94,14 +94,14 @@ def test_what_is_no_table_is_refused(workdir, table):
             load(str(path))
 
 
-@pytest.mark.parametrize("key", ["kind", "stock.kind"])
+@pytest.mark.parametrize("key", WORDS)
 def test_a_word_that_the_plant_does_not_know_is_refused(workdir, key):
-    path = workdir / "odd.toml"
+    path, name = workdir / "odd.toml", key.rpartition(".")[2]
     for odd in ('"odd"', "3", "[]"):
-        path.write_text(re.sub(rf'^{key[-4:]} = "{WORDS[key][key == "kind"]}"',
-                               f"{key[-4:]} = {odd}", WIRE, flags=re.M))
+        path.write_text(re.sub(rf'^{name} = "{WORDS[key][key == "kind"]}"',
+                               f"{name} = {odd}", WIRE, flags=re.M))
         with pytest.raises(UsageError,
-                           match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*, not "):
+                           match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*not "):
             load(str(path))
 
 

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A tape on the machine with each kind of velocity converter."""
+
+import copy
+
+import pytest
+
+from host.machines import machine as machines
+from host.machines.machine import Machine
+from host.run.run import Run, count_retractions
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import load
+from testbench.native.simulation import Simulation
+from testbench.punch import TAPES
+
+# A register that only this modulator has.
+OWN = {"sigma_delta": ".modulator.noise", "pwm": ".modulator.left"}
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_a_tape_with_its_retractions_runs_on_either_converter(kind):
+    tables = copy.deepcopy(machines.load("sinker").tables)
+    tables["axis"]["dac"] = kind
+    machine = Machine(kind, tables)
+    with Simulation(machine=tables, clock_hz=machine.clock_hz, seed=1, trace=False) as session:
+        names = [name for name, _ in session.state()]
+        assert [other for other, own in OWN.items()
+                if any(name.endswith(own) for name in names)] == [kind]
+        run = Run(machine, load(TAPES / "sink_shallow_deep.nc"), Piped(session), until_s=6.0)
+        assert run.execute() == "stopped", run.alarm
+    counted = count_retractions(run.events)
+    assert counted["short"] >= 2
+    ended = [event for event in run.events if event["event"] == "retraction_end"]
+    assert {event["reason"] for event in ended} == {"cleared"}
+    assert -1.0 < min(event["pos"]["z"] for event in run.events) < -0.3
