@@ -24,7 +24,7 @@ BUDGETS = {
     "condition":     Cells(lut4=46,   ccu2c=39,  ff=296,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=50,  ff=62,   ram=0,  bram=0,  dsp=0),
-    "counters":      Cells(lut4=72,   ccu2c=64,  ff=62,   ram=0,  bram=0,  dsp=0),
+    "counters":      Cells(lut4=78,   ccu2c=64,  ff=64,   ram=0,  bram=0,  dsp=0),
     "discriminator": Cells(lut4=108,  ccu2c=88,  ff=174,  ram=0,  bram=0,  dsp=0),
     "distributor":   Cells(lut4=892,  ccu2c=715, ff=391,  ram=0,  bram=0,  dsp=0),
     "feed":          Cells(lut4=91,   ccu2c=90,  ff=69,   ram=0,  bram=0,  dsp=0),
