@@ -72,6 +72,8 @@ PROBES = (
     # These belong to the condition in force, not to the registers in which one is staged.
     *(Probe(name, bits, scope=CONDITION, signal=f"words__{name}") for name, bits in (
         *((f"servo_presets_{kind}", 8) for kind in ("dame", "open", "ok")),
+        ("servo_counting_mode", 3), ("servo_counting_window", 8), ("servo_counting_weight", 4),
+        ("gap_criteria_delay", 1), ("gap_criteria_noise", 1), ("gap_delay_least", 16),
         ("feed_no_load", 16), ("power_level", 6))),
     Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
     *(Probe(f"feed_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
