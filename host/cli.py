@@ -357,6 +357,26 @@ def experiment_fluid(
     fluid(seeds=seeds, folder=folder, console=out)
 
 
+@experiment_app.command("gap")
+def experiment_gap(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 5,
+    depth: Annotated[float, typer.Option(
+        min=0.1, max=10.0, metavar="MM", help="Depth to sink to.")] = 0.25,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/gap"),
+) -> None:
+    """Hold the gap by every way to count pulses, and by every criterion for arcs.
+
+    Each is a tape of its own on the same machine, with the same pulse and seeds: stability of the
+    gap, shares of the pulse classes, removal and retractions. Takes a minute for each seed, on all
+    cores.
+    """
+    from host.experiments.gap import gap
+    gap(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+
+
 @experiment_app.command("removal")
 def experiment_removal(
     seeds: Annotated[int, typer.Option(

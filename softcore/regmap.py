@@ -266,16 +266,15 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
 
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
               "``rtl.gap.preset_counter`` and ``rtl.motion.retraction``.", registers=_registers(
-    ("control", "The servo.", (
-        Field(name="on", bits=1, doc="UP and DOWN move the electrode (G95 P1)."),
-        Field(name="mode", bits=2, doc="0 accumulate, 1 consecutive, 2 total, 3 relative."))),
+    ("control", "The servo.", _value(1, "1: UP and DOWN move the electrode (G95 P1).")),
     ("presets", "Presets of the counters, 0 for off.", (
         Field(name="dame", bits=8, init=3, doc="Counter 5: arcs and shorts.", unit="pulse"),
         Field(name="open", bits=8, init=6, doc="Counter 6.", unit="pulse"),
         Field(name="ok", bits=8, init=14, doc="Counter 7.", unit="pulse"))),
-    ("counting", "Parameters of the modes total and relative.", (
+    ("counting", "How pulses are counted; see ``rtl.gap.preset_counter``.", (
         Field(name="window", bits=8, init=50, doc="Pulses of a window.", unit="pulse"),
-        Field(name="weight", bits=4, init=1, doc="Weight of a good pulse."))),
+        Field(name="weight", bits=4, init=1, doc="Weight of a good pulse."),
+        Field(name="mode", bits=3, doc="Number of the ``Mode``, 0 to 5."))),
     ("period", "Period of the time device; 0 for no strobes.",
      _value(24, "Clocks.", unit="clock")),
     ("step", "Length of a step by UP or DOWN.",

@@ -296,12 +296,16 @@ class Controller:
 
     @property
     def gap(self) -> dict[str, object]:
-        """Settings of the gap: references in 1/1024, presets, servo in clocks and pulses."""
-        words = (ctypes.c_uint32 * 12)()
+        """Settings of the gap: references in 1/1024, presets, servo in clocks and pulses.
+
+        ``counting`` is mode, window and weight; ``delay_least`` is in clocks.
+        """
+        words = (ctypes.c_uint32 * 16)()
         self.library.gk_gap_read(words)
-        names = ("servo", "mode", "period", "step", "convert", "lag_time")
+        names = ("servo", "period", "step", "convert", "lag_time")
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
-                **dict(zip(names, words[6:], strict=True))}
+                **dict(zip(names, words[6:11], strict=True)), "counting": tuple(words[11:14]),
+                "criteria": words[14], "delay_least": words[15]}
 
     @property
     def feed_mode(self) -> dict[str, int]:

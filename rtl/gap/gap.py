@@ -112,15 +112,17 @@ class Gap(wiring.Component):
         registers = self.registers.gap
         gates = Signal(2)  # delayed as in the pads, which have a register too
         m.d.sync += gates.eq(Cat(self.on, self.sense))
+        # The condition may change in the clock in which its last pulse gets its class.
+        m.d.sync += discriminator.delay_least.eq(self.condition.gap_delay_least)
+        m.d.sync += [getattr(discriminator, f"use_{name}").eq(
+                         getattr(self.condition, f"gap_criteria_{name}"))
+                     for name in ("current", "delay", "noise")]
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
             *(getattr(discriminator, name).eq(getattr(self, name))
               for name in ("arc", "short", "current", "high", "noise")),
             *(getattr(discriminator, name).eq(getattr(registers, name))
-              for name in ("blanking", "settle", "confirm", "delay_least")),
-            discriminator.use_current.eq(registers.criteria_current),
-            discriminator.use_delay.eq(registers.criteria_delay),
-            discriminator.use_noise.eq(registers.criteria_noise),
+              for name in ("blanking", "settle", "confirm")),
             *(getattr(registers, name).eq(getattr(discriminator, name))
               for name in ("open_count", "ok_count", "dame_count", "short_count")),
             registers.status_last.eq(discriminator.last),
@@ -173,16 +175,16 @@ class Gap(wiring.Component):
             counters.kind.eq(discriminator.kind),
             *(getattr(counters, name).eq(getattr(self.condition, f"servo_presets_{name}"))
               for name in ("dame", "open", "ok")),
-            counters.mode.eq(registers.control_mode), counters.period.eq(registers.period),
-            counters.window.eq(registers.counting_window),
-            counters.weight.eq(registers.counting_weight),
+            *(getattr(counters, name).eq(getattr(self.condition, f"servo_counting_{name}"))
+              for name in ("mode", "window", "weight")),
+            counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
             counters.freeze.eq(motion.held | short.shorted | ~discharging
-                               | ~registers.control_on),
+                               | ~registers.control),
             registers.status_dame.eq(counters.dame_full),
             registers.status_open.eq(counters.open_full),
             registers.status_held.eq(motion.held),
-            motion.servo.eq(registers.control_on | stepped),
+            motion.servo.eq(registers.control | stepped),
             motion.step.eq(Mux(stepped, 1, self.condition.servo_step)),
         ]
         # In registers, to meet timing: the bounds of the motion are computed from them.

@@ -14,13 +14,15 @@ COUNT = 8
 PERIOD = 24
 
 
-class Mode(enum.Enum, shape=2):
-    """How pulses are counted."""
+class Mode(enum.Enum, shape=3):
+    """How pulses are counted. The numbers 6 and 7 count as ``ACCUMULATE``."""
 
     ACCUMULATE = 0   # each class by itself: a race
     CONSECUTIVE = 1  # runs of one class
     TOTAL = 2        # shares of a window of pulses
     RELATIVE = 3     # DAME and OPEN each against OK
+    OWN_GATE = 4     # as ACCUMULATE, but a strobe clears only what is full
+    OK_ALONE = 5     # good pulses alone
 
 
 class PresetCounters(wiring.Component):
@@ -28,8 +30,8 @@ class PresetCounters(wiring.Component):
 
     Counter 5 full asks for UP (widen the gap), counter 6 full for DOWN (narrow it). Time device 13
     gives strobes. A strobe gives UP if 5 is full, else DOWN if 6 is full; either clears both
-    counters. A strobe with neither full does nothing. A full counter stays full until such a strobe
-    or until 7 clears it.
+    counters (but see ``OWN_GATE``). A strobe with neither full does nothing. A full counter stays
+    full until such a strobe or until 7 clears it.
 
     * ``ACCUMULATE``: a counter counts the pulses of its class, and is full at its preset. Counter 7
       does not stay full: at its preset it clears all three, whether 5 and 6 are full or not.
@@ -41,6 +43,11 @@ class PresetCounters(wiring.Component):
       also begin anew at UP and DOWN: pulses from before the electrode moved do not count.
     * ``RELATIVE``: 5 counts +1 for a pulse of its class, 6 likewise, and both -``weight`` for an
       OK, not below 0. Only a strobe clears a full counter; 7 is not used.
+    * ``OWN_GATE``: as ``ACCUMULATE``, but a strobe clears 5 if 5 is full, and 6 if 6 is full. What
+      the other one has counted so far stays. If both are full, the result is UP, and both are
+      cleared.
+    * ``OK_ALONE``: 7 counts the OK and stays full at its preset; 5 and 6 are not used. Every strobe
+      gives UP if 7 is full, else DOWN, and clears 7. With preset 0 there is no UP or DOWN.
 
     A counter with preset 0 is off: empty and never full. So each class can be used by itself. The
     count goes to 0 when its counter becomes full, and starts again when that has been cleared; in
@@ -61,8 +68,10 @@ class PresetCounters(wiring.Component):
     and ``strobe`` low, in the same clock. The first strobe then comes in the ``period``th clock
     without ``freeze``.
 
-    Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17. ``freeze``, the modes
-    after the first, and the order of events in a clock are ours.
+    Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17. There each gate, 14 and
+    15, clears its own counter: that is ``OWN_GATE``. The patent names runs, shares of all pulses,
+    relative shares and a single class as servo signals, without their rules: these, the directions
+    of ``OK_ALONE``, ``freeze`` and the order of events in a clock are ours.
     Proof: ``testbench/formal/test_preset_counter.py``.
 
     Members
@@ -89,7 +98,7 @@ class PresetCounters(wiring.Component):
     dame_full, open_full : Out(1)
         5, 6 are full.
     ok_full : Out(1)
-        7 was full and has cleared all: high for one clock.
+        7 was full and has cleared all: high for one clock. In ``OK_ALONE``: 7 is full.
 
     Attributes
     ----------
@@ -122,11 +131,13 @@ class PresetCounters(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        consecutive, total, relative = Signal(), Signal(), Signal()
+        consecutive, total, relative, own_gate, ok_alone = (Signal() for _ in range(5))
         m.d.comb += [
             consecutive.eq(self.mode == Mode.CONSECUTIVE),
             total.eq(self.mode == Mode.TOTAL),
             relative.eq(self.mode == Mode.RELATIVE),
+            own_gate.eq(self.mode == Mode.OWN_GATE),
+            ok_alone.eq(self.mode == Mode.OK_ALONE),
         ]
 
         mode = Signal(Mode)  # of the clock before
@@ -166,17 +177,21 @@ class PresetCounters(wiring.Component):
 
         # Counter 7.
         oks, with_ok = self.counts["ok"], Signal(COUNT)
+        filled_ok = Signal()
         cleared = Signal()  # by 7
         m.d.comb += [
             with_ok.eq(oks + ok),
-            cleared.eq((self.ok != 0) & (with_ok >= self.ok) & (last | (ok & ~total & ~relative))),
+            filled_ok.eq((self.ok != 0) & ((ok_alone & self.ok_full)
+                                           | ((with_ok >= self.ok)
+                                              & (last | (ok & ~total & ~relative))))),
+            cleared.eq(filled_ok & ~ok_alone),
         ]
-        with m.If(clear | cleared | last | (total & moved) | relative | (self.ok == 0)
-                  | (consecutive & self.sample & ~ok)):
+        with m.If(clear | filled_ok | last | ((total | ok_alone) & moved) | relative
+                  | (self.ok == 0) | (consecutive & self.sample & ~ok)):
             m.d.sync += oks.eq(0)
         with m.Else():
             m.d.sync += oks.eq(with_ok)
-        m.d.sync += self.ok_full.eq(cleared & ~clear)
+        m.d.sync += self.ok_full.eq(filled_ok & ~clear & ~(ok_alone & due))
 
         # Counters 5 and 6: one adder each, for +1 and for -weight = +~weight + 1.
         less = Signal()
@@ -200,10 +215,10 @@ class PresetCounters(wiring.Component):
                 after.eq(carried[1:]),
                 below.eq(less & carried[-1]),
                 reached.eq(after >= preset),
-                filled.eq((preset != 0) & ~cleared
+                filled.eq((preset != 0) & ~cleared & ~ok_alone
                           & Mux(last, reached, held | (pulse & ~total & reached))),
-                stop.eq(clear | moved | cleared | last | below | (preset == 0)
-                        | (~total & filled) | (consecutive & self.sample & ~pulse)),
+                stop.eq(clear | (moved & ~own_gate) | cleared | last | below | (preset == 0)
+                        | ok_alone | (~total & filled) | (consecutive & self.sample & ~pulse)),
             ]
             with m.If(stop):
                 m.d.sync += count.eq(0)
@@ -212,11 +227,14 @@ class PresetCounters(wiring.Component):
             m.d.sync += held.eq(filled & ~clear & ~moved)
             full.append(filled)
 
-        up, down, strobe = Signal(), Signal(), Signal()
-        m.d.comb += moved.eq(due & ~clear & (full[0] | full[1]))
+        up, down, strobe, widens = Signal(), Signal(), Signal(), Signal()
+        m.d.comb += [
+            widens.eq(full[0] | filled_ok),  # not for what 7 has cleared: then nothing moved
+            moved.eq(due & ~clear & (full[0] | full[1] | (ok_alone & (self.ok != 0)))),
+        ]
         m.d.sync += [
-            up.eq(moved & full[0]),
-            down.eq(moved & ~full[0]),
+            up.eq(moved & widens),
+            down.eq(moved & ~widens),
             strobe.eq(due & ~self.freeze),
         ]
         m.d.comb += [

@@ -29,7 +29,7 @@ GROUPS = {
     "travel": "Travel",
     "loop": "Position loop and arcs",
     "side": "Machine side",
-    "gap": "Servo, fluid and feed",
+    "gap": "Classes of pulses, servo, fluid and feed",
     "program": "Programs and power supply",
 }
 Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "program"]
@@ -151,24 +151,31 @@ SETTINGS: tuple[Setting, ...] = (
     _set(428, "confirm_ns", "gap: arc or short so long is cut off", "ns", (500, 0, 100_000),
          "detector", "A pulse is cut off when it has been an arc or a short for this time."),
     _set(429, "delay_least_ns", "gap: shortest ignition delay of a good pulse", "ns",
-         (0, 0, 1_000_000), "detector",
-         "A pulse that ignites sooner counts as an arc, if `${criteria}` includes the delay."),
+         (0, 0, 1_000_000), "gap",
+         "A pulse that ignites sooner counts as an arc, if `${criteria}` includes the delay. It "
+         "tells pulses apart only if it is longer than `${blanking_ns}`. A condition with T has "
+         "its own."),
     _set(430, "criteria", "gap: 1 ignition by current, 2 delay tells arcs, 4 noise does", "",
-         (0, 0, 7), "detector", "How pulses are judged, as a sum. 1: ignition is detected by the "
+         (0, 0, 7), "gap", "How pulses are judged, as a sum. 1: ignition is detected by the "
          "current and not by the voltage. 2: a pulse with a short ignition delay is an arc. 4: a "
          "pulse without high-frequency noise is an arc. 2 and 4 together: a pulse is an arc only "
-         "if both hold."),
+         "if both hold. A condition with F has its own."),
     _set(431, "servo_period_us", "servo: time between steps", "us", (20_000, 1, 300_000), "gap",
          "Time between two steps of the servo, forward or back (G95 P1).", guards=False),
-    _set(432, "servo_mode", "servo: 0 accumulate, 1 consecutive, 2 total, 3 relative", "",
-         (0, 0, 3), "gap", "How the servo counts pulses. 0: it adds them up, and enough good "
+    _set(432, "servo_mode", "servo: 0 accumulate, 1 in a row, 2 total, 3 relative, 4 own gate, "
+         "5 good alone", "",
+         (0, 0, 5), "gap", "How the servo counts pulses. 0: it adds them up, and enough good "
          "pulses clear the counts. 1: it counts only pulses in a row. 2: it counts the pulses of a "
-         "window of `${servo_window}`. 3: each good pulse subtracts `${servo_weight}`.",
-         guards=False),
+         "window of `${servo_window}`. 3: each good pulse subtracts `${servo_weight}`. 4: as 0, "
+         "but a step of the servo clears only the counter that was full, and not both. 5: it "
+         "counts good pulses alone; as many as the preset in the time between two steps widen the "
+         "gap, fewer narrow it. A condition with J has its own.", guards=False),
     _set(433, "servo_window", "servo: pulses of a window (total)", "pulses", (50, 1, 255), "gap",
-         "Pulses of a window in mode 2 of `${servo_mode}`.", guards=False),
+         "Pulses of a window in mode 2 of `${servo_mode}`. A condition with W has its own.",
+         guards=False),
     _set(434, "servo_weight", "servo: weight of a good pulse (relative)", "", (1, 0, 15), "gap",
-         "Number that a good pulse subtracts in mode 3 of `${servo_mode}`.", guards=False),
+         "Number that a good pulse subtracts in mode 3 of `${servo_mode}`. A condition with S has "
+         "its own.", guards=False),
     _set(435, "no_discharge_um", "servo: way without a discharge (0 no bound)", "um",
          (2000, 0, 1_000_000), "gap", "Alarm {alarm_no_discharge} comes when the servo has gone "
          "this far without a discharge. 0: it never comes.", switches_off="no discharge"),

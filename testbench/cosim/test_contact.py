@@ -3,6 +3,7 @@
 
 import pytest
 
+from host.experiments.gap import RULES
 from host.machines import machine as machines
 from host.run import simulation
 from host.run.run import Run
@@ -88,7 +89,8 @@ def test_contact_of_a_wire_in_every_direction(way, feed):
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize(("name", "machine"), [
     ("sink_shallow_deep", "sinker"), ("sink_jump", "sinker"), ("sink_orbit", "sinker"),
-    ("sink_staircase", "sinker"), ("sink_servo", "small"), ("sink_servo_table", "small"),
+    ("sink_staircase", "sinker"), ("sink_servo", "small"),
+    *((tape, "small") for tape in RULES.values()),
     ("wire_slot", "wire"), ("wire_arcs", "wire"), ("wire_punch", "wire")])
 def test_no_tape_of_the_house_is_stopped_without_cause(name, machine, seed):
     """Neither by contact nor by the read-back of the gates."""

@@ -5,6 +5,7 @@ import copy
 
 import pytest
 
+from host.experiments.gap import RULES
 from host.link.link import HOLD, RESUME
 from host.machines import machine as machines
 from host.machines.machine import Machine
@@ -20,7 +21,7 @@ from testbench.punch import TAPES
 ENDS = {
     "sink_blocks": ("sinker", "end"), "sink_jump": ("sinker", "end"),
     "sink_orbit": ("sinker", "end"), "sink_persistent_short": ("sinker", "alarm"),
-    "sink_servo": ("small", "end"), "sink_servo_table": ("small", "end"),
+    "sink_servo": ("small", "end"), **{tape: ("small", "end") for tape in RULES.values()},
     "sink_shallow_deep": ("sinker", "end"), "sink_staircase": ("sinker", "end"),
     "wire_arcs": ("wire", "end"), "wire_finish_p2": ("wall", "end"),
     "wire_finish_p3": ("wall", "end"), "wire_finish_p4": ("wall", "end"),

@@ -23,6 +23,8 @@ TIMES = {100: (15, 25), 110: (30, 30), 120: (60, 40), 130: (100, 50), 140: (150,
          150: (200, 100), 500: (5, 40), 510: (3, 30)}   # of the conditions, us
 CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
+# Words of a condition on how pulses are counted and judged, with their ranges.
+RULES = ("J", 0, 5), ("W", 1, 255), ("S", 0, 15), ("F", 0, 7), ("T", 0, 1_000_000)
 CODES = {"G": 12, "M": 6}           # words of a block
 ITEMS = "RLHEQZ"
 FINE = 64               # parts of a pulse in which centres are given
@@ -241,6 +243,8 @@ class Dialect:
             require(min(milli_ip % 1000, -milli_ip % 1000) <= 10, "no step of the supply")
             require(milli_ip <= 20_010, "current")
         whole(words, "R", 0, 20_000)
+        for letter, lowest, highest in RULES:
+            whole(words, letter, lowest, highest)
         row = (whole(words, "P", 1, 2000, on), whole(words, "Q", 1, 20_000, off),
                whole(words, "E", 20, 300, open_v), whole(words, "H", 1, 99, percent))
         polarity = words.pop("K", Decimal(1))

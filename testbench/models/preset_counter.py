@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from testbench.models.discriminator import DAME, OK, OPEN, SHORT
 
-ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE = range(4)
+ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE, OWN_GATE, OK_ALONE = range(6)     # else ACCUMULATE
 CLASSES = {5: (DAME, SHORT), 6: (OPEN,), 7: (OK,)}
 
 
@@ -25,7 +25,7 @@ class Outputs:
 class PresetCounters:
     """One call of ``clock`` a clock."""
 
-    full: set = field(default_factory=set)  # of 5 and 6
+    full: set = field(default_factory=set)  # of 5 and 6, and in OK_ALONE of 7
     kept: dict = field(default_factory=lambda: {5: [], 6: [], 7: []})  # (kind, weight) of pulses
     window: list = field(default_factory=list)
     age: int = 0                            # clocks since the strobe
@@ -36,7 +36,8 @@ class PresetCounters:
     def clock(self, *, sample, kind, dame, open_, ok, mode, window, weight, period, freeze):
         """Return the outputs of this clock, and go to the next."""
         up, down, strobe = (False, False, False) if freeze else self.gone
-        seen = Outputs(up, down, strobe, 5 in self.full, 6 in self.full, self.overflow)
+        seen = Outputs(up, down, strobe, 5 in self.full, 6 in self.full,
+                       self.overflow or 7 in self.full)
 
         presets = {5: dame, 6: open_, 7: ok}
         changed, self.mode = mode != self.mode, mode
@@ -50,12 +51,16 @@ class PresetCounters:
 
         self.age = 0 if freeze or not period else self.age + 1
         strobe = bool(period) and self.age >= period
-        up = strobe and 5 in self.full
-        down = strobe and 6 in self.full and not up
+        if mode == OK_ALONE:
+            up = strobe and 7 in self.full
+            down = strobe and bool(ok) and not up and not (freeze or changed)
+        else:
+            up = strobe and 5 in self.full
+            down = strobe and 6 in self.full and not up
         if strobe:
             self.age = 0
         if up or down:
-            self._clear(5, 6)
+            self._clear(*(self.full if mode == OWN_GATE else {7} if mode == OK_ALONE else {5, 6}))
             if mode == TOTAL:
                 self._clear(7)
                 self.window = []
@@ -81,9 +86,11 @@ class PresetCounters:
             asked = {number for number, kinds in CLASSES.items() if kind in kinds}
             if self.mode == RELATIVE:
                 asked -= {7}
+            if self.mode == OK_ALONE:
+                asked &= {7}
         reached = {number for number in asked
                    if presets[number] and self._count(number) >= presets[number]}
-        if 7 in reached:
+        if 7 in reached and self.mode != OK_ALONE:
             self._clear(5, 6, 7)
             self.overflow = True
         else:

@@ -26,7 +26,7 @@ void preset_run(uint64_t clocks, uint64_t rows, const uint32_t* inputs, uint8_t*
         top.dame = inputs[2] & 0xFF;
         top.open = inputs[3] & 0xFF;
         top.ok = inputs[4] & 0xFF;
-        top.mode = inputs[5] & 3;
+        top.mode = inputs[5] & 7;
         top.window = inputs[6] & 0xFF;
         top.weight = inputs[7] & 0xF;
         top.period = inputs[8] & 0xFFFFFF;

@@ -90,7 +90,9 @@ PROBES = (
         *((f"power_{time}", 20) for time in ("on_time", "off_time", "off_extra")),
         ("feed_no_load", 16), ("feed_reference_voltage", 16), ("feed_reference_drop", 16),
         ("power_level", 6), ("power_supply_voltage", 4), ("power_supply_negative", 1),
-        ("servo_step", 16))),
+        ("servo_step", 16),
+        ("servo_counting_mode", 3), ("servo_counting_window", 8), ("servo_counting_weight", 4),
+        ("gap_criteria_delay", 1), ("gap_criteria_noise", 1), ("gap_delay_least", 16))),
     Probe("condition_switched", 1, scope=CONDITION, signal="switched"),     # by depth
     *(Probe(f"feed_{name}", 16) for name in ("voltage_mean", "voltage_drop", "status_ratio")),
     Probe("feed_status_windows", 8),

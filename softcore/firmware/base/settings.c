@@ -28,10 +28,6 @@ static void apply_detector(void) {
     hal_discriminator rules = {
         .settle = at_most(units_clocks_of_ns(values[SET_SETTLE_NS]), 255),
         .confirm = at_most(units_clocks_of_ns(values[SET_CONFIRM_NS]), 255),
-        .delay_least = at_most(units_clocks_of_ns(values[SET_DELAY_LEAST_NS]), (1u << 16) - 1),
-        .current = values[SET_CRITERIA] & 1,
-        .delay = values[SET_CRITERIA] & 2,
-        .noise = values[SET_CRITERIA] & 4,
     };
     hal_discriminate(&rules);
     hal_sense(at_most(units_clocks_of_ns(values[SET_SENSE_ON_NS]), (1u << 16) - 1),

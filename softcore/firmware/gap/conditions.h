@@ -19,6 +19,11 @@ typedef struct {
     uint16_t step;              /* of the servo, pulses */
     uint32_t reference_mv;      /* Vs: mean voltage of G95 P2 and P3; 0 for none */
     uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4; 0 for none */
+    /* How pulses are counted and judged. Each is 1 more than the value of its setting would be; 0:
+       the setting is in force. */
+    uint8_t counting, weight, criteria;
+    uint16_t window;
+    uint32_t delay_least_ns;
 } condition_row;
 
 /* The row with a number: the tape's, else the one entered by hand, else a built-in one; a null

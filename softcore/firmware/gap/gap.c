@@ -70,8 +70,7 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
 
 /* Write what servo, converter and feed mode have to do. gap_settings converts the times. */
 static void drive(void) {
-    hal_servo(counted, settings_get(SET_SERVO_MODE), settings_get(SET_SERVO_WINDOW),
-              settings_get(SET_SERVO_WEIGHT));
+    hal_servo(counted);
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
         .convert = mode != 0 || feed_modes_measures(),
@@ -105,6 +104,8 @@ void gap_settings(void) {
     way_limit = (uint32_t)units_pulses_of_um(settings_get(SET_NO_DISCHARGE_UM));
     time_limit = (uint64_t)settings_get(SET_NO_PROGRESS_S) * hal_clock_hz();
     drive();
+    if (in_force_row())
+        refresh(); /* settings of counting and criteria are staged with the condition */
 }
 
 /* Raise an alarm. Not inlined into the watch, which every round calls and which must stay quick. */

@@ -8,6 +8,7 @@
 
 #define REFERENCE_FULL_V 100    /* voltage at the gap for the full scale of a reference */
 #define REFERENCE_STEPS 1024
+#define DELAY_LIMIT ((1u << 16) - 1)    /* clocks */
 
 /* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
    1.25 x 10**5 (as its blurred column is read) and 4 x 10**4 to 10**3. The shares of the open voltage
@@ -82,6 +83,26 @@ static uint32_t volts(uint32_t value_v) {
     return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
 }
 
+/* What a row has instead of a setting, or the setting. */
+static uint32_t own_or(uint32_t one_more, setting which) {
+    return one_more ? one_more - 1 : settings_get(which);
+}
+
+/* Stage how pulses are counted, and by which criteria they are judged. */
+static void stage_rules(const condition_row *r) {
+    uint32_t criteria = own_or(r->criteria, SET_CRITERIA);
+    uint32_t clocks = units_clocks_of_ns(own_or(r->delay_least_ns, SET_DELAY_LEAST_NS));
+    hal_criterion rules = {
+        .delay_least = clocks < DELAY_LIMIT ? clocks : DELAY_LIMIT,
+        .current = criteria & 1,
+        .delay = criteria & 2,
+        .noise = criteria & 4,
+    };
+    hal_criteria(&rules);
+    hal_counting(own_or(r->counting, SET_SERVO_MODE), own_or(r->window, SET_SERVO_WINDOW),
+                 own_or(r->weight, SET_SERVO_WEIGHT));
+}
+
 /* Stage a condition, adapted to the fluid's class, with a no-load voltage. */
 static void stage(const condition_row *r, uint32_t no_load) {
     const gap_class *c = &classes[fluid];
@@ -96,6 +117,7 @@ static void stage(const condition_row *r, uint32_t no_load) {
     uint32_t left_v = (uint32_t)r->open_v * r->open_percent * c->share_percent / 10000;
     hal_references(volts(left_v), volts(r->arc_v), volts(r->short_v));
     hal_servo_step(r->step);
+    stage_rules(r);
     feed_modes_stage(r, no_load);
 }
 

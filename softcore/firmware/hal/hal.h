@@ -136,15 +136,20 @@ typedef struct {
 } hal_short_detector;
 
 typedef struct {
-    uint32_t settle, confirm, delay_least;              /* clocks */
-    bool current, delay, noise;                         /* criteria */
+    uint32_t settle, confirm;                           /* clocks */
 } hal_discriminator;
+
+typedef struct {
+    uint32_t delay_least;                               /* clocks */
+    bool current, delay, noise;                         /* which are in use */
+} hal_criterion;
 
 void hal_short_write(const hal_short_detector *detector);
 void hal_lag_time(uint32_t clocks);                     /* by which the axes lag behind the ramp */
 void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short */
 bool hal_shorted(void);                                 /* Ss after the last pulses */
 void hal_discriminate(const hal_discriminator *rules);
+void hal_criteria(const hal_criterion *c);
 /* Clocks of on-time, off-time, and additional off-time after an arc or a short; current in steps of
    the supply. */
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
@@ -155,9 +160,10 @@ void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
 void hal_discharge(bool machining);
 
 /* Servo. */
-void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight);
+void hal_servo(bool on);
 void hal_servo_period(uint32_t clocks);
 void hal_servo_step(uint32_t pulses);
+void hal_counting(uint32_t mode, uint32_t window, uint32_t weight);
 void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 
 /* Feed by the mean voltage. Levels are 2**-16 of the converter's full scale. */
@@ -182,9 +188,9 @@ void hal_feed_mode_write(const hal_feed_mode *words);
 void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop);
 hal_feed_mode_state hal_feed_mode_read(void);
 
-/* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_presets, hal_servo_step
-   and hal_feed_mode_references are staged. They come into force together, between two pulses. None
-   of these functions may be called while hal_condition_pending. */
+/* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_criteria, hal_presets,
+   hal_counting, hal_servo_step and hal_feed_mode_references are staged. They come into force
+   together, between two pulses. None of these functions may be called while hal_condition_pending. */
 void hal_condition_commit(void);            /* switch after the present pulse; disarms */
 void hal_condition_arm(int32_t depth);      /* switch at this depth of the jump axis (pulses) */
 void hal_condition_disarm(void);

@@ -226,9 +226,12 @@ bool hal_shorted(void) { return GAP->status & GAP_STATUS_SHORTED_MASK; }
 void hal_discriminate(const hal_discriminator *rules) {
     GAP->settle = rules->settle;
     GAP->confirm = rules->confirm;
-    GAP->delay_least = rules->delay_least;
-    GAP->criteria = PUT(rules->current, GAP_CRITERIA_CURRENT) |
-                    PUT(rules->delay, GAP_CRITERIA_DELAY) | PUT(rules->noise, GAP_CRITERIA_NOISE);
+}
+
+void hal_criteria(const hal_criterion *c) {
+    GAP->delay_least = c->delay_least;
+    GAP->criteria = PUT(c->current, GAP_CRITERIA_CURRENT) | PUT(c->delay, GAP_CRITERIA_DELAY) |
+                    PUT(c->noise, GAP_CRITERIA_NOISE);
 }
 
 void hal_supply(uint32_t voltage, bool negative) {
@@ -240,13 +243,14 @@ void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
                      PUT(shorted, GAP_REFERENCE_SHORT);
 }
 
-void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
-    SERVO->control = PUT(on, SERVO_CONTROL_ON) | PUT(mode, SERVO_CONTROL_MODE);
-    SERVO->counting = PUT(window, SERVO_COUNTING_WINDOW) | PUT(weight, SERVO_COUNTING_WEIGHT);
-}
-
+void hal_servo(bool on) { SERVO->control = on; }
 void hal_servo_period(uint32_t clocks) { SERVO->period = clocks; }
 void hal_servo_step(uint32_t pulses) { SERVO->step = pulses; }
+
+void hal_counting(uint32_t mode, uint32_t window, uint32_t weight) {
+    SERVO->counting = PUT(mode, SERVO_COUNTING_MODE) | PUT(window, SERVO_COUNTING_WINDOW) |
+                      PUT(weight, SERVO_COUNTING_WEIGHT);
+}
 
 void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
     SERVO->presets = PUT(dame, SERVO_PRESETS_DAME) | PUT(open, SERVO_PRESETS_OPEN) |

@@ -589,7 +589,7 @@ _Static_assert(offsetof(condition_regs, status) == 0x8, "");
 typedef volatile struct {
     uint32_t control; /* The servo. */
     uint32_t presets; /* Presets of the counters, 0 for off. */
-    uint32_t counting; /* Parameters of the modes total and relative. */
+    uint32_t counting; /* How pulses are counted; see ``rtl.gap.preset_counter``. */
     uint32_t period; /* Period of the time device; 0 for no strobes. [clock] */
     uint32_t step; /* Length of a step by UP or DOWN. [pulse] */
     const uint32_t ups; /* Number of UP since reset. */
@@ -604,10 +604,8 @@ _Static_assert(offsetof(servo_regs, step) == 0x10, "");
 _Static_assert(offsetof(servo_regs, ups) == 0x14, "");
 _Static_assert(offsetof(servo_regs, downs) == 0x18, "");
 _Static_assert(offsetof(servo_regs, status) == 0x1c, "");
-#define SERVO_CONTROL_ON_SHIFT 0
-#define SERVO_CONTROL_ON_MASK 0x00000001u
-#define SERVO_CONTROL_MODE_SHIFT 1
-#define SERVO_CONTROL_MODE_MASK 0x00000006u
+#define SERVO_CONTROL_VALUE_SHIFT 0
+#define SERVO_CONTROL_VALUE_MASK 0x00000001u
 #define SERVO_PRESETS_DAME_SHIFT 0
 #define SERVO_PRESETS_DAME_MASK 0x000000ffu
 #define SERVO_PRESETS_OPEN_SHIFT 8
@@ -618,6 +616,8 @@ _Static_assert(offsetof(servo_regs, status) == 0x1c, "");
 #define SERVO_COUNTING_WINDOW_MASK 0x000000ffu
 #define SERVO_COUNTING_WEIGHT_SHIFT 8
 #define SERVO_COUNTING_WEIGHT_MASK 0x00000f00u
+#define SERVO_COUNTING_MODE_SHIFT 12
+#define SERVO_COUNTING_MODE_MASK 0x00007000u
 #define SERVO_PERIOD_VALUE_SHIFT 0
 #define SERVO_PERIOD_VALUE_MASK 0x00ffffffu
 #define SERVO_STEP_VALUE_SHIFT 0

@@ -51,6 +51,33 @@ static bool reference(char letter, const word *w, const condition_row *row, uint
                     "the reference %c must be below the mean without discharges, %u mV", letter, bound);
 }
 
+/* A word that stands for a setting and has its range. A row keeps 1 more than the number. */
+static bool instead_of(context *c, char letter, setting which, const char *what, uint32_t *one_more) {
+    uint32_t value = *one_more - 1;
+    const settings_table_row *range = &SETTINGS_TABLE_ROWS[which];
+    if (!words_whole(c, letter, range->lowest, range->highest, what, &value))
+        return false;
+    *one_more = value + 1;
+    return true;
+}
+
+/* How pulses are counted and judged. */
+static bool rules(context *c, condition_row *row) {
+    uint32_t counting = row->counting, window = row->window, weight = row->weight,
+             criteria = row->criteria;
+    if (!instead_of(c, 'J', SET_SERVO_MODE, "the way to count", &counting) ||
+        !instead_of(c, 'W', SET_SERVO_WINDOW, "the window", &window) ||
+        !instead_of(c, 'S', SET_SERVO_WEIGHT, "the weight of a good pulse", &weight) ||
+        !instead_of(c, 'F', SET_CRITERIA, "the criteria", &criteria) ||
+        !instead_of(c, 'T', SET_DELAY_LEAST_NS, "the shortest ignition delay", &row->delay_least_ns))
+        return false;
+    row->counting = (uint8_t)counting;
+    row->window = (uint16_t)window;
+    row->weight = (uint8_t)weight;
+    row->criteria = (uint8_t)criteria;
+    return true;
+}
+
 /* Reference voltage V and drop U of a row. Words may be missing; 0 V means that there is none. */
 static bool references(const word *voltage, const word *drop, condition_row *row, fault *f) {
     return reference('V', voltage, row, &row->reference_mv, f) &&
@@ -60,7 +87,9 @@ static bool references(const word *voltage, const word *drop, condition_row *row
 bool gap_words_condition(context *c, bool mdi) {
     if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
                       BLOCK_BIT('Q') | BLOCK_BIT('R') | BLOCK_BIT('E') | BLOCK_BIT('H') |
-                      BLOCK_BIT('K') | BLOCK_BIT('L') | BLOCK_BIT('U') | BLOCK_BIT('V')))
+                      BLOCK_BIT('K') | BLOCK_BIT('L') | BLOCK_BIT('U') | BLOCK_BIT('V') |
+                      BLOCK_BIT('J') | BLOCK_BIT('W') | BLOCK_BIT('S') | BLOCK_BIT('F') |
+                      BLOCK_BIT('T')))
         return false;
     const word *name = words_take(c, 'C'), *sign = words_take(c, 'K'), *step = words_take(c, 'L');
     condition_row row = conditions_draft(block_name(c->b, 'C'));
@@ -70,7 +99,8 @@ bool gap_words_condition(context *c, bool mdi) {
         !words_whole(c, 'Q', 1, 20000, "the off-time", &off) ||
         !words_whole(c, 'R', 0, 20000, "the rest after an arc", &rest) ||
         !words_whole(c, 'E', 20, 300, "the open voltage", &open) ||
-        !words_whole(c, 'H', 1, 99, "the open level", &percent) || !presets(c, counts))
+        !words_whole(c, 'H', 1, 99, "the open level", &percent) || !presets(c, counts) ||
+        !rules(c, &row))
         return false;
     if (sign && (sign->number.decimals || sign->number.digits != 1))
         return fault_at(c->f, FAULT_TABLE, sign->column, "the polarity K must be 1 or -1");

@@ -5,7 +5,7 @@
 #include "base/units.h"
 
 const word *words_take(context *c, char letter) {
-    if (!block_has(c->b, letter))
+    if (!(c->free & BLOCK_BIT(letter)))
         return 0;
     c->free &= ~BLOCK_BIT(letter);
     return BLOCK_WORD(c->b, letter);

@@ -24,7 +24,8 @@ typedef struct {
     bool blending;              /* G64 is in the block; it may have P and Q */
 } context;
 
-/* Take a word by its letter and mark it as used; 0 if the block does not have it. */
+/* Take a word by its letter and mark it as used; 0 if the block does not have it, or if it has been
+   used already. */
 const word *words_take(context *c, char letter);
 
 /* Convert the number of a word. */

@@ -11,7 +11,7 @@
 /* The words of a condition. They are staged and come into force together. */
 typedef struct {
     gk_power power;
-    uint32_t reference[3], presets[3], step;
+    uint32_t reference[3], presets[3], counting[3], criteria, delay_least, step;
     uint32_t references[3];     /* no load, Vs, Es */
 } condition;
 
@@ -87,8 +87,11 @@ void gk_gap_read(gk_gap *words) {
     for (unsigned i = 0; i < 3; i++) {
         words->reference[i] = in_force.reference[i];
         words->presets[i] = in_force.presets[i];
+        words->counting[i] = in_force.counting[i];
     }
     words->step = in_force.step;
+    words->criteria = in_force.criteria;
+    words->delay_least = in_force.delay_least;
 }
 void gk_fluid(uint32_t flags) { fluid_state = flags; }
 void gk_feed_mode_read(uint32_t words[12]) {
@@ -115,6 +118,10 @@ void hal_gap_counts(uint32_t counts[4]) {
 bool hal_shorted(void) { return touches; }
 void gk_shorted(uint32_t on) { touches = on; }
 void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
+void hal_criteria(const hal_criterion *c) {
+    staged.criteria = c->current * 1u + c->delay * 2u + c->noise * 4u;
+    staged.delay_least = c->delay_least;
+}
 void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
     staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
                               .voltage = staged.power.voltage, .negative = staged.power.negative};
@@ -130,11 +137,11 @@ void hal_references(uint32_t open, uint32_t arc, uint32_t shorted) {
     staged.reference[1] = arc;
     staged.reference[2] = shorted;
 }
-void hal_servo(bool on, uint32_t mode, uint32_t window, uint32_t weight) {
-    (void)window;
-    (void)weight;
-    gap.servo = on;
-    gap.mode = mode;
+void hal_servo(bool on) { gap.servo = on; }
+void hal_counting(uint32_t mode, uint32_t window, uint32_t weight) {
+    staged.counting[0] = mode;
+    staged.counting[1] = window;
+    staged.counting[2] = weight;
 }
 void hal_servo_period(uint32_t clocks) { gap.period = clocks; }
 void hal_servo_step(uint32_t pulses) { staged.step = pulses; }

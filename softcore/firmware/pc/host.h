@@ -135,9 +135,12 @@ typedef struct {
     uint32_t on, off, rest, level, voltage, negative;   /* level: steps of the supply */
 } gk_power;
 
-/* Values written for the gap: references in 1/1024, presets dame, open, ok; clocks; pulses. */
+/* Values written for the gap: references in 1/1024; presets dame, open, ok; counting mode, window
+   and weight; criteria as in their setting; clocks; pulses. All but servo, period, convert and
+   lag_time are those of the condition in force. */
 typedef struct {
-    uint32_t reference[3], presets[3], servo, mode, period, step, convert, lag_time;
+    uint32_t reference[3], presets[3], servo, period, step, convert, lag_time, counting[3], criteria,
+        delay_least;
 } gk_gap;
 
 void gk_power_read(gk_power *words);

@@ -115,8 +115,12 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     ("G10 C130 P0", "table", 10), ("G10 C130 K2", "table", 10), ("G10 C130 L0", "table", 10),
     ("G10 C130 E40 H50", "table", 5), ("G10 C130 E99", "table", 10), ("G10 C130 X-1", "table", 10),
     ("G10 C130 X256", "table", 10), ("G10 W1 H49", "table", 8),
-    ("G10 W4", "table", 5), ("G10 W1 H101", "table", 8), ("G10 C130 F5", "place",
+    ("G10 W4", "table", 5), ("G10 W1 H101", "table", 8), ("G10 C130 D5", "place",
                                                           10), ("G10 C130 M03", "place", 10),
+    ("G10 C130 J6", "table", 10), ("G10 C130 J-1", "table", 10), ("G10 C130 W0", "table", 10),
+    ("G10 C130 W256", "table", 10), ("G10 C130 S16", "table", 10), ("G10 C130 F8", "table", 10),
+    ("G10 C130 F1.5", "table", 10), ("G10 C130 T1000001", "table", 10),
+    ("G10 W1 J1", "place", 8), ("G10 W1 F1", "place", 8),
 ])
 def test_rows_that_make_no_sense_are_refused(machine, block, name, column):
     kept = machine.gap
@@ -124,6 +128,93 @@ def test_rows_that_make_no_sense_are_refused(machine, block, name, column):
     assert lines[-1] == error_line(name)
     assert (f"character {column}:" in lines[0]) == (column > 0)
     assert machine.gap == kept
+
+
+def rules(machine):
+    """How pulses are counted and judged, by the condition in force."""
+    return machine.gap["counting"], machine.gap["criteria"], machine.gap["delay_least"]
+
+
+USUAL = (0, 50, 1), 0, 0
+
+
+def test_rules_of_counting_and_judging_follow_the_settings(machine):
+    run(machine, "C130", "M02")
+    assert rules(machine) == USUAL
+    for mode in range(6):
+        assert machine.line(assign("servo_mode", mode)) == ["ok"]
+        assert rules(machine) == ((mode, 50, 1), 0, 0)
+    machine.line(assign("servo_window", 255))
+    machine.line(assign("servo_weight", 0))
+    assert rules(machine) == ((5, 255, 0), 0, 0)
+    for criteria in range(8):
+        assert machine.line(assign("criteria", criteria)) == ["ok"]
+        assert rules(machine) == ((5, 255, 0), criteria, 0)
+    machine.line(assign("delay_least_ns", 4000))
+    assert rules(machine) == ((5, 255, 0), 7, 8)
+    machine.line(assign("delay_least_ns", 1_000_000))
+    assert rules(machine) == ((5, 255, 0), 7, 2000)
+
+
+def test_settings_of_counting_wait_for_the_pulse(machine):
+    run(machine, "C130", "M02")
+    machine.library.gk_pulse_lasts(1)
+    assert machine.line(assign("servo_mode", 2)) == ["ok"]
+    assert machine.line(assign("servo_window", 40)) == ["ok"]
+    machine.run(50)
+    assert rules(machine) == USUAL
+    machine.library.gk_pulse_lasts(0)
+    machine.run(50)
+    assert rules(machine) == ((2, 40, 1), 0, 0)
+
+
+@pytest.mark.parametrize(("words", "found"), [
+    ("J0", USUAL), ("J1", ((1, 50, 1), 0, 0)), ("J2 W255", ((2, 255, 1), 0, 0)),
+    ("J2 W1", ((2, 1, 1), 0, 0)), ("J3 S0", ((3, 50, 0), 0, 0)), ("J3 S15", ((3, 50, 15), 0, 0)),
+    ("J4", ((4, 50, 1), 0, 0)), ("J5", ((5, 50, 1), 0, 0)), ("F1", ((0, 50, 1), 1, 0)),
+    ("F2 T4000", ((0, 50, 1), 2, 8)), ("F6 T1000000", ((0, 50, 1), 6, 2000)), ("F0", USUAL),
+])
+def test_a_tape_chooses_how_pulses_are_counted_and_judged(machine, words, found):
+    done = run(machine, f"G10 C900 I1 P40 Q40 {words}", "C900", "M02")
+    assert not events(done, "alarm")
+    assert rules(machine) == found
+    assert machine.power["on"] == 80
+    assert not events(done, "aux"), "S and T are not for the machine side here"
+    run(machine, "C130", "M02")
+    assert rules(machine) == USUAL, "another condition has the settings"
+
+
+def test_words_of_a_condition_go_before_settings(machine):
+    settings = {"servo_mode": 1, "servo_window": 30, "servo_weight": 3, "criteria": 6,
+                "delay_least_ns": 5000}
+    for name, value in settings.items():
+        machine.line(assign(name, value))
+    run(machine, "G10 C900 I1 P40 Q40 J0 S0 F0 T0", "C900", "M02")
+    assert rules(machine) == ((0, 30, 0), 0, 0)
+    # A word that is missing keeps its value; a setting holds for what no word has chosen.
+    assert machine.line("G10 C900 W70") == ["ok"]
+    assert machine.line("C900")[-1] == "ok"
+    assert rules(machine) == ((0, 70, 0), 0, 0)
+    for name in settings:
+        machine.line(assign(name, settings[name] + 1))
+    assert rules(machine) == ((0, 70, 0), 0, 0)
+    run(machine, "C130", "M02")
+    assert rules(machine) == ((2, 31, 4), 7, 11), "5001 ns begin an eleventh clock"
+
+
+def test_rules_switch_with_the_depth(machine):
+    run(machine, "G10 C900 I1 P40 Q40 J5 Z30 F4", DATA, "C130", "G39 Z-1 C900", "G00 Z-2", "M30")
+    assert rules(machine) == ((5, 50, 1), 4, 0)
+    assert machine.gap["presets"] == (0, 0, 30)
+
+
+def test_criteria_stay_while_machining(machine):
+    for block in (DATA, "C130", "M08", "M03"):
+        assert machine.line(block)[-1] == "ok"
+    for setting in (assign("criteria", 2), assign("delay_least_ns", 4000)):
+        assert machine.line(setting)[-1] == error_line("busy")
+    assert machine.line(assign("servo_mode", 4)) == ["ok"]
+    assert rules(machine) == ((4, 50, 1), 0, 0)
 
 
 def test_no_more_rows_than_there_is_room_for(machine):

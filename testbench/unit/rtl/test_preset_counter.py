@@ -9,7 +9,14 @@ import pytest
 from rtl.gap.discriminator import PulseClass
 from rtl.gap.preset_counter import Mode, PresetCounters
 from testbench.models import preset_counter as model
-from testbench.models.preset_counter import ACCUMULATE, CONSECUTIVE, RELATIVE, TOTAL
+from testbench.models.preset_counter import (
+    ACCUMULATE,
+    CONSECUTIVE,
+    OK_ALONE,
+    OWN_GATE,
+    RELATIVE,
+    TOTAL,
+)
 from testbench.native.preset_counter import INPUTS, OUTPUTS, by_name, compiled
 
 SETTINGS = dict(dame=3, open=2, ok=4, mode=ACCUMULATE, window=6, weight=1, period=8, freeze=0)
@@ -188,7 +195,60 @@ def test_relative_heaviest_weight(feed):
     assert feed((pulses + "D" + "." * 729, {}), **settings)[-1] == "U"
 
 
-@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE])
+@pytest.mark.parametrize(("pulses", "given"), [
+    # Presets 3, 2, 4, as ACCUMULATE but at a strobe with only one full.
+    ("DDD.....", ".......U"), ("DOKDKKD.", ".......U"), ("DDDKKKK.", ".......-"),
+    # UP clears 5 alone: the OPEN before it counts on.
+    ("DDDO...........O", ".......U.......D"), ("DDDO............", ".......U.......-"),
+    # DOWN clears 6 alone: the two DAME before it count on.
+    ("OODD.......D....", ".......D.......U"), ("OODD............", ".......D.......-"),
+    # Both full: UP wins, and each has cleared its own.
+    ("DDDOO...........", ".......U.......-"), ("DDDOO....O......", ".......U.......-"),
+    ("OODDD....DD.....", ".......U.......-"),
+    # 7 clears all, what was left by a strobe too; UP and DOWN leave 7.
+    ("DDDO....KKKKO...", ".......U.......-"), ("KKKDDD..DDDK....", ".......U.......-"),
+    # The pulse of the strobe's clock: it fills, or it is the first of those left.
+    ("DD.....D........", ".......U.......-"), ("DDD....O...O....", ".......U.......D"),
+    ("DDD....D..DD....", ".......U.......-"),
+])
+def test_own_gate(feed, pulses, given):
+    assert feed((pulses, {}), mode=OWN_GATE) == given
+
+
+@pytest.mark.parametrize(("pulses", "given"), [
+    # Preset 4: full UP, else DOWN, at each strobe; then 7 begins anew.
+    ("KKKK....", ".......U"), ("KKK.....", ".......D"), ("........", ".......D"),
+    ("KKKKKKKKKKK.....", ".......U.......D"), ("KKK.....K.......", ".......D.......D"),
+    # Other classes neither count nor clear.
+    ("KDOSKKDK", ".......U"), ("DDDDDOOO", ".......D"), ("DDDOO...KKKK....", ".......D.......U"),
+    # The pulse of the strobe's clock comes before it.
+    ("KKK....KKKK.....", ".......U.......D"), ("KKKK...KKKK.....", ".......U.......D"),
+    ("KKKK....KKKK....", ".......U.......U"),
+])
+def test_ok_alone(feed, pulses, given):
+    assert feed((pulses, {}), mode=OK_ALONE) == given
+
+
+def test_ok_alone_without_a_preset_does_nothing(feed):
+    assert feed(("KKKK" * 4, {}), mode=OK_ALONE, ok=0) == ".......-.......-"
+    # 5 and 6 are not used.
+    assert feed(("DDDOO...", {}), mode=OK_ALONE, ok=0) == ".......-"
+    assert feed(("KKKK.", {}), ("...", dict(ok=0)), ("........", {}),
+                mode=OK_ALONE) == ".......-.......-"
+
+
+def test_ok_alone_at_its_highest_preset(feed):
+    settings = dict(mode=OK_ALONE, ok=255, period=256)
+    assert feed(("K" * 255 + "." * 257, {}), **settings) == "." * 255 + "U" + "." * 255 + "D"
+    assert feed(("K" * 254 + "..", {}), **settings)[-1] == "D"
+    assert feed(("K" * 1024, {}), **settings) == ("." * 255 + "U") * 4
+
+
+def test_ok_alone_shows_7_full_until_the_strobe(feed):
+    assert feed(("KKKKD.....", {}), mode=OK_ALONE, shown=True) == ". . . k k k k . . ."
+
+
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE, OWN_GATE])
 @pytest.mark.parametrize(("name", "letter", "given"), [
     ("dame", "D", "U"), ("open", "O", "D"), ("ok", "K", "-")])
 def test_one_class_alone(feed, mode, name, letter, given):
@@ -200,7 +260,7 @@ def test_one_class_alone(feed, mode, name, letter, given):
     assert feed(*pulses, **settings) == "...-..." + given + "..." + given
 
 
-@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, RELATIVE])
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, RELATIVE, OWN_GATE])
 def test_highest_preset(feed, mode):
     settings = dict(mode=mode, dame=255, open=255, ok=255, period=256)
     assert feed(("D" * 255 + "." * 257, {}), **settings) == "." * 255 + "U" + "." * 255 + "-"
@@ -209,7 +269,7 @@ def test_highest_preset(feed, mode):
     assert feed(("S" * 1024, {}), **settings) == ("." * 255 + "U") * 4
 
 
-@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE])
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, OWN_GATE])
 def test_highest_preset_of_7(feed, mode):
     settings = dict(mode=mode, dame=1, ok=255, period=256)
     assert feed(("D" + "K" * 254 + ".", {}), **settings)[-1] == "U"
@@ -244,7 +304,7 @@ def test_period_changes(feed, parts, given):
     assert feed(*parts) == given
 
 
-@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE])
+@pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE, OWN_GATE])
 def test_freeze_clears_and_holds(feed, mode):
     settings = dict(mode=mode, dame=2, open=2, ok=3, window=3, period=4)
     still, held = dict(freeze=0), dict(freeze=1)
@@ -258,6 +318,16 @@ def test_freeze_clears_and_holds(feed, mode):
     assert feed(("DDO", {}), ("D", held), ("....", still), **settings) == ".......-"
     # It clears 7.
     assert feed(("DKK", {}), (".", held), ("KDD.", still), **settings) == ".......U"
+
+
+def test_freeze_clears_ok_alone_and_holds(feed):
+    settings, held = dict(mode=OK_ALONE, ok=2, period=4), dict(freeze=1)
+    still = dict(freeze=0)
+    # What was counted is lost, pulses under it do not count, and a whole period follows it.
+    assert feed(("KK", {}), ("KKKK", held), ("K...", still), **settings) == ".........D"
+    # It hides the output that was on its way, and the strobe of its own clock.
+    assert feed(("KK..", {}), ("K", held), ("....", still), **settings) == "........D"
+    assert feed(("KK.", {}), (".", held), ("....", still), **settings) == ".......D"
 
 
 def test_frozen_outputs_are_low_in_the_same_clock(simulate):
@@ -314,7 +384,8 @@ def test_settings_change_in_mid_count(feed, parts, given):
 
 
 @pytest.mark.parametrize(("mode", "given"), [
-    (ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"), (RELATIVE, "UDUU")])
+    (ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"), (RELATIVE, "UDUU"),
+    (OWN_GATE, "UDU-"), (OK_ALONE, "DDDU")])
 def test_modes_differ(feed, mode, given):
     """Settings of other modes have no effect: window 0, a weight, a preset of 7."""
     settings = dict(mode=mode, window=6 if mode == TOTAL else 0, weight=0, ok=1)
@@ -340,7 +411,7 @@ def settings_at_random(rng):
     """Settings as they come, with edges among them."""
     preset = rng.choice(((0, 1, 2, 3), (2, 3, 5, 8), (20, 60), (254, 255)))
     return dict(dame=rng.choice(preset), open=rng.choice(preset), ok=rng.choice((0, *preset)),
-                mode=rng.randrange(4), window=rng.choice((0, 1, 2, 5, 30, 255)),
+                mode=rng.randrange(8), window=rng.choice((0, 1, 2, 5, 30, 255)),
                 weight=rng.choice((0, 1, 1, 2, 3, 15)),
                 period=rng.choice((0, 1, 2, 7, 50, 50, 300)), freeze=0)
 

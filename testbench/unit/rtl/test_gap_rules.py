@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``rtl.gap.gap``: every pulse is judged and counted by the condition that it began with."""
+
+import pytest
+
+from rtl.gap.gap import Gap
+from softcore.csr import interfaces
+from softcore.regmap import OWNED
+from testbench.models import discriminator as model
+from testbench.models.preset_counter import OK_ALONE, OWN_GATE
+
+PULSE, PAUSE = 20, 8    # clocks
+BLANKING = 3
+CLASSES = "open", "ok", "dame", "short"
+
+
+def made():
+    return Gap(registers=interfaces(OWNED), clock_hz=2_000_000)
+
+
+def put(ctx, condition, rules):
+    """Words of a condition, as they come into force."""
+    ctx.set(condition.gap_delay_least, rules.delay_least)
+    for name in ("current", "delay", "noise"):
+        ctx.set(getattr(condition, f"gap_criteria_{name}"), getattr(rules, f"use_{name}"))
+
+
+def at_random(rng):
+    return model.Rules(blanking=BLANKING, delay_least=rng.choice((0, 4, 5, 6, 9, 30)),
+                       use_delay=rng.randrange(2), use_noise=rng.randrange(2),
+                       use_current=rng.randrange(2))
+
+
+@pytest.mark.parametrize("switch", [1, PAUSE - 1], ids=["first", "last"])
+def test_a_pulse_is_judged_by_the_condition_that_it_began_with(simulate, rng, switch):
+    """The words change ``switch`` clocks after the end of a pulse: as soon, and as late, as may be.
+
+    They do so in the clock after ``between`` of ``rtl.power.pulse_generator`` is high.
+    """
+    dut, reference = made(), model.Discriminator()
+
+    async def bench(ctx):
+        following = at_random(rng)
+        ctx.set(dut.registers.gap.blanking, BLANKING)
+        put(ctx, dut.condition, following)
+        await ctx.tick()
+        seen = set()
+        for _ in range(150):
+            rules, following = following, at_random(rng)
+            delay, noise = rng.randrange(2, 12), rng.randrange(2)
+            for clock in range(PULSE + PAUSE):
+                if clock == PULSE + switch:
+                    put(ctx, dut.condition, following)
+                on, burning = clock < PULSE, delay <= clock - 1 < PULSE
+                ctx.set(dut.on, on)
+                # What the comparators say of a clock reaches the gap with its gates, a clock later.
+                levels = dict(high=clock <= PULSE and not burning, arc=0, short=0,
+                              current=burning, noise=burning and noise)
+                for name, level in levels.items():
+                    ctx.set(getattr(dut, name), level)
+                await ctx.tick()
+            for clock in range(PULSE + PAUSE):
+                burning = delay <= clock < PULSE
+                reference.clock(on=clock < PULSE, sense=0, rules=rules, high=not burning,
+                                current=burning, noise=burning and noise)
+            assert ctx.get(dut.registers.gap.status_last) == reference.last, rules
+            seen.add(reference.last)
+        assert [ctx.get(getattr(dut.registers.gap, f"{name}_count")) for name in CLASSES] == [
+            reference.main[kind] for kind in (model.OPEN, model.OK, model.DAME, model.SHORT)]
+        assert seen == {model.OK, model.DAME}
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize(("mode", "presets", "steps"), [
+    # Good pulses only, and a strobe every five of them.
+    (OK_ALONE, dict(dame=0, open=0, ok=4), (4, 0)), (OK_ALONE, dict(dame=0, open=0, ok=9), (0, 4)),
+    (OWN_GATE, dict(dame=1, open=1, ok=4), (0, 0)),
+])
+def test_the_condition_chooses_how_pulses_are_counted(simulate, mode, presets, steps):
+    dut = made()
+
+    async def bench(ctx):
+        ctx.set(dut.registers.gap.blanking, BLANKING)
+        ctx.set(dut.registers.servo.control, 1)
+        ctx.set(dut.registers.servo.period, 5 * (PULSE + PAUSE))
+        ctx.set(dut.machining, 1)
+        ctx.set(dut.condition.servo_counting_mode, mode)
+        for name, preset in presets.items():
+            ctx.set(getattr(dut.condition, f"servo_presets_{name}"), preset)
+        for _ in range(21):
+            for clock in range(PULSE + PAUSE):
+                ctx.set(dut.on, clock < PULSE)
+                ctx.set(dut.high, clock < BLANKING + 4)
+                await ctx.tick()
+        servo = dut.registers.servo
+        assert (ctx.get(servo.ups), ctx.get(servo.downs)) == steps
+        assert ctx.get(dut.registers.gap.ok_count) == 21
+
+    simulate(dut, bench)
