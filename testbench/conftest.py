@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 from amaranth.hdl import Elaboratable
-from amaranth.sim import Simulator
 
 from host.run.simulation import Simulation
 from testbench import seconds, tools
 from testbench.quick import FOLDERS, is_quick
+from testbench.simulators import blocks
+from testbench.simulators import choice as simulators
+from testbench.simulators.isolated import Simulator
 
 tools.use_packaged()
 
@@ -22,6 +24,8 @@ BEGAN = pytest.StashKey[float]()   # CPU seconds of the process when a test bega
 def pytest_addoption(parser):
     group = parser.getgroup("edm")
     group.addoption("--seed", type=int, default=1, help="seed of every random stimulus")
+    group.addoption("--sim", choices=["cocotb", "amaranth"], default="cocotb",
+                    help="simulator of a block: cocotb on its Verilog, or Amaranth's own")
     group.addoption("--waves", action="store_true", help="write waves under build/tests/<test>/")
 
 
@@ -48,11 +52,12 @@ def pytest_runtest_makereport(item, call):
     report = yield
     if report.when == "teardown":
         report.cpu_s = seconds.cpu_s() - item.stash[BEGAN]
+        report.blocks = blocks.taken()
     return report
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Print the CPU seconds of every part, when there was more than one."""
+    """Print the CPU seconds of every part, when there was more than one, and the blocks."""
     measured = [seconds.Measured(report.nodeid, report.cpu_s)
                 for reports in terminalreporter.stats.values() for report in reports
                 if hasattr(report, "cpu_s")]
@@ -60,6 +65,36 @@ def pytest_terminal_summary(terminalreporter):
         terminalreporter.section("CPU seconds")
         for line in seconds.table(measured):
             terminalreporter.write_line(line)
+    if _whole(terminalreporter.config):
+        ran = _reached(terminalreporter)
+        terminalreporter.section("blocks")
+        for line in blocks.table(ran):
+            terminalreporter.write_line(line)
+        for name in blocks.gaps(ran):
+            terminalreporter.write_line(f"no test has run {name} under cocotb", red=True)
+
+
+def pytest_sessionfinish(session):
+    """A block that no test has run under cocotb fails the whole run."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if _whole(session.config) and blocks.gaps(_reached(reporter)) and session.exitstatus == 0:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def _whole(config):
+    """Whether this is the process that reports, and every block was to run under cocotb."""
+    return (not hasattr(config, "workerinput") and config.getoption("sim") == "cocotb"
+            and config.args_source is pytest.Config.ArgsSource.TESTPATHS
+            and not config.option.keyword and config.option.markexpr == "not soak"
+            and not config.option.collectonly)
+
+
+def _reached(reporter):
+    """Blocks that each passed test has reached."""
+    passed = {report.nodeid for report in reporter.stats.get("passed", ())}
+    return [report.blocks + blocks.joined(report.nodeid)
+            for reports in reporter.stats.values() for report in reports
+            if hasattr(report, "blocks") and report.nodeid in passed]
 
 
 def pytest_report_header(config):
@@ -100,28 +135,37 @@ def idle_simulation() -> Simulation:
 
 
 @pytest.fixture
-def simulate(request, workdir):
-    """Run testbenches against a design: ``simulate(dut, bench, ...)``.
+def simulator(request, workdir):
+    """Simulator of this test under cocotb; None if the test runs in Amaranth's."""
+    if simulators.chosen(request.node) == "amaranth":
+        return None
+    return Simulator(workdir, seed=request.config.getoption("seed"),
+                     waves=request.config.getoption("waves"))
 
-    Clocks are given in hertz by domain. The run ends when every testbench has returned; one that
-    still waits after ``deadline`` seconds of simulated time fails the test instead of hanging it.
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem):
+    """Run a test that simulates a block under cocotb in a process of its own."""
+    simulator = pyfuncitem.funcargs.get("simulator")
+    if simulator is None:
+        return None
+    simulators.run_isolated(pyfuncitem, simulator)
+    return True
+
+
+@pytest.fixture
+def simulate(request, workdir, simulator):
+    """Run testbenches against a design: ``simulate(dut, bench, ...)``; returns what they return.
+
+    The run ends when every testbench has returned; one that still waits after ``deadline`` seconds
+    of simulated time, at 100 MHz, fails the test instead of hanging it. A test that simulates more
+    than once says ``apart=True`` each time; then nothing but what the benches return comes back.
     """
 
-    def run(dut: Elaboratable, *benches, clocks=None, deadline=1e-3):
-        async def watchdog(ctx):
-            await ctx.delay(deadline)
-            raise TimeoutError(f"testbench still waiting after {deadline} s")
-
-        sim = Simulator(dut)
-        for domain, frequency in (clocks or {"sync": 100e6}).items():
-            sim.add_clock(1 / frequency, domain=domain)
-        for bench in benches:
-            sim.add_testbench(bench)
-        sim.add_testbench(watchdog, background=True)
-        if request.config.getoption("waves"):
-            with sim.write_vcd(str(workdir / "waves.vcd")):
-                sim.run()
-        else:
-            sim.run()
+    def run(dut: Elaboratable, *benches, deadline=1e-3, apart=False):
+        if simulator is None:
+            waves = workdir / "waves.vcd" if request.config.getoption("waves") else None
+            return simulators.in_amaranth(dut, benches, deadline=deadline, waves=waves)
+        return simulators.under_cocotb(dut, benches, simulator, deadline=deadline, apart=apart)
 
     return run

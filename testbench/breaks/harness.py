@@ -108,6 +108,20 @@ def applied(one: Break) -> str:
     return broken
 
 
+def _copied(folder: Path) -> None:
+    """Copy the checkout, and lend the copy what holds nothing of the project's own.
+
+    That are Verilator's runtime and its headers: to compile them takes longer than most tests.
+    """
+    shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
+    kept = folder / "build" / "native"
+    kept.mkdir(parents=True)
+    for pattern in ("runtime-*", "headers-*"):
+        for made in (ROOT / "build" / "native").glob(pattern):
+            if made.is_dir():
+                (kept / made.name).symlink_to(made)
+
+
 def _run(command, folder):
     """Run Python in a copy; return its exit status (None after the deadline) and its output."""
     # The settings of the outer pytest must not reach the pytest in the copy.
@@ -149,7 +163,7 @@ def try_break(one: Break) -> tuple[Verdict, str]:
     SCRATCH.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=SCRATCH) as place:
         folder = Path(place) / "checkout"
-        shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
+        _copied(folder)
         (folder / one.file).write_text(applied(one), encoding="utf-8")
         built, said = _builds(one.file, folder)
         if not built:
@@ -166,6 +180,6 @@ def run_whole(tests: Sequence[str]) -> tuple[bool, str]:
     SCRATCH.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=SCRATCH) as place:
         folder = Path(place) / "checkout"
-        shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
+        _copied(folder)
         status, _, said = _pytest(tests, folder)
     return status == PASSED, said

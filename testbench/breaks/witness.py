@@ -10,11 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from testbench.native.compiling import BuildError
+from testbench.simulators.choice import Elsewhere
+from testbench.simulators.isolated import DiedError
+
 __all__ = ["SAW"]
 
 SAW = "saw"
 TESTBENCH = Path(__file__).parents[1]
-NO_SIGHT = (NameError, ImportError, SyntaxError, AttributeError, TypeError)
+NO_SIGHT = (NameError, ImportError, SyntaxError, AttributeError, TypeError, BuildError, DiedError)
 
 
 def pytest_addoption(parser):
@@ -24,6 +28,8 @@ def pytest_addoption(parser):
 
 def judge(error: BaseException, raised_in: Path) -> str:
     """``SAW``, or what it was instead, by the exception and the file that raised it."""
+    if isinstance(error, Elsewhere):
+        return judge(error.error, error.raised_in)
     if isinstance(error, (pytest.fail.Exception, TimeoutError)):
         return SAW
     if TESTBENCH in raised_in.parents and not isinstance(error, NO_SIGHT):

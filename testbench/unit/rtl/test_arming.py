@@ -5,6 +5,7 @@ import pytest
 
 from rtl.safety.arming import Arming
 from testbench.models import arming as model
+from testbench.simulators.benches import settle
 
 BOUNCE, CLOSING = 3, 7  # clocks
 
@@ -21,6 +22,7 @@ class Bench:
             for name, value in (("arm", arm), ("safe", safe), ("disarm", disarm)):
                 ctx.set(getattr(self.dut, name), value)
             self.model.begin(arm, safe, disarm)
+            await settle(ctx)
             assert ctx.get(self.dut.contactor) == self.model.contactor
             assert ctx.get(self.dut.armed) == self.model.armed
             self.model.end()

@@ -12,6 +12,7 @@ from testbench.models.encoder import CYCLE
 from testbench.models.error_counter import wrapped
 from testbench.models.supervision import CHECKS, Supervision
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 
 class Bench:
@@ -40,6 +41,7 @@ class Bench:
                 (dut.window, window), (dut.tick, tick), (dut.gain, gain)):
             ctx.set(signal, value)
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
+        await settle(ctx)
         assert ctx.get(dut.fp) == abs(fp)
         assert not fp or ctx.get(dut.fp_reverse) == (fp < 0)
         self.overshoot.append(axis.overshoot.furthest)

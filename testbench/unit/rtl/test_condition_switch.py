@@ -5,6 +5,7 @@ import pytest
 
 from rtl.power.condition_switch import ConditionSwitch
 from testbench.models import condition_switch as model
+from testbench.simulators.benches import settle
 
 ORDERS = "arm", "disarm", "commit", "restart"
 REST = dict.fromkeys(ORDERS, 0) | {"between": 1}
@@ -40,6 +41,7 @@ class Bench:
             ctx.set(getattr(dut, name), value)
         ctx.set(dut.position, self.wrapped(self.position))
         ctx.set(dut.depth, self.wrapped(self.depth))
+        await settle(ctx)
         got = [ctx.get(getattr(dut, name))
                for name in ("take", "armed", "pending", "switched", "at", "count")]
         expected = list(self.model.outputs(between=inputs["between"]))

@@ -8,6 +8,7 @@ blocks in every test of the retraction.
 import pytest
 
 from rtl.motion.conservation import Conservation
+from testbench.simulators.benches import settle
 
 WIDTHS = {"command": 32, "position": 32, "stored": 24}
 
@@ -67,6 +68,7 @@ def test_every_bit_that_turns_over_is_found_in_three_clocks(simulate, rng, name)
                 values = path.inputs()
                 values[name] ^= (1 << bit) * (clock >= 6)
                 put(ctx, dut, values)
+                await settle(ctx)
                 assert ctx.get(dut.damaged) == ((clock < 3 and bit > 0) or clock >= 9)
                 await ctx.tick()
 

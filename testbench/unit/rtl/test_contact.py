@@ -6,6 +6,7 @@ import pytest
 from rtl.gap.contact import ContactGuard
 from testbench.models import contact as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 QUIET = dict(off=1, safe=0, quiet=0, wanted=0, moving=0, reverse=0, fast=0, settled=1, away=0,
              lag_time=20, sample=0, sample_shorted=0, clear_needed=3, shorted=0)
@@ -27,6 +28,7 @@ class Bench:
         for name, value in inputs.items():
             ctx.set(getattr(self.dut, name), value)
         for _ in range(times):
+            await settle(ctx)
             got = tuple(ctx.get(getattr(self.dut, name)) for name in OUTPUTS)
             assert got == self.model.outputs(**{name: inputs[name] for name in SEEN}), inputs
             self.seen.append(dict(zip(OUTPUTS, got, strict=True)))

@@ -5,6 +5,7 @@ import pytest
 
 from rtl.gap.discriminator import Discriminator, PulseClass
 from testbench.models import discriminator as model
+from testbench.simulators.benches import settle
 
 LEVELS = "high", "arc", "short", "current", "noise"
 COUNTS = "open_count", "ok_count", "dame_count", "short_count"
@@ -28,6 +29,7 @@ class Bench:
         for name, value in (vars(self.rules) | levels | dict(on=on, sense=sense)).items():
             ctx.set(getattr(dut, name), value)
         counted = [self.model.main[kind] for kind in range(4)]
+        await settle(ctx)
         assert [ctx.get(getattr(dut, name)) for name in COUNTS] == counted
         assert ctx.get(dut.last) == PulseClass(self.model.last)
         sample, shorted_now, abnormal = self.model.clock(
@@ -177,6 +179,7 @@ def test_ignition_after_the_longest_age_is_late(simulate):
         ctx.set(dut.high, 0)
         await ctx.tick()
         ctx.set(dut.on, 0)
+        await settle(ctx)
         assert ctx.get(dut.sample)
         assert ctx.get(dut.kind) == PulseClass.OK
 

@@ -5,6 +5,7 @@ import pytest
 
 from rtl.gap.feed_mode import FeedCalculator
 from testbench.models import feed_mode as model
+from testbench.simulators.benches import settle
 
 USUAL = {"rate": 1 << 24, "highest": 1 << 28, "gain": 1 << 22, "mean": 30_000, "reference": 20_000,
          "known": 1, "ratio": 4096}
@@ -57,6 +58,7 @@ def test_constant_feed_is_the_rate_in_the_same_clock(simulate, rng):
         for _ in range(100):
             inputs = any_inputs(rng)
             put(ctx, dut, model.CONSTANT, inputs)
+            await settle(ctx)
             assert ctx.get(dut.feed) == inputs["rate"]
             await ctx.tick()
 
@@ -74,6 +76,7 @@ def test_until_the_mode_is_reckoned_the_feed_is_the_rate(simulate, rng):
             put(ctx, dut, mode, inputs)
             expected = model.feed(mode, **inputs)
             for _ in range(SETTLED):
+                await settle(ctx)
                 assert ctx.get(dut.feed) in (inputs["rate"], expected)
                 await ctx.tick()
             assert ctx.get(dut.feed) == expected

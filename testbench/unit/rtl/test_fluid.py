@@ -8,6 +8,7 @@ import pytest
 from rtl.gap.fluid import FluidDetector
 from testbench.models import fluid as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 USUAL = model.Settings()
 EDGES = (0, 1, 2, 4093, 4094, 4095)
@@ -33,6 +34,7 @@ class Bench:
                 sample_valid=sample is not None, manual=manual, manual_class=manual_class).items():
             ctx.set(getattr(dut, name), value)
         class_ = expected.class_(*self.manual)
+        await settle(ctx)
         assert ctx.get(dut.class_) == class_
         assert ctx.get(dut.changed) == (class_ != expected.last)
         self.changes += class_ != expected.last

@@ -7,6 +7,7 @@ from rtl.safety.interlock import Cause, Interlock
 from softcore.tables import causes
 from testbench.models import interlock as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 BY_AXIS = model.BY_AXIS
 LONE = ("contact", "gate", "memory", "guard")
@@ -30,6 +31,7 @@ class Bench:
             for name, value in (QUIET | inputs).items():
                 ctx.set(getattr(dut, name), value)
             self.model.begin(**QUIET | inputs)
+            await settle(ctx)
             for name in ("live", "latched"):
                 assert ctx.get(getattr(dut, name)) == model.vector(getattr(self.model, name)), name
             assert ctx.get(dut.safe) == self.model.safe
@@ -283,6 +285,7 @@ def test_a_bit_of_the_latch_that_turns_over_makes_safe(simulate, register, cause
             assert (ctx.get(dut.latched), ctx.get(dut.safe)) == (held, held != 0)
             ctx.set(signal, ctx.get(signal) ^ 1 << bit)
             alone = (held & ~(1 << bit)) == 0
+            await settle(ctx)
             assert ctx.get(dut.safe)
             assert ctx.get(dut.torn)
             await ctx.tick()

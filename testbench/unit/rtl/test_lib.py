@@ -7,6 +7,7 @@ from rtl.lib.debounce import Debounce
 from rtl.lib.event_queue import EventQueue
 from testbench.models import debounce, event_queue
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 
 @pytest.mark.parametrize(("rise", "fall"), [(1, 1), (2, 7), (7, 2), (1, 5), (8, 8)])
@@ -49,6 +50,7 @@ def test_queue_follows_the_model(simulate, rng, width, depth):
                 ctx.set(signal, value)
             level = len(model.entries)
             head, full, lost = model.clock(push=push, data=data, pop=pop)
+            await settle(ctx)
             assert ctx.get(dut.valid) == (head is not None)
             assert head is None or ctx.get(dut.head) == head
             assert ctx.get(dut.full) == full

@@ -5,6 +5,7 @@ import pytest
 
 from rtl.motion.limits import SoftLimits
 from testbench.models import limits as model
+from testbench.simulators.benches import settle
 
 
 class Bench:
@@ -26,9 +27,11 @@ class Bench:
         ctx.set(dut.barred_low, -1 in barred)
         ctx.set(dut.barred_high, 1 in barred)
         ctx.set(dut.clear, clear)
+        await settle(ctx)
         assert ctx.get(dut.passed) == self.model.clock(pi, barred=barred, clear=clear)
         await ctx.tick()
         ctx.set(dut.command, self.model.command)
+        await settle(ctx)
         assert ctx.get(dut.beyond_low) == (-1 in self.model.beyond)
         assert ctx.get(dut.beyond_high) == (1 in self.model.beyond)
         assert ctx.get(dut.onto) == self.model.onto

@@ -9,11 +9,12 @@ from amaranth.lib import io
 from rtl.pads import CHAINED, INPUTS, OUTPUTS, Pads
 from testbench.models.shift_output import ShiftRegisters
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 
 def ports(*, inverted=()):
     """Return simulated ports, and the plain ones behind those that are inverted."""
-    plain = {name: io.SimulationPort("i" if name in INPUTS else "o", width)
+    plain = {name: io.SimulationPort("i" if name in INPUTS else "o", width, name=name)
              for name, (width, _) in (INPUTS | OUTPUTS).items()}
     seen = {name: ~port if name in inverted else port for name, port in plain.items()}
     return SimpleNamespace(**seen), plain
@@ -60,6 +61,7 @@ def test_starts_safe(simulate, inverted):
             safe = (1 << width) - 1 if name in ("tx", "safe", "adc_clock") else 0
             ctx.set(getattr(dut, name), (1 << width) - 1 - safe)
             expected = safe ^ ((1 << width) - 1 if inverted else 0)
+            await settle(ctx)
             assert ctx.get(plain[name].o) == expected, name
         assert ctx.get(dut.estop)
         assert ctx.get(dut.rx)
@@ -92,7 +94,7 @@ def chained_ports():
     seen, plain = ports()
     for name in CHAINED:
         delattr(seen, name)
-    seen.chain = plain["chain"] = io.SimulationPort("o", 3)
+    seen.chain = plain["chain"] = io.SimulationPort("o", 3, name="chain")
     return seen, plain
 
 

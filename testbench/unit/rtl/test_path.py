@@ -9,6 +9,7 @@ from amaranth.hdl import Cat
 from rtl.motion.path import SegmentWindow
 from testbench.models.path import Window
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 SETTLE = 4   # clocks from a pulse to the next, and until all outputs have followed
 LONGEST = 14  # the same if a segment must be fetched
@@ -193,6 +194,7 @@ class Bench:
         ctx.set(dut.reverse, step < 0)
         await self.tick(ctx)
         ctx.set(dut.pulse, 0)
+        await settle(ctx)
         number, _ = self.model.pulse(step)
         segment = self.segments[number]
         clocks = 1
@@ -375,6 +377,7 @@ def test_a_border_crossed_is_the_next_place_to_be_slow_until_firmware_has_looked
         ctx.set(dut.fast_strobe, 1)
         await bench.tick(ctx)
         ctx.set(dut.fast_strobe, 0)
+        await settle(ctx)
         return fast(ctx)
 
     def fast(ctx):
@@ -471,9 +474,11 @@ def test_every_bit_of_a_word_that_turns_over_is_found_before_a_pulse(simulate, r
                 ctx.set(dut.ahead, 0)
                 await bench.tick(ctx)
                 ctx.set(dut.load, 0)
+                await settle(ctx)
                 ctx.set(row, ctx.get(row) ^ 1 << bit)
                 ctx.set(dut.ahead, 40)
                 found = begun = False
+                await settle(ctx)
                 while not (begun and ctx.get(dut.ready)):
                     await bench.tick(ctx)
                     begun = begun or not ctx.get(dut.ready)

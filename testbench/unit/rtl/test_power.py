@@ -4,6 +4,7 @@
 from rtl.power.power import Power
 from testbench.models.pulse_generator import PulseGenerator, limit
 from testbench.models.readback import ReadBack
+from testbench.simulators.benches import settle
 
 LIMITS = dict(level_max=20, on_max=9, off_min=3)
 TIMES = dict(dead=2, limit=12, settle=4)  # of the read-back, in clocks
@@ -63,6 +64,7 @@ def test_follows_the_models_of_its_parts(simulate, rng):
             inputs = {name: int(value) for name, value in stimulus(rng, inputs).items()}
             for name, value in inputs.items():
                 ctx.set(getattr(dut, name), value)
+            await settle(ctx)
             got = tuple(ctx.get(getattr(dut, name)) for name in (
                 "on", "sense", "level_out", "between", "forget", "stuck"))
             assert got == model.clock(**inputs)

@@ -18,6 +18,7 @@ from testbench.models.preset_counter import (
     TOTAL,
 )
 from testbench.native.preset_counter import INPUTS, OUTPUTS, by_name, compiled
+from testbench.simulators.benches import settle
 
 SETTINGS = dict(dame=3, open=2, ok=4, mode=ACCUMULATE, window=6, weight=1, period=8, freeze=0)
 KINDS = {"D": model.DAME, "S": model.SHORT, "O": model.OPEN, "K": model.OK}
@@ -51,6 +52,7 @@ class Bench:
             for name, value in inputs.items():
                 shape = {"kind": PulseClass, "mode": Mode}.get(name, int)
                 ctx.set(getattr(dut, name), shape(value))
+            await settle(ctx)
             found = tuple(ctx.get(getattr(dut, name)) for name in OUTPUTS)
             assert found == as_modelled(self.model, inputs)
             self._keep(found)
@@ -77,9 +79,10 @@ def feed(simulate):
             for pulses, changed in parts:
                 await bench.feed(ctx, pulses, **changed)
             await bench.feed(ctx, ".")
+            return " ".join(bench.shown[2:]) if shown else "".join(bench.given[2:])
 
-        simulate(bench.dut, script)
-        return " ".join(bench.shown[2:]) if shown else "".join(bench.given[2:])
+        (found,) = simulate(bench.dut, script, apart=True)
+        return found
 
     return run
 
@@ -340,6 +343,7 @@ def test_frozen_outputs_are_low_in_the_same_clock(simulate):
         assert ctx.get(dut.up)
         assert ctx.get(dut.strobe)
         ctx.set(dut.freeze, 1)
+        await settle(ctx)
         assert not ctx.get(dut.up)
         assert not ctx.get(dut.strobe)
 

@@ -10,6 +10,7 @@ from rtl.power.limiter import Limiter
 from rtl.power.pulse_generator import PulseGenerator
 from testbench.models import pulse_generator as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 TIMES = dict(on_time=7, off_time=5, off_extra=0, sense_on=3, sense_off=4)
 QUIET = dict(enable=1, sensing=0, level=9, live=0, cut=1, abnormal=0) | TIMES
@@ -27,6 +28,7 @@ class Bench:
         dut = self.dut
         for name, value in inputs.items():
             ctx.set(getattr(dut, name), value)
+        await settle(ctx)
         got = tuple(ctx.get(getattr(dut, name))
                     for name in ("on", "sense", "level_out", "between"))
         assert got == self.model.outputs(enable=inputs["enable"], live=inputs["live"])
@@ -183,6 +185,7 @@ def test_limits_follow_the_model(simulate, rng):
             asked = dict(level=near(20, 6), on_time=near(5000, 20), off_time=near(50, 20))
             for name, value in asked.items():
                 ctx.set(getattr(dut, name), value)
+            await settle(ctx)
             got = tuple(ctx.get(getattr(dut, f"allowed_{name}")) for name in ("level", "on", "off"))
             assert got == model.limit(**asked, **LIMITS)
             await ctx.tick()

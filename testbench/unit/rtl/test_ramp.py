@@ -11,6 +11,7 @@ from amaranth.lib.wiring import In
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.ramp import Ramp
 from testbench.models import ramp as model
+from testbench.simulators.benches import settle
 
 ONE = 1 << 32           # 1 pulse/clock
 TOP = (1 << 30) - 1
@@ -33,6 +34,7 @@ class Bench:
                             (dut.acceleration, ramp.acceleration), (dut.target, target),
                             (dut.brake, brake), (dut.ready, ready), (dut.drop, drop)):
             ctx.set(port, value)
+        await settle(ctx)
         assert ctx.get(dut.pull) == ramp.pull(ps)
         assert ctx.get(dut.rest) == ramp.rest(ps)
         await ctx.tick()
@@ -120,10 +122,12 @@ def test_slowing_down_ends_wherever_it_began(simulate, up, down):
         assert ctx.get(dut.fast)
         ctx.set(dut.acceleration, down)
         ctx.set(dut.brake, 1)
+        await settle(ctx)
         steps = -(-4 * (ctx.get(dut.rate) - SLOW) // down)
         before = ctx.get(dut.rate)
         ctx.set(dut.target, 0)
         for _ in range(4 * steps + 8):
+            await settle(ctx)
             ctx.set(dut.ps, ctx.get(dut.pull))
             await ctx.tick()
             rate = ctx.get(dut.rate)
@@ -142,6 +146,7 @@ def test_every_bit_of_the_rate_that_turns_over_is_found(simulate, shape):
     async def go_on(ctx, clocks, brake=0):
         ctx.set(dut.brake, brake)
         for clock in range(clocks):
+            await settle(ctx)
             ctx.set(dut.ps, ctx.get(dut.pull) if brake else shape != "rest" and clock % 4 == 0)
             await ctx.tick()
             assert not ctx.get(dut.damaged)
@@ -156,6 +161,7 @@ def test_every_bit_of_the_rate_that_turns_over_is_found(simulate, shape):
                 if shape != "rest":
                     await go_on(ctx, {"up": 60, "plateau": 260, "down": 260}[shape])
                 await go_on(ctx, (8 if shape == "rest" else 0) + phase, brake=shape == "down")
+                await settle(ctx)
                 assert ctx.get(dut.fast) == (shape != "rest")
                 ctx.set(dut.quarters, ctx.get(dut.quarters) ^ 1 << bit)
                 await ctx.tick()

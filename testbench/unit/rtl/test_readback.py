@@ -6,6 +6,7 @@ import pytest
 from rtl.power.readback import ReadBack
 from testbench.models import readback as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 CLOCK_HZ = 1_000_000
 QUIET = dict(on=0, sense=0, current=0, short=1, level=122)
@@ -24,6 +25,7 @@ class Bench:
         for name, value in (QUIET | inputs).items():
             ctx.set(getattr(self.dut, name), value)
         for _ in range(times):
+            await settle(ctx)
             self.seen.append((ctx.get(self.dut.live), ctx.get(self.dut.stuck)))
             assert self.seen[-1] == (self.model.live, self.model.stuck), len(self.seen)
             self.model.clock(**QUIET | inputs)

@@ -110,7 +110,7 @@ def test_follows_the_model(simulate, rng, offset):
             assert bench.lowest == expected.lowest
             bench.check_axes(ctx)
 
-        simulate(dut, run)
+        simulate(dut, run, apart=True)
 
 
 def play(simulate, cues, data=DATA, *, segments=LINE, before=1, rules=None, settings=None):

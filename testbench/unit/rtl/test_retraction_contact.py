@@ -24,6 +24,7 @@ from testbench.models.retraction import (
     RESUME,
     START,
 )
+from testbench.simulators.benches import settle
 
 
 @pytest.mark.parametrize("start_rate", [START_RATE, ONE // 9, ONE // 6 + 12345], ids=hex)
@@ -43,11 +44,13 @@ def test_contact_halts(simulate, rng, start_rate):
             bench.events.clear()
             sample = bench.clock - 1
             bench.set(ctx, contact=1)
+            await settle(ctx)
             last = bench.clock - sample if ctx.get(dut.ramp.pp) else 0
             at = bench.position
             await bench.tick(ctx)
             bench.set(ctx, contact=0)
             for _ in range(40):
+                await settle(ctx)
                 assert not ctx.get(dut.ramp.pp)
                 await bench.tick(ctx)
             assert at <= bench.position <= at + 1

@@ -28,6 +28,7 @@ from testbench.models.retraction import (
     START,
     STILL_LIMIT,
 )
+from testbench.simulators.benches import settle
 
 
 def test_halts_only_after_settling_in_position(simulate):
@@ -60,6 +61,7 @@ def test_sensing_and_quiet_follow_the_state(simulate):
 
     async def run(ctx):
         await bench.begin(ctx, DATA)
+        await settle(ctx)
         while ctx.get(dut.retraction.state) != State.HALTED:
             await bench.tick(ctx)
             if bench.position == 50:
@@ -179,8 +181,10 @@ def test_what_forbids_the_way_forward_does_in_its_clock(simulate, state, positio
         for name, level in levels.items():
             assert ctx.get(dut.retraction.go)
             bench.set(ctx, **{name: level})
+            await settle(ctx)
             assert not ctx.get(dut.retraction.go), name
             bench.set(ctx, **{name: 1 - level})
+            await settle(ctx)
 
     simulate(dut, run)
 
@@ -299,6 +303,7 @@ def test_safe_stops_at_once_and_drops_what_is_stored(simulate, rng):
             await bench.tick(ctx)
             bench.set(ctx, release=0)
             await bench.until(ctx, State.FRONT)
+        await settle(ctx)
         bench.check_axes(ctx)
 
     simulate(dut, run)

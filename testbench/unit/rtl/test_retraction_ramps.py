@@ -23,6 +23,7 @@ from testbench.models.retraction import (
     START,
     Gap,
 )
+from testbench.simulators.benches import settle
 
 SLOW = ONE // 20     # start/stop speed
 STEP = ONE // 200    # per 16 clocks: from a pulse in 20 clocks to one in 4 over about 100 pulses
@@ -43,6 +44,7 @@ class Watched(Ordered):
 
     async def tick(self, ctx):
         dut = self.dut
+        await settle(ctx)
         pulse = ctx.get(dut.ramp.pp)
         await super().tick(ctx)
         rate = ctx.get(dut.ramp.rate)
@@ -130,6 +132,7 @@ def test_no_way_is_faster_than_the_highest_rate_of_its_segment(simulate, kind, l
         await bench.begin(ctx, data, jump_period=1)
         before = since = ordered_jump = 0
         while bench.clock < 12_000 and (RESUME, 0) not in [event[:2] for event in bench.events]:
+            await settle(ctx)
             state = ctx.get(dut.retraction.state)
             bench.short = kind == SHORT and bench.position == 60 and state == State.FRONT
             if kind == SHORT and state in (State.STOPPING, State.RETRACTING):
@@ -210,6 +213,7 @@ def test_corner_and_end_of_path_are_taken_slowly(simulate):
         await bench.to(ctx, 450)
         assert bench.rate > SLOW + 20 * STEP
         bench.set(ctx, hold=1)
+        await settle(ctx)
         place = bench.position + ctx.get(dut.ramp.distance) + 8
         await bench.idle(ctx, 1500)
         assert ctx.get(dut.ramp.rest)

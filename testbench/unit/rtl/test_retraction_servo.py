@@ -6,6 +6,7 @@ import pytest
 from rtl.motion.retraction import State
 from testbench.checkers.motion_bench import START_RATE, change, ordered, outline, wrapped
 from testbench.models.retraction import CLEARED, END, HALT, RESUME, SERVO, SHORT, START
+from testbench.simulators.benches import settle
 
 STEP = 7
 PATH = [(100, START_RATE, (100,)), (60, START_RATE, (-60,)), (90, START_RATE // 2, (30,)),
@@ -19,10 +20,12 @@ def command(ctx, dut, bench):
 
 async def strobe(ctx, dut, bench, order):
     """One clock with ``up`` or ``down``; return the goal by the contract."""
+    await settle(ctx)
     goal = command(ctx, dut, bench) + (-STEP if order == "up" else STEP)
     bench.set(ctx, **{order: 1})
     await bench.tick(ctx)
     bench.set(ctx, **{order: 0})
+    await settle(ctx)
     return goal
 
 

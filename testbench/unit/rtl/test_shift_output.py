@@ -6,6 +6,7 @@ import pytest
 from rtl.lib.shift_output import ShiftOutput
 from testbench.models.shift_output import ShiftRegisters, frame
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 
 @pytest.mark.parametrize(("width", "half"), [(1, 1), (2, 3), (8, 1), (19, 2)])
@@ -17,6 +18,7 @@ def test_frames_follow_the_model_and_arrive(simulate, rng, width, half):
     async def bench(ctx):
         for word in words:
             ctx.set(dut.data, word)
+            await settle(ctx)
             assert ctx.get(dut.take)
             await ctx.tick()
             levels = frame(word, width=width, half=half)
@@ -25,6 +27,7 @@ def test_frames_follow_the_model_and_arrive(simulate, rng, width, half):
                 if clock == len(levels) - 1:
                     break  # the clock that takes the next word
                 ctx.set(dut.data, rng.randrange(1 << width))
+                await settle(ctx)
                 seen = [ctx.get(wire) for wire in (dut.serial, dut.clock, dut.latch)]
                 assert seen[1:] == [shift, latch]
                 assert serial is None or seen[0] == serial

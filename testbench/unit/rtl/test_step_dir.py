@@ -5,6 +5,7 @@ import pytest
 
 from rtl.motion.step_dir import StepDir
 from testbench.models import step_dir as model
+from testbench.simulators.benches import settle
 
 
 class Queue:
@@ -23,6 +24,7 @@ class Queue:
         ctx.set(dut.pending, self.steps != 0)
         ctx.set(dut.negative, self.steps < 0)
         ctx.set(dut.safe, safe)
+        await settle(ctx)
         taken = ctx.get(dut.taken) * (-1 if ctx.get(dut.dir) else 1)
         await ctx.tick()
         self.steps += added - taken

@@ -13,8 +13,9 @@ from rtl.motion.supervision import Check, Supervision, tick_clocks
 from testbench.models.encoder import CYCLE
 from testbench.models.supervision import CHECKS
 from testbench.models.supervision import Supervision as Model
-from testbench.native.supervision import compiled
+from testbench.native.supervision import INPUTS, compiled
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 GAIN = 1678     # 50 1/s
 TICK = 24       # clocks; on a machine there are more, which changes nothing
@@ -108,13 +109,14 @@ def test_checks_have_the_numbers_of_the_model():
     assert [check.name.lower().replace("_", " ") for check in Check] == list(CHECKS)
 
 
-def test_follows_the_model(rng):
+def walk(rng, clocks, longest):
+    """A run at random: commands, drives, and faults of the coder, each for ``longest`` at most."""
     run, drive = Run(), Drive()
     till = er = 0
     noise, on = False, True
-    for clock in range(100_000):
+    for clock in range(clocks):
         if clock >= till:
-            till = clock + rng.randrange(200, 20_000)
+            till = clock + rng.randrange(200, longest)
             er = rng.choice((0, rng.randint(-20, 20), rng.randint(-300, 300),
                              rng.randint(-5000, 5000), rng.randint(-40_000, 40_000)))
             drive.share = rng.choice((1, 1, 1, 0.9, 0.6, 1.4, 0.3, 0.1, 3, 9, 0, -1))
@@ -127,7 +129,35 @@ def test_follows_the_model(rng):
         fp = drive.clock(max(-32767, min(32767, er)))
         run.clock(er=er, standing=abs(er) <= 9, fp=fp, levels=drive.levels, on=on,
                   clear=run.found != "none" and rng.random() < 0.002)
-    assert len(run.compare()) > 3
+    return run
+
+
+def test_follows_the_model(rng):
+    assert len(walk(rng, 100_000, 20_000).compare()) > 3
+
+
+def test_follows_the_model_in_a_simulator(simulate, rng):
+    """The same on the Verilog; the others run as compiled code of the netlist, since they are long.
+
+    In both the findings of a walk are the model's, clock by clock.
+    """
+    run, dut = walk(rng, 60_000, 5_000), Supervision()
+    seen = set()
+
+    async def bench(ctx):
+        before = None
+        for row, expected in zip(run.rows, run.expected, strict=True):
+            for place, name in enumerate(INPUTS):
+                if before is None or row[place] != before[place]:
+                    ctx.set(getattr(dut, name), row[place])
+            before = row
+            await settle(ctx)
+            assert ctx.get(dut.check).value == expected
+            seen.add(expected)
+            await ctx.tick()
+
+    simulate(dut, bench)
+    assert seen - {CHECKS.index("none")}
 
 
 @pytest.mark.parametrize(("share", "lag"), [(0.7, 64), (0.7, 190), (1, 128), (1.3, 64), (1.3, 190)])

@@ -6,6 +6,7 @@ import pytest
 from rtl.safety.watchdog import Watchdog
 from testbench.models import watchdog as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 
 class Bench:
@@ -24,6 +25,7 @@ class Bench:
             self.model.write(key)
             await ctx.tick()
         ctx.set(dut.pet, 0)
+        await settle(ctx)
         self.agrees(ctx)
 
     def agrees(self, ctx):
@@ -40,6 +42,7 @@ def test_follows_the_model(simulate, rng, period, hurry):
 
     async def run(ctx):
         ctx.set(bench.dut.key, 0xA5)  # without the strobe it is nothing
+        await settle(ctx)
         for _ in range(800):
             key = rng.choice((0xA5, 0xA5, 0x5A, 0x5A, 0x5A, 0xC3, 0xC3, 0x00, rng.randrange(256)))
             if rng.random() > hurry:

@@ -10,6 +10,7 @@ from softcore.uart import Uart
 from testbench import firmware
 from testbench.models import link_decoder as model
 from testbench.models import uart as line_model
+from testbench.simulators.benches import settle
 
 REALTIME = [model.RESET, *model.NOTES.values()]
 GRBL = {0x84, 0x85, *range(0x90, 0xA2)}     # its real-time bytes beyond ASCII
@@ -71,6 +72,7 @@ def test_follows_the_model(simulate, rng):
             for name in ("hold", "reset", "override"):
                 ctx.set(getattr(dut, f"release_{name}"), name in inputs["release"]
                         or (not strobe and rng.random() < 0.5))
+            await settle(ctx)
             assert outputs(ctx, dut) == told(shadow)
             feeds.add(shadow.feed)
             entry, flush = shadow.clock(**inputs)
@@ -131,6 +133,7 @@ class Line:
         found = []
         await self.levels(ctx, [1] * 4)
         ctx.set(self.dut.receive_strobe, 1)
+        await settle(ctx)
         while ctx.get(self.dut.receive_valid):
             found.append(ctx.get(self.dut.receive_mark) << 8 | ctx.get(self.dut.receive_data))
             await ctx.tick()
@@ -162,6 +165,7 @@ def test_streams_come_out_as_the_model_says(simulate, rng):
             while (entry := shadow.take()) is not None:
                 expected.append(entry)
             assert await line.take(ctx) == expected
+            await settle(ctx)
             assert outputs(ctx, line.dut) == told(shadow.decoder)
             found.update(expected)
             if rng.random() < 0.5:
@@ -241,6 +245,7 @@ def test_stops_after_every_prefix(simulate, name):
                 await line.strobe(ctx, "notes_strobe")
                 ctx.set(getattr(line.dut, f"release_{name}"), 1)
                 await line.strobe(ctx, "release_strobe")
+                await settle(ctx)
                 assert not ctx.get(getattr(line.dut, name))
                 tried += 1
 
@@ -263,6 +268,7 @@ def test_a_release_is_not_meant_for_what_came_since(simulate, name):
             if again:
                 await line.send(ctx, [byte])
             await line.strobe(ctx, "release_strobe")
+            await settle(ctx)
             assert ctx.get(getattr(line.dut, name)) == again
 
     simulate(line.dut, bench)

@@ -6,6 +6,7 @@ import pytest
 from softcore.memory import BlockRam, parities, words_of
 from testbench.models.memory import Memory
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 WORDS = 64
 ROUNDS = 400
@@ -18,9 +19,10 @@ def filled(rng):
     return dut, Memory(words)
 
 
-def turn_over(ctx, dut, model, address, bit):
+async def turn_over(ctx, dut, model, address, bit):
     """Invert a bit of the memory, or its parity, and the same in the model."""
     model.flip(address, bit)
+    await settle(ctx)
     data = dut.parity if bit == 32 else dut.data
     ctx.set(data[address], ctx.get(data[address]) ^ (1 if bit == 32 else 1 << bit))
 
@@ -91,13 +93,13 @@ def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, port)
         bus = getattr(dut, port)
         for bit in range(33):
             address = rng.randrange(WORDS)
-            turn_over(ctx, dut, model, address, bit)
+            await turn_over(ctx, dut, model, address, bit)
             start = address & -8
             for place in range(start, start + 8):
                 word, _, damage = await access(ctx, dut, bus, place, more=place % 8 != 7)
                 assert word == model.words[place]
                 assert damage == (4 * place if place == address else None)
-            turn_over(ctx, dut, model, address, bit)
+            await turn_over(ctx, dut, model, address, bit)
             assert (await access(ctx, dut, bus, address))[2] is None
 
     simulate(dut, bench)
@@ -112,7 +114,7 @@ def test_bits_that_turn_over_between_reads_and_writes(simulate, rng):
         for _ in range(4 * ROUNDS):
             address = rng.randrange(8)
             if rng.random() < 0.3:
-                turn_over(ctx, dut, model, address, rng.randrange(33))
+                await turn_over(ctx, dut, model, address, rng.randrange(33))
             elif rng.random() < 0.5:
                 damaged = not model.sound(address)
                 word, _, damage = await access(ctx, dut, dut.dbus, address)
@@ -135,7 +137,7 @@ def test_of_two_at_once_the_instruction_is_told(simulate, rng):
 
     async def bench(ctx):
         for address in (3, 9):
-            turn_over(ctx, dut, model, address, address)
+            await turn_over(ctx, dut, model, address, address)
         for bus, address in ((dut.ibus, 3), (dut.dbus, 9)):
             ctx.set(bus.adr, address)
             ctx.set(bus.stb, 1)

@@ -5,6 +5,7 @@ import pytest
 
 from softcore.notice import FaultNotice
 from testbench.models.fault_notice import SILENT, beginnings, sentence
+from testbench.simulators.benches import settle
 
 PERIOD = 200
 
@@ -22,6 +23,7 @@ def test_tells_the_first_fault_again_and_again(simulate, rng, place):
         ctx.set(dut.damaged, place is not None)
         ctx.set(dut.place, place or 0)
         ctx.set(dut.silent, place is None or rng.random() < 0.5)
+        await settle(ctx)
         assert not ctx.get(dut.held), "from the next clock on"
         await ctx.tick()
         began, said = [], []
@@ -30,9 +32,11 @@ def test_tells_the_first_fault_again_and_again(simulate, rng, place):
             ctx.set(dut.damaged, rng.random() < 0.5)
             ctx.set(dut.place, rng.getrandbits(32))
             ctx.set(dut.silent, rng.random() < 0.5)
+            await settle(ctx)
             assert ctx.get(dut.by_damage) == (place is not None)
             ready = rng.random() < 0.5
             ctx.set(dut.ready, ready)
+            await settle(ctx)
             assert ctx.get(dut.held)
             if ctx.get(dut.valid):
                 if len(said) % len(text) == 0 and len(began) == len(said) // len(text):
@@ -60,6 +64,7 @@ def test_a_byte_stays_until_it_is_taken(simulate):
             ctx.set(dut.ready, 1)
             await ctx.tick()
             ctx.set(dut.ready, 0)
+            await settle(ctx)
         assert not ctx.get(dut.valid)
 
     simulate(dut, bench)

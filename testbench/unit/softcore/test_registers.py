@@ -14,6 +14,7 @@ from softcore.regmap import BLOCKS, LINK, OWNED, SHORT_LEVEL
 from softcore.tables.causes import CAUSES
 from softcore.uart import Uart
 from testbench.models.csr import RegisterFile as Model
+from testbench.simulators.benches import settle
 
 FIELDS = [(block, register, field) for block in BLOCKS for register in block.registers
           for field in register.fields]
@@ -94,6 +95,7 @@ def test_bus_follows_the_model(simulate, rng):
         ctx.set(dut.we, word is not None)
         ctx.set(dut.dat_w, word or 0)
         ctx.set(dut.stb, 1)
+        await settle(ctx)
         assert not ctx.get(dut.ack)
         await ctx.tick()
         assert ctx.get(dut.ack), "after 1 clock"
@@ -101,6 +103,7 @@ def test_bus_follows_the_model(simulate, rng):
         seen = [name for name, strobe in strobes.items() if ctx.get(strobe)]
         await ctx.tick()
         ctx.set(dut.stb, 0)
+        await settle(ctx)
         assert not any(ctx.get(strobe) for strobe in strobes.values()), "for 1 clock"
         return read, seen
 
@@ -131,6 +134,7 @@ def test_bus_follows_the_model(simulate, rng):
                 assert (await access(ctx, address))[0] == model.read(address, inputs)
         for block, register, field in FIELDS:
             if field.access == "rw":
+                await settle(ctx)
                 value = ctx.get(behind(dut, block, register, field))
                 assert value % (1 << field.bits) == model.values[
                     block.name, register.name, field.name]
@@ -153,6 +157,7 @@ def test_every_bit_of_a_guarded_register_that_turns_over_is_found(simulate, rng)
                     assert not any(ctx.get(each) for each in damaged)
                     ctx.set(signal, ctx.get(signal) ^ (
                         -1 << bit if field.signed and bit == field.bits - 1 else 1 << bit))
+                    await settle(ctx)
                     assert [ctx.get(each) for each in damaged] == [
                         at == number for at in range(len(damaged))]
                     # Written anew, with another word, it is whole.
@@ -162,6 +167,7 @@ def test_every_bit_of_a_guarded_register_that_turns_over_is_found(simulate, rng)
                     ctx.set(dut.stb, 1)
                     await ctx.tick().repeat(2)
                     ctx.set(dut.stb, 0)
+                    await settle(ctx)
 
     simulate(dut, bench, deadline=1)
 
@@ -173,6 +179,7 @@ def test_a_read_that_takes_is_told_once(simulate):
     async def bench(ctx):
         ctx.set(dut.adr, LINK.base // 4)
         ctx.set(dut.stb, 1)
+        await settle(ctx)
         assert ctx.get(strobe), "in the clock in which the value is taken"
         await ctx.tick()
         assert not ctx.get(strobe)

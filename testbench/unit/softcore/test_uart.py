@@ -7,6 +7,7 @@ from softcore.uart import Receiver, Transmitter, Uart
 from testbench.models import link_decoder
 from testbench.models import uart as model
 from testbench.refusal import refuses
+from testbench.simulators.benches import settle
 
 EDGES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80]
 
@@ -16,6 +17,7 @@ async def listen(ctx, dut, line):
     found = []
     for clock, level in enumerate(line):
         ctx.set(dut.rx, level)
+        await settle(ctx)
         if ctx.get(dut.done):
             found.append((clock - 1, ctx.get(dut.data)))
         if ctx.get(dut.framing):
@@ -74,6 +76,7 @@ def test_transmitter_follows_the_model(simulate, rng, divisor):
         line = []
         for byte in data:
             ctx.set(dut.data, byte)
+            await settle(ctx)
             assert ctx.get(dut.ready)
             await ctx.tick()
             for _ in range(10 * divisor - 1):
@@ -106,6 +109,7 @@ def test_bytes_go_round(simulate, rng):
             ctx.set(dut.transmit_strobe, 1)
             await ctx.tick()
             ctx.set(dut.transmit_strobe, 0)
+            await settle(ctx)
 
     async def receive(ctx):
         got = []
@@ -116,6 +120,7 @@ def test_bytes_go_round(simulate, rng):
                 got.append(ctx.get(dut.receive_data))
             ctx.set(dut.receive_strobe, taken)
             ctx.set(dut.rx, line.pop(0))
+            await settle(ctx)
             line.append(ctx.get(dut.tx))
             assert not (ctx.get(dut.receive_valid) and ctx.get(dut.receive_mark))
             await ctx.tick()
@@ -140,10 +145,12 @@ def test_a_notice_takes_the_line_after_the_byte_under_way(simulate):
             await ctx.tick().repeat(60)
             ctx.set(dut.notice_data, byte)
             ctx.set(dut.notice_valid, 1)
+            await settle(ctx)
             while not ctx.get(dut.notice_ready):
                 await ctx.tick()
             await ctx.tick()
             ctx.set(dut.notice_valid, 0)
+            await settle(ctx)
             assert not ctx.get(dut.notice_ready), "one byte is taken"
         await ctx.tick().repeat(100)
         ctx.set(dut.taken, 0)
@@ -172,6 +179,7 @@ def test_a_mark_in_view_is_not_yet_taken(simulate):
             ctx.set(dut.release_strobe, 1)
             await ctx.tick()
             ctx.set(dut.release_strobe, 0)
+            await settle(ctx)
             assert ctx.get(dut.reset) == 1 - strobe
             ctx.set(dut.receive_strobe, 1)
             await ctx.tick()
@@ -192,6 +200,7 @@ def test_full_queues_refuse(simulate, rng):
             await ctx.tick()
         ctx.set(dut.receive_strobe, 1)
         for entry in [*data[:255], link_decoder.OVERRUN]:
+            await settle(ctx)
             assert ctx.get(dut.receive_valid)
             assert ctx.get(dut.receive_mark) << 8 | ctx.get(dut.receive_data) == entry
             await ctx.tick()
@@ -200,6 +209,7 @@ def test_full_queues_refuse(simulate, rng):
         accepted = 0
         ctx.set(dut.transmit_strobe, 1)
         for _ in range(100):
+            await settle(ctx)
             accepted += ctx.get(dut.ready)
             await ctx.tick()
         assert accepted == 64 + 3, "the queue, and those on the line meanwhile"

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which blocks of the gateware the tests have run, and how: the table at the end of ``make test``.
+
+A block is a ``Component`` of ``rtl``. A test reaches it as the design itself or as a part of one.
+The table is made from what ran and passed.
+"""
+
+import importlib
+import pkgutil
+from collections import Counter, defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from amaranth.hdl import Fragment
+from amaranth.lib import wiring
+
+import rtl
+
+__all__ = ["AMARANTH", "COCOTB", "HOW", "PROOF", "Reached", "add", "blocks", "gaps",
+           "joined", "note", "parts_of", "table", "taken"]
+
+COCOTB = "cocotb on Verilog"
+AMARANTH = "Amaranth"
+PROOF = "proof"
+HOW = (COCOTB, AMARANTH, PROOF)
+Reached = tuple[str, str, bool]   # how, block, whether it is the design itself
+
+# Blocks that only join others have no unit test. These tests run the whole controller's Verilog
+# with its firmware under cocotb, and need every one of them.
+JOINING = ("controller.Controller", "gap.gap.Gap", "motion.axes.Axes", "report.Report")
+JOINED_BY = ("testbench/cosim/test_scenarios.py::"
+             "test_one_of_a_group_is_the_same_natively_and_under_cocotb")
+
+_noted: list[Reached] = []
+
+
+@dataclass(frozen=True)
+class Count:
+    """Number of tests that reach a block: as the design itself, and as a part of it."""
+
+    itself: int = 0
+    part: int = 0
+
+    def __str__(self):
+        return (str(self.itself) if self.itself or not self.part else "") + (
+            f" +{self.part}" if self.part else "")
+
+
+def _name(kind: type) -> str:
+    return f"{kind.__module__.removeprefix('rtl.')}.{kind.__qualname__}"
+
+
+def blocks() -> list[str]:
+    """Names of all blocks, from the sources: ``motion.arc.Arc``."""
+    found = []
+    for module in pkgutil.walk_packages(rtl.__path__, "rtl."):
+        for kind in vars(importlib.import_module(module.name)).values():
+            if (isinstance(kind, type) and issubclass(kind, wiring.Component)
+                    and kind.__module__ == module.name):
+                found.append(_name(kind))
+    return sorted(found)
+
+
+def parts_of(fragment: Fragment) -> list[tuple[str, bool]]:
+    """Blocks in an elaborated design, and whether each is the design itself."""
+    found = {}
+
+    def walk(place, top):
+        for origin in place.origins or ():
+            if type(origin).__module__.startswith("rtl."):
+                found[_name(type(origin))] = found.get(_name(type(origin))) or top
+        for part, *_ in place.subfragments:
+            walk(part, False)
+
+    walk(fragment, True)
+    return sorted(found.items())
+
+
+def note(how: str, fragment: Fragment) -> None:
+    """A test of this process runs the blocks of a design."""
+    add((how, name, itself) for name, itself in parts_of(fragment))
+
+
+def add(reached: Iterable[Reached]) -> None:
+    """Note what a test has reached in another process."""
+    _noted.extend(reached)
+
+
+def taken() -> list[Reached]:
+    """What was noted since the last call."""
+    found = sorted(set(_noted))
+    _noted.clear()
+    return found
+
+
+def joined(test: str) -> list[Reached]:
+    """Blocks that a test of the whole controller stands for, by the test's place."""
+    if test.startswith(JOINED_BY):
+        return [(COCOTB, name, False) for name in JOINING]
+    return []
+
+
+def _counts(ran: Iterable[Iterable[Reached]]) -> dict[str, dict[str, Count]]:
+    itself: dict[str, Counter] = defaultdict(Counter)
+    part: dict[str, Counter] = defaultdict(Counter)
+    for test in ran:
+        for how, name, top in test:
+            (itself if top else part)[name][how] += 1
+    return {name: {how: Count(itself[name][how], part[name][how]) for how in HOW}
+            for name in blocks()}
+
+
+def gaps(ran: Iterable[Iterable[Reached]]) -> list[str]:
+    """Blocks that no test has run under cocotb, given what each passed test reached."""
+    return [name for name, counts in _counts(ran).items() if counts[COCOTB] == Count()]
+
+
+def table(ran: Iterable[Iterable[Reached]]) -> list[str]:
+    """Lines of the table, given what each passed test reached."""
+    lines = [f"{'tests of a block itself, +as a part':<42}" + "".join(f"{how:>20}" for how in HOW)]
+    for name, counts in _counts(ran).items():
+        lines.append(f"{name:<42}" + "".join(
+            f"{'-' if counts[how] == Count() else str(counts[how]):>20}" for how in HOW))
+    return lines

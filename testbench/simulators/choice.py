@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A block in one of two simulators: its Verilog under cocotb, or Amaranth's own."""
+
+import contextlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from amaranth.hdl import Elaboratable, Fragment
+from amaranth.sim import Simulator
+
+from testbench.simulators import blocks, isolated
+from testbench.simulators.benches import Strict
+from testbench.simulators.emitted import PERIOD_NS, emit
+
+__all__ = ["Elsewhere", "chosen", "in_amaranth", "run_isolated", "under_cocotb"]
+
+
+class Elsewhere(pytest.fail.Exception):
+    """A test has failed in its own process: the text says how.
+
+    ``error`` is what it raised there, ``raised_in`` the file that did.
+    """
+
+    def __init__(self, text: str, error: BaseException, raised_in: Path):
+        super().__init__(text, pytrace=False)
+        self.error = error
+        self.raised_in = raised_in
+
+
+def chosen(item) -> str:
+    """Simulator of a test: as the option says, but Amaranth's if the test is marked so."""
+    if item.get_closest_marker("amaranth"):
+        return "amaranth"
+    return item.config.getoption("sim")
+
+
+def in_amaranth(dut: Elaboratable, benches: Sequence, *, deadline: float, waves: Path | None):
+    """Run benches in Amaranth's simulator; return what they returned."""
+    results: list = [None] * len(benches)
+
+    async def watchdog(ctx):
+        await ctx.delay(deadline)
+        raise TimeoutError(f"testbench still waiting after {deadline} s")
+
+    def kept(index, bench):
+        async def run(ctx):
+            results[index] = await bench(Strict(ctx))
+        return run
+
+    fragment = Fragment.get(dut, None)
+    blocks.note(blocks.AMARANTH, fragment)
+    sim = Simulator(fragment)
+    sim.add_clock(PERIOD_NS * 1e-9)
+    for index, bench in enumerate(benches):
+        sim.add_testbench(kept(index, bench))
+    sim.add_testbench(watchdog, background=True)
+    with sim.write_vcd(str(waves)) if waves else contextlib.nullcontext():
+        sim.run()
+    return results
+
+
+def under_cocotb(dut: Elaboratable, benches: Sequence, simulator: isolated.Simulator, *,
+                 deadline: float, apart: bool):
+    """Run benches on the Verilog of ``dut`` under cocotb; return what they returned."""
+    fragment = Fragment.get(dut, None)
+    blocks.note(blocks.COCOTB, fragment)
+    return simulator.run(emit(fragment), tuple(benches), deadline, apart=apart)
+
+
+def run_isolated(item, simulator: isolated.Simulator) -> None:
+    """Run a test in a fork, and raise here what it raised there."""
+    def test():
+        wanted = {name: item.funcargs[name] for name in item._fixtureinfo.argnames}
+        try:
+            item.obj(**wanted)
+        except pytest.skip.Exception as skipped:
+            return "skipped", skipped.msg
+        except BaseException as error:
+            caught = pytest.ExceptionInfo.from_exception(error)
+            return ("failed", str(item.repr_failure(caught)), isolated.portable(error),
+                    Path(caught.traceback[-1].path))
+        return "passed", blocks.taken()
+
+    how, *told = isolated.isolated(test, simulator)
+    if how == "skipped":
+        pytest.skip(*told)
+    if how == "failed":
+        raise Elsewhere(*told)
+    blocks.add(*told)

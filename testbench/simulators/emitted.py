@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emitted Verilog of a design, built with Verilator and cocotb's main program as one library.
+
+A signal that nothing drives is a port, for benches to set. The library is kept under
+``build/native/`` by the digest of the netlist, so a design is built again only if it has changed.
+"""
+
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+
+import cocotb_tools.config
+from amaranth.back import rtlil, verilog
+from amaranth.hdl import ClockDomain, Fragment, Signal
+from amaranth.hdl._ast import SignalDict
+from amaranth.hdl._ir import Design, Instance, IOBufferInstance
+from amaranth.hdl._mem import MemoryData, MemoryInstance
+
+from testbench import tools
+from testbench.native import compiling, verilated
+
+__all__ = ["PERIOD_NS", "TOP", "Emitted", "Place", "emit", "library"]
+
+TOP = "top"
+PERIOD_NS = 10   # of the clock
+OPTIONS = ["-std=c++20", "-DVL_USER_STOP", *verilated.includes()]
+RUNTIME = [*verilated.RUNTIME, "verilated_vpi.cpp"]
+WAVES = ["-UVM_TRACE", "-DVM_TRACE=1", "-UVM_TRACE_VCD", "-DVM_TRACE_VCD=1"]
+# Every signal can be read and set: benches set registers, too. Failed assertions end the run.
+VERILATE = ["--vpi", "--public-flat-rw", "--assert", "--top-module", TOP]
+# A block's C++ is one unit: reading the headers takes longest. At -O0 it takes as long to compile.
+MODEL = ["-O1"]
+
+# Verilator's own would abort: the engine looks at the number.
+STOP = """extern "C" { int stopped = 0; }
+void vl_stop(const char* file, int line, const char*) {
+    ++stopped;
+    VL_PRINTF("%s:%d: assertion failed\\n", file, line);
+}
+"""
+# What a unit includes before its own: parsing it is most of the compiler's work.
+HEADERS = ("verilated.h", "verilated_vpi.h", "memory", "string")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a signal is: the names below the top module that lead to it.
+
+    ``input`` is set if nothing in the design drives it, ``settable`` if a bench may set it.
+    """
+
+    path: tuple[str, ...]
+    input: bool
+    settable: bool
+
+
+@dataclass
+class Emitted:
+    """A design as a netlist, with the places of its signals and the names of its memories."""
+
+    design: Design
+    text: str
+    places: SignalDict = field(default_factory=SignalDict)
+    memories: dict[MemoryData, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def domain(self) -> ClockDomain:
+        """The one clock domain of the design."""
+        return self.design.lookup_domain("sync", None)
+
+
+def _drivers(design: Design) -> SignalDict:
+    """For every driven signal, where its driver is: names, and whether that is a register."""
+    found = SignalDict()
+    for fragment, info in design.fragments.items():
+        def add(signals, register, info=info):
+            for signal in signals:
+                if signal in info.signal_names:
+                    found[signal] = ((*info.name[1:], info.signal_names[signal]), register)
+
+        if isinstance(fragment, MemoryInstance):
+            for port in fragment._read_ports:
+                add(port._data._lhs_signals(), False)
+        elif isinstance(fragment, Instance):
+            for value, kind in fragment.ports.values():
+                if kind == "o":
+                    add(value._lhs_signals(), False)
+        elif isinstance(fragment, IOBufferInstance):
+            if fragment.i is not None:
+                add(fragment.i._lhs_signals(), False)
+        else:
+            for domain, statements in fragment.statements.items():
+                for statement in statements:
+                    add(statement._lhs_signals(), domain != "comb")
+    return found
+
+
+def emit(fragment: Fragment) -> Emitted:
+    """Netlist of an elaborated design, with a port for every signal that nothing drives."""
+    tools.use_packaged()
+    used = fragment.prepare()
+    driven = _drivers(used)
+    ports = [(None, signal, None) for signal in used.signal_lca
+             if signal not in driven and signal.name and len(signal)]
+    while True:
+        design = fragment.prepare(ports=ports, hierarchy=(TOP,), propagate_domains=False)
+        text, names = rtlil.convert_fragment(design, name=TOP, emit_src=False)
+        # A part that only passes signals on leaves no module: so they are ports, too.
+        lost = [(None, signal, None) for signal in used.signal_lca
+                if signal not in names and signal.name and len(signal)]
+        if not lost:
+            break
+        ports += lost
+    emitted = Emitted(design, text)
+    driven = _drivers(design)
+    inputs = SignalDict((signal, name) for name, signal, _ in design.ports
+                        if isinstance(signal, Signal))
+    for signal, (_, *path) in names.items():
+        if signal.name.startswith("$"):
+            continue    # Verilog may have it under any name
+        if signal in driven:
+            place, register = driven[signal]
+            emitted.places[signal] = Place(place if register else tuple(path), False, register)
+        else:
+            emitted.places[signal] = Place((inputs[signal],), True, True)
+    for found, info in design.fragments.items():
+        if isinstance(found, MemoryInstance):
+            emitted.memories[found._data] = info.name[1:]
+    return emitted
+
+
+def _headers(options: list[str]) -> list[str]:
+    """Options for a unit that take the headers precompiled, which halves its time; g++ only."""
+    compiler = tools.compiler()
+    if not compiler.gcc:
+        return []
+
+    def build(folder):
+        source = folder / "headers.h"
+        source.write_text("".join(f"#include <{name}>\n" for name in HEADERS))
+        compiling.run([*compiler.command, *compiling.COMPILE, *options, *MODEL, "-x", "c++-header",
+                       source, "-o", folder / "headers.h.gch"])
+
+    key = compiling.digest(HEADERS, options, MODEL, verilated.KEY, compiler.command,
+                           compiler.version)
+    return ["-include", str(compiling.kept(compiling.BUILD / f"headers-{key}", build)
+                            / "headers.h")]
+
+
+def _build(text: str, folder: Path, *, waves: bool) -> None:
+    """Make ``top.so`` of a netlist as RTLIL."""
+    source = folder / "top.v"
+    source.write_text(verilog._convert_rtlil_text(text))
+    options = OPTIONS + (WAVES if waves else [])
+    runtime = RUNTIME + (["verilated_vcd_c.cpp"] if waves else [])
+    compiling.verilate([*VERILATE, *(["--trace-vcd"] if waves else []), source], folder)
+    main = Path(cocotb_tools.config.share_dir) / "lib" / "verilator" / "verilator.cpp"
+    unit = folder / "unit.cpp"
+    unit.write_text("".join(f'#include "{path}"\n'
+                            for path in [*sorted(folder.glob("Vtop*.cpp")), main]) + STOP)
+    own = compiling.objects([unit], folder, [*options, *_headers(options), f"-I{folder}", *MODEL])
+    libraries = Path(cocotb_tools.config.libs_dir)
+    compiling.link([*own, *verilated.runtime(options, runtime)],
+                   ["-shared", f"-L{libraries}", "-lcocotbvpi_verilator",
+                    f"-Wl,-rpath,{libraries}"], folder / "top.so")
+    for path in [*folder.glob("*.o"), *folder.glob("Vtop*")]:
+        path.unlink()
+
+
+def library(text: str, *, waves: bool = False) -> Path:
+    """Path of the library of a netlist as RTLIL; builds it if there is none.
+
+    Raises
+    ------
+    testbench.native.compiling.BuildError
+        If a tool fails.
+    """
+    compiler = tools.compiler()
+    key = compiling.digest(text, waves, VERILATE, OPTIONS, STOP, MODEL, verilated.KEY,
+                           compiler.command, compiler.version, version("amaranth"),
+                           version("cocotb"))
+    return compiling.kept(compiling.BUILD / f"block-{key}",
+                          lambda folder: _build(text, folder, waves=waves)) / "top.so"
