@@ -42,8 +42,9 @@ def _readings() -> str:
     return "\n".join(lines) + "\n"
 
 
-def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
-    """Path of the program for a controller at ``clock_hz``; builds it if there is none.
+def program(clock_hz: int, options: build.Options = build.USUAL,
+            progress: build.Progress = lambda _: None) -> Path:
+    """Path of the program for a controller with ``options``; builds it if there is none.
 
     Raises
     ------
@@ -51,7 +52,7 @@ def program(clock_hz: int, progress: build.Progress = lambda _: None) -> Path:
         If a tool fails.
     """
     BUILD.mkdir(parents=True, exist_ok=True)
-    files = [*build.verilog(clock_hz, progress), HERE / "bench.sv"]
+    files = [*build.verilog(clock_hz, progress, options), HERE / "bench.sv"]
     compiler = tools.compiler()
     libraries = Path(cocotb_tools.config.libs_dir)
 

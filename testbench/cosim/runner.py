@@ -10,6 +10,7 @@ from cocotb_tools.runner import Verilator, get_results
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from testbench.cosim.build import TOP, program
+from testbench.native.build import options
 
 __all__ = ["cosimulate"]
 
@@ -53,7 +54,7 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
     """
     clock_hz = clock_hz or int(machine["clock_hz"])
     runner = Verilator()
-    binary = program(clock_hz)
+    binary = program(clock_hz, options(machine))
     firmware, parity = workdir / "firmware.hex", workdir / "parity.hex"
     code = (image or target_image()).read_bytes()
     _write(words_of(code), firmware)

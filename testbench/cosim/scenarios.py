@@ -10,6 +10,7 @@ from testbench.cosim import (
     contact,
     faults,
     gates,
+    programs,
     reaction,
     retractions,
     servo,
@@ -23,10 +24,11 @@ __all__ = ["SCENARIOS", "Scenario"]
 
 @dataclass(frozen=True)
 class Scenario:
-    """A function of a session, and its further arguments."""
+    """A function of a session, its further arguments, and the machine of the session."""
 
     function: Callable[..., dict]
     arguments: dict = field(default_factory=dict)
+    machine: str = "sinker"
 
     def __str__(self):
         return "-".join([self.function.__name__, *map(str, self.arguments.values())])
@@ -81,6 +83,10 @@ SCENARIOS = (
     Scenario(tapes.broken_tapes),
     Scenario(tapes.noisy_line),
     Scenario(tapes.hard_work),
+    Scenario(programs.begins, {"on": "wire", "tape": "wire_slot", "until_s": 1.0}, "wire"),
+    *(Scenario(programs.begins, {"on": "wall", "tape": f"wire_finish_p{mode}", "until_s": 1.2},
+               "wall") for mode in (2, 3, 4)),
+    Scenario(programs.planned_series),
     # To the first natural short, a jump, and the alarm; in both codes.
     Scenario(tapes.natural, {"name": "sink_shallow_deep.ptp", "until_s": 3.1}),
     Scenario(tapes.natural, {"name": "sink_jump.eia.ptp", "until_s": 1.4}),

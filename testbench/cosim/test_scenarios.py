@@ -8,19 +8,20 @@ the soak. ``test_controller.py`` checks that both simulations are equal in every
 import pytest
 
 from host.machines import machine as machines
-from testbench.cosim import tapes
+from testbench.cosim import programs, tapes
 from testbench.cosim.runner import cosimulate
 from testbench.cosim.scenarios import SCENARIOS
 from testbench.native.simulation import Simulation
 
-MACHINE = machines.load("sinker")
 SEED = 1
 
 
 def of_groups():
-    """The first scenario of each module, and those that stop the machine or retract at speed.
+    """The scenarios that run under cocotb too.
 
-    The noisy line stands for the tapes: the flipped bits take four times as many clocks.
+    They are the first one of each module, those that stop the machine or retract at speed, and all
+    of the wire machine, of the feed modes and of a series planned on the controller. The noisy line
+    stands for the tapes: the flipped bits take four times as many clocks.
     """
     firsts = {scenario.function.__module__: scenario for scenario in reversed(SCENARIOS)
               if scenario.function.__module__ != tapes.__name__}
@@ -28,17 +29,22 @@ def of_groups():
     of_name = {scenario.function.__name__: scenario for scenario in reversed(SCENARIOS)
                if scenario.function.__name__ in more}
     assert len(of_name) == len(more)
-    return (*firsts.values(), *of_name.values())
+    chosen = {str(scenario): scenario for scenario in (*firsts.values(), *of_name.values())}
+    return *chosen.values(), *(scenario for scenario in SCENARIOS
+                               if scenario.function.__module__ == programs.__name__
+                               and str(scenario) not in chosen)
 
 
 def run(scenario, waves=None):
-    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=SEED,
+    machine = machines.load(scenario.machine)
+    with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=SEED,
                     trace=False, waves=waves) as session:
         return scenario.run(session)
 
 
 def same_under_cocotb(scenario, workdir, waves):
-    return cosimulate(scenario.function, workdir, machine=MACHINE.tables, seed=SEED, waves=waves,
+    machine = machines.load(scenario.machine)
+    return cosimulate(scenario.function, workdir, machine=machine.tables, seed=SEED, waves=waves,
                       **scenario.arguments) == run(scenario)
 
 

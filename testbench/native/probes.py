@@ -80,7 +80,7 @@ PROBES = (
     *(Probe(f"counter_{number}", 8, scope=f"{GAP}.counters", signal=f"{kind}_count")
       for number, kind in ((5, "dame"), (6, "open"), (7, "ok"))),
     Probe("servo_status_dame", 1), Probe("servo_status_open", 1),
-    Probe("servo_control_mode", 2), Probe("servo_control_on", 1),
+    Probe("servo_control", 1),
     Probe("feed_control_mode", 2), Probe("feed_status_known", 1),
     Probe("fluid_voltage", 12), Probe("fluid_level", 12), Probe("fluid_status_class", 2),
     # These belong to the condition in force, not to the registers in which one is staged.

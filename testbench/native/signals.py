@@ -150,8 +150,9 @@ SIGNALS: tuple[Signal, ...] = (
         ("DOWN", "down", "narrow the gap by a step: high for one clock"),
         ("ups", "servo_ups", "UP of the preset counters so far"),
         ("downs", "servo_downs", "DOWN of the preset counters so far"),
-        ("counting_on", "servo_control_on", "the preset counters are in use (G95 P1)"))),
-    Signal("gap", "counting", "servo_control_mode", "how pulses are counted", names="counting"),
+        ("counting_on", "servo_control", "the preset counters are in use (G95 P1)"))),
+    Signal("gap", "counting", "servo_counting_mode", "how pulses are counted",
+           names="counting"),
     Signal("gap", "feed_mode", "feed_control_mode",
            "constant: G94 and G95 P1; zero: P2; offset: P3; removal: P4", names="feed"),
     *(Signal("gap", *row) for row in (
