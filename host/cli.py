@@ -17,6 +17,7 @@ from rich.console import Console
 from typer.core import TyperCommand
 
 from host.errors import DONE, FAULT, UsageError, UserError
+from host.experiments.commands import experiment_app
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 from host.places import ROOT
 from host.words import counted
@@ -33,9 +34,6 @@ tape_app = typer.Typer(
     help="Punch, read and check tapes: text (.nc) to punched rows (.ptp) and back.",
     no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(tape_app, name="tape")
-experiment_app = typer.Typer(
-    help="Experiments on the simulated machine that anybody can repeat.",
-    no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(experiment_app, name="experiment")
 
 
@@ -318,6 +316,12 @@ def plan(
         "--data", metavar="DIR", exists=True, file_okay=False,
         help="Folder of basic data; tapes/basic/README.md says how to enter your own.",
     )] = ROOT / "tapes" / "basic",
+    port: Annotated[str | None, typer.Option(
+        "--load", metavar="URL", show_default=False,
+        help="Enter the basic data of these materials into the controller at a port, which then "
+             "plans by itself ($BP). They replace those that it holds.")] = None,
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of that port, if it is a serial line.")] = BAUD,
 ) -> None:
     """Plan roughing with the greatest current that the electrode's undersize allows at each depth.
 
@@ -338,99 +342,9 @@ def plan(
              job=Job(area, undersize, depth, taper, parts_of_step(step), finish),
              seed=seed, folder=folder, target=target, picture=picture, depth_series=series,
              console=out)
-
-
-@experiment_app.command("fluid")
-def experiment_fluid(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/fluid"),
-) -> None:
-    """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
-
-    Both at four resistivities, with two pulses and the same seeds: stability of the gap, shares of
-    the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
-    """
-    from host.experiments.fluid import fluid
-    fluid(seeds=seeds, folder=folder, console=out)
-
-
-@experiment_app.command("gap")
-def experiment_gap(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 5,
-    depth: Annotated[float, typer.Option(
-        min=0.1, max=10.0, metavar="MM", help="Depth to sink to.")] = 0.25,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/gap"),
-) -> None:
-    """Hold the gap by every way to count pulses, and by every criterion for arcs.
-
-    Each is a tape of its own on the same machine, with the same pulse and seeds: stability of the
-    gap, shares of the pulse classes, removal and retractions. Takes a minute for each seed, on all
-    cores.
-    """
-    from host.experiments.gap import gap
-    gap(seeds=seeds, depth_mm=depth, folder=folder, console=out)
-
-
-@experiment_app.command("removal")
-def experiment_removal(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
-    way: Annotated[float, typer.Option(
-        min=0.3, max=20.0, metavar="MM", help="Length of the wall.")] = 1.0,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
-) -> None:
-    """Finish a wall at constant feed and in the feed modes P2, P3 and P4 of G95.
-
-    One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
-    with the same seeds. Results: variation of the removal per time, the finished surface,
-    retractions and time. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
-    """
-    from host.experiments.removal import removal
-    removal(seeds=seeds, way_mm=way, folder=folder, console=out)
-
-
-@experiment_app.command("roughing")
-def experiment_roughing(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
-    depth: Annotated[float, typer.Option(
-        min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
-) -> None:
-    """Rough a cavity with one current all the way, and with the planned staircase of currents.
-
-    Both with the same seeds: time, the undersize that the currents consume by the basic data,
-    shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
-    """
-    from host.experiments.roughing import roughing
-    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
-
-
-@experiment_app.command("networks")
-def experiment_networks(
-    jobs: Annotated[int, typer.Option(
-        min=1, max=10_000, metavar="N", help="Random jobs for each kind of data.")] = 100,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json and table.md.")] = Path("build/experiments/networks"),
-) -> None:
-    """Plan roughing from poor basic data: by networks, and by interpolation alone.
-
-    The data are made from a formula, by which the staircases are then judged: whole, with gaps,
-    with noise, few, without the area next to the job, and all of that together. Takes a minute.
-    """
-    from host.experiments.networks import networks
-    networks(jobs=jobs, folder=folder, console=out)
+    if port is not None:
+        from host.roughing.load import load
+        load(electrode, workpiece, folder, port, baud=baud, console=out)
 
 
 @app.command()

@@ -2,7 +2,7 @@
 """The firmware's roughing planner on this computer: basic data, network and staircase in C."""
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from host.roughing.basic import BasicData
 from host.roughing.staircase import Job, Step
@@ -10,15 +10,6 @@ from testbench.firmware import library
 
 RUNS = 33
 _SINGLE, _UNSIGNED = ctypes.c_float, ctypes.c_uint32
-
-
-def lines(data: Sequence[BasicData]) -> Iterator[str]:
-    """Yield the lines by which a host enters basic data."""
-    yield "$BD" + ",".join(f"{depth:g}" for depth in data[0].depth_mm)
-    for one in data:
-        yield f"$BA{one.area_mm2:g}"
-        for ip, row in zip(one.ip, one.undersize_um, strict=True):
-            yield f"$BI{ip:g}," + ",".join(f"{value:g}" for value in row)
 
 
 class _Fault(ctypes.Structure):

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from itertools import accumulate, pairwise
 
 from host.roughing.basic import BasicData
+from host.roughing.load import lines
 from host.roughing.staircase import Job as Roughing
 from host.roughing.staircase import Step
 from host.roughing.synthetic import undersize_um
 from testbench.cosim.job import MM, Job
 from testbench.cosim.record import Record
 from testbench.native.station import Session
-from testbench.planner import lines
 
 __all__ = ["WATCHED", "check_currents", "check_switches", "plan_on", "steep"]
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "roughing/basic.h"
 
+#include "base/text.h"
+#include "base/watch.h"
+
 /* Compiled for size: nothing waits for the planner. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
@@ -83,6 +86,71 @@ bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault
     new->ip = (uint16_t)ip;
     for (unsigned i = 0; i < count; i++)
         new->undersize[i] = (uint16_t)undersize[i];
+    return true;
+}
+
+bool basic_drop(uint32_t area, fault *f) {
+    unsigned at = 0;
+    while (at < area_count && areas[at] != area)
+        at++;
+    if (at == area_count)
+        return fault_at(f, FAULT_TABLE, 0, "basic data: that area is not among them");
+    uint8_t gone = begins[at + 1] - begins[at];
+    for (unsigned i = begins[at]; i + gone < used(); i++)
+        rows[i] = rows[i + gone];
+    for (; at + 1 < area_count; at++) {
+        areas[at] = areas[at + 1];
+        begins[at + 1] = begins[at + 2] - gone;
+    }
+    area_count--;
+    return true;
+}
+
+/* Append a separator and a number, without the zeros behind its point. */
+static void append(char *text, size_t size, char separator, uint32_t value, uint32_t unit) {
+    size_t at = 0;
+    while (text[at])
+        at++;
+    if (separator)
+        at += text_print(text + at, size - at, "%c", separator);
+    at += text_print(text + at, size - at, "%u", value / unit);
+    value %= unit;
+    for (char point = '.'; value; point = '\0') {
+        unit /= 10;
+        at += point ? text_print(text + at, size - at, ".%u", value / unit)
+                    : text_print(text + at, size - at, "%u", value / unit);
+        value %= unit;
+    }
+}
+
+bool basic_line(unsigned number, char *text, size_t size) {
+    if (!depth_count)
+        return false;
+    if (number == 0) {
+        text_print(text, size, "D");
+        for (unsigned i = 0; i < depth_count; i++) {
+            append(text, size, i ? ',' : '\0', depths[i], 1000);
+            watch_between();
+        }
+        return true;
+    }
+    unsigned area = 0;
+    for (number--; area < area_count && number > basic_current_count(area); area++)
+        number -= basic_current_count(area) + 1;
+    if (area == area_count)
+        return false;
+    if (number == 0) {
+        text_print(text, size, "A");
+        append(text, size, '\0', areas[area], 100);
+        return true;
+    }
+    const row *one = &rows[begins[area] + number - 1];
+    text_print(text, size, "I");
+    append(text, size, '\0', one->ip, 100);
+    for (unsigned i = 0; i < depth_count; i++) {
+        append(text, size, ',', one->undersize[i], 10);
+        watch_between();
+    }
     return true;
 }
 

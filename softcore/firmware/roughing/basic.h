@@ -4,6 +4,7 @@
    then for each area the area and its currents. The rules are those of tapes/basic/README.md. */
 #pragma once
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "base/fault.h"
@@ -11,7 +12,7 @@
 #define BASIC_AREAS 8
 #define BASIC_DEPTHS 12
 #define BASIC_CURRENTS 16       /* of an area */
-#define BASIC_ROWS 64           /* currents of all areas */
+#define BASIC_ROWS 80           /* currents of all areas: five whole ones */
 
 void basic_forget(void);
 
@@ -23,6 +24,13 @@ bool basic_area(uint32_t area, fault *f);
 
 /* Add a current of the last area, in 1/100 IP, with its least undersize at each depth, in 0.1 um. */
 bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault *f);
+
+/* Take an area out, with its currents. */
+bool basic_drop(uint32_t area, fault *f);
+
+/* The lines that would enter the data again, by their number from 0, each without its `$B`. False
+   behind the last one. */
+bool basic_line(unsigned number, char *text, size_t size);
 
 /* Are there data, and are they complete? False with a fault. */
 bool basic_ready(fault *f);

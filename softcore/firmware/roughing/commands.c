@@ -17,8 +17,8 @@
 #define JOB_NUMBERS 5
 #define STEEPEST 6000       /* 1/100 degree */
 
-static enum { IDLE, READING, ENTERING, PLANNING, TELLING } doing;
-static uint32_t told;       /* lines of the result */
+static enum { IDLE, READING, ENTERING, LISTING, PLANNING, TELLING } doing;
+static uint32_t told;       /* lines of the result, or of the list */
 
 /* A line is taken, read and carried out in three passes of the main loop, to keep each of them
    short. */
@@ -40,7 +40,8 @@ bool roughing_busy(void) { return doing != IDLE; }
 static const struct {
     char name;
     uint8_t decimals[JOB_NUMBERS];
-} LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}}};
+} LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}},
+             {'F', {2}}, {'L', {0}}};
 
 /* Append a digit if it fits. Numbers with decimals become floats by way of signed numbers; only a
    seed may have all 32 bits. There is no division, as all digits of a line are read in one pass of
@@ -121,8 +122,10 @@ static bool read_line(fault *f) {
     while (kind < sizeof LINES / sizeof *LINES && (!length || LINES[kind].name != line[0]))
         kind++;
     if (kind == sizeof LINES / sizeof *LINES)
-        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BD, $BA and $BI");
+        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them");
     count = 0;
+    if (length == 1 && (line[0] == 'L' || line[0] == 'F'))
+        return true;
     do {
         unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
         if (count == NUMBERS)
@@ -145,6 +148,21 @@ static roughing_step enter(bool program_runs, fault *f) {
             basic_area(numbers[0], f);
         break;
     case 'I': basic_current(numbers[0], numbers + 1, count - 1, f); break;
+    case 'F':
+        if (count > 1)
+            fault_at(f, FAULT_SETTING, 0, "$BF takes one area, or none for all");
+        else if (count)
+            basic_drop(numbers[0], f);
+        else
+            basic_forget();
+        break;
+    case 'L':
+        if (count)
+            fault_at(f, FAULT_SETTING, 0, "$BL takes no number");
+        else
+            doing = LISTING;
+        told = 0;
+        break;
     default: begin(program_runs, f); break;
     }
     return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
@@ -207,6 +225,12 @@ roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *
         doing = read_line(f) ? ENTERING : IDLE;
         return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
     case ENTERING: return enter(program_runs, f);
+    case LISTING:
+        text_print(text, size, "$B");
+        if (basic_line(told++, text + 2, size - 2))
+            return ROUGHING_TELLS;
+        doing = IDLE;
+        return ROUGHING_ANSWERS;
     case PLANNING:
         if (program_runs)
             return ROUGHING_WAITS;

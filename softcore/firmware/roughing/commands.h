@@ -5,11 +5,13 @@
    $BD0,0.5,1,2         depths in mm; this forgets all data entered before
    $BA50                an area in mm2
    $BI6,84,86,88,92     a current in IP, and the undersize that it needs at each depth, in um
+   $BL                  list the data, as the lines that would enter them again
+   $BF50                take the area of 50 mm2 out; $BF alone forgets all
    $BP70,110,15         plan: area, undersize, depth; gradient in degrees and seed may follow
 
    G39 P1 puts the last planned staircase in force (result.h).
 
-   The first three lines are answered at once. `$BP` is answered at the end of the planning: by a
+   All but the last are answered at once. `$BP` is answered at the end of the planning: by a
    line with the undersize that the last step needs, a line for each current from the surface down
    with the depth to which it is used, notes if there are any, and then ok. Lines that come
    meanwhile wait. While a program runs, the planning waits. The power supply is set in whole IP. */

@@ -6,12 +6,12 @@ import ctypes
 import pytest
 
 from host.roughing.basic import read_all
+from host.roughing.load import lines
 from host.roughing.roughing import condition, program
 from host.roughing.staircase import Job, plan
 from softcore.tables.faults import error_line
 from softcore.tables.settings import assign
 from testbench.firmware import ACTS, Checker, Controller, events
-from testbench.planner import lines
 from testbench.programs import punched
 
 DATA = read_all("copper", "steel")[1:3]

@@ -8,11 +8,12 @@ import pytest
 
 from host.errors import UserError
 from host.roughing.basic import BasicData, read_all
+from host.roughing.load import lines
 from host.roughing.network import train
 from host.roughing.staircase import Job, plan
 from softcore.tables.faults import error_line
 from testbench.firmware import Controller
-from testbench.planner import RUNS, Planner, lines
+from testbench.planner import RUNS, Planner
 
 DATA = read_all("copper", "steel")
 
@@ -172,9 +173,9 @@ def test_a_full_memory_is_told(planner):
     assert planner.depths([0, 1000]) == ""
     for area in range(8):
         assert planner.area(100 + area) == ""
-        for ip in range(8):
+        for ip in range(10):
             assert planner.current(100 + ip, [400 + 2 * ip, 401 + 2 * ip]) == ""
-    full = "basic data: no more than 16 currents of an area and 64 of all can be entered"
+    full = "basic data: no more than 16 currents of an area and 80 of all can be entered"
     assert planner.current(200, [900, 901]) == full
     assert planner.area(200) == "basic data: no more than 8 areas can be entered"
     assert planner.depths([0]) == planner.area(100) == ""
@@ -237,6 +238,32 @@ def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
     assert said.count("ok") == 2
 
 
+def test_the_data_are_listed_as_they_were_entered(machine):
+    assert machine.line("$BL", 2000) == [*(f"[MSG:{line}]" for line in lines(DATA[1:3])), "ok"]
+    fine = ["$BD0.001,999.999,1000", "$BA0.05", "$BI0.25,0.1,5999.8,5999.9",
+            "$BI63,0.2,5999.9,6000"]
+    for line in fine:
+        assert machine.line(line, 100) == ["ok"]
+    assert machine.line("$BL", 500) == [*(f"[MSG:{line}]" for line in fine), "ok"]
+    longest = "$BD" + ",".join(f"{900 + n}.123" for n in range(12))
+    assert machine.line(longest, 100) == ["ok"]
+    assert machine.line("$BL", 500) == [f"[MSG:{longest}]", "ok"]
+    assert machine.line("$BF", 100) == machine.line("$BL", 100) == ["ok"]
+    entered(machine, DATA[1:3])
+
+
+def test_an_area_is_taken_out_and_the_others_stay(machine):
+    assert machine.line("$BF", 100) == ["ok"]
+    entered(machine, DATA)      # all of the shipped ones
+    for out, left in (("100", [0, 1, 3, 4]), ("20", [1, 3, 4]), ("400", [1, 3])):
+        assert machine.line(f"$BF{out}", 100) == ["ok"]
+        assert machine.line("$BL", 3000) == [
+            *(f"[MSG:{line}]" for line in lines([DATA[at] for at in left])), "ok"]
+    assert machine.line("$BP70,110,15", 60_000)[-1] == "ok"
+    assert machine.line("$BF", 100) == ["ok"]
+    entered(machine, DATA[1:3])
+
+
 def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
     machine.send(b"$BP70,110,15\n")
     assert machine.run(50) == []
@@ -249,13 +276,16 @@ DIGITS = "a number with at most 3 digits behind the point is needed."
 
 
 @pytest.mark.parametrize(("line", "why"), [
-    ("$B", "basic data are entered with $BD, $BA and $BI."),
-    ("$BX1", "basic data are entered with $BD, $BA and $BI."),
+    ("$B", "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them."),
+    ("$BX1", "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them."),
     ("$BD1,,2", f"MDI, character 6: {DIGITS}"),
     ("$BD0,1.2345", f"MDI, character 11: {DIGITS}"),
     ("$BA1,2", "$BA takes one area."),
     ("$BI1,2,3,4", "basic data: 3 undersizes for 12 depths."),
     ("$BD" + "1," * 20 + "1", "MDI, character 30: more than 13 numbers."),
+    ("$BL1", "$BL takes no number."),
+    ("$BF50,100", "$BF takes one area, or none for all."),
+    ("$BF51", "basic data: that area is not among them."),
     ("$BP70,110", "$BP needs area, undersize and depth; gradient and seed may follow."),
     ("$BP70,110,15,61", "the gradient is at most 60 degrees."),
     ("$BP70,110,0", "area, undersize and depth must be above 0."),

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands ``gapkeeper experiment``. Each loads its experiment when it is called."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+__all__ = ["experiment_app"]
+
+experiment_app = typer.Typer(
+    help="Experiments on the simulated machine that anybody can repeat.",
+    no_args_is_help=True, rich_markup_mode="markdown")
+out = Console(highlight=False)
+
+
+@experiment_app.command("fluid")
+def experiment_fluid(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/fluid"),
+) -> None:
+    """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
+
+    Both at four resistivities, with two pulses and the same seeds: stability of the gap, shares of
+    the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
+    """
+    from host.experiments.fluid import fluid
+    fluid(seeds=seeds, folder=folder, console=out)
+
+
+@experiment_app.command("gap")
+def experiment_gap(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 5,
+    depth: Annotated[float, typer.Option(
+        min=0.1, max=10.0, metavar="MM", help="Depth to sink to.")] = 0.25,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/gap"),
+) -> None:
+    """Hold the gap by every way to count pulses, and by every criterion for arcs.
+
+    Each is a tape of its own on the same machine, with the same pulse and seeds: stability of the
+    gap, shares of the pulse classes, removal and retractions. Takes a minute for each seed, on all
+    cores.
+    """
+    from host.experiments.gap import gap
+    gap(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+
+
+@experiment_app.command("removal")
+def experiment_removal(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    way: Annotated[float, typer.Option(
+        min=0.3, max=20.0, metavar="MM", help="Length of the wall.")] = 1.0,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
+) -> None:
+    """Finish a wall at constant feed and in the feed modes P2, P3 and P4 of G95.
+
+    One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
+    with the same seeds. Results: variation of the removal per time, the finished surface,
+    retractions and time. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
+    """
+    from host.experiments.removal import removal
+    removal(seeds=seeds, way_mm=way, folder=folder, console=out)
+
+
+@experiment_app.command("roughing")
+def experiment_roughing(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    depth: Annotated[float, typer.Option(
+        min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
+) -> None:
+    """Rough a cavity with one current all the way, and with the planned staircase of currents.
+
+    Both with the same seeds: time, the undersize that the currents consume by the basic data,
+    shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
+    """
+    from host.experiments.roughing import roughing
+    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+
+
+@experiment_app.command("networks")
+def experiment_networks(
+    jobs: Annotated[int, typer.Option(
+        min=1, max=10_000, metavar="N", help="Random jobs for each kind of data.")] = 100,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json and table.md.")] = Path("build/experiments/networks"),
+) -> None:
+    """Plan roughing from poor basic data: by networks, and by interpolation alone.
+
+    The data are made from a formula, by which the staircases are then judged: whole, with gaps,
+    with noise, few, without the area next to the job, and all of that together. Takes a minute.
+    """
+    from host.experiments.networks import networks
+    networks(jobs=jobs, folder=folder, console=out)
