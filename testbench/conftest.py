@@ -86,14 +86,14 @@ def _whole(config):
     return (not hasattr(config, "workerinput") and config.getoption("sim") == "cocotb"
             and config.args_source is pytest.Config.ArgsSource.TESTPATHS
             and not config.option.keyword and config.option.markexpr == "not soak"
-            and not config.option.collectonly)
+            and not config.option.collectonly
+            and not (config.option.lf or config.option.deselect or config.option.ignore))
 
 
 def _reached(reporter):
     """Blocks that each passed test has reached."""
     passed = {report.nodeid for report in reporter.stats.get("passed", ())}
-    return [report.blocks + blocks.joined(report.nodeid)
-            for reports in reporter.stats.values() for report in reports
+    return [report.blocks for reports in reporter.stats.values() for report in reports
             if hasattr(report, "blocks") and report.nodeid in passed]
 
 

@@ -38,14 +38,13 @@ __all__ = ["DEPTH_MM", "FIGURES", "MACHINE", "RULES", "Trial", "gap", "plot",
 
 MACHINE = "small"
 DEPTH_MM = 0.25     # of the tapes
-LONGEST_S = 60.0    # of the machine's time; a run that takes longer counts as stopped
+LONGEST_S = 120.0   # of the machine's time for 1 mm; a run that takes longer counts as stopped
 # Rules, with their tapes; the first is the default.
 RULES = {
     "accumulate": "sink_servo_table", "own gate": "sink_own_gate",
     "consecutive": "sink_consecutive", "total": "sink_total", "relative": "sink_relative",
     "good alone": "sink_good_alone", "delay": "sink_delay", "noise": "sink_noise",
 }
-DEFAULT = next(iter(RULES))
 FIGURES = {"depth_mm": ("depth, mm", 4), **SERVO_FIGURES}
 
 
@@ -69,7 +68,8 @@ def run(trial: Trial) -> Record:
     machine = machines.load(MACHINE)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
                                   progress=lambda _: None)
-    job = Run(machine, encode(tape_of(trial)), machine_on, until_s=LONGEST_S)
+    job = Run(machine, encode(tape_of(trial)), machine_on,
+              until_s=LONGEST_S * max(1, trial.depth_mm))
     try:
         job.execute()
         steps = machine_on.servo_steps()

@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 from host.errors import UsageError
 from host.machines.machine_file import MACHINES, STEPS, WORDS, bounds, entries
 from softcore.tables.conditions import level_max
-from softcore.tables.settings import of_number
+from softcore.tables.settings import named, of_number
 
 BUILT_IN = Path(__file__).parent
 
@@ -173,6 +173,20 @@ def built_in() -> list[str]:
     return sorted(path.stem for path in BUILT_IN.glob("*.toml"))
 
 
+def _check_current(machine: Machine) -> None:
+    """Refuse a supply that can give no current, and one that the controller counts wrongly."""
+    step_a, most_a = machine.number("source", "step_a"), machine.number("current_max_a")
+    if machine.level_max < 1:
+        raise UsageError(f"machine {machine.name}: current_max_a, {most_a:g} A, is less than one "
+                         f"step of the supply, source.step_a, {step_a:g} A.")
+    setting = named("current_step_ma")
+    counted = machine.settings.get(str(setting.number), setting.default)
+    if machine.kind == "sinker" and counted != round(1000 * step_a):
+        raise UsageError(
+            f"machine {machine.name}: source.step_a is {step_a:g} A, and the controller counts a "
+            f"step as {counted} mA (settings.{setting.number}).")
+
+
 def load(name: str) -> Machine:
     """Machine by name or by the path of its TOML file.
 
@@ -190,4 +204,6 @@ def load(name: str) -> Machine:
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
     tables = _upon_base(path.stem, _tables(path))
     _check(path.stem, tables)
-    return Machine(path.stem, tables)
+    machine = Machine(path.stem, tables)
+    _check_current(machine)
+    return machine

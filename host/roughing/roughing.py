@@ -124,8 +124,9 @@ def _millimetres(depth_um: int) -> str:
     return f"{depth_um / 1000:.3f}".rstrip("0")
 
 
-def _conditions(steps: Sequence[Step], parts: int) -> tuple[list[int], list[str]]:
-    """Number of each step's condition, and the blocks that enter them."""
+def _conditions(found: Staircase, steps: Sequence[Step]) -> tuple[list[int], list[str]]:
+    """Number of each step's condition, as in the table, and the blocks that enter them."""
+    parts = found.job.steps
     most = level_max(CURRENT_MAX_A, AMPERES / parts)
     for step in steps:
         if round(step.ip * parts) > most:
@@ -133,12 +134,18 @@ def _conditions(steps: Sequence[Step], parts: int) -> tuple[list[int], list[str]
                 f"the controller sets the power supply to {most} of its steps at most, IP "
                 f"{_current(most / parts)}, so no program can be written with IP "
                 f"{_current(step.ip)}.")
-    found = conditions(steps)
-    entered = [block for _, block in found if block]
+    numbered = dict(zip((step.ip for step in found.steps), conditions(found.steps), strict=True))
+    used = [numbered[step.ip] for step in steps]
+    entered = [block for _, block in used if block]
     if len(entered) > MOST_ENTERED:
         raise UserError(f"the staircase needs {len(entered)} conditions of its own, and the "
                         f"controller takes {MOST_ENTERED}.")
-    return [number for number, _ in found], entered
+    return [number for number, _ in used], entered
+
+
+def _end_um(found: Staircase) -> int:
+    """Depth to which a program sinks."""
+    return found.steps[-1].depth_um - math.ceil(found.bottom_um)
 
 
 def sunk(found: Staircase) -> tuple[Step, ...]:
@@ -147,8 +154,7 @@ def sunk(found: Staircase) -> tuple[Step, ...]:
     Steps that would begin below that end are left out. The last current, whose stock it is, is kept
     in any case: it then removes the last ``bottom_um`` of the way.
     """
-    stock = math.ceil(found.bottom_um)
-    end = found.steps[-1].depth_um - stock
+    stock, end = math.ceil(found.bottom_um), _end_um(found)
     if end <= 0:
         raise UserError(f"the last step leaves {found.bottom_um:.0f} um on the bottom, so nothing "
                         f"is roughed to {exact(found.job.depth_mm)} mm.")
@@ -195,7 +201,7 @@ def program(found: Staircase, data: list[BasicData], *, depth_series: bool = Fal
         If the controller cannot be set to one of the currents, or has no room for them.
     """
     job, steps = found.job, sunk(found)
-    numbers, entered = _conditions(steps, job.steps)
+    numbers, entered = _conditions(found, steps)
     sources = ", ".join(sorted({one.source for one in data}))
     taper = f", {exact(job.taper_deg)} DEG" if job.taper_deg else ""
     comments = [
@@ -251,9 +257,11 @@ def _sentences(found: Staircase, data: list[BasicData]) -> Iterator[str]:
                f"{found.undersize_um:.2f} um.")
     yield (f"The undersize allows IP {found.ip:.2f} at {exact(job.depth_mm)} mm: the last step has "
            f"IP {_current(found.alpha)}, which needs {found.beta_um:.2f} um.")
-    yield (f"It leaves {found.bottom_um:.0f} um on the bottom, so that a program sinks to "
-           f"{sunk(found)[-1].depth_um / 1000:.3f} mm, and {found.side_um:.0f} um on the side, to "
-           f"finish to {exact(job.rmax_um)} um Rmax.")
+    end = _end_um(found)
+    sinks = (f"so that a program sinks to {end / 1000:.3f} mm" if end > 0
+             else "more than the depth, so that no program can be written")
+    yield (f"It leaves {found.bottom_um:.0f} um on the bottom, {sinks}, and {found.side_um:.0f} um "
+           f"on the side, to finish to {exact(job.rmax_um)} um Rmax.")
     for note in found.notes:
         yield f"Note: {note}."
 

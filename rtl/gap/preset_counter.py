@@ -30,7 +30,8 @@ class PresetCounters(wiring.Component):
 
     Counter 5 full asks for UP (widen the gap), counter 6 full for DOWN (narrow it). Time device 13
     gives strobes. A strobe gives UP if 5 is full, else DOWN if 6 is full; either clears both
-    counters (but see ``OWN_GATE``). A strobe with neither full does nothing. A full counter stays
+    counters (but see ``OWN_GATE``). A strobe with neither full does nothing
+    (but see ``OK_ALONE``). A full counter stays
     full until such a strobe or until 7 clears it.
 
     * ``ACCUMULATE``: a counter counts the pulses of its class, and is full at its preset. Counter 7
@@ -69,9 +70,9 @@ class PresetCounters(wiring.Component):
     without ``freeze``.
 
     Ref: second patent (gap by counted pulses), items 5 to 7 and 13 to 17. There each gate, 14 and
-    15, clears its own counter: that is ``OWN_GATE``. The patent names runs, shares of all pulses,
-    relative shares and a single class as servo signals, without their rules: these, the directions
-    of ``OK_ALONE``, ``freeze`` and the order of events in a clock are ours.
+    15, clears its own counter: that is ``OWN_GATE``. The second patent names runs, shares of all
+    pulses, relative shares and a single class as servo signals, without their rules: these, the
+    directions of ``OK_ALONE``, ``freeze`` and the order of events in a clock are ours.
     Proof: ``testbench/formal/test_preset_counter.py``.
 
     Members
@@ -229,7 +230,9 @@ class PresetCounters(wiring.Component):
 
         up, down, strobe, widens = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
-            widens.eq(full[0] | filled_ok),  # not for what 7 has cleared: then nothing moved
+            # ``filled_ok`` is UP in OK_ALONE. In the other modes 7 has then just cleared 5 and 6,
+            # and ``moved`` is low.
+            widens.eq(full[0] | filled_ok),
             moved.eq(due & ~clear & (full[0] | full[1] | (ok_alone & (self.ok != 0)))),
         ]
         m.d.sync += [

@@ -17,6 +17,7 @@ def begins(session: Session, on: str, tape: str, until_s: float) -> dict:
     """The first seconds of a tape on a machine: every event, and the places of the axes."""
     run = Run(machines.load(on), load(TAPES / f"{tape}.nc"), Piped(session), until_s=until_s)
     assert run.execute() == "stopped", run.alarm
+    assert session.discharges()["ok"] > 0
     return {"events": run.events, "places": session.positions()}
 
 

@@ -11,6 +11,7 @@ from softcore.image import target_image
 from softcore.memory import parities, words_of
 from testbench.cosim.build import TOP, program
 from testbench.native.build import options
+from testbench.simulators import blocks
 
 __all__ = ["cosimulate"]
 
@@ -77,6 +78,7 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
     except SystemExit:
         counts = None
     assert counts == (1, 0), f"{scenario.__name__} failed under cocotb:\n{_tail(log)}"
+    blocks.joined()
     return json.loads(result.read_text())
 
 

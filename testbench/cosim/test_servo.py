@@ -103,8 +103,9 @@ def test_every_rule_reaches_its_depth(rule):
     assert text.count(f"Z-{DEPTH_MM}") == 1
     tape = encode(gap.tape_of(gap.Trial(rule, 1, RULES_MM)))
     done, probed, deepest, bottom = machined(load_machine(gap.MACHINE), tape,
-                                             probes=COUNTING + JUDGING)
+                                             probes=(*COUNTING, *JUDGING, "servo_downs"))
     check_depth(done, deepest, bottom, RULES_MM)
+    assert probed["servo_downs"] > 0
     assert (tuple(probed[name] for name in COUNTING),
             tuple(probed[name] for name in JUDGING)) == IN_FORCE[rule]
 

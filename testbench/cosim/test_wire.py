@@ -148,17 +148,15 @@ def test_shorts_amid_arcs_go_back_along_them():
 
 
 @pytest.mark.parametrize("mode", [2, 3, 4])
-def test_a_wall_is_finished_in_each_feed_mode(mode):
+def test_a_tape_begins_to_finish_a_wall_in_each_feed_mode(mode):
     """The feed follows the gap; its mean over so short a part is within 1/4 of the 12 mm/min."""
-    machine = machines.load("wall")
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                                  progress=print)
-    job = Run(machine, load(TAPES / f"wire_finish_p{mode}.nc"), machine_on, until_s=2.5)
-    try:
+    machine, modes = machines.load("wall"), set()
+    with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1) as session:
+        job = Run(machine, load(TAPES / f"wire_finish_p{mode}.nc"), simulation.Simulation(session),
+                  until_s=2.5, watch=lambda _: modes.add(session.probe("feed_control_mode")))
         assert job.execute() == "stopped", job.alarm
-        trace = machine_on.trace()
-    finally:
-        machine_on.close()
+        trace = session.trace()
+    assert modes == {0, mode - 1}       # constant feed, and that of the tape
     inside = (trace["x"] > 0.02 * MM) & (trace["t"] > 1.3) & (trace["t"] < 2.4)
     t, x = trace["t"][inside], trace["x"][inside]
     assert t[-1] - t[0] > 0.8

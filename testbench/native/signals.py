@@ -56,6 +56,10 @@ class Signal:
     names: str = ""
     pin: bool = False
 
+    def __post_init__(self):
+        if self.names and len(NAMES[self.names]) > 1 << self.bits:
+            raise ValueError(f"{self.path} has {self.bits} bits, too few for its names")
+
     @property
     def bits(self) -> int:
         """Width in the file."""

@@ -7,8 +7,8 @@ __all__ = ["SettleError", "Strict", "settle"]
 class SettleError(RuntimeError):
     """A bench reads although a value that it has set has not settled."""
 
-    def __init__(self):
-        super().__init__("a value was set and has not settled: await settle(ctx) first")
+    def __init__(self, text="a value was set and has not settled: await settle(ctx) first"):
+        super().__init__(text)
 
 
 async def settle(ctx) -> None:

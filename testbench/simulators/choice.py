@@ -2,6 +2,8 @@
 """A block in one of two simulators: its Verilog under cocotb, or Amaranth's own."""
 
 import contextlib
+import gc
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,7 +51,6 @@ def in_amaranth(dut: Elaboratable, benches: Sequence, *, deadline: float, waves:
         return run
 
     fragment = Fragment.get(dut, None)
-    blocks.note(blocks.AMARANTH, fragment)
     sim = Simulator(fragment)
     sim.add_clock(PERIOD_NS * 1e-9)
     for index, bench in enumerate(benches):
@@ -57,6 +58,7 @@ def in_amaranth(dut: Elaboratable, benches: Sequence, *, deadline: float, waves:
     sim.add_testbench(watchdog, background=True)
     with sim.write_vcd(str(waves)) if waves else contextlib.nullcontext():
         sim.run()
+    blocks.note(blocks.AMARANTH, fragment)
     return results
 
 
@@ -64,16 +66,25 @@ def under_cocotb(dut: Elaboratable, benches: Sequence, simulator: isolated.Simul
                  deadline: float, apart: bool):
     """Run benches on the Verilog of ``dut`` under cocotb; return what they returned."""
     fragment = Fragment.get(dut, None)
+    results = simulator.run(emit(fragment), tuple(benches), deadline, apart=apart)
     blocks.note(blocks.COCOTB, fragment)
-    return simulator.run(emit(fragment), tuple(benches), deadline, apart=apart)
+    return results
 
 
 def run_isolated(item, simulator: isolated.Simulator) -> None:
-    """Run a test in a fork, and raise here what it raised there."""
+    """Run a test in a fork, and raise here what it raised there.
+
+    What Python can only report, such as a coroutine that nobody has awaited, fails the test: pytest
+    would look for it in its own process.
+    """
     def test():
         wanted = {name: item.funcargs[name] for name in item._fixtureinfo.argnames}
+        lost: list[str] = []
+        sys.unraisablehook = lambda told: lost.append(f"{told.object!r}: {told.exc_value!r}")
         try:
             item.obj(**wanted)
+            gc.collect()
+            assert not lost, lost
         except pytest.skip.Exception as skipped:
             return "skipped", skipped.msg
         except BaseException as error:

@@ -176,7 +176,8 @@ def library(text: str, *, waves: bool = False) -> Path:
         If a tool fails.
     """
     compiler = tools.compiler()
-    key = compiling.digest(text, waves, VERILATE, OPTIONS, STOP, MODEL, verilated.KEY,
+    key = compiling.digest(text, waves, VERILATE, OPTIONS, STOP, MODEL, RUNTIME,
+                           HEADERS, WAVES, verilated.KEY,
                            compiler.command, compiler.version, version("amaranth"),
                            version("cocotb"))
     return compiling.kept(compiling.BUILD / f"block-{key}",

@@ -10,7 +10,7 @@ from typing import Any
 
 from amaranth.hdl import Const, ShapeCastable, Signal, Value
 from amaranth.hdl._ast import SignalDict
-from amaranth.sim._async import DelayTrigger, EdgeTrigger, SampleTrigger, TestbenchContext
+from amaranth.sim._async import EdgeTrigger, SampleTrigger, TestbenchContext
 from amaranth.sim._pyeval import eval_assign, eval_value
 from cocotb.clock import Clock
 from cocotb.triggers import ReadWrite, Timer
@@ -118,9 +118,10 @@ class Waiting:
         self.combination = combination
         self.result: tuple = ()
         for trigger in combination._triggers:
-            if isinstance(trigger, SampleTrigger | DelayTrigger):
+            if isinstance(trigger, SampleTrigger):
                 continue
-            if isinstance(trigger, EdgeTrigger) and trigger.signal is engine.domain.clk:
+            if (isinstance(trigger, EdgeTrigger) and trigger.signal is engine.domain.clk
+                    and trigger.polarity == 1):
                 continue
             raise NotImplementedError(f"under cocotb a bench waits for the clock, not {trigger!r}")
 
@@ -291,6 +292,10 @@ class Engine:
                 while isinstance(process.run(), Settle):
                     await self._settle()
 
+    def _check(self):
+        if self.stopped():
+            raise AssertionError("an assertion of the design has failed; log.txt has its line")
+
     async def run(self, benches: Sequence[Callable], *, deadline: float) -> list:
         """Run benches until each has returned; return what they returned.
 
@@ -313,6 +318,7 @@ class Engine:
         clocks = 0
         while True:
             await self._run_benches(processes)
+            self._check()
             if not any(process.critical for process in processes):
                 return [process.result for process in processes]
             if clocks * PERIOD_NS >= deadline * 1e9:
@@ -324,8 +330,7 @@ class Engine:
             self._applied()
             await clock
             clocks += 1
-            if self.stopped():
-                raise AssertionError("an assertion of the design has failed; log.txt has its line")
+            self._check()
             ready, self.waiting = self.waiting, []
             for waiting in ready:
                 by_context[id(waiting.combination._process)].runnable = True

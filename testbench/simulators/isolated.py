@@ -10,6 +10,7 @@ waits for the end of the test inside the simulation, and leaves before cocotb en
 
 import ctypes
 import faulthandler
+import math
 import os
 import pickle
 import queue
@@ -111,7 +112,7 @@ class Simulator:
         self.asked.get()
         leave()
 
-    def _simulate(self, job: Job, done: Callable[[list, Exception | None], None]) -> None:
+    def _simulate(self, job: Job, done: Callable[[list, BaseException | None], None]) -> None:
         waves = self.workdir / "waves.vcd"
         # Python's lock stays held: cocotb's library takes the running interpreter as it is.
         loaded = ctypes.PyDLL(str(job.library))
@@ -131,7 +132,7 @@ class Simulator:
             try:
                 results = await Engine(job.emitted, top, lambda: stopped.value).run(
                     job.benches, deadline=job.deadline)
-            except Exception as raised:
+            except BaseException as raised:    # pytest's own are not Exceptions
                 error = raised
             done(results, error)
 
@@ -145,14 +146,14 @@ class Simulator:
         loaded.main(len(words), arguments)
 
 
-def portable(error: Exception | None) -> Exception | None:
+def portable(error: BaseException | None) -> BaseException | None:
     """The exception, with its traceback as a note; if it cannot be pickled, one with its text."""
     if error is None:
         return None
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
-        told: Exception = RuntimeError(f"{type(error).__name__}: {error}")
+        told: BaseException = RuntimeError(f"{type(error).__name__}: {error}")
     else:
         told = error
     told.add_note("".join(traceback.format_exception(error)))
@@ -173,7 +174,7 @@ def forked(work: Callable[[Callable[[object], None]], None], log: Path, *, wall_
         warnings.simplefilter("ignore", DeprecationWarning)
         child = os.fork()
     if child == 0:
-        _child(work, log, outlet)
+        _child(work, log, outlet, wall_s)
     os.close(outlet)
     said = b""
     try:
@@ -191,19 +192,24 @@ def forked(work: Callable[[Callable[[object], None]], None], log: Path, *, wall_
     return pickle.loads(said)
 
 
-def _child(work, log, outlet):
-    """What the fork does. It never returns."""
+def _child(work, log, outlet, wall_s):
+    """What the fork does. It never returns, also if its parent is gone."""
     def send(outcome):
+        ctypes.CDLL(None).fflush(None)      # what the simulator has printed
         with os.fdopen(outlet, "wb") as pipe:
             pipe.write(pickle.dumps(outcome))
         os._exit(0)
 
     try:
-        with log.open("wb") as file:
+        signal.alarm(math.ceil(wall_s) + 5)
+        with log.open("ab") as file:
             os.dup2(file.fileno(), 1)
             os.dup2(file.fileno(), 2)
+        sys.stdout = sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
         faulthandler.enable(2)   # what a crash says goes to the log, too
         work(send)
+    except BaseException:
+        traceback.print_exc()
     finally:
         os._exit(1)
 
@@ -214,10 +220,13 @@ def isolated(test: Callable[[], object], simulator: Simulator, *, wall_s: float 
         outcome: list = []
 
         def whole():
-            outcome.append(test())
-            simulator.end()
+            try:
+                outcome.append(test())
+            finally:
+                simulator.end()
 
         threading.Thread(target=whole, daemon=True).start()
-        simulator.serve(lambda: send(outcome[0]))
+        simulator.serve(lambda: send(outcome[0]) if outcome else os._exit(1))
 
+    simulator.log.unlink(missing_ok=True)
     return forked(work, simulator.log, wall_s=wall_s)

@@ -13,7 +13,7 @@
 /* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
    1.25 x 10**5 (as its blurred column is read) and 4 x 10**4 to 10**3. The shares of the open voltage
    are those of a leak through 10 mm2 at 40 um behind 10 ohm. */
-static const gap_class PATENT[GAP_CLASSES] = {
+static const gap_class SECOND_PATENT[GAP_CLASSES] = {
     {3, 6, 14, 100}, {5, 5, 18, 99}, {8, 3, 22, 98}, {13, 2, 28, 75},
 };
 
@@ -26,7 +26,7 @@ static unsigned fluid;          /* class in force */
 
 void in_force_init(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
-        classes[i] = kept[i] = PATENT[i];
+        classes[i] = kept[i] = SECOND_PATENT[i];
     conditioned = false;
     fluid = 0;
 }

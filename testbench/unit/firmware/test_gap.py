@@ -9,7 +9,7 @@ from testbench.firmware import Checker, Controller, Fault, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
-PATENT = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
+SECOND_PATENT = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
 SHARES = [100, 99, 98, 75]   # of the open voltage, percent
 SECOND = 2000   # passes: 2 MHz, 1000 clocks each
 BROKEN_LOW, BROKEN_HIGH, DISORDERED, SILENT, KNOWN = 1, 2, 4, 8, 16
@@ -35,7 +35,7 @@ def test_condition_reaches_supply_and_comparators(machine):
     assert machine.power == {"on": 200, "off": 100, "rest": 100, "level": 6, "voltage": 4,
                              "negative": 0}
     assert machine.gap["reference"] == (reference(60), reference(20), reference(12))
-    assert machine.gap["presets"] == PATENT[0]
+    assert machine.gap["presets"] == SECOND_PATENT[0]
     assert machine.gap["step"] == 50
 
 
@@ -82,9 +82,9 @@ def test_class_of_the_fluid_switches_presets_and_the_open_level_alone(machine):
     for number in (1, 2, 3, 0):
         machine.event("fluid_class", number, number << 4, 1000 + number)
         lines = machine.run(200)
-        row = [str(number), str(number), str(1000 + number), *map(str, PATENT[number])]
+        row = [str(number), str(number), str(1000 + number), *map(str, SECOND_PATENT[number])]
         assert events(lines, "fluid") == [["fluid", *row]]
-        assert machine.gap["presets"] == PATENT[number]
+        assert machine.gap["presets"] == SECOND_PATENT[number]
         assert machine.gap["reference"] == (
             reference(80 * 75 * SHARES[number] // 10_000), reference(20), reference(12))
     assert machine.power == before
@@ -277,7 +277,7 @@ def test_classes_travel_with_the_tape_too(machine):
     run(machine, "G10 W0 X7", "G10 W1 X8", "C130", "M02")
     assert machine.gap["presets"] == (7, 6, 14)
     run(machine, "C130", "M02")
-    assert machine.gap["presets"] == PATENT[0]
+    assert machine.gap["presets"] == SECOND_PATENT[0]
     machine.line(assign("fluid_mode", 1))
     machine.event("fluid_class", 1, 1 << 4, 3000)
     machine.run(200)
@@ -436,7 +436,7 @@ def test_machining_waits_until_the_class_is_known(machine):
     machine.library.gk_fluid(KNOWN | 3 << 8)
     machine.run(4000)
     assert machine.axes[2] == -10_000
-    assert machine.gap["presets"] == PATENT[3], "whatever became of its event"
+    assert machine.gap["presets"] == SECOND_PATENT[3], "whatever became of its event"
 
 
 def test_halt_of_the_servo_has_its_sentence(machine):

@@ -38,8 +38,10 @@ def program(workdir):
 @pytest.mark.parametrize(("command", "words"), [
     ([], ["run", "simulate", "tape", "plan", "experiment", "build", "bench"]),
     (["plan"], ["--electrode", "--workpiece", "--area", "--undersize", "--depth", "--taper",
-                "--finish", "--step", "--seed", "--series", "-o", "--plot", "--data"]),
-    (["experiment"], ["fluid", "gap", "removal"]),
+                "--finish", "--step", "--seed", "--series", "-o", "--plot", "--data", "--load",
+                "--baud"]),
+    (["experiment"], ["fluid", "gap", "removal", "roughing", "networks"]),
+    (["experiment", "networks"], ["--jobs", "--out"]),
     (["experiment", "fluid"], ["--seeds", "--out"]),
     (["experiment", "gap"], ["--seeds", "--depth", "--out"]),
     (["experiment", "removal"], ["--seeds", "--way", "--out"]),

@@ -149,14 +149,6 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     assert not [line for line in said.splitlines() if "removal, mm3/min" in line and "…" in line]
 
 
-def flat(tables, prefix=""):
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            yield from flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
 def test_arms_have_lines_of_one_length():
     # So that the tape begins in the same clock.
     assert [len(line) for line in ARMS["fixed"]] == [len(line) for line in ARMS["switched"]]

@@ -101,7 +101,7 @@ def test_a_word_that_the_plant_does_not_know_is_refused(workdir, key):
         path.write_text(re.sub(rf'^{name} = "{WORDS[key][key == "kind"]}"',
                                f"{name} = {odd}", WIRE, flags=re.M))
         with pytest.raises(UsageError,
-                           match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*not "):
+                           match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*, not "):
             load(str(path))
 
 
@@ -120,6 +120,19 @@ def test_a_file_with_a_base_gives_what_differs(workdir):
         path.write_text(text)
         with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}"):
             load(str(path))
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("current_max_a = 1.0", "current_max_a, 1 A, is less than one step of the supply, "
+                            "source.step_a, 1.5 A."),
+    ("[source]\nstep_a = 0.5", "source.step_a is 0.5 A, and the controller counts a step as 1500 "
+                               "mA (settings.455)."),
+])
+def test_a_supply_that_cannot_be_or_is_counted_wrongly_is_refused(workdir, text, said):
+    path = workdir / "mine.toml"
+    path.write_text(f'base = "sinker"\n{text}\n')
+    with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
+        load(str(path))
 
 
 def test_a_file_without_a_kind_is_a_sinker(workdir):

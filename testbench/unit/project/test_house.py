@@ -188,7 +188,7 @@ def test_comments_defer_nothing():
 def unnamed_patents(path):
     """Places where it is not said which of the four patents is meant."""
     text = re.sub(r"[\s#/*|\"]+", " ", path.read_text())
-    for found in re.finditer(r"(?<![-\w])patent", text):
+    for found in re.finditer(r"(?<![-\w])patent", text, re.IGNORECASE):
         before = text[:found.start()].lower()
         if not before.endswith(("first ", "second ", "third ", "fourth ", "four ")):
             yield f"which one? {text[max(0, found.start() - 20):found.end() + 10]}"

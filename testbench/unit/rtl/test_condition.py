@@ -13,10 +13,10 @@ ORDERS = ("commit", "disarm", "restart")
 def test_all_words_come_into_force_at_once(simulate, rng):
     """Words are staged, ordered and switched at depths at random; the model says when."""
     dut, model = Condition(registers=interfaces(BLOCKS)), ConditionSwitch()
-    taken = set()     # whether a depth was reached, for every time that words were taken
+    taken = set()     # why words were taken
 
     async def bench(ctx):
-        position = depth = 0
+        position = depth = before = 0   # the last: switches by depth when words were last taken
         force = {name: SHORT_LEVEL if name == "gap_reference_short" else 0 for name in WORDS}
         for _ in range(3000):
             staged = {name: rng.getrandbits(len(getattr(dut.staged, name))) for name in WORDS}
@@ -45,9 +45,10 @@ def test_all_words_come_into_force_at_once(simulate, rng):
                 dut.switched, dut.at, dut.count)] == [armed, pending, count, switched, at, count]
             if take:
                 force = staged
-                taken.add(bool(count))
+                taken.add("depth" if count > before else "commit")
+                before = count
             model.edge(position=position, depth=depth, arm=arm, between=between, **given)
             await ctx.tick()
 
     simulate(dut, bench)
-    assert taken == {False, True}
+    assert taken == {"depth", "commit"}

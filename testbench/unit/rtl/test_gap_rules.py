@@ -7,7 +7,7 @@ from rtl.gap.gap import Gap
 from softcore.csr import interfaces
 from softcore.regmap import OWNED
 from testbench.models import discriminator as model
-from testbench.models.preset_counter import OK_ALONE, OWN_GATE
+from testbench.models.preset_counter import OK_ALONE
 
 PULSE, PAUSE = 20, 8    # clocks
 BLANKING = 3
@@ -75,7 +75,6 @@ def test_a_pulse_is_judged_by_the_condition_that_it_began_with(simulate, rng, sw
 @pytest.mark.parametrize(("mode", "presets", "steps"), [
     # Good pulses only, and a strobe every five of them.
     (OK_ALONE, dict(dame=0, open=0, ok=4), (4, 0)), (OK_ALONE, dict(dame=0, open=0, ok=9), (0, 4)),
-    (OWN_GATE, dict(dame=1, open=1, ok=4), (0, 0)),
 ])
 def test_the_condition_chooses_how_pulses_are_counted(simulate, mode, presets, steps):
     dut = made()
