@@ -19,19 +19,27 @@ tools.use_packaged()
 
 BUILD = Path(__file__).parents[1] / "build"
 BEGAN = pytest.StashKey[float]()   # CPU seconds of the process when a test began
+SIM = pytest.StashKey[str]()       # simulator of a test
 
 
 def pytest_addoption(parser):
     group = parser.getgroup("edm")
     group.addoption("--seed", type=int, default=1, help="seed of every random stimulus")
-    group.addoption("--sim", choices=["cocotb", "amaranth"], default="cocotb",
-                    help="simulator of a block: cocotb on its Verilog, or Amaranth's own")
+    group.addoption("--sim", choices=["both", "cocotb", "amaranth"], default="both",
+                    help="simulator of a block: cocotb on its Verilog, or Amaranth's own; both: "
+                         "cocotb for the first parameters of each test, Amaranth's for the others")
     group.addoption("--waves", action="store_true", help="write waves under build/tests/<test>/")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark each test by its folder: quick, cosim, formal."""
+    """Mark each test by its folder: quick, cosim, formal. Choose its simulator."""
+    met = set()
     for item in items:
+        test = item.path, getattr(item, "originalname", item.name)
+        first = "cocotb" if test not in met else "amaranth"
+        met.add(test)
+        sim = config.getoption("sim")
+        item.stash[SIM] = first if sim == "both" else sim
         place = item.path.relative_to(config.rootpath)
         if is_quick(place.as_posix()) and item.get_closest_marker("soak") is None:
             item.add_marker("quick")
@@ -83,7 +91,7 @@ def pytest_sessionfinish(session):
 
 def _whole(config):
     """Whether this is the process that reports, and every block was to run under cocotb."""
-    return (not hasattr(config, "workerinput") and config.getoption("sim") == "cocotb"
+    return (not hasattr(config, "workerinput") and config.getoption("sim") != "amaranth"
             and config.args_source is pytest.Config.ArgsSource.TESTPATHS
             and not config.option.keyword and config.option.markexpr == "not soak"
             and not config.option.collectonly
@@ -137,7 +145,7 @@ def idle_simulation() -> Simulation:
 @pytest.fixture
 def simulator(request, workdir):
     """Simulator of this test under cocotb; None if the test runs in Amaranth's."""
-    if simulators.chosen(request.node) == "amaranth":
+    if request.node.stash[SIM] == "amaranth":
         return None
     return Simulator(workdir, seed=request.config.getoption("seed"),
                      waves=request.config.getoption("waves"))

@@ -21,7 +21,8 @@ SLOW = frozenset({
     "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_dac", "rtl/test_fluid",
     "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
     "rtl/test_retraction", "rtl/test_retraction_contact", "rtl/test_retraction_ramps",
-    "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision"})
+    "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision",
+    "simulators/test_whole_tests"})
 
 
 def is_quick(path: str) -> bool:

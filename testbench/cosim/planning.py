@@ -43,7 +43,8 @@ def steep(area_mm2: float) -> BasicData:
         finish_um=((1.0, 0.0),))
 
 
-def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing) -> tuple[Job, dict]:
+def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing,
+            watched: Sequence[str] = WATCHED) -> tuple[Job, dict]:
     """Enter basic data over the serial line and let the controller plan.
 
     Returns
@@ -55,7 +56,7 @@ def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing) -> 
         undersize; ``clocks`` from the line to its answer; ``longest`` step of the main loop's
         task that plans, in clocks.
     """
-    job = Job(session, *lines(data), watched=WATCHED)
+    job = Job(session, *lines(data), watched=watched)
     job.said.clear()
     begin = session.cycle
     job.link.command(f"$BP{roughing.area_mm2:g},{roughing.undersize_um:g},{roughing.depth_mm:g}")

@@ -24,7 +24,7 @@ def begins(session: Session, on: str, tape: str, until_s: float) -> dict:
 def planned_series(session: Session) -> dict:
     """The controller plans two steps, and switches the current at their depth."""
     roughing = Roughing(70, 95, 0.4)
-    job, told = plan_on(session, [steep(70.0)], roughing)
+    job, told = plan_on(session, [steep(70.0)], roughing, watched=("condition_switched",))
     assert len(told["steps"]) >= 2
     job.start("\n".join(["%", "G21 G90 G94", "G39 P1", "M03",
                          f"G01 Z-{roughing.depth_mm:g} F1200", "M05", "M02", "%", ""]))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from amaranth._unused import MustUse
 from amaranth.hdl import Elaboratable, Fragment
 from amaranth.sim import Simulator
 
@@ -15,7 +16,7 @@ from testbench.simulators import blocks, isolated
 from testbench.simulators.benches import Strict
 from testbench.simulators.emitted import PERIOD_NS, emit
 
-__all__ = ["Elsewhere", "chosen", "in_amaranth", "run_isolated", "under_cocotb"]
+__all__ = ["Elsewhere", "in_amaranth", "run_isolated", "under_cocotb"]
 
 
 class Elsewhere(pytest.fail.Exception):
@@ -28,13 +29,6 @@ class Elsewhere(pytest.fail.Exception):
         super().__init__(text, pytrace=False)
         self.error = error
         self.raised_in = raised_in
-
-
-def chosen(item) -> str:
-    """Simulator of a test: as the option says, but Amaranth's if the test is marked so."""
-    if item.get_closest_marker("amaranth"):
-        return "amaranth"
-    return item.config.getoption("sim")
 
 
 def in_amaranth(dut: Elaboratable, benches: Sequence, *, deadline: float, waves: Path | None):
@@ -77,7 +71,13 @@ def run_isolated(item, simulator: isolated.Simulator) -> None:
     What Python can only report, such as a coroutine that nobody has awaited, fails the test: pytest
     would look for it in its own process.
     """
+    # A design that a fixture has made here is elaborated in the fork: here it is never used, and
+    # Amaranth need not say so. In the fork it is to say so of what the test makes.
+    MustUse._MustUse__silence = True
+
     def test():
+        gc.collect()
+        MustUse._MustUse__silence = False
         wanted = {name: item.funcargs[name] for name in item._fixtureinfo.argnames}
         lost: list[str] = []
         sys.unraisablehook = lambda told: lost.append(f"{told.object!r}: {told.exc_value!r}")

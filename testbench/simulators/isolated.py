@@ -129,6 +129,7 @@ class Simulator:
             """The one test that cocotb runs."""
             results: list = []
             error = None
+            warnings.simplefilter("error")      # as pytest has it; cocotb has reset the filters
             try:
                 results = await Engine(job.emitted, top, lambda: stopped.value).run(
                     job.benches, deadline=job.deadline)

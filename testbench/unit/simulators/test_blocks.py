@@ -43,6 +43,15 @@ def test_a_block_that_did_not_run_under_cocotb_is_a_gap():
     assert blocks.gaps(ran(*without, *elsewhere)) == ["motion.ramp.Ramp"]
 
 
+def test_a_block_that_ran_within_another_only_is_a_gap():
+    everywhere = [(blocks.COCOTB, name, name not in blocks.WITHIN) for name in blocks.blocks()]
+    assert set(blocks.WITHIN) <= set(blocks.blocks())
+    assert blocks.gaps(ran(*everywhere)) == []
+    within = [(how, name, itself and name != "motion.ramp.Ramp")
+              for how, name, itself in everywhere]
+    assert blocks.gaps(ran(*within)) == ["motion.ramp.Ramp"]
+
+
 def test_the_table_counts_tests():
     lines = blocks.table(ran(*[(blocks.COCOTB, "motion.ramp.Ramp", True)] * 3,
                              *[(blocks.COCOTB, "motion.ramp.Ramp", False)] * 2,
