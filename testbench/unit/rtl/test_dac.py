@@ -64,6 +64,8 @@ def test_is_silent_at_zero_and_while_safe(simulate, pair):
     simulate(dut, bench)
 
 
+# The first runs under cocotb: that of a board with PWM.
+@pytest.mark.parametrize("pair", ["slow_pwm", "pwm", "finest_pwm", "sigma_delta"], indirect=True)
 def test_turns_in_a_clock_without_a_pulse(simulate, pair):
     dut, _ = pair
 
