@@ -153,7 +153,7 @@ def portable(error: BaseException | None) -> BaseException | None:
         return None
     try:
         pickle.loads(pickle.dumps(error))
-    except Exception:
+    except Exception:   # pickling runs the exception's own code, which may raise anything
         told: BaseException = RuntimeError(f"{type(error).__name__}: {error}")
     else:
         told = error
