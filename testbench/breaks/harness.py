@@ -109,9 +109,9 @@ def applied(one: Break) -> str:
 
 
 def _copied(folder: Path) -> None:
-    """Copy the checkout, and lend the copy what holds nothing of the project's own.
+    """Copy the checkout, and link Verilator's runtime and headers into the copy.
 
-    That are Verilator's runtime and its headers: to compile them takes longer than most tests.
+    They hold nothing of the project's own, and to compile them takes longer than most tests.
     """
     shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
     kept = folder / "build" / "native"

@@ -111,7 +111,8 @@ class PresetContract(wiring.Component):
         m.d.comb += [
             Cover(again & dut.down & (was.mode == mode_) & (was.period == 2)) for mode_ in Mode
         ]
-        m.d.comb += Cover(dut.up & own & (dut.counts["open"] == 2))
+        m.d.comb += [Cover(dut.up & own & (dut.counts["open"] == 2)),
+                     Cover(dut.down & own & (dut.counts["dame"] == 2))]
         m.d.comb += [Cover(was.dame_full & was.open_full & dut.ok_full), Cover(dut.up & open_)]
         return m
 

@@ -97,9 +97,13 @@ class Simulator:
         """Simulate what the test asks for until it ends; then ``leave()``, which never returns."""
         while (job := self.asked.get()) is not None:
             if job.apart:
-                self.answers.put(forked(lambda send, job=job: self._simulate(
-                    job, lambda results, error: send((results, portable(error)))),
-                    self.log, wall_s=WALL_S / 2))
+                try:
+                    answer = forked(lambda send, job=job: self._simulate(
+                        job, lambda results, error: send((results, portable(error)))),
+                        self.log, wall_s=WALL_S / 2)
+                except DiedError as died:
+                    answer = [], died
+                self.answers.put(answer)
                 continue
             self._simulate(job, lambda *answer: self._to_the_end(answer, leave))
             # Only a simulator that could not start comes back.

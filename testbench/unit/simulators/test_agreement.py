@@ -107,7 +107,10 @@ def benches(dut, rng):
                      ctx.get(dut.clash), list(shared)]
         said.append(await ctx.tick().sample(dut.clash, dut.kind).repeat(3))
         ctx.set(dut.part.hold, 1)
-        said.append(await ctx.tick().sample(dut.part.total).until(dut.clash == dut.clash))
+        ctx.set(dut.pair.number, 0)
+        await ctx.tick().repeat(2)
+        ctx.set(dut.pair.number, 4)     # seen is -1, and 3 in the clock after the next
+        said.append(await ctx.tick().sample(dut.part.total).until(dut.seen.number == 3))
         return said
 
     async def second(ctx):

@@ -172,3 +172,14 @@ def test_simulations_apart_give_back_what_their_benches_return(own):
     assert (three, seven) == ([3], [7])
     assert six.startswith("AssertionError: six")
     assert isolated(lambda: (counted(2), seen), own) == ([2], [])
+
+
+def test_a_simulation_apart_that_dies_is_told_to_its_test(own):
+    async def bench(ctx, dut):
+        os._exit(3)
+
+    def test():
+        dut = Counter()
+        own.run(emit(Fragment.get(dut, None)), (lambda ctx: bench(ctx, dut),), 1e-3, apart=True)
+
+    assert isolated(lambda: told(test), own).startswith("DiedError: the process of the test ended")
