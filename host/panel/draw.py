@@ -4,6 +4,7 @@
 Every function gives a whole ``<svg>`` element. Places are in mm and times in seconds.
 """
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 
@@ -165,7 +166,7 @@ def strip(samples: Sequence[Sample], wire: bool) -> str:
     low, high = _frame(values, 1.0 if wire else 0.1)
     axes(198, high, low, "speed, mm/min" if wire else "servo and retractions: Z, mm",
          ticks(low, high, 3))
-    for before, after in zip(shown, shown[1:], strict=False):
+    for before, after in itertools.pairwise(shown):
         if after.motion not in (0, 6):
             parts.append(f'<rect class="back" x="{at(before.t):.1f}" y="198" '
                          f'width="{max(1.5, at(after.t) - at(before.t)):.1f}" height="60"/>')
@@ -181,7 +182,7 @@ def _classes(shown: Sequence[Sample], at: object) -> list[str]:
     """Shares of the classes as bands upon each other; moments without a pulse are empty."""
     assert callable(at)
     parts = []
-    for before, after in zip(shown, shown[1:], strict=False):
+    for before, after in itertools.pairwise(shown):
         if not after.pulses:
             continue
         base, left = 170.0, at(before.t)
