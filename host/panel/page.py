@@ -83,7 +83,8 @@ class Page:
         self.meaning = ui.label().classes("meaning")
         ui.element("div").classes("spread")
         self.pages = ui.label().classes("soft")
-        self.take = ui.button("Take the controls", on_click=self._take).props("no-caps")
+        self.take = ui.button("Take the controls", color=None, on_click=self._take).props(
+            "no-caps").classes("plain")
         ui.button(icon="contrast", on_click=self.dark.toggle).props(
             'flat dense round aria-label="dark or bright" data-testid="theme"')
 
@@ -99,16 +100,16 @@ class Page:
     def _middle(self) -> None:
         wire = self.session.machine.kind == "wire"
         with ui.element("div").classes("card pictures"):
-            self.plan = html().classes("picture").style("flex:3 1 0")
-            self.depth = None if wire else html().classes("picture").style("flex:1.05 1 0")
-        with ui.element("div").classes("card"):
-            self.strip = html().classes("picture")
+            self.plan = html().classes("picture").style("flex:2 1 0")
+            self.depth = None if wire else html().classes("picture").style("flex:1 1 0")
+        with ui.element("div").classes("card strips"):
+            self.strip = html().classes("picture strip")
             html('<span><i class="open"></i>open</span><span><i class="good"></i>good</span>'
                  '<span><i class="arc"></i>arc</span><span><i class="short"></i>short</span>'
                  '<span><i class="back"></i>retraction</span>').classes("legend")
 
     def _key(self, order: str, title: str, under: str) -> None:
-        with ui.button(on_click=lambda: self.order(order)).props(
+        with ui.button(color=None, on_click=lambda: self.order(order)).props(
                 f'no-caps data-testid="{order}"').classes(f"key-button key-{order}") as button:
             html(f'{title}<span class="under">{under}</span>')
         self.locked(button)
@@ -223,17 +224,18 @@ class Page:
                     [("Connect again", "connect")] if lost else
                     [("Unlock ($X)", "line", "$X"),
                      ("The position is true", "line", "$POSITION=HERE")]):
-                button = ui.button(title, on_click=lambda order=order, words=words: self.order(
-                    order, *words)).props("no-caps")
+                button = ui.button(title, color=None, on_click=lambda order=order, words=words:
+                                   self.order(order, *words)).props("no-caps").classes("plain")
                 button.set_enabled(self.session.sharing.holder == self.name)
                 self.locked(button)
 
     def _show_facts(self) -> None:
         heard = self.session.heard
         machine = heard.numbers("MPos")
-        self.digits.set_content("".join(
-            f'<span class="axis">{axis}</span><span class="work">{field_text(work, 4)}</span>'
-            f'<span class="machine">machine {field_text(place, 4)} mm</span>'
+        self.digits.set_content('<span></span><span class="machine">machine</span>'
+                                '<span class="machine">program, mm</span>' + "".join(
+            f'<span class="axis">{axis}</span><span class="machine">{field_text(place, 4)}</span>'
+            f'<span class="work">{field_text(work, 4)}</span>'
             for axis, work, place in zip("XYZ", heard.place, machine, strict=False)))
         words = heard.modal.split()
         by_gap = "G95" in words

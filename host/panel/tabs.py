@@ -61,13 +61,13 @@ class Tabs:
                                'dense outlined data-testid="choose"').style("width:100%")
         self.page.locked(choose)
         with ui.row().style("gap:8px;margin:8px 0;width:100%;flex-wrap:nowrap"):
-            for title, order, colour in (("Start", "run", "positive"), ("Arm", "arm", "warning")):
-                button = ui.button(title, color=colour, on_click=lambda order=order:
-                                   self.page.order(order)).props(
-                                       f'no-caps data-testid="{order}"').style("flex:1")
-                self.page.locked(button)
+            for title, order, kind in (("Start", "run", "key-resume"), ("Arm", "arm", "key-hold")):
+                button = ui.button(title, color=None,
+                                   on_click=lambda order=order: self.page.order(order))
+                self.page.locked(button.classes(kind).style("flex:1").props(
+                    f'no-caps data-testid="{order}"'))
             self.arm = button
-        upload = ui.upload(label="a tape of this computer (.nc, .ptp)", auto_upload=True,
+        upload = ui.upload(label="or a file: .nc, .ptp", auto_upload=True,
                            max_file_size=LARGEST, on_upload=self._upload,
                            on_rejected=lambda: ui.notify(
                                f"A tape has at most {LARGEST >> 20} MB.", type="warning"))
@@ -115,8 +115,8 @@ class Tabs:
                 f"grid-template-columns:repeat({len(axes)},1fr)"):
             for way, sign in ((1, "+"), (-1, MINUS)):
                 for axis in axes:
-                    button = ui.button(f"{axis} {sign}").props(
-                        f'no-caps unelevated data-testid="jog{axis}{sign}"').on(
+                    button = ui.button(f"{axis} {sign}", color=None).props(
+                        f'no-caps unelevated data-testid="jog{axis}{sign}"').classes("plain").on(
                             "pointerdown", js_handler=f"() => jogStart('{axis}', {way})")
                     self.page.locked(button)
         ui.label("The motion is ordered a tenth of a second at a time, so it stops by itself when "
@@ -135,7 +135,8 @@ class Tabs:
             'outlined dense clearable autocomplete=off data-testid="mdi"').style(
                 "width:100%;margin:8px 0").on("keydown.enter", self._send)
         self.page.locked(self.line)
-        self.page.locked(ui.button("Send", on_click=self._send).props("no-caps"))
+        self.page.locked(ui.button("Send", color=None, on_click=self._send).props(
+            "no-caps").classes("plain"))
         self.told = html().classes("record").style("margin-top:10px")
 
     def _send(self) -> None:
@@ -178,7 +179,8 @@ class Tabs:
     # ---- record
 
     def _record(self) -> None:
-        ui.button("Save as events.jsonl", on_click=self._save).props("no-caps flat dense")
+        ui.button("Save as events.jsonl", color=None, on_click=self._save).props(
+            "no-caps dense").classes("plain").style("padding:2px 10px")
         self.record = html().props('data-testid="record"')
 
     def _save(self) -> None:
