@@ -16,7 +16,7 @@ __all__ = ["depth", "plan", "strip", "ticks"]
 Place = tuple[float, ...]
 SHOWN_S = 30.0      # of the strips
 TRAIL = 600         # points of a trail that are drawn
-MOST_V = 100.0
+VOLTS = (25.0, 50.0, 100.0, 200.0, 400.0)  # ends of the voltage's scale
 
 
 def ticks(low: float, high: float, most: int = 5) -> list[float]:
@@ -154,10 +154,12 @@ def strip(samples: Sequence[Sample], wire: bool) -> str:
             parts.append(_text(edge - 5, y(value) + 4, _number(value), "end"))
         parts.append(_text(edge, top - 6, title, "start", "title"))
 
-    axes(22, MOST_V, 0.0, "mean gap voltage, V", (0, 50, 100))
     volts = [(one.t, one.volts) for one in shown if one.volts is not None]
+    highest = max((v for _, v in volts), default=0.0)
+    most = next((end_v for end_v in VOLTS if end_v >= highest), VOLTS[-1])
+    axes(22, most, 0.0, "mean gap voltage, V", (0, most / 2, most))
     if volts:
-        parts.append(_line(((at(t), 82 - min(v, MOST_V) / MOST_V * 60) for t, v in volts), "volts"))
+        parts.append(_line(((at(t), 82 - min(v, most) / most * 60) for t, v in volts), "volts"))
     else:
         parts.append(_text((edge + width) / 2, 56, "the controller does not tell it", "middle"))
     axes(110, 100.0, 0.0, "pulses by class, %", (0, 50, 100))

@@ -221,6 +221,8 @@ def sentence(event: Event) -> str:
             return f"Condition {condition_words(event)}."
         case "alarm":
             return f"Alarm {told['code']}: {told['text']}"
+        case "fluid_class":
+            return f"Fluid: class {told['class']}, measured as {told['measured']}."
         case "aux":
             return f"Auxiliary function {told['letter'].upper()}{told['code']}."
     return f"{event['event'].replace('_', ' ').capitalize()}."

@@ -73,7 +73,8 @@ def _free(host: str, port: int) -> None:
 
 
 def _introduction(host: str, at: int, token: str, port: str | None) -> list[str]:
-    shown = f"[{host}]" if ":" in host else host
+    shown = socket.gethostname() if host in ("0.0.0.0", "::") else host
+    shown = f"[{shown}]" if ":" in shown else shown
     behind = f"/?token={token}" if token else "/"
     told = [f"panel: http://{shown}:{at}{behind}"]
     if token:

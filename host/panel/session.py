@@ -9,6 +9,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,7 @@ CANCEL = b"\x85"    # grbl's byte that cancels a jog
 ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
           "connect")
 _WATCHES = "This page only watches: take the controls first."
+_REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
 
 
@@ -241,12 +243,22 @@ class Session:
                 if self._start:
                     self._send_tape()
                 self._controller.poll(POLL_S)
-            if self.running:
-                self._controller.press(HOLD)
-            self._controller.press(RESET)
-            wire.read(POLL_S)   # a simulated line takes its time
         finally:
+            with suppress(UserError):
+                self._leave(wire)
             wire.close()
+
+    def _leave(self, wire: Wire) -> None:
+        """Hold whatever moves, wait for rest, and leave the controller to whoever comes next."""
+        self._end_jog()
+        end = wire.time_s() + STOP_S
+        if self.heard.state not in _REST:
+            self._controller.press(HOLD)
+            while self.heard.state not in _REST and wire.time_s() < end:
+                self._controller.realtime(STATUS)
+                self._controller.poll(SAMPLE_S)
+        self._controller.press(RESET)
+        wire.read(POLL_S)   # a simulated line takes its time
 
     def _set_up(self, wire: Wire) -> None:
         """Begin as ``gapkeeper run`` does; a real machine keeps its lock, its place, its values."""
@@ -330,7 +342,7 @@ class Session:
         if self._stop_s is None:
             return
         waited = now - self._stop_s     # the first report may be older than the hold
-        rests = waited > 3 * SAMPLE_S and self.heard.state in ("Hold:0", "Idle", "Alarm")
+        rests = waited > 3 * SAMPLE_S and self.heard.state in _REST
         if rests or waited > STOP_S:
             self._stop_s = None
             self._controller.press(RESET)

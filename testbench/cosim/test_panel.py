@@ -113,7 +113,8 @@ def opened(chrome, url, complaints):
 
 def depth_of(page):
     """Z in the frame of the program, from the page."""
-    return float(element(page, "place").locator(".work").nth(2).inner_text().replace("−", "-"))
+    shown = element(page, "place").locator(".work").nth(2).inner_text()
+    return float(shown.replace("\N{MINUS SIGN}", "-"))
 
 
 def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_watches(chromium):

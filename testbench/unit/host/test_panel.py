@@ -16,9 +16,11 @@ from host.panel.heard import CLASSES, Heard, condition_words, sentence
 from host.panel.outline import outline
 from host.panel.session import CANCEL, Job, Session
 from host.panel.sharing import LEASE_S, SILENT_S, Jog, Sharing
+from host.panel.wires import Remote
 from host.run.events import Scale
 from softcore.tables import events as table
 from softcore.tables.settings import named
+from testbench.live import serving
 from testbench.punch import TAPES
 from testbench.unit.host.test_run_firmware import CLOCK_HZ, PULSES_PER_MM, Firmware
 
@@ -311,6 +313,46 @@ def test_a_failure_to_connect_is_one_sentence_and_is_tried_again_by_order():
     session.close()
 
 
+def test_an_end_in_motion_holds_waits_for_rest_and_resets(serve):
+    wire = Script()
+    session = serve(wire)
+    wire.state = "Run"
+    until(lambda: session.heard.state == "Run")
+
+    def rest_after_hold():
+        if HOLD in wire.bytes and wire.state == "Run":
+            wire.state = "Hold:0"
+        assert RESET not in wire.bytes or wire.state == "Hold:0"
+
+    session._over.set()
+    until(lambda: RESET in wire.bytes, rest_after_hold)
+    assert wire.bytes.index(HOLD) < wire.bytes.index(RESET)
+    session.close()
+    assert wire.closed
+
+
+def test_a_controller_at_a_port_is_asked_who_it_is_and_keeps_its_lock(serve):
+    class Machinery(Board):
+        byte_s = 1e-5
+
+        def button_arm(self, down):
+            pass
+
+        def armed(self):
+            return False
+
+    with serving(Machinery()) as (url, _):
+        said = []
+        session = serve(Remote(url, MACHINE, baud=1_000_000, clock_hz=CLOCK_HZ, say=said.append))
+        assert not session.simulated
+        assert session.heard.state == "Alarm"   # locked: nobody has unlocked it
+        assert session.heard.settings[SETTING.number] == str(SETTING.default)
+        assert session.take("a")
+        assert session.order("a", "line", "$X") == ""
+        until(lambda: session.notice == "$X: ok", lambda: session.seen("a"))
+        session.close()
+
+
 def test_a_setting_is_changed_and_read_back_from_the_firmware(serve):
     session = serve(Board())
     session.take("a")
@@ -389,7 +431,7 @@ def test_every_event_has_a_sentence():
     place = {"line": 1, "pos": {"x": 0.0, "y": 0.0, "z": 0.0}, "t": 0.0, "cycle": 0}
     values = {"cause": "short", "distance": 0.5, "reason": "cleared", "speed": 60.0, "limit": 1.0,
               "phase": "low", "high": 600.0, "low": 60.0, "changeover": 0.1, "number": 130,
-              "ip": 6.0, "code": 8, "letter": "m", "text": "Text."}
+              "ip": 6.0, "code": 8, "letter": "m", "class": 1, "measured": 2, "text": "Text."}
     for event in table.EVENTS:
         text = sentence({"event": event.name, **place, **values})
         assert text[0].isupper()
