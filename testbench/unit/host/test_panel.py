@@ -42,6 +42,18 @@ class Clock:
         return self.now
 
 
+class Frozen:
+    """The computer's clock, which can be stopped: then no time-out does what an order should do."""
+
+    stopped = None
+
+    def __call__(self):
+        return time.monotonic() if self.stopped is None else self.stopped
+
+    def stop(self):
+        self.stopped = time.monotonic()
+
+
 class Script:
     """A controller that takes every line but those that ``refuses`` names."""
 
@@ -118,8 +130,8 @@ def serve():
     """Begin a session with a wire; it ends with the test."""
     begun = []
 
-    def begin(wire):
-        session = Session(MACHINE, lambda say: wire)
+    def begin(wire, clock=time.monotonic):
+        session = Session(MACHINE, lambda say: wire, clock)
         begun.append(session)
         session.start()
         until(lambda: session.link != "starting")
@@ -205,8 +217,8 @@ def test_a_jog_that_nobody_renews_ends():
     assert jog.segment() is None
 
 
-def _jogging(serve, wire):
-    session = serve(wire)
+def _jogging(serve, wire, clock=time.monotonic):
+    session = serve(wire, clock)
     assert session.take("a")
     assert session.order("a", "jog", "X", 1, 60.0) == ""
     return session
@@ -218,14 +230,16 @@ def jogs(wire):
 
 @pytest.mark.parametrize("how", ["release", "silence", "gone", "hold", "let go"])
 def test_a_jog_is_cancelled_and_no_segment_follows(serve, how):
-    wire = Script()
-    session = _jogging(serve, wire)
+    wire, clock = Script(), Frozen()
+    session = _jogging(serve, wire, clock)
 
     def renew():
         session.order("a", "jog", "X", 1, 60.0)
 
     until(lambda: len(jogs(wire)) > 4, renew)
     assert not wire.bytes.count(CANCEL)
+    if how != "silence":
+        clock.stop()
     {"release": lambda: session.order("a", "jog_end"), "silence": lambda: None,
      "gone": lambda: session.gone("a"), "hold": lambda: session.order("a", "hold"),
      "let go": lambda: session.let_go("a")}[how]()
