@@ -130,6 +130,11 @@ class Session:
         """The newest sentence."""
         return self.notices[-1][1] if self.notices else ""
 
+    @property
+    def pace(self) -> str:
+        """How fast a simulated machine's time goes, if it cannot keep up; else nothing."""
+        return self._wire.pace if self.link == "connected" else ""
+
     def seen(self, page: str) -> None:
         """Note that a page is there; call it once a second."""
         with self.lock:

@@ -57,7 +57,7 @@ class Frozen:
 class Script:
     """A controller that takes every line but those that ``refuses`` names."""
 
-    simulated, clock_hz = True, CLOCK_HZ
+    simulated, clock_hz, pace = True, CLOCK_HZ, ""
     armed = False
 
     def __init__(self, refuses=""):
@@ -109,7 +109,7 @@ class Script:
 class Board(Firmware):
     """The firmware on this computer, slowly enough that a test can act while it works."""
 
-    simulated = True
+    simulated, pace = True, ""
 
     def read(self, timeout_s):
         time.sleep(0.001)
