@@ -63,9 +63,9 @@ KINDS = ("ok", "open", "dame", "short")
 # Figure: its name in the table, and digits.
 FIGURES = {
     "time_s": ("time, s", 1), "unscaled_min": ("unscaled, min", 0),
-    "consumed_um": ("undersize consumed in the cavity, um", 1),
-    "bottom_um": ("opening near the bottom, um", 1),
-    "by_data_um": ("undersize by the basic data, um", 1),
+    "consumed_um": ("consumed in the cavity, um", 1),
+    "bottom_um": ("near its bottom, um", 1),
+    "by_data_um": ("by the basic data, um", 1),
     "ok": ("good, %", 1), "open": ("open, %", 1), "dame": ("arc, %", 1), "short": ("short, %", 2),
     "retractions": ("retractions from shorts", 1),
 }
@@ -263,9 +263,9 @@ def sweep_table(runs: Iterable[Record], style: box.Box = box.SIMPLE_HEAD) -> Tab
     """Undersize consumed with other constants of the walls: means over the seeds that ended."""
     ended = [one for one in runs if one["outcome"] == "end"]
     made = Table(box=style)
-    made.add_column("walls with", no_wrap=True)
-    for title in (*ARMS, "staircase less constant"):
-        made.add_column(f"{title}, um", justify="right", no_wrap=True)
+    made.add_column("consumed, um, with", no_wrap=True)
+    for title in (*ARMS, "2nd - 1st"):
+        made.add_column(title, justify="right", no_wrap=True)
     for row, numbers in enumerate(SWEEP):
         by_arm = [[one["swept_um"][row] for one in ended if one["arm"] == arm] for arm in ARMS]
         means = [float(np.mean(group)) if group else None for group in by_arm]

@@ -179,7 +179,7 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
                   key=lambda one: (one["arm"], one["seed"])) == sorted(
                       RUNS, key=lambda one: (one["arm"], one["seed"]))
     page = (workdir / "out" / "table.md").read_text()
-    assert "undersize consumed in the cavity, um" in page
+    assert "consumed in the cavity, um" in page
     assert page.count("+1.00") == len(SWEEP)
     assert "staircase, seed 2: end after 82.0 s at 15.000 mm" in (workdir / "said.txt").read_text()
     assert (workdir / "out" / "plot.png").read_bytes()[:4] == b"\x89PNG"
