@@ -237,6 +237,16 @@ SETTINGS: tuple[Setting, ...] = (
          (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes moves the path inwards. The "
          "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
+    _set(464, "short_mean_mv", "short: by a mean voltage below this (0 by pulses)", "mV",
+         (0, 0, 90_000), "detector", "The gap counts as shorted when the mean of its voltage, "
+         "off-time included, is below this, as in the prior art of the fourth patent. 0: when so "
+         "many pulses were shorted (`${short_needed}`). Either way `${clear_needed}` ends it. A "
+         "preset must be well above 0 and well below the mean while machining; with 0 volts on "
+         "average the gap is shorted."),
+    _set(465, "short_mean_us", "short: time of that mean", "us", (500, 50, 300_000), "detector",
+         "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on."),
+    _set(466, "law_discharge_um", "feed P5: unit distance", "um", (5, 1, 6000), "gap",
+         "Distance over which G95 P5 measures the discharge.", guards=False),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
 )
 
