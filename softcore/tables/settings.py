@@ -241,12 +241,14 @@ SETTINGS: tuple[Setting, ...] = (
          (0, 0, 90_000), "detector", "The gap counts as shorted when the mean of its voltage, "
          "off-time included, is below this, as in the prior art of the fourth patent. 0: when so "
          "many pulses were shorted (`${short_needed}`). Either way `${clear_needed}` ends it. A "
-         "preset must be well above 0 and well below the mean while machining; with 0 volts on "
-         "average the gap is shorted."),
-    _set(465, "short_mean_us", "short: time of that mean", "us", (500, 50, 300_000), "detector",
-         "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on."),
-    _set(466, "law_discharge_um", "feed P5: unit distance", "um", (5, 1, 6000), "gap",
-         "Distance over which G95 P5 measures the discharge.", guards=False),
+         "preset must be well above 0 and well below the mean while machining."),
+    _set(465, "short_mean_us", "short: time of that mean", "us", (5000, 50, 300_000), "detector",
+         "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on. If the "
+         "converter takes few samples in it (one in 1.4 us on a board, in 17 us in the simulation), "
+         "most may fall into off-time, and a sound gap then counts as shorted."),
+    _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
+         "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
+         "than the contact of electrode and work along the path.", guards=False),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
 )
 

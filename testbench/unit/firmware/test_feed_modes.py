@@ -69,7 +69,7 @@ def test_a_mode_brings_references_and_settings(machine, mode):
     if mode == 4:
         assert (found["unit"], found["window"]) == (100, CLOCK_HZ)
     if mode == 5:
-        assert (found["unit"], found["window"]) == (50, CLOCK_HZ)
+        assert (found["unit"], found["window"]) == (200, CLOCK_HZ)
 
 
 def test_the_mode_is_on_for_feed_motion_alone(machine):
