@@ -4,7 +4,8 @@
 There are two walls: one whose stock has a step, and one of even stock in a flow of fluid that
 drifts. Each is finished with constant feed (G94), zero feed at Vs (P2), F at Vs (P3), constant
 removal by the mean voltage (P4) and by the discharge per distance (P5), and once more in G94 with
-shorts judged by the mean voltage, as in the fourth patent's prior art; all with the same seeds. Calibration and tuning have seeds of their own.
+shorts judged by the mean voltage, as in the fourth patent's prior art; all with the same seeds.
+Calibration and tuning have seeds of their own.
 
 * Calibration: even nominal stock is cut at the preset speed (P3 with the least possible gain). The
   mean voltage becomes the Vs of P3. The Es of P4 is the drop from the voltage measured in the
@@ -370,8 +371,8 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()
     plan = calibrate(way_mm)
-    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of P5 "
-            f"{plan.discharge:.3f} V."]
+    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
+            f"P5 {plan.discharge:.3f} V."]
     console.print(said[0], soft_wrap=True)
     tried = [Trial(plan, wall, "P3", seed, gain, other=True)
              for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]

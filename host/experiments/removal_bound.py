@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from host.experiments.common import Record
 from host.run.workpiece import Columns
 
-__all__ = ["PARTS", "best_by_drop", "best_by_distance", "bounds", "parts", "reached"]
+__all__ = ["PARTS", "best_by_distance", "best_by_drop", "bounds", "parts", "reached"]
 
 # Parts of the variance of the drop of the mean voltage.
 PARTS = ("stock", "shorts", "debris", "number of discharges", "rest")

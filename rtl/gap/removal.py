@@ -51,10 +51,12 @@ class RemovalDetector(wiring.Component):
     * ``mean``: sum of the samples over their number, 37 clocks after the window's end. With
       ``shares`` it stays.
     * ``drop``, Ex: ``no_load - mean``, or the share; at least ``least``; one clock later.
-    * ``ratio``: ``reference / drop``, or ``share / drop``, in 1/4096, at least ``ratio_min`` and then at most
-      ``ratio_max``; 37 clocks later. ``windows`` counts then, too. Ex = 0 gives ``ratio_max``.
+    * ``ratio``: ``reference / drop``, or ``share / drop``, in 1/4096, at least ``ratio_min`` and
+      then at most ``ratio_max``; 37 clocks later. ``windows`` counts then, too. Ex = 0 gives
+      ``ratio_max``.
 
-    ``reference`` and ``share`` are read with the drop, ``ratio_min`` and ``ratio_max`` with the ratio.
+    ``reference`` and ``share`` are read with the drop, ``ratio_min`` and ``ratio_max`` with the
+    ratio.
 
     Edge cases: while ``on`` is low, and until the end of the first window after, ``known`` is low
     and the ratio is 1. Without any discharge Ex is ``least``. ``discard`` (a short, a retraction)

@@ -65,12 +65,12 @@ typedef enum {
     SET_LOW_X_UM,
     SET_LOW_Y_UM,
     SET_LOW_Z_UM,
-    SET_SHORT_MEAN_MV,
-    SET_SHORT_MEAN_US,
-    SET_LAW_DISCHARGE_UM,
     SET_HIGH_X_UM,
     SET_HIGH_Y_UM,
     SET_HIGH_Z_UM,
+    SET_SHORT_MEAN_MV,
+    SET_SHORT_MEAN_US,
+    SET_LAW_DISCHARGE_UM,
     SETTINGS,
 } setting;
 

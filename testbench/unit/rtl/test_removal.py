@@ -29,7 +29,8 @@ class Bench:
         ctx.set(self.dut.sample_valid, sample is not None)
         ctx.set(self.dut.pulse, pulse)
         ctx.set(self.dut.burning, burning)
-        self.model.clock(sample=sample, pulse=pulse, burning=burning, settings=self.settings, **inputs)
+        self.model.clock(sample=sample, pulse=pulse, burning=burning, settings=self.settings,
+                         **inputs)
         await ctx.tick()
         for name in OUTPUTS:
             assert ctx.get(getattr(self.dut, name)) == getattr(self.model, name), name
