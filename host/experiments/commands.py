@@ -62,11 +62,13 @@ def experiment_removal(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
 ) -> None:
-    """Finish a wall at constant feed and in the feed modes P2, P3 and P4 of G95.
+    """Finish a wall at constant feed and in the feed modes P2 to P5 of G95.
 
     One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
     with the same seeds. Results: variation of the removal per time, the finished surface,
-    retractions and time. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
+    retractions and time; what the signal of P4 is made of, and the best that P4 and P5 could do by
+    theirs beside what they did. Once more in G94, shorts are judged by the mean voltage. P3's gain
+    is tuned before, on another stock. Takes minutes, on all cores.
     """
     from host.experiments.removal import removal
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)

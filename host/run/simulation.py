@@ -124,6 +124,10 @@ class Simulation:
         """Mean gap voltage that the feed mode used last, V; 0 before the first."""
         return self._native.probe("feed_voltage_mean") / 2**16 * CONVERTER_V
 
+    def measured_share(self) -> float:
+        """Ex that G95 P5 measured last: share of the time with discharge, at the feed F."""
+        return self._native.probe("feed_voltage_drop") / 2**16
+
     def trace(self) -> Columns:
         """Samples of the run as columns."""
         return self._native.trace()
