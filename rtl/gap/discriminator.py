@@ -27,8 +27,11 @@ class Discriminator(wiring.Component):
     the class.
 
     A main pulse *ignites* in the first clock past the blanking in which ``high`` is low or, with
-    ``use_current``, in which ``current`` is high. The next ``settle`` clocks are ignored, as the
-    voltage is still falling. The class of a main pulse is
+    ``use_current``, in which ``current`` is high. With ``from_ignition``, when the on-time counts
+    from there, it also ignites within the blanking: in the first clock in which ``current`` is
+    high, or without ``use_current`` in which ``high`` is low after it was high in the same pulse.
+    Then its sample comes even if it is not longer than ``blanking``. The next ``settle`` clocks are
+    ignored, as the voltage is still falling. The class of a main pulse is
 
     * ``OPEN`` if it did not ignite;
     * ``SHORT`` if ``short`` was high in its last clock;
@@ -41,10 +44,11 @@ class Discriminator(wiring.Component):
     Sensing pulses carry too little current for any of this: they are ``SHORT`` if ``short`` was
     high in the last clock, else ``OPEN``.
 
-    ``shorted_now`` says in the same clock that the pulse is past its blanking and settling, and
-    ``short`` is high. ``abnormal`` says that in a main pulse ``short`` or ``arc`` has been high for
-    ``confirm`` clocks in a row, this one included; 0 counts as 1. The counters and ``last`` follow
-    main pulses only, one clock after the sample; counters wrap.
+    ``ignited`` says in the same clock that the main pulse has ignited. ``shorted_now`` says in the
+    same clock that the pulse is past its blanking and settling, and ``short`` is high. ``abnormal``
+    says that in a main pulse ``short`` or ``arc`` has been high for ``confirm`` clocks in a row,
+    this one included; 0 counts as 1. The counters and ``last`` follow main pulses only, one clock
+    after the sample; counters wrap.
 
     Settings may change between pulses only: after the clock of the sample, and before the last
     clock of the pause.
@@ -73,6 +77,8 @@ class Discriminator(wiring.Component):
         Shortest ignition delay of a good discharge, in clocks.
     use_current, use_delay, use_noise : In(1)
         Criteria in use.
+    from_ignition : In(1)
+        The ignition counts within the blanking, too.
     sample : Out(1)
         A pulse was classified: high for one clock.
     kind : Out(PulseClass)
@@ -81,6 +87,8 @@ class Discriminator(wiring.Component):
         It was a sensing pulse. Valid with ``sample``.
     sample_shorted : Out(1)
         ``kind`` is ``SHORT``. Valid with ``sample``.
+    ignited : Out(1)
+        The main pulse has ignited, in this clock or before.
     shorted_now : Out(1)
         The pulse is shorted in this clock.
     abnormal : Out(1)
@@ -105,10 +113,12 @@ class Discriminator(wiring.Component):
     use_current: In(1)
     use_delay: In(1)
     use_noise: In(1)
+    from_ignition: In(1)
     sample: Out(1)
     kind: Out(PulseClass)
     sample_sensing: Out(1)
     sample_shorted: Out(1)
+    ignited: Out(1)
     shorted_now: Out(1)
     abnormal: Out(1)
     last: Out(PulseClass)
@@ -154,9 +164,14 @@ class Discriminator(wiring.Component):
         settled = Signal()
         early = Signal()
         heard = Signal()
+        risen = Signal()      # the voltage was above the open level in this pulse
+        shows = Signal()      # the comparators show a discharge
+        m.d.sync += risen.eq(self.high | (risen & same))
         m.d.comb += [
-            burning.eq(past & self.on
-                       & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
+            shows.eq(Mux(self.use_current, self.current, ~self.high)
+                     & (past | (self.from_ignition & (self.use_current | (risen & same))))),
+            burning.eq(self.on & ((lit & same) | shows)),
+            self.ignited.eq(burning),
             settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
             self.shorted_now.eq(settled & self.short),
         ]
@@ -190,7 +205,7 @@ class Discriminator(wiring.Component):
         short = Signal()
         arc = Signal()
         m.d.sync += [
-            valid.eq(past),
+            valid.eq(past | burning),
             short.eq(self.shorted_now),
             arc.eq(settled & self.arc),
         ]

@@ -26,6 +26,7 @@ class Rules:
     use_current: int = 0
     use_delay: int = 0
     use_noise: int = 0
+    from_ignition: int = 0
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,12 @@ class Discriminator:
     last: int = OPEN
     source: str = ""
     pulse: list = field(default_factory=list)  # the clocks so far
+    rules: Rules = field(default_factory=Rules)
 
     def clock(self, *, on, sense, rules, **levels):
         """Return ``(sample or None, shorted_now, abnormal)`` of this clock, and go to the next."""
         source = "main" if on else "sense" if sense else ""
+        self.rules = rules
         sample = None
         if source != self.source:
             sample = self._classify(rules)
@@ -66,9 +69,15 @@ class Discriminator:
         """Number of the clock in which the main pulse ignites, or None."""
         for number, clock in enumerate(self.pulse):
             lit = clock.current if rules.use_current else not clock.high
-            if number >= rules.blanking and lit:
+            fell = rules.use_current or any(earlier.high for earlier in self.pulse[:number])
+            if lit and (number >= rules.blanking or (rules.from_ignition and fell)):
                 return number
         return None
+
+    @property
+    def ignited(self):
+        """Whether the main pulse had ignited in the clock of the last call."""
+        return self.source == "main" and self._ignition(self.rules) is not None
 
     def _readable(self, rules):
         """The clocks in which arc and short levels count."""
@@ -88,13 +97,13 @@ class Discriminator:
         return bool(seen[-1].short), abnormal
 
     def _classify(self, rules):
-        if len(self.pulse) <= rules.blanking:
-            return None
         sensing = self.source == "sense"
+        ignition = None if sensing else self._ignition(rules)
+        if len(self.pulse) <= rules.blanking and ignition is None:
+            return None
         seen = self._readable(rules)
         if seen and seen[-1].short:
             return Sample(SHORT, sensing)
-        ignition = self._ignition(rules)
         if sensing or ignition is None:
             return Sample(OPEN, sensing)
         says = []
