@@ -28,9 +28,8 @@ class Discriminator(wiring.Component):
 
     A main pulse *ignites* in the first clock past the blanking in which ``high`` is low or, with
     ``use_current``, in which ``current`` is high. With ``from_ignition``, when the on-time counts
-    from there, it also ignites within the blanking: in the first clock in which ``current`` is
-    high, or without ``use_current`` in which ``high`` is low after it was high in the same pulse.
-    Then its sample comes even if it is not longer than ``blanking``. The next ``settle`` clocks are
+    from there, the blanking of a main pulse ends sooner: after a clock with ``high``, as the
+    voltage has risen, or with ``use_current`` after the first clock. The next ``settle`` clocks are
     ignored, as the voltage is still falling. The class of a main pulse is
 
     * ``OPEN`` if it did not ignite;
@@ -78,7 +77,7 @@ class Discriminator(wiring.Component):
     use_current, use_delay, use_noise : In(1)
         Criteria in use.
     from_ignition : In(1)
-        The ignition counts within the blanking, too.
+        The blanking ends when the voltage has risen.
     sample : Out(1)
         A pulse was classified: high for one clock.
     kind : Out(PulseClass)
@@ -145,16 +144,21 @@ class Discriminator(wiring.Component):
         with m.Else():
             m.d.sync += age.eq(1)
 
-        def since(limit, name):
-            """High in a pulse from when ``limit`` clocks of it are over. Equal is enough."""
+        def since(limit, name, sooner=0):
+            """High in a pulse from when ``limit`` clocks of it are over. Equal is enough.
+
+            ``sooner`` ends it after this clock.
+            """
             reached = Signal(name=f"{name}_before")
             now = Signal(name=name)
             m.d.comb += now.eq(Mux(same, reached | (age == limit), limit == 0))
-            m.d.sync += reached.eq(now)
+            m.d.sync += reached.eq(now | sooner)
             return now
 
+        risen = Signal()      # nothing is left to wait for at the start of the pulse
+        m.d.comb += risen.eq(self.from_ignition & self.on & (self.use_current | self.high))
         past = Signal()       # the comparators count
-        m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked"))
+        m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked", risen))
 
         # From the ignition on.
         lit = Signal()        # up to the last clock
@@ -164,13 +168,9 @@ class Discriminator(wiring.Component):
         settled = Signal()
         early = Signal()
         heard = Signal()
-        risen = Signal()      # the voltage was above the open level in this pulse
-        shows = Signal()      # the comparators show a discharge
-        m.d.sync += risen.eq(self.high | (risen & same))
         m.d.comb += [
-            shows.eq(Mux(self.use_current, self.current, ~self.high)
-                     & (past | (self.from_ignition & (self.use_current | (risen & same))))),
-            burning.eq(self.on & ((lit & same) | shows)),
+            burning.eq(past & self.on
+                       & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
             self.ignited.eq(burning),
             settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
             self.shorted_now.eq(settled & self.short),
@@ -205,7 +205,7 @@ class Discriminator(wiring.Component):
         short = Signal()
         arc = Signal()
         m.d.sync += [
-            valid.eq(past | burning),
+            valid.eq(past),
             short.eq(self.shorted_now),
             arc.eq(settled & self.arc),
         ]
@@ -214,7 +214,7 @@ class Discriminator(wiring.Component):
         suspect = Signal()
         m.d.comb += [
             self.sample.eq(valid & ~same),
-            self.sample_sensing.eq(~main),
+            self.sample_sensing.eq(before[1]),
             self.sample_shorted.eq(short),
             suspect.eq((self.use_delay | self.use_noise) & (early | ~self.use_delay)
                        & ~(heard & self.use_noise)),

@@ -238,6 +238,11 @@ SETTINGS: tuple[Setting, ...] = (
          "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
+    _set(480, "ignition_lag_ns", "gap: delay of comparators and driver at an ignition", "ns",
+         (0, 0, 100_000), "gap", "A condition with A1 counts its on-time from the ignition. The "
+         "discharge burns longer by the delay from the gap to the comparator's pin and from the "
+         "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
+         "4 clocks, always is."),
 )
 
 

@@ -164,11 +164,10 @@ SAFETY = (
     ),
     *breaks_of(
         "rtl/gap/discriminator.py", "unit/rtl/test_from_ignition.py",
-        ("(self.use_current | (risen & same))", "self.use_current",
+        ("& (self.use_current | self.high))", "& self.use_current)",
          "a fall of the voltage within the blanking ignites"),
-        ("valid.eq(past | burning)", "valid.eq(past)", "what ignites is a sample"),
-        ("risen.eq(self.high | (risen & same))", "risen.eq(self.high | risen)",
-         "the voltage of the last pulse is no sign"),
+        ("self.from_ignition & self.on &", "self.on &", "else the blanking lasts",
+         "unit/rtl/test_discriminator.py"),
     ),
     *breaks_of(
         "rtl/power/limiter.py", "formal/test_power.py",

@@ -65,12 +65,20 @@ class Discriminator:
             self.last = sample.kind
         return (sample, *self._now(rules))
 
+    def _blanked(self, rules):
+        """Clocks of the pulse so far in which the comparators do not count."""
+        if self.source == "main" and rules.from_ignition:
+            for number, clock in enumerate(self.pulse, 1):
+                if rules.use_current or clock.high:
+                    return min(rules.blanking, number)
+        return rules.blanking
+
     def _ignition(self, rules):
         """Number of the clock in which the main pulse ignites, or None."""
+        blanked = self._blanked(rules)
         for number, clock in enumerate(self.pulse):
             lit = clock.current if rules.use_current else not clock.high
-            fell = rules.use_current or any(earlier.high for earlier in self.pulse[:number])
-            if lit and (number >= rules.blanking or (rules.from_ignition and fell)):
+            if number >= blanked and lit:
                 return number
         return None
 
@@ -97,13 +105,13 @@ class Discriminator:
         return bool(seen[-1].short), abnormal
 
     def _classify(self, rules):
-        sensing = self.source == "sense"
-        ignition = None if sensing else self._ignition(rules)
-        if len(self.pulse) <= rules.blanking and ignition is None:
+        if len(self.pulse) <= self._blanked(rules):
             return None
+        sensing = self.source == "sense"
         seen = self._readable(rules)
         if seen and seen[-1].short:
             return Sample(SHORT, sensing)
+        ignition = self._ignition(rules)
         if sensing or ignition is None:
             return Sample(OPEN, sensing)
         says = []

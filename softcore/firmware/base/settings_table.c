@@ -130,6 +130,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "upper end of Y", "um", 0},
     [SET_HIGH_Z_UM] = {299000, 0, 20000000, 463, GROUP_TRAVEL, true,
         "upper end of Z", "um", 0},
+    [SET_IGNITION_LAG_NS] = {0, 0, 100000, 480, GROUP_GAP, true,
+        "gap: delay of comparators and driver at an ignition", "ns", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

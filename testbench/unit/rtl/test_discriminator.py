@@ -108,13 +108,17 @@ def test_follows_the_model(simulate, rng):
     (Rules(blanking=5, from_ignition=1), "....", None),
     (Rules(blanking=5, from_ignition=1), "......", model.OK),
     (Rules(blanking=5, from_ignition=1), "ssssss", model.SHORT),
-    (Rules(blanking=5, from_ignition=1), "hhhh", None),
+    (Rules(blanking=5, from_ignition=1), "h", None),
+    (Rules(blanking=5, from_ignition=1), "hhhh", model.OPEN),
     (Rules(blanking=5, from_ignition=1), "hhhhhh", model.OPEN),
     (Rules(blanking=5, from_ignition=1), "hhsa", model.DAME),
     (Rules(blanking=5, from_ignition=1, settle=2), "hh.s", model.OK),
     (Rules(blanking=5, from_ignition=1, settle=2), "hhs.s", model.SHORT),
-    (Rules(blanking=5, from_ignition=1, use_current=1), "c", model.OK),
-    (Rules(blanking=5, from_ignition=1, use_current=1), "...", None),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "c", None),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "cc", model.OK),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "..c", model.OK),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "...", model.OPEN),
+    (Rules(blanking=5, use_current=1), "cccc", None),
     (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hh..", model.DAME),
     (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hhh.", model.OK),
 ])
@@ -122,6 +126,7 @@ def test_classes(simulate, rules, pulse, kind):
     bench = Bench(rules)
 
     async def run(ctx):
+        await bench.clock(ctx)  # the rules come before the pulse
         for letter in pulse:
             await bench.clock(ctx, on=1, high=letter == "h", arc=letter == "a",
                               short=letter == "s", noise=letter == "n", current=letter == "c")
