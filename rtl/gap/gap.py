@@ -59,6 +59,8 @@ class Gap(wiring.Component):
         Sensing pulses are wanted while the discharge is off.
     abnormal : Out(1)
         The pulse under way is an arc or a short.
+    ignited : Out(1)
+        The main pulse under way has ignited.
     trip : Out(1)
         Contact, and the axes are too fast to stop: a cause of the interlock.
     fluid_news : Out(1)
@@ -86,7 +88,7 @@ class Gap(wiring.Component):
                 "arc", "short", "current", "noise", "adc_data")},
             "reference": Out(3),
             **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
-                                         "abnormal", "trip", "fluid_news")},
+                                         "abnormal", "ignited", "trip", "fluid_news")},
         })
 
     def elaborate(self, platform):
@@ -120,6 +122,7 @@ class Gap(wiring.Component):
         m.d.sync += [getattr(discriminator, f"use_{name}").eq(
                          getattr(self.condition, f"gap_criteria_{name}"))
                      for name in ("current", "delay", "noise")]
+        m.d.sync += discriminator.from_ignition.eq(self.condition.power_wait_time != 0)
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
             *(getattr(discriminator, name).eq(getattr(self, name))
@@ -129,7 +132,7 @@ class Gap(wiring.Component):
             *(getattr(registers, name).eq(getattr(discriminator, name))
               for name in ("open_count", "ok_count", "dame_count", "short_count")),
             registers.status_last.eq(discriminator.last),
-            self.abnormal.eq(discriminator.abnormal),
+            self.abnormal.eq(discriminator.abnormal), self.ignited.eq(discriminator.ignited),
             *(level.eq(getattr(self.condition, f"gap_reference_{name}"))
               for level, name in zip(references.level, ("open", "arc", "short"), strict=True)),
             self.reference.eq(references.stream),

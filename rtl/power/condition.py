@@ -13,7 +13,7 @@ __all__ = ["WORDS", "Condition"]
 
 # The words of a condition, by the registers in which they are staged: block, then name.
 WORDS = (
-    "power_level", "power_on_time", "power_off_time", "power_off_extra",
+    "power_level", "power_on_time", "power_wait_time", "power_off_time", "power_off_extra",
     "power_supply_voltage", "power_supply_negative",
     "gap_reference_open", "gap_reference_arc", "gap_reference_short",
     "gap_delay_least", "gap_criteria_current", "gap_criteria_delay", "gap_criteria_noise",

@@ -250,6 +250,11 @@ SETTINGS: tuple[Setting, ...] = (
     _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
          "than the contact of electrode and work along the path.", guards=False),
+    _set(480, "ignition_lag_ns", "gap: delay of comparators and driver at an ignition", "ns",
+         (0, 0, 100_000), "gap", "A condition with A1 counts its on-time from the ignition. The "
+         "discharge burns longer by the delay from the gap to the comparator's pin and from the "
+         "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
+         "4 clocks, always is."),
 )
 
 

@@ -136,6 +136,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "short: time of that mean", "us", 0},
     [SET_LAW_DISCHARGE_UM] = {20, 1, 6000, 466, GROUP_GAP, false,
         "feed P5: unit distance", "um", 0},
+    [SET_IGNITION_LAG_NS] = {0, 0, 100000, 480, GROUP_GAP, true,
+        "gap: delay of comparators and driver at an ignition", "ns", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

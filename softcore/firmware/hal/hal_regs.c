@@ -314,8 +314,9 @@ uint32_t hal_fluid_state(void) {
            GET(status, FLUID_STATUS_CLASS) << 8;
 }
 
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->on_time = on;
+    POWER->wait_time = wait;
     POWER->off_time = off;
     POWER->off_extra = rest;
     POWER->level = level;

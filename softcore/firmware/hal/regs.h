@@ -363,6 +363,7 @@ typedef volatile struct {
     uint32_t off_extra; /* Additional off-time after an abnormal pulse. [clock] */
     uint32_t supply; /* Orders to the power supply. */
     const uint32_t limits; /* Limits of the build, which no register can exceed. */
+    uint32_t wait_time; /* Longest wait of a pulse for its ignition, from which its on-time then counts; 0 if it counts from the gate. [clock] */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
 _Static_assert(offsetof(power_regs, off_time) == 0x4, "");
@@ -373,6 +374,7 @@ _Static_assert(offsetof(power_regs, control) == 0x14, "");
 _Static_assert(offsetof(power_regs, off_extra) == 0x18, "");
 _Static_assert(offsetof(power_regs, supply) == 0x1c, "");
 _Static_assert(offsetof(power_regs, limits) == 0x20, "");
+_Static_assert(offsetof(power_regs, wait_time) == 0x24, "");
 #define POWER_ON_TIME_VALUE_SHIFT 0
 #define POWER_ON_TIME_VALUE_MASK 0x000fffffu
 #define POWER_OFF_TIME_VALUE_SHIFT 0
@@ -397,6 +399,8 @@ _Static_assert(offsetof(power_regs, limits) == 0x20, "");
 #define POWER_LIMITS_LEVEL_MASK 0x0000003fu
 #define POWER_LIMITS_OFF_SHIFT 6
 #define POWER_LIMITS_OFF_MASK 0x03ffffc0u
+#define POWER_WAIT_TIME_VALUE_SHIFT 0
+#define POWER_WAIT_TIME_VALUE_MASK 0x000fffffu
 #define POWER ((power_regs *)0x80000700u)
 
 /* Interlock and watchdog; see ``rtl.safety``. */

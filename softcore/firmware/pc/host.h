@@ -132,7 +132,7 @@ uint32_t gk_flags(void);
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
 /* Values for the power supply that are in force: clocks, steps of voltage. */
 typedef struct {
-    uint32_t on, off, rest, level, voltage, negative;   /* level: steps of the supply */
+    uint32_t on, wait, off, rest, level, voltage, negative;   /* level: steps of the supply */
 } gk_power;
 
 /* Values written for the gap: references in 1/1024; presets dame, open, ok; counting mode, window
