@@ -5,6 +5,7 @@ The controller is a script of answers, or the firmware compiled for this compute
 """
 
 import re
+import threading
 import time
 
 import pytest
@@ -365,6 +366,16 @@ def test_a_controller_at_a_port_is_asked_who_it_is_and_keeps_its_lock(serve):
         assert session.order("a", "line", "$X") == ""
         until(lambda: session.notice == "$X: ok", lambda: session.seen("a"))
         session.close()
+
+
+def test_a_start_that_takes_long_does_not_keep_the_panel_from_closing():
+    waits = threading.Event()
+    session = Session(MACHINE, lambda say: waits.wait(DEADLINE_S))
+    session.start()
+    began = time.monotonic()
+    session.close()
+    assert time.monotonic() - began < DEADLINE_S / 2
+    waits.set()
 
 
 def test_a_setting_is_changed_and_read_back_from_the_firmware(serve):
