@@ -143,7 +143,7 @@ def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_wat
         expect(second.get_by_role("button", name="Take the controls")).to_be_disabled()
 
         element(page, "run").click()
-        expect(page.get_by_text("No tape is chosen.")).to_be_visible()
+        expect(page.locator(".q-notification")).to_contain_text("No tape is chosen.")
         element(page, "arm").click()
         expect(second.get_by_text("armed", exact=True)).to_be_visible()
         element(page, "choose").fill("sink_servo")
