@@ -43,6 +43,9 @@ class Gap(wiring.Component):
         Words of the condition in force.
     safe, machining, in_position : In(1)
         Outputs are safe; the discharge is on; every axis is in position.
+    waiting : In(1)
+        Power supply and comparators do not follow the condition yet. The servo holds, and mean
+        and distance stand still; Ss goes on.
     wanted : In(1)
         Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
@@ -80,8 +83,8 @@ class Gap(wiring.Component):
             "motion": Out(STEERING),
             "condition": In(Condition.in_force(registers)),
             **{name: In(1) for name in (
-                "safe", "machining", "in_position", "wanted", "on", "sense", "forget", "high",
-                "arc", "short", "current", "noise", "adc_data")},
+                "safe", "machining", "in_position", "waiting", "wanted", "on", "sense", "forget",
+                "high", "arc", "short", "current", "noise", "adc_data")},
             "reference": Out(3),
             **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
                                          "abnormal", "trip", "fluid_news")},
@@ -179,7 +182,7 @@ class Gap(wiring.Component):
               for name in ("mode", "window", "weight")),
             counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
-            counters.freeze.eq(motion.held | short.shorted | ~discharging
+            counters.freeze.eq(motion.held | short.shorted | ~discharging | self.waiting
                                | ~registers.control),
             registers.status_dame.eq(counters.dame_full),
             registers.status_open.eq(counters.open_full),
@@ -202,7 +205,7 @@ class Gap(wiring.Component):
             removal.on.eq(registers.control_measure & self.wanted),
             # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
-            removal.hold.eq(motion.paused),
+            removal.hold.eq(motion.paused | self.waiting),
             removal.pulse.eq(motion.pulse),
             removal.reference.eq(self.condition.feed_reference_drop),
             removal.no_load.eq(self.condition.feed_no_load),
@@ -225,7 +228,7 @@ class Gap(wiring.Component):
             calculator.gain.eq(registers.gain), calculator.highest.eq(registers.highest),
             calculator.mean.eq(removal.mean), calculator.known.eq(removal.known),
             calculator.ratio.eq(removal.ratio),
-            calculator.held.eq(motion.held | short.shorted | ~discharging),
+            calculator.held.eq(motion.held | short.shorted | ~discharging | self.waiting),
             registers.in_force.eq(calculator.feed),
             motion.feed.eq(calculator.feed),
         ]

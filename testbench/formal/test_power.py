@@ -24,6 +24,8 @@ class PowerContract(wiring.Component):
     look: In(1)
     safe: In(1)
     quiet: In(1)
+    latched: In(1)
+    settled: In(1)
     on_time: In(20)
     off_time: In(20)
     sense_on: In(16)
@@ -63,6 +65,16 @@ class PowerContract(wiring.Component):
             m.d.comb += Assert(self.machining | self.look)
         m.d.comb += [Cover(power.sense & self.machining), Cover(power.sense & ~self.machining)]
 
+        # None begins before the outside follows the condition.
+        was, latched, settled = Signal(2), Signal(), Signal()
+        m.d.sync += [was.eq(Cat(power.on, power.sense)), latched.eq(self.latched),
+                     settled.eq(self.settled)]
+        with m.If((power.on & ~was[0]) | (power.sense & ~was[1])):
+            m.d.comb += Assert(latched)
+        with m.If(power.on):
+            m.d.comb += Assert(settled)
+        m.d.comb += Cover(power.sense & self.machining & ~settled)
+
     def _limits(self, m, power):
         """Pulses by their times."""
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
@@ -72,7 +84,7 @@ class PowerContract(wiring.Component):
         before, probe, level = Signal(), Signal(), Signal(6)
         cut, sensing = Signal(), Signal()
         m.d.sync += [before.eq(power.on), probe.eq(power.sense), level.eq(power.level_out),
-                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing)]
+                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing | ~self.settled)]
         with m.If(power.on):
             m.d.comb += [Assert(burning < LONGEST), Assert(power.level_out <= LEVEL),
                          Assert(~probe)]
