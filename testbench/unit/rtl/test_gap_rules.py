@@ -126,17 +126,17 @@ def test_mean_and_its_steps_hold_while_the_outside_is_waited_for(simulate):
     async def bench(ctx):
         feed = dut.registers.feed
         for signal, value in ((dut.registers.fluid.control_convert, 1), (dut.adc_data, 0),
-                              (feed.control_measure, 1), (dut.wanted, 1), (feed.window, 500),
+                              (feed.control_measure, 1), (dut.wanted, 1), (feed.window, 100),
                               (dut.motion.at_front, 1), (feed.control_mode, FeedMode.ZERO),
                               (feed.gain, 1 << 24), (dut.machining, 1),
                               (dut.condition.feed_reference_voltage, 1 << 15)):
             ctx.set(signal, value)
-        await ctx.tick().repeat(5000)
-        for waiting in (0, 1, 0, 1):
+        await ctx.tick().repeat(700)
+        for waiting in (0, 1, 0):    # all before the fluid's turn at the converter, which is mute
             ctx.set(dut.waiting, waiting)
             await ctx.tick().repeat(3)
             windows, steps = ctx.get(feed.status_windows), 0
-            for _ in range(3000):
+            for _ in range(500):
                 await ctx.tick()
                 steps += ctx.get(dut.motion.up)
             assert (steps > 0) == (not waiting)
