@@ -42,6 +42,8 @@ class AtPins(wiring.Component):
         The staged words.
     commit : In(1)
         Put them in force.
+    machining : In(1)
+        The discharge is on.
     take, pending : Out(1)
         They come into force in the next clock; they wait for that.
     chain, gap_reference : Out(3), gap_on, gap_sense : Out(1), gap_level : Out(6)
@@ -54,7 +56,8 @@ class AtPins(wiring.Component):
         self.settle = settle
         super().__init__({
             **{name: In(width) for name, width in STAGED.items()},
-            **{f"reference_{name}": In(10) for name in REFERENCES}, "commit": In(1), "machining": In(1),
+            **{f"reference_{name}": In(10) for name in REFERENCES}, "commit": In(1),
+            "machining": In(1),
             "take": Out(1), "pending": Out(1), "chain": Out(3), "gap_reference": Out(3),
             "gap_on": Out(1), "gap_sense": Out(1), "gap_level": Out(6),
         })

@@ -41,6 +41,7 @@ def component_library(component: wiring.Component, driver: Path, *headers: Path)
                        ["-shared"], folder / "component.so")
 
     key = compiling.digest(text, verilated.KEY, tools.compiler().command,
-                           tools.compiler().version, sources=[driver, *headers, HERE / "verilated.py"])
+                           tools.compiler().version,
+                           sources=[driver, *headers, HERE / "verilated.py"])
     folder = compiling.kept(compiling.BUILD / f"{driver.stem}-{key}", build)
     return ctypes.CDLL(str(folder / "component.so"))

@@ -61,7 +61,8 @@ def test_follows_the_models_of_its_parts(simulate, rng):
     async def bench(ctx):
         inputs = dict.fromkeys(("machining", "sensing", "look", "safe", "quiet", "on_time",
                                 "off_time", "off_extra", "sense_on", "sense_off", "level", "cut",
-                                "abnormal", "current", "reference", "latched", "settled"), 0) | dict(short=1)
+                                "abnormal", "current", "reference", "latched", "settled"), 0)
+        inputs |= dict(short=1)
         for _ in range(12_000):
             inputs = {name: int(value) for name, value in stimulus(rng, inputs).items()}
             for name, value in inputs.items():
