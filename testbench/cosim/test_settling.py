@@ -37,8 +37,8 @@ def record():
                     trace=False) as session:
         job = Job(session, assign("servo_period_us", 500),
                   "G10 C901 I4 P30 Q40 E100 K-1 X3 Y2 Z14", "G10 C902 I6 P30 Q40 E60 K1 X3 Y2 Z14",
-                  "G10 C903 I2 P30 Q40 E60 K1 H60 X3 Y2 Z14",
-                  "G10 C904 I9 P30 Q40 E60 K1 H60 X3 Y2 Z14", watched=WATCHED)
+                  "G10 C903 I2 P30 Q40 E60 K1 H70 X3 Y2 Z14",
+                  "G10 C904 I9 P30 Q40 E60 K1 H70 X3 Y2 Z14", watched=WATCHED)
         session.set("force.gap_um", 300)
         job.start(program(Data(), "G39 Z0.08 C902", "G39 Z0.06 C903", "G39 Z0.04 C904", "G95 P1",
                           "G01 Z0.02 F600", condition=901))
