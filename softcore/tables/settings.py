@@ -238,6 +238,9 @@ SETTINGS: tuple[Setting, ...] = (
          "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
+    _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
+         "detector", "The first discharge pulse after a change of open voltage, polarity or a "
+         "level of the comparators waits at least so long. The times of the board are never shortened."),
 )
 
 

@@ -30,12 +30,11 @@ def sensing_clocks():
         MACHINE.clock_hz // 1000) // 10**6
 
 
-@pytest.fixture(scope="module")
-def record():
+def recorded(*lines):
     """Open voltage, polarity and level change at depths, while the servo steps forward."""
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
-        job = Job(session, assign("servo_period_us", 500),
+        job = Job(session, assign("servo_period_us", 500), *lines,
                   "G10 C901 I4 P30 Q40 E100 K-1 X3 Y2 Z14", "G10 C902 I6 P30 Q40 E60 K1 X3 Y2 Z14",
                   "G10 C903 I2 P30 Q40 E60 K1 H70 X3 Y2 Z14",
                   "G10 C904 I9 P30 Q40 E60 K1 H70 X3 Y2 Z14", watched=WATCHED)
@@ -44,6 +43,11 @@ def record():
                           "G01 Z0.02 F600", condition=901))
         job.finish()
     return job.record
+
+
+@pytest.fixture(scope="module")
+def record():
+    return recorded()
 
 
 def switches(record):
@@ -92,3 +96,11 @@ def test_the_servo_holds_meanwhile(record):
         first = next(at for at in begins if at > clock + 100) if waits else clock
         for name in ("servo_ups", "servo_downs"):
             assert record.changes(name, clock + 100, first) == []
+
+
+def test_a_setting_prolongs_the_wait():
+    record = recorded(assign("follow_us", 5000))
+    longer = 5000 * MACHINE.clock_hz // 10**6
+    (clock, _), *_ = switches(record)
+    first = next(at for at in record.rises("gap_on") if at > clock + 100)
+    assert longer < first - clock <= longer + sensing_clocks() + 100

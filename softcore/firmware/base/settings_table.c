@@ -130,6 +130,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "upper end of Y", "um", 0},
     [SET_HIGH_Z_UM] = {299000, 0, 20000000, 463, GROUP_TRAVEL, true,
         "upper end of Z", "um", 0},
+    [SET_FOLLOW_US] = {0, 0, 300000, 510, GROUP_DETECTOR, true,
+        "wait for supply and comparators (0 as built)", "us", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {
