@@ -255,6 +255,10 @@ SETTINGS: tuple[Setting, ...] = (
          "discharge burns longer by the delay from the gap to the comparator's pin and from the "
          "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
          "4 clocks, always is."),
+    _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
+         "detector", "The first discharge pulse after a change of open voltage, polarity or a "
+         "level of the comparators waits at least so long. The times of the board are never "
+         "shortened."),
 )
 
 

@@ -35,6 +35,7 @@ static void apply_detector(void) {
     hal_discriminate(&rules);
     hal_sense(at_most(units_clocks_of_ns(values[SET_SENSE_ON_NS]), (1u << 16) - 1),
               at_most(units_clocks_of_ns(values[SET_SENSE_OFF_NS]), (1u << 16) - 1));
+    hal_follow(at_most(units_clocks_of_us(values[SET_FOLLOW_US]), (1u << 24) - 1));
 }
 
 static void apply_motion(void) {

@@ -138,6 +138,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "feed P5: unit distance", "um", 0},
     [SET_IGNITION_LAG_NS] = {0, 0, 100000, 480, GROUP_GAP, true,
         "gap: delay of comparators and driver at an ignition", "ns", 0},
+    [SET_FOLLOW_US] = {0, 0, 300000, 510, GROUP_DETECTOR, true,
+        "wait for supply and comparators (0 as built)", "us", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

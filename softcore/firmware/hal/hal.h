@@ -162,6 +162,7 @@ uint32_t hal_level_limit(void);                         /* highest level that th
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
+void hal_follow(uint32_t clocks);   /* shortest wait for supply and comparators */
 void hal_discharge(bool machining);
 
 /* Servo. */

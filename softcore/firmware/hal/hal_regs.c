@@ -329,6 +329,8 @@ void hal_sense(uint32_t on, uint32_t off) {
     POWER->sense_off = off;
 }
 
+void hal_follow(uint32_t clocks) { CONDITION->settle = clocks; }
+
 void hal_discharge(bool machining) {
     POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);
 }

@@ -578,23 +578,29 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
     int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
+    uint32_t settle; /* Shortest wait for power supply and comparators after a change of what they are set to. The times of the build are never shortened. It acts from the next change on; see ``rtl.power.settling``. [clock] */
     const uint32_t status; /* State of the switch. */
 } condition_regs;
 _Static_assert(offsetof(condition_regs, order) == 0x0, "");
 _Static_assert(offsetof(condition_regs, depth) == 0x4, "");
-_Static_assert(offsetof(condition_regs, status) == 0x8, "");
+_Static_assert(offsetof(condition_regs, settle) == 0x8, "");
+_Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_ORDER_COMMIT_SHIFT 0
 #define CONDITION_ORDER_COMMIT_MASK 0x00000001u
 #define CONDITION_ORDER_DISARM_SHIFT 1
 #define CONDITION_ORDER_DISARM_MASK 0x00000002u
 #define CONDITION_ORDER_RESTART_SHIFT 2
 #define CONDITION_ORDER_RESTART_MASK 0x00000004u
+#define CONDITION_SETTLE_VALUE_SHIFT 0
+#define CONDITION_SETTLE_VALUE_MASK 0x00ffffffu
 #define CONDITION_STATUS_ARMED_SHIFT 0
 #define CONDITION_STATUS_ARMED_MASK 0x00000001u
 #define CONDITION_STATUS_PENDING_SHIFT 1
 #define CONDITION_STATUS_PENDING_MASK 0x00000002u
 #define CONDITION_STATUS_COUNT_SHIFT 2
 #define CONDITION_STATUS_COUNT_MASK 0x000003fcu
+#define CONDITION_STATUS_SETTLED_SHIFT 10
+#define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
 
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
