@@ -5,16 +5,13 @@ import json
 import tempfile
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from nicegui import events, run, ui
 
 from host.errors import UserError
-from host.panel.session import Job
+from host.panel.session import Job, Session
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
-
-if TYPE_CHECKING:
-    from host.panel.page import Page
 
 __all__ = ["Tabs", "field_text", "html"]
 
@@ -36,10 +33,25 @@ def field_text(value: float, digits: int) -> str:
     return text.replace("-", MINUS if float(text) else "")
 
 
+class Page(Protocol):
+    """What the tabs need of their page, ``host.panel.page``."""
+
+    session: Session
+
+    def locked(self, element: Any) -> Any:
+        """Grey an element on a page that watches; return it."""
+
+    def order(self, name: str, *words: Any, quiet: bool = False) -> bool:
+        """Order something of the session; return whether it was taken."""
+
+    def changed(self, key: str, value: Any) -> bool:
+        """Whether a value differs from that of the last look; keep it."""
+
+
 class Tabs:
     """The tabs of a page."""
 
-    def __init__(self, page: "Page", tapes: list[Path]) -> None:
+    def __init__(self, page: Page, tapes: list[Path]) -> None:
         self.page, self.session = page, page.session
         self._values: dict[int, Any] = {}
         with ui.tabs().props("dense no-caps align=justify") as tabs:
