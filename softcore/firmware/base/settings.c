@@ -40,15 +40,20 @@ static void apply_motion(void) {
     start_rate = units_rate(values[SET_START_SPEED_UM_S] * 60);
     acceleration = units_acceleration(values[SET_ACCELERATION_MM_S2]);
     hal_ramp(start_rate, acceleration);
+    uint32_t back_speed = values[SET_BACK_START_SPEED_UM_S];
+    uint32_t back_acceleration = values[SET_BACK_ACCELERATION_MM_S2];
+    hal_ramp_back(back_speed ? units_rate(back_speed * 60) : start_rate,
+                  back_acceleration ? units_acceleration(back_acceleration) : acceleration);
     highest_speed = at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000,
                             units_speed_of_rate(UNITS_RATE_LIMIT));
     highest_rate = units_rate(highest_speed);
 }
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
-   too. */
+   too, and the velocity feed-forward makes up its lag. */
 static void apply_loop(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
+    hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
     hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
                          (1u << 28) - 1));
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);

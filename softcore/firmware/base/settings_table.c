@@ -130,6 +130,12 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "upper end of Y", "um", 0},
     [SET_HIGH_Z_UM] = {299000, 0, 20000000, 463, GROUP_TRAVEL, true,
         "upper end of Z", "um", 0},
+    [SET_FEED_FORWARD] = {100, 0, 100, 469, GROUP_LOOP, true,
+        "velocity feed-forward (0 plain loop)", "%", 0},
+    [SET_BACK_ACCELERATION_MM_S2] = {0, 0, 100000, 470, GROUP_MOTION, true,
+        "way back: acceleration (0 as forward)", "mm/s2", 0},
+    [SET_BACK_START_SPEED_UM_S] = {0, 0, 1000000, 471, GROUP_MOTION, true,
+        "way back: start/stop speed (0 as forward)", "um/s", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {
