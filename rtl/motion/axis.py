@@ -107,8 +107,7 @@ class Axis(wiring.Component):
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
     errors. From ``forward`` to ``dac`` it takes 2. ``safe`` takes ``dac`` and ``step`` low in 1
-    clock. From an edge of the encoder to
-    ``fp``: ``Encoder``, 3.
+    clock. From an edge of the encoder to ``fp``: ``Encoder``, 3.
 
     ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
     does not touch the mark of the overshoot, which is a position.

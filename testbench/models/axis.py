@@ -62,8 +62,8 @@ class Axis:
         return -self.pulse if mode_reverse else self.pulse
 
     def tick(self, *, pi=0, forward=0, a=0, b=0, safe=False, adopt=False, mark=None,
-             follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False, mode_reverse=False, times=(2, 2, 2),
-             tick=False, gain=0, window=1) -> None:
+             follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
+             mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1) -> None:
         """Go on by one clock; ``mark`` is None, or whether the travel at the mark was down."""
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe

@@ -47,8 +47,8 @@ class Bench:
         assert not fp or ctx.get(dut.fp_reverse) == (fp < 0)
         self.overshoot.append(axis.overshoot.furthest)
         axis.tick(pi=pi, forward=forward, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
-                  follow_stopped=stopped, follow_moving=moving, mode_step=mode_step, mode_reverse=mode_reverse,
-                  times=times, window=window, tick=tick, gain=gain)
+                  follow_stopped=stopped, follow_moving=moving, mode_step=mode_step,
+                  mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain)
         await ctx.tick()
 
         counter = axis.counter
