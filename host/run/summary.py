@@ -12,8 +12,8 @@ from host.run.run import Run, count_retractions
 from host.run.simulation import Simulation
 from host.run.workpiece import Columns, wall_surface
 
-__all__ = ["Summary", "columns_of", "discharged", "plan_of", "summary_of", "summary_of_controller",
-           "summary_of_unpunched"]
+__all__ = ["Summary", "clear_of_shorts", "columns_of", "discharged", "plan_of", "summary_of",
+           "summary_of_controller", "summary_of_unpunched"]
 
 Summary = dict[str, Any]
 
@@ -74,7 +74,7 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
         "pos": positions, "max_depth_mm": _depth(trace, positions),
         "pressed_mm": round(-float(narrowest), 6) + 0.0,
         "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
-        "clear_of_shorts": _clear_of_shorts(job, machine_on),
+        "clear_of_shorts": clear_of_shorts(job, machine_on),
         "guards_off": job.guards_off, "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": job.machine.removal_scale,
         "versions": _versions(),
@@ -111,7 +111,7 @@ def summary_of_unpunched(error: TapeError, machine: Machine, seed: int,
     }
 
 
-def _clear_of_shorts(job: Run, machine_on: Simulation) -> list[dict[str, Any]]:
+def clear_of_shorts(job: Run, machine_on: Simulation) -> list[dict[str, Any]]:
     """How soon the electrode was clear of its shorts."""
     tables = job.machine.tables
     found = clearing.chains(machine_on.shorts(), clock_hz=machine_on.clock_hz,

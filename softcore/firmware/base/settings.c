@@ -205,8 +205,9 @@ uint32_t settings_acceleration(void) { return acceleration; }
 
 /* Two limits. The acceleration v*v/R; the start/stop speed is always allowed. The deviation: a loop
    of gain K lags by v/K, so that on an arc the axes run inside by R (1 - 1/sqrt(1 + (v/KR)**2)),
-   which is less than v*v/(2 R K*K). A speed loop inside the position loop makes this deviation
-   smaller. */
+   which is less than v*v/(2 R K*K). A speed loop of lag T inside the position loop makes this
+   deviation smaller. With feed-forward of the share f the factor 1 becomes 1 - f*f - 2 K T, at most
+   1 either way while 2 K T <= 1: so the bound holds for both loops. */
 uint32_t settings_curve_rate(uint32_t radius) {
     /* `square` is in units of 2**-36 = 2**28 * 2**-64 pulse**2/clock**2. */
     uint64_t square = (uint64_t)acceleration * radius;
