@@ -95,6 +95,12 @@ RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.mo
      _value(30, "Rate.", unit=RATE)),
     ("acceleration", "Slope of the linear ramp.",
      _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("back_start_rate", "Start/stop speed on the way back.", _value(30, "Rate.", unit=RATE)),
+    ("back_acceleration", "Slope of the ramp on the way back.",
+     _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("lead", "Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. "
+     "Taken over at rest. See ``rtl.motion.feed_forward``.",
+     _value(27, "Time.", unit="clock")),
 ))
 
 RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force and the start of "
