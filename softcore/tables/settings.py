@@ -240,7 +240,8 @@ SETTINGS: tuple[Setting, ...] = (
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
     _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
-         "level of the comparators waits at least so long. The times of the board are never shortened."),
+         "level of the comparators waits at least so long. The times of the board are never "
+         "shortened."),
 )
 
 
