@@ -178,6 +178,7 @@ class Controller(wiring.Component):
             power.quiet.eq(gap.motion.quiet), power.sensing.eq(gap.motion.sensing),
             power.look.eq(gap.look), power.abnormal.eq(gap.abnormal),
             power.level.eq(words.power_level), power.on_time.eq(words.power_on_time),
+            power.wait_time.eq(words.power_wait_time), power.ignited.eq(gap.ignited),
             power.off_time.eq(words.power_off_time), power.off_extra.eq(words.power_off_extra),
             power.reference.eq(words.gap_reference_short),
             power.sense_on.eq(registers.sense_on), power.sense_off.eq(registers.sense_off),

@@ -12,9 +12,9 @@ from rtl.power.readback import ReadBack
 __all__ = ["Power"]
 
 # Members that are those of the pulse generator, or pass the limiter before it.
-TIMES = {"on_time": 20, "off_time": 20, "off_extra": 20, "sense_on": 16, "sense_off": 16,
-         "level": 6}
-SIGNS = ("cut", "abnormal", "current", "short")
+TIMES = {"on_time": 20, "wait_time": 20, "off_time": 20, "off_extra": 20, "sense_on": 16,
+         "sense_off": 16, "level": 6}
+SIGNS = ("cut", "abnormal", "ignited", "current", "short")
 
 
 class Power(wiring.Component):
@@ -63,7 +63,9 @@ class Power(wiring.Component):
         (``rtl.power.settling``).
     safe, quiet : In(1)
         No pulses at all: outputs are safe, or the machine has halted.
-    level, on_time, off_time, off_extra, sense_on, sense_off, cut, abnormal : In
+    level, on_time, wait_time, off_time, off_extra, sense_on, sense_off : In
+        See ``rtl.power.pulse_generator``.
+    cut, abnormal, ignited : In(1)
         See ``rtl.power.pulse_generator``.
     current, short : In(1)
         Comparators of the gap.
@@ -111,15 +113,16 @@ class Power(wiring.Component):
             self.forget.eq(changed | ~(self.machining | self.look)),
 
             limiter.level.eq(self.level), limiter.on_time.eq(self.on_time),
-            limiter.off_time.eq(self.off_time),
+            limiter.wait_time.eq(self.wait_time), limiter.off_time.eq(self.off_time),
             self.limit_level.eq(limiter.limit_level), self.limit_off.eq(limiter.limit_off),
 
             pulses.enable.eq((self.machining | self.look) & ~changed & ~self.safe & ~self.quiet),
             pulses.sensing.eq(self.sensing | ~self.machining | ~self.settled),
             pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
+            pulses.wait_time.eq(limiter.allowed_wait),
             pulses.off_time.eq(limiter.allowed_off),
             *(getattr(pulses, name).eq(getattr(self, name))
-              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal")),
+              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal", "ignited")),
             pulses.live.eq(readback.live | ~self.latched),
             self.on.eq(pulses.on), self.sense.eq(pulses.sense),
             self.level_out.eq(pulses.level_out), self.between.eq(pulses.between),

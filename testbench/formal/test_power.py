@@ -27,6 +27,8 @@ class PowerContract(wiring.Component):
     latched: In(1)
     settled: In(1)
     on_time: In(20)
+    wait_time: In(20)
+    ignited: In(1)
     off_time: In(20)
     sense_on: In(16)
     sense_off: In(16)
@@ -76,7 +78,7 @@ class PowerContract(wiring.Component):
         m.d.comb += Cover(power.sense & self.machining & ~settled)
 
     def _limits(self, m, power):
-        """Pulses by their times."""
+        """Pulses by their times. The signal of the ignition may come at any time, or never."""
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
         resting = Signal(range(SHORTEST + 1))             # clocks since the last main pulse
         m.d.sync += burning.eq(Mux(power.on, burning + (burning <= LONGEST), 0))
@@ -85,6 +87,13 @@ class PowerContract(wiring.Component):
         cut, sensing = Signal(), Signal()
         m.d.sync += [before.eq(power.on), probe.eq(power.sense), level.eq(power.level_out),
                      cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing | ~self.settled)]
+        waited, lit = Signal(), Signal()    # the pulse began so; it has ignited before
+        with m.If(~power.on):
+            m.d.sync += [waited.eq(self.wait_time != 0), lit.eq(0)]
+        with m.Else():
+            m.d.sync += lit.eq(lit | self.ignited)
+        m.d.comb += [Cover((burning == LONGEST) & waited & lit),
+                     Cover((burning == LONGEST - 1) & waited & ~lit & ~power.on)]
         with m.If(power.on):
             m.d.comb += [Assert(burning < LONGEST), Assert(power.level_out <= LEVEL),
                          Assert(~probe)]
