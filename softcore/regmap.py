@@ -336,16 +336,14 @@ CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in 
               doc="The depth reached so far is the present place of the jump axis.")), "write"),
     ("depth", "Put the staged words in force when the jump axis has reached this depth; arms.",
      _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
-    ("settle", "Shortest wait for power supply and comparators after a change of what they are "
-     "set to. The times of the build are never shortened. It acts from the next change on; see "
-     "``rtl.power.settling``.", _value(24, "Clocks.", unit="clock")),
+    ("settle", "Shortest wait for power supply and comparators; see ``rtl.power.settling``.",
+     _value(24, "Clocks.", unit="clock")),
     ("status", "State of the switch.", (
         Field(name="armed", bits=1, access="r", doc="It will switch at the depth."),
         Field(name="pending", bits=1, access="r",
               doc="The staged words wait for the present pulse to end."),
         Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."),
-        Field(name="settled", bits=1, access="r",
-              doc="Power supply and comparators follow the condition in force."))),
+        Field(name="settled", bits=1, access="r", doc="They follow the condition in force."))),
 ))
 
 _CAUSE_BITS = "By bit: " + "; ".join(

@@ -46,7 +46,7 @@ class Gap(wiring.Component):
         Outputs are safe; the discharge is on; every axis is in position.
     waiting : In(1)
         Power supply and comparators do not follow the condition yet. The servo holds, and mean
-        and distance stand still; Ss goes on.
+        and distance stand still. Ss by pulses goes on; Ss by the mean voltage begins anew.
     wanted : In(1)
         Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
@@ -166,7 +166,8 @@ class Gap(wiring.Component):
         m.submodules.mean_level = mean = MeanLevel()
         m.d.comb += [
             mean.sample.eq(self.registers.fluid.voltage), mean.sample_valid.eq(self.voltage_valid),
-            mean.pulse.eq(self.on), mean.on.eq(discharging & ~short.shorted),
+            mean.pulse.eq(self.on),
+            mean.on.eq(discharging & ~short.shorted & ~self.waiting),
             mean.level.eq(registers.short_mean), mean.window.eq(registers.short_mean_time),
             short.by_mean.eq(registers.short_mean != 0), short.mean_low.eq(mean.low),
         ]

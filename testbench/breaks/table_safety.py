@@ -128,6 +128,8 @@ SAFETY = (
         ("~discharging | self.waiting\n                               | ~registers.control",
          "~discharging\n                               | ~registers.control",
          "silence is no open gap"),
+        ("& ~short.shorted & ~self.waiting", "& ~short.shorted",
+         "sensing pulses of the wait are no short by the mean"),
         ("motion.paused | self.waiting", "motion.paused", "the mean stands still meanwhile"),
         ("short.shorted | ~discharging | self.waiting),\n            registers.in_force",
          "short.shorted | ~discharging),\n            registers.in_force",

@@ -590,7 +590,7 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
     int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
-    uint32_t settle; /* Shortest wait for power supply and comparators after a change of what they are set to. The times of the build are never shortened. It acts from the next change on; see ``rtl.power.settling``. [clock] */
+    uint32_t settle; /* Shortest wait for power supply and comparators; see ``rtl.power.settling``. [clock] */
     const uint32_t status; /* State of the switch. */
 } condition_regs;
 _Static_assert(offsetof(condition_regs, order) == 0x0, "");

@@ -146,6 +146,25 @@ def test_mean_and_its_steps_hold_while_the_outside_is_waited_for(simulate):
     simulate(dut, bench)
 
 
+def test_sensing_pulses_of_the_wait_are_no_short_by_the_mean_voltage(simulate):
+    dut = made()
+
+    async def bench(ctx):
+        for signal, value in ((dut.registers.fluid.control_convert, 1), (dut.machining, 1),
+                              (dut.registers.gap.short_mean, 100), (dut.waiting, 1),
+                              (dut.registers.gap.short_mean_time, 200), (dut.on, 1)):
+            ctx.set(signal, value)
+        await ctx.tick().repeat(1000)
+        assert not ctx.get(dut.motion.shorted)
+        ctx.set(dut.waiting, 0)
+        await ctx.tick().repeat(190)
+        assert not ctx.get(dut.motion.shorted)      # a new window
+        await ctx.tick().repeat(20)
+        assert ctx.get(dut.motion.shorted)
+
+    simulate(dut, bench)
+
+
 def test_a_short_is_found_while_the_outside_is_waited_for(simulate):
     dut = made()
 
