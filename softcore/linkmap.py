@@ -97,8 +97,8 @@ FEEDS = (
     ("G00, G28, G30", "rapid", "also between cuts under G95"),
     ("G95 P1", "", "a step is made at F; the counted pulses decide how often"),
     ("G95 P2", "", "the mean voltage sets the speed, up to F"),
-    ("G95 P3, P4", "", "the mean voltage, or Es/Ex, sets the speed around F; the feed mode would "
-     "only compensate an override"),
+    ("G95 P3, P4, P5", "", "the mean voltage, or Es/Ex, sets the speed around F; the feed mode "
+     "would only compensate an override"),
     ("retraction, re-advance", "", "the speeds of G36 always hold: they save the electrode"),
     ("jump", "", "the speeds of G38 always hold"),
     ("off a limit switch", "feed or rapid", "never above the creep speed of the build"),

@@ -207,8 +207,7 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("short_ratio", "A short is detected if `needed` of the last `window` pulses were shorted.", (
         Field(name="needed", bits=6, init=4, doc="Shorted pulses, 1 to 32."),
         Field(name="window", bits=6, init=5, doc="Number of the last pulses, 1 to 32."))),
-    ("short_duration", "A short is also detected after this time without a clear sample; 0 for "
-     "never.",
+    ("short_duration", "A short is also detected after so long without a clear sample; 0: never.",
      _value(24, "Clocks with the pulse on.", unit="clock")),
     ("clear_needed", "Clear samples in a row that end a short.", _value(8, "Samples.", init=3)),
     ("blanking", "From the start of a pulse (or sensing pulse) until the comparators are read.",
@@ -218,8 +217,7 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("confirm", "Within a pulse, an arc or short counts as abnormal after this time; 0 counts as "
      "1.",
      _value(8, "Clocks.", unit="clock", init=1)),
-    ("delay_least", "Shortest ignition delay of a good discharge.",
-     _value(16, "Clocks.", unit="clock")),
+    ("delay_least", "Least delay of a good discharge.", _value(16, "Clocks.", unit="clock")),
     ("criteria", "How discharges are classified; see ``rtl.gap.discriminator``.", (
         Field(name="current", bits=1, doc="Ignition is detected by current, not by voltage."),
         Field(name="delay", bits=1, doc="A discharge without delay is suspect."),
@@ -238,6 +236,9 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
         Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
         Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
               "2 dame, 3 short."))),
+    ("short_mean", "A short by the mean voltage below this; 0: by shorted pulses. It needs the "
+     "converter.", _value(12, "Code.", unit="1/4096 full scale")),
+    ("short_mean_time", "Time of that mean; 0 for never.", _value(24, "Clocks.", unit="clock")),
     ("lag_time", "After the ramp has come down to the start/stop speed, the axes may be faster for "
      "this time. Contact with the discharge off trips the interlock in this time.",
      _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
@@ -262,8 +263,7 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("limits", "Limits of the build, which no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
-    ("wait_time", "Longest wait of a pulse for its ignition, from which its on-time then counts; "
-     "0 if it counts from the gate.", _value(20, "Clocks.", unit="clock")),
+    ("wait_time", "Longest wait for the ignition.", _value(20, "0: none.", unit="clock")),
 ))
 
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
@@ -320,18 +320,17 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("control", "The feed mode, and the measurement that it needs.", (
         Field(name="mode", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
               "G95 P1); 1 zero feed at the reference (G95 P2); 2 feed F at the reference (G95 P3); "
-              "3 constant removal (G95 P4)."),
-        Field(name="measure", bits=1, doc="The voltage is measured while the discharge is on."))),
-    ("unit", "Unit distance of a mean; 0 for a mean over time only.",
-     _value(16, "Path pulses.", unit="pulse")),
+              "3 constant removal (G95 P4, P5)."),
+        Field(name="measure", bits=1, doc="The voltage is measured while the discharge is on."),
+        Field(name="shares", bits=1, doc="Ex by the discharge per distance (G95 P5)."))),
+    ("unit", "Unit distance; 0 for none.", _value(16, "Path pulses.", unit="pulse")),
     ("window", "Longest time of a mean; 0 for no bound.", _value(32, "Clocks.", unit="clock")),
-    ("no_load", "Mean voltage without discharges, off-time included.",
-     _value(16, "Level.", unit=LEVEL)),
+    ("no_load", "Mean voltage without discharges.", _value(16, "Level.", unit=LEVEL)),
     ("reference", "References of the condition.", (
         Field(name="voltage", bits=16, doc="Vs of feed modes 1 and 2.", unit=LEVEL),
         Field(name="drop", bits=16, doc="Es of feed mode 3.", unit=LEVEL))),
-    ("least", "Lowest drop Ex; a lower one counts as this.",
-     _value(16, "Level.", unit=LEVEL, init=1)),
+    ("share", "Es of G95 P5, a share of the time.", _value(16, "Share.", unit="2**-16")),
+    ("least", "Lowest Ex; a lower one counts as it.", _value(16, "Level.", unit=LEVEL, init=1)),
     ("bounds", "Bounds of Es/Ex.", (
         Field(name="lowest", bits=16, init=1 << 12, doc="Lowest ratio.", unit="1/4096"),
         Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio. It has priority over the "
@@ -341,7 +340,7 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("highest", "Highest feed of feed modes 2 and 3.", _value(30, "Rate.", unit=RATE)),
     ("voltage", "Last measurement.", (
         Field(name="mean", bits=16, access="r", doc="Mean voltage.", unit=LEVEL),
-        Field(name="drop", bits=16, access="r", doc="Ex.", unit=LEVEL))),
+        Field(name="drop", bits=16, access="r", doc="Ex, or the share.", unit=LEVEL))),
     ("status", "Result of the last measurement.", (
         Field(name="ratio", bits=16, access="r", doc="Es/Ex within its bounds.", unit="1/4096"),
         Field(name="windows", bits=8, access="r", doc="Means taken, wraps."),

@@ -60,6 +60,8 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
     moves the zero of events only. ``pressed_mm`` is the greatest distance of the electrode beyond
     the eroded surface at any sample of the trace: 0 unless it was pushed into solid work.
     ``removed_mm3`` is the volume that the simulated discharges removed, ``removal_scale`` included.
+    ``cavity`` has the walls of a sinker with sides: by how much each layer is wider than the
+    electrode, and the greatest of that, which the undersize must at least have been.
     ``guards_off`` names the guards of the machine that settings have switched off.
     """
     positions = _positions(job)
@@ -72,7 +74,7 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
         "pos": positions, "max_depth_mm": _depth(trace, positions),
         "pressed_mm": round(-float(narrowest), 6) + 0.0,
         "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
-        "guards_off": job.guards_off, "seed": seed,
+        **_cavity(machine_on.cavity()), "guards_off": job.guards_off, "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": job.machine.removal_scale,
         "versions": _versions(),
     }
@@ -114,6 +116,14 @@ def _positions(job: Run) -> dict[str, float]:
 
 def _depth(trace: Columns, positions: dict[str, float]) -> float:
     return round(max(0.0, -float(min(trace["z"].min(initial=0.0), positions["z"]))), 6)
+
+
+def _cavity(walls: Columns) -> Summary:
+    if not walls["opening_um"].size:
+        return {}
+    return {"cavity": {"widest_um": round(float(walls["opening_um"].max()), 2),
+                       "depth_mm": walls["depth_mm"].round(6).tolist(),
+                       "opening_um": walls["opening_um"].round(3).tolist()}}
 
 
 def _versions() -> dict[str, str]:

@@ -11,6 +11,7 @@ from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_mode import FeedCalculator, FeedMode
 from rtl.gap.fluid import FluidDetector
+from rtl.gap.mean_level import MeanLevel
 from rtl.gap.preset_counter import PresetCounters
 from rtl.gap.reference import References
 from rtl.gap.removal import RemovalDetector
@@ -76,6 +77,7 @@ class Gap(wiring.Component):
     def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int):
         self.clock_hz = clock_hz
         self.short_detector = ShortDetector()
+        self.voltage_valid = Signal()
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
@@ -102,6 +104,7 @@ class Gap(wiring.Component):
         m.d.comb += discharging.eq(self.machining & ~self.safe & ~self.motion.quiet)
         self._discriminate(m, discriminator, references)
         self._shorts(m, discriminator, short, discharging)
+        self._mean_level(m, short, discharging)
         self._contact(m, discriminator, short, guard)
         self._servo(m, discriminator, short, counters, calculator, discharging)
         self._voltage(m, removal)
@@ -152,6 +155,17 @@ class Gap(wiring.Component):
             motion.shorted.eq(short.shorted & self.machining),
             motion.completed.eq(short.completed),
             motion.discharging.eq(discharging),
+        ]
+
+    def _mean_level(self, m, short, discharging):
+        """The short signal Ss by the mean voltage."""
+        registers = self.registers.gap
+        m.submodules.mean_level = mean = MeanLevel()
+        m.d.comb += [
+            mean.sample.eq(self.registers.fluid.voltage), mean.sample_valid.eq(self.voltage_valid),
+            mean.pulse.eq(self.on), mean.on.eq(discharging & ~short.shorted),
+            mean.level.eq(registers.short_mean), mean.window.eq(registers.short_mean_time),
+            short.by_mean.eq(registers.short_mean != 0), short.mean_low.eq(mean.low),
         ]
 
     def _contact(self, m, discriminator, short, guard):
@@ -206,7 +220,11 @@ class Gap(wiring.Component):
             # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
             removal.hold.eq(motion.paused),
-            removal.pulse.eq(motion.pulse),
+            removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
+            removal.shares.eq(registers.control_shares),
+            removal.share.eq(self.condition.feed_share),
+            # Good: neither arc nor short, and the comparators see a main pulse.
+            removal.burning.eq(self.on & self.current & ~self.arc & ~self.short),
             removal.reference.eq(self.condition.feed_reference_drop),
             removal.no_load.eq(self.condition.feed_no_load),
             removal.ratio_min.eq(registers.bounds_lowest),
@@ -244,7 +262,8 @@ class Gap(wiring.Component):
             self.adc_command.eq(sampler.adc_command), sampler.adc_data.eq(self.adc_data),
             registers.voltage.eq(sampler.voltage),
             removal.sample.eq(sampler.voltage),
-            removal.sample_valid.eq(sampler.voltage_valid & registers.control_convert),
+            removal.sample_valid.eq(self.voltage_valid),
+            self.voltage_valid.eq(sampler.voltage_valid & registers.control_convert),
             fluid.sample.eq(sampler.fluid),
             fluid.sample_valid.eq(sampler.fluid_valid & registers.control_convert),
             *(getattr(fluid, name).eq(getattr(registers, name))

@@ -19,7 +19,7 @@ WORDS = (
     "gap_delay_least", "gap_criteria_current", "gap_criteria_delay", "gap_criteria_noise",
     "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
     "servo_counting_mode", "servo_counting_window", "servo_counting_weight",
-    "feed_no_load", "feed_reference_voltage", "feed_reference_drop",
+    "feed_no_load", "feed_reference_voltage", "feed_reference_drop", "feed_share",
 )
 SHORT_LEVEL = 122  # after reset: 12 V of 100, so that contact and stuck gates are seen at once
 

@@ -7,6 +7,14 @@ __all__ = ["MOTION"]
 
 MOTION = (
     *breaks_of(
+        "rtl/gap/removal.py", "unit/rtl/test_removal.py",
+        ("Mux(self.burning, self.rate, 0)", "self.rate", "only discharge counts"),
+        ("distance | (distance == 0)", "distance", "a stand counts as one pulse"),
+        ("(self.shares != shared)", "C(0)", "another measure drops the window"),
+        ("summed | summed[-1].replicate(TOTAL)", "summed", "the way does not wrap"),
+        ("shifted[:16] | shifted[16:].any().replicate(16)", "shifted[:16]", "a share saturates"),
+    ),
+    *breaks_of(
         "rtl/motion/retraction.py", "unit/rtl/test_retraction_orders.py",
         ("& ~own.turns & ~self.backpressure)", "& ~own.turns)",
          "no way forward while firmware is behind with the events"),

@@ -83,7 +83,17 @@ SAFETY = (
         ("still + 1 < self.settle", "still < self.settle", "a look ends on its clock"),
     ),
     *breaks_of(
+        "rtl/gap/mean_level.py", "unit/rtl/test_mean_level.py",
+        ("& pulsed &", "&", "pulses that stop are no short"),
+        ("self.on & last &", "last &", "a dropped window is not judged"),
+        ("(now < 0)", "(now <= 0)", "the preset itself is no short"),
+        ("total.eq(now)", "total.eq(now - total)", "all samples of the window count"),
+    ),
+    *breaks_of(
         "rtl/gap/short.py", "unit/rtl/test_short.py",
+        ("Mux(self.by_mean, self.mean_low,", "Mux(0, self.mean_low,", "Ss goes by the mean"),
+        ("Mux(self.by_mean, self.mean_low,", "(self.mean_low & self.by_mean) | (",
+         "by the mean pulses do not count"),
         ("(count >= threshold)", "(count > threshold)", "so many shorts are enough"),
         ("(held + 1 >= self.duration)", "(held >= self.duration)", "a short lasts so long"),
         ("(clears + 1 >= self.clear_needed)", "(clears >= self.clear_needed)",

@@ -28,7 +28,7 @@ Options = Mapping[str, object]      # of the controller, by name, as ``rtl.contr
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
 STATION = [*(PLANT / f"{name}.cpp"
-             for name in ("plant", "gap", "sinker", "wire_gap", "wire", "workpiece")),
+             for name in ("plant", "gap", "sinker", "cavity", "wire_gap", "wire", "workpiece")),
            HERE / "station.cpp"]
 NO_AXIS = 15    # number of the jump axis of a machine that has none
 USUAL_LEVEL = level_max(CURRENT_MAX_A, IP_MA / 1000)    # of a controller without options

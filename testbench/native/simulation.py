@@ -118,6 +118,7 @@ class Simulation(Session):
             self._waves.close(self.cycle)
         self._last = self.cycle, self.positions(), self.errors(), self.discharges()
         self._left = self.workpiece()
+        self._walls = self.cavity()
         self._code.gk_free(self._handle)
         self._handle = None
 
@@ -136,6 +137,9 @@ class Simulation(Session):
 
     def workpiece(self) -> dict:
         return self._left if self._handle is None else super().workpiece()
+
+    def cavity(self) -> dict:
+        return self._walls if self._handle is None else super().cavity()
 
     def run(self, clocks: int) -> None:
         self._code.gk_run(self._handle, clocks, False)

@@ -56,6 +56,7 @@ bool Plant::get(const std::string& name, double& value) {
     const std::map<std::string, double> readings = {
         {"read.gap_um", gap_->gap_um()},
         {"read.depth_um", sinker_.depth_um()},
+        {"read.cavity_mm3", sinker_.cavity().volume_mm3()},
         {"read.debris", gap_->debris()},
         {"read.gap_v", gap_->voltage()},
         {"read.gap_v_clocks", gap_->voltage_sum()},
@@ -92,6 +93,15 @@ bool Plant::get(const std::string& name, double& value) {
         return false;
     value = reading->second;
     return true;
+}
+
+Cavity Plant::cavity_with(const std::map<std::string, double>& numbers) const {
+    MachineParameters other = p_;
+    const auto names = by_name(other);
+    for (const auto& [name, value] : numbers)
+        if (const auto found = names.find(name); found != names.end())
+            *found->second = value;
+    return cavity().again(other.cavity);
 }
 
 void Plant::configure() {

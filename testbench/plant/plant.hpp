@@ -99,6 +99,10 @@ public:
     double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
     const Gap& gap() const { return *gap_; }
     Workpiece& workpiece() { return wire_.workpiece(); }  // a wire machine's
+    const Cavity& cavity() const { return sinker_.cavity(); }  // of a sinker with sides
+    void keep_discharges() { sinker_.keep_discharges(); }
+    // The cavity that the kept discharges make with other numbers by name, as in `set`.
+    Cavity cavity_with(const std::map<std::string, double>& numbers) const;
     uint64_t now() const { return now_; }
     const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
 

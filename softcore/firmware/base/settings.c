@@ -23,6 +23,9 @@ static void apply_detector(void) {
         .duration = at_most(units_clocks_of_us(values[SET_SHORT_DURATION_US]), (1u << 24) - 1),
         .clear = values[SET_CLEAR_NEEDED],
         .blanking = at_most(units_clocks_of_ns(values[SET_BLANKING_NS]), (1u << 16) - 1),
+        /* Codes of the converter, whose full scale is 100 V; rounded up, so that no preset is 0. */
+        .mean = (values[SET_SHORT_MEAN_MV] * 128 + 3124) / 3125,
+        .mean_time = at_most(units_clocks_of_us(values[SET_SHORT_MEAN_US]), (1u << 24) - 1),
     };
     hal_short_write(&detector);
     hal_discriminator rules = {
@@ -153,7 +156,10 @@ void settings_masked(char *text, size_t size) {
 
 bool settings_of_gap(uint32_t number) {
     setting which = settings_find(number);
-    return which < SETTINGS && SETTINGS_TABLE_ROWS[which].group == GROUP_GAP;
+    if (which >= SETTINGS)
+        return false;
+    setting_group group = SETTINGS_TABLE_ROWS[which].group;
+    return group == GROUP_GAP || group == GROUP_DETECTOR;
 }
 
 bool settings_set(uint32_t number, uint32_t value) {

@@ -68,6 +68,9 @@ typedef enum {
     SET_HIGH_X_UM,
     SET_HIGH_Y_UM,
     SET_HIGH_Z_UM,
+    SET_SHORT_MEAN_MV,
+    SET_SHORT_MEAN_US,
+    SET_LAW_DISCHARGE_UM,
     SET_IGNITION_LAG_NS,
     SETTINGS,
 } setting;

@@ -20,7 +20,7 @@ typedef struct {
     uint8_t dame, open, ok;     /* presets of the counters; all 0: those of the fluid's class */
     uint16_t step;              /* of the servo, pulses */
     uint32_t reference_mv;      /* Vs: mean voltage of G95 P2 and P3; 0 for none */
-    uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4; 0 for none */
+    uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4, P5; 0 for none */
     /* How pulses are counted and judged. Each is 1 more than the value of its setting would be; 0:
        the setting is in force. */
     uint8_t counting, weight, criteria;

@@ -133,6 +133,7 @@ void hal_interrupts(bool events); /* of events; the first call also enables the 
 /* Gap and power. */
 typedef struct {
     uint32_t needed, window, duration, clear, blanking; /* pulses, pulses, clocks, samples, clocks */
+    uint32_t mean, mean_time;                           /* code (0: by pulses), clocks */
 } hal_short_detector;
 
 typedef struct {
@@ -174,6 +175,7 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 typedef struct {
     uint32_t mode;                          /* 0 constant, else the number of G95 P less one */
     uint32_t measure;
+    bool shares;                            /* Ex by the discharge per distance */
     uint32_t unit, window;                  /* path pulses, clocks */
     uint32_t least;                         /* level: lowest Ex */
     uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
@@ -188,8 +190,8 @@ typedef struct {
 } hal_feed_mode_state;
 
 void hal_feed_mode_write(const hal_feed_mode *words);
-/* Levels: no-load voltage, Vs, Es. */
-void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop);
+/* Levels: no-load voltage, Vs, Es; and Es as a share of the time, 2**-16. */
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share);
 hal_feed_mode_state hal_feed_mode_read(void);
 
 /* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_criteria, hal_presets,

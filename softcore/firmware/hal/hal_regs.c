@@ -210,6 +210,8 @@ void hal_short_write(const hal_short_detector *detector) {
     GAP->short_duration = detector->duration;
     GAP->clear_needed = detector->clear;
     GAP->blanking = detector->blanking;
+    GAP->short_mean = detector->mean;
+    GAP->short_mean_time = detector->mean_time;
 }
 
 void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }
@@ -264,10 +266,12 @@ void hal_feed_mode_write(const hal_feed_mode *words) {
     FEED->bounds = PUT(words->lowest, FEED_BOUNDS_LOWEST) | PUT(words->highest, FEED_BOUNDS_HIGHEST);
     FEED->gain = words->gain;
     FEED->highest = words->fastest;
-    FEED->control = PUT(words->mode, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE);
+    FEED->control = PUT(words->mode, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE) |
+                    PUT(words->shares, FEED_CONTROL_SHARES);
 }
 
-void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share) {
+    FEED->share = share;
     FEED->no_load = no_load;
     FEED->reference = PUT(voltage, FEED_REFERENCE_VOLTAGE) | PUT(drop, FEED_REFERENCE_DROP);
 }

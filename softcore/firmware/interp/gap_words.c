@@ -14,9 +14,9 @@
 
 bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f) {
     if (!w)
-        return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P4");
+        return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P5");
     if (w->number.decimals || w->number.digits < FEED_CLASSES || w->number.digits >= FEED_MODES)
-        return fault_at(f, FAULT_NUMBER, w->column, "the feed mode of G95 must be P1 to P4");
+        return fault_at(f, FAULT_NUMBER, w->column, "the feed mode of G95 must be P1 to P5");
     *mode = (uint8_t)w->number.digits;
     return true;
 }

@@ -136,11 +136,11 @@ typedef struct {
 } gk_power;
 
 /* Values written for the gap: references in 1/1024; presets dame, open, ok; counting mode, window
-   and weight; criteria as in their setting; clocks; pulses. All but servo, period, convert and
-   lag_time are those of the condition in force. */
+   and weight; criteria as in their setting; clocks; pulses. All but servo, period, convert,
+   lag_time and those of the short (code, clocks) are those of the condition in force. */
 typedef struct {
     uint32_t reference[3], presets[3], servo, period, step, convert, lag_time, counting[3], criteria,
-        delay_least;
+        delay_least, short_mean, short_mean_time;
 } gk_gap;
 
 void gk_power_read(gk_power *words);
@@ -148,7 +148,8 @@ void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* count more pulses with a discharge */
 void gk_opens(uint32_t count);      /* count more open pulses */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
-void gk_feed_mode_read(uint32_t words[12]); /* hal_feed_mode, with the references after window */
+/* hal_feed_mode, with the first references after window, and the other words at the end. */
+void gk_feed_mode_read(uint32_t words[14]);
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 void gk_watch(bool closed, bool asks); /* calls would be too early; its interrupt is pending */
 uint32_t gk_answers(void);      /* answers to that interrupt since boot */

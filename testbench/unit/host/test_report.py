@@ -66,6 +66,15 @@ def test_conditions_by_depth_are_drawn():
         assert text in html
 
 
+def test_walls_of_a_cavity_are_drawn():
+    assert "Walls of the cavity" not in page()
+    html = page(cavity={"widest_um": 51.25, "depth_mm": [0.1, 0.2, 0.25],
+                        "opening_um": [51.25, 47.0, 44.5]})
+    assert "Walls of the cavity" in html
+    assert "widest, 51.2 µm" in html
+    assert html.count("<svg") == 3
+
+
 def wire_page():
     """Page of a wire that has gone along a quarter of a circle."""
     turn = np.linspace(0, np.pi / 2, 1000)
