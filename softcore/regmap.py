@@ -239,8 +239,7 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("limits", "Limits of the build, which no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
-    ("wait_time", "Longest wait of a pulse for its ignition, from which its on-time then counts; "
-     "0 if it counts from the gate.", _value(20, "Clocks.", unit="clock")),
+    ("wait_time", "Longest wait for the ignition.", _value(20, "0: none.", unit="clock")),
 ))
 
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "

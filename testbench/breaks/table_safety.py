@@ -184,7 +184,7 @@ SAFETY = (
         ("Mux(self.on & self.abnormal, self.off_extra, 0)", "0", "an abnormal pulse rests longer"),
         ("Mux(self.on, level, 0)", "level", "no level without a pulse"),
         ("m.If(~self.enable | ~ready |", "m.If(~ready |", "enable begins an off-time"),
-        ("lights.eq(waiting & self.ignited)", "lights.eq(0)", "an on-time counts from ignition"),
+        ("eq(pulse & waiting & self.ignited)", "eq(0)", "an on-time counts from ignition"),
         ("Mux(lights, burning, remaining)", "Mux(lights, burning + 1, remaining)",
          "an on-time from the ignition is exact"),
         ("waiting.eq(waiting & ~lights)", "waiting.eq(waiting)", "a pulse ignites once"),

@@ -375,7 +375,7 @@ typedef volatile struct {
     uint32_t off_extra; /* Additional off-time after an abnormal pulse. [clock] */
     uint32_t supply; /* Orders to the power supply. */
     const uint32_t limits; /* Limits of the build, which no register can exceed. */
-    uint32_t wait_time; /* Longest wait of a pulse for its ignition, from which its on-time then counts; 0 if it counts from the gate. [clock] */
+    uint32_t wait_time; /* Longest wait for the ignition. [clock] */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
 _Static_assert(offsetof(power_regs, off_time) == 0x4, "");
