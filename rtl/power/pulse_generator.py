@@ -114,7 +114,7 @@ class PulseGenerator(wiring.Component):
         m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time)
                            + Mux(self.on & self.abnormal, self.off_extra, 0))
         m.d.comb += [
-            lights.eq(waiting & self.ignited),
+            lights.eq(pulse & waiting & self.ignited),
             left.eq(Mux(lights, burning, remaining)),
         ]
         m.d.comb += ends.eq((left <= 1)
