@@ -21,7 +21,7 @@ BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=44,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=668,  ccu2c=326, ff=594,  ram=0,  bram=0,  dsp=0),
-    "condition":     Cells(lut4=176,  ccu2c=114, ff=433,  ram=0,  bram=0,  dsp=0),
+    "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=50,  ff=62,   ram=0,  bram=0,  dsp=0),
     "counters":      Cells(lut4=78,   ccu2c=64,  ff=64,   ram=0,  bram=0,  dsp=0),
