@@ -101,6 +101,8 @@ int32_t hal_front(void);        /* furthest path coordinate commanded */
 unsigned hal_slot(void);        /* slot of the segment in which the machine is */
 hal_motion hal_motion_read(void);
 void hal_ramp(uint32_t start_rate, uint32_t acceleration);
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration);   /* on the way back */
+void hal_lead(uint32_t clocks); /* of the velocity feed-forward; 0: the plain loop */
 
 /* Retraction. */
 typedef struct {

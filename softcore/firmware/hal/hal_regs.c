@@ -150,6 +150,13 @@ void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
     RAMP->acceleration = acceleration;
 }
 
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration) {
+    RAMP->back_start_rate = start_rate;
+    RAMP->back_acceleration = acceleration;
+}
+
+void hal_lead(uint32_t clocks) { RAMP->lead = clocks; }
+
 void hal_retraction_commit(const hal_retraction *data) {
     RETRACTION->rate = data->rate;
     RETRACTION->limit = data->limit;

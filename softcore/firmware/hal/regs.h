@@ -150,13 +150,25 @@ _Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
 typedef volatile struct {
     uint32_t start_rate; /* Start/stop speed: any change of speed below it is immediate. [2**-32 pulse/clock] */
     uint32_t acceleration; /* Slope of the linear ramp. [2**-32 pulse/clock per 16 clock] */
+    uint32_t back_start_rate; /* Start/stop speed on the way back. [2**-32 pulse/clock] */
+    uint32_t back_acceleration; /* Slope of the ramp on the way back. [2**-32 pulse/clock per 16 clock] */
+    uint32_t lead; /* Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. Taken over at rest. See ``rtl.motion.feed_forward``. [clock] */
 } ramp_regs;
 _Static_assert(offsetof(ramp_regs, start_rate) == 0x0, "");
 _Static_assert(offsetof(ramp_regs, acceleration) == 0x4, "");
+_Static_assert(offsetof(ramp_regs, back_start_rate) == 0x8, "");
+_Static_assert(offsetof(ramp_regs, back_acceleration) == 0xc, "");
+_Static_assert(offsetof(ramp_regs, lead) == 0x10, "");
 #define RAMP_START_RATE_VALUE_SHIFT 0
 #define RAMP_START_RATE_VALUE_MASK 0x3fffffffu
 #define RAMP_ACCELERATION_VALUE_SHIFT 0
 #define RAMP_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_START_RATE_VALUE_SHIFT 0
+#define RAMP_BACK_START_RATE_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_ACCELERATION_VALUE_SHIFT 0
+#define RAMP_BACK_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_LEAD_VALUE_SHIFT 0
+#define RAMP_LEAD_VALUE_MASK 0x07ffffffu
 #define RAMP ((ramp_regs *)0x80000300u)
 
 /* Retraction data in force and the start of retractions; see ``rtl.motion.retraction``. The data words are staged: ``commit`` puts them in force together. */
