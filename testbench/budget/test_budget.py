@@ -38,7 +38,7 @@ BUDGETS = {
     "power":         Cells(lut4=268,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=253,  ccu2c=145, ff=209,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=3735, ccu2c=0,   ff=1999, ram=0,  bram=0,  dsp=0),
+    "registers":     Cells(lut4=3884, ccu2c=0,   ff=2052, ram=0,  bram=0,  dsp=0),
     "removal":       Cells(lut4=452,  ccu2c=148, ff=259,  ram=0,  bram=0,  dsp=0),
     "report":        Cells(lut4=330,  ccu2c=12,  ff=398,  ram=62, bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),
