@@ -26,10 +26,9 @@ AXES = "xyz"
 
 SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
                registers=_registers(
-    ("ident", "Always ``GAPK``, so that the firmware can refuse other gateware.",
-     _value(32, "The four letters, first letter lowest.", access="r")),
-    ("build", "Digest of the gateware's sources.",
-     _value(32, "First 32 bits of the digest.", access="r")),
+    ("ident", "Always ``GAPK``, first letter lowest, so that the firmware can refuse other "
+     "gateware.", _value(32, "The four letters.", access="r")),
+    ("build", "Digest of the gateware's sources.", _value(32, "Its first 32 bits.", access="r")),
     ("clock_hz", "Clock frequency.", _value(32, "Clock.", access="r", unit="Hz")),
     ("pulses_per_mm", "Unit of position.", _value(32, "Pulses.", access="r", unit="pulse/mm")),
     ("shape", "Sizes of this build.", (
@@ -74,8 +73,7 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and
     ("slot", "Slot of the segment in which the machine is.",
      _value(8, "The slot.", access="r")),
     ("status", "State of the motion.", (
-        Field(name="moving", bits=1, access="r",
-              doc="Pulses are stored, or the ramp is not at rest."),
+        Field(name="moving", bits=1, access="r", doc="Pulses are stored, or the ramp moves."),
         Field(name="reverse", bits=1, access="r", doc="The last pulse was a backward one."),
         Field(name="in_position", bits=1, access="r", doc="Every axis is within its window."),
         Field(name="state", bits=4, access="r",
@@ -324,23 +322,21 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("in_force", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
 ))
 
-CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words "
-                  "are staged in the registers that ``rtl.power.condition`` names. They come into "
-                  "force together, between two pulses, and may not change while ``pending``. "
-                  "See ``rtl.power.condition_switch``.", registers=_registers(
+CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words, "
+                  "staged in the registers that ``rtl.power.condition`` names, come into force "
+                  "together, between two pulses. They may not change while ``pending``. See "
+                  "``rtl.power.condition_switch``.", registers=_registers(
     ("order", "Orders to the switch.", (
         Field(name="commit", bits=1, access="w", doc="Put the staged words in force; disarms."),
         Field(name="disarm", bits=1, access="w", doc="Do not switch at the depth."),
-        Field(name="restart", bits=1, access="w",
-              doc="The depth reached so far is the present place of the jump axis.")), "write"),
+        Field(name="restart", bits=1, access="w", doc="Forget the depth reached.")), "write"),
     ("depth", "Put the staged words in force when the jump axis has reached this depth; arms.",
      _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
     ("settle", "Shortest wait for power supply and comparators; see ``rtl.power.settling``.",
      _value(24, "Clocks.", unit="clock")),
     ("status", "State of the switch.", (
         Field(name="armed", bits=1, access="r", doc="It will switch at the depth."),
-        Field(name="pending", bits=1, access="r",
-              doc="The staged words wait for the present pulse to end."),
+        Field(name="pending", bits=1, access="r", doc="Staged words wait for a pulse to end."),
         Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."),
         Field(name="settled", bits=1, access="r", doc="They follow the condition in force."))),
 ))
@@ -403,8 +399,7 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="fluid", bits=1, access="r",
               doc="The choice whether low fluid trips differs from what the firmware wrote."),
         Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
-        Field(name="latch", bits=1, access="r",
-              doc="The interlock's latch differs from its double."),
+        Field(name="latch", bits=1, access="r", doc="The interlock's latches differ."),
      )),
     ("watch", "State of the watchdog; see ``rtl.safety.watchdog``.", (
         Field(name="asked", bits=1, access="r", doc="It waits for ``0xC3``. Interrupt 1."),

@@ -5,7 +5,7 @@
 
 /* What this gateware is, and its clock. */
 typedef volatile struct {
-    const uint32_t ident; /* Always ``GAPK``, so that the firmware can refuse other gateware. */
+    const uint32_t ident; /* Always ``GAPK``, first letter lowest, so that the firmware can refuse other gateware. */
     const uint32_t build; /* Digest of the gateware's sources. */
     const uint32_t clock_hz; /* Clock frequency. [Hz] */
     const uint32_t pulses_per_mm; /* Unit of position. [pulse/mm] */
@@ -586,7 +586,7 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
-/* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names. They come into force together, between two pulses, and may not change while ``pending``. See ``rtl.power.condition_switch``. */
+/* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
     int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
