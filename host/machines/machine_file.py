@@ -169,7 +169,9 @@ class Comparator(Table):
         "Gap voltage that a reference pin stands for if it is always high, and full scale of the "
         "converter.")
     reference_rc_us: float = _number("µs", DIVISOR,
-        "Time constant of the filter behind each reference pin.")
+        "Time constant of the filter behind each reference pin. After a change of a reference the "
+        "controller waits 4.6 times as long before the first discharge pulse, unless levels are "
+        "fixed.")
     noise_miss: float = _number("", SHARE, "Share of the sparks whose noise the detector misses.")
 
 

@@ -44,6 +44,9 @@ class Gap(wiring.Component):
         Words of the condition in force.
     safe, machining, in_position : In(1)
         Outputs are safe; the discharge is on; every axis is in position.
+    waiting : In(1)
+        Power supply and comparators do not follow the condition yet. The servo holds, and mean
+        and distance stand still. Ss by pulses goes on; Ss by the mean voltage begins anew.
     wanted : In(1)
         Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
@@ -84,8 +87,8 @@ class Gap(wiring.Component):
             "motion": Out(STEERING),
             "condition": In(Condition.in_force(registers)),
             **{name: In(1) for name in (
-                "safe", "machining", "in_position", "wanted", "on", "sense", "forget", "high",
-                "arc", "short", "current", "noise", "adc_data")},
+                "safe", "machining", "in_position", "waiting", "wanted", "on", "sense", "forget",
+                "high", "arc", "short", "current", "noise", "adc_data")},
             "reference": Out(3),
             **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
                                          "abnormal", "ignited", "trip", "fluid_news")},
@@ -163,7 +166,8 @@ class Gap(wiring.Component):
         m.submodules.mean_level = mean = MeanLevel()
         m.d.comb += [
             mean.sample.eq(self.registers.fluid.voltage), mean.sample_valid.eq(self.voltage_valid),
-            mean.pulse.eq(self.on), mean.on.eq(discharging & ~short.shorted),
+            mean.pulse.eq(self.on),
+            mean.on.eq(discharging & ~short.shorted & ~self.waiting),
             mean.level.eq(registers.short_mean), mean.window.eq(registers.short_mean_time),
             short.by_mean.eq(registers.short_mean != 0), short.mean_low.eq(mean.low),
         ]
@@ -196,7 +200,7 @@ class Gap(wiring.Component):
               for name in ("mode", "window", "weight")),
             counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
-            counters.freeze.eq(motion.held | short.shorted | ~discharging
+            counters.freeze.eq(motion.held | short.shorted | ~discharging | self.waiting
                                | ~registers.control),
             registers.status_dame.eq(counters.dame_full),
             registers.status_open.eq(counters.open_full),
@@ -219,7 +223,7 @@ class Gap(wiring.Component):
             removal.on.eq(registers.control_measure & self.wanted),
             # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
-            removal.hold.eq(motion.paused),
+            removal.hold.eq(motion.paused | self.waiting),
             removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
             removal.shares.eq(registers.control_shares),
             removal.share.eq(self.condition.feed_share),
@@ -246,7 +250,7 @@ class Gap(wiring.Component):
             calculator.gain.eq(registers.gain), calculator.highest.eq(registers.highest),
             calculator.mean.eq(removal.mean), calculator.known.eq(removal.known),
             calculator.ratio.eq(removal.ratio),
-            calculator.held.eq(motion.held | short.shorted | ~discharging),
+            calculator.held.eq(motion.held | short.shorted | ~discharging | self.waiting),
             registers.in_force.eq(calculator.feed),
             motion.feed.eq(calculator.feed),
         ]

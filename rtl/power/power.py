@@ -22,6 +22,11 @@ class Power(wiring.Component):
 
     With ``machining`` there are main pulses or, while ``sensing`` is high, sensing pulses instead.
     Without it the discharge is off: there are sensing pulses while ``look`` is high, else none.
+
+    No pulse begins in the clock after one with ``latched`` low. While ``settled`` is low there are
+    no main pulses, but sensing pulses instead, as they would be with ``sensing``: so the guards
+    against a short stay awake until the comparators have their levels.
+
     With ``safe`` or ``quiet`` there is no pulse at all. Each of these takes the gates low in the
     same clock. So does every change of ``machining``, for at least that clock; then an off-time
     passes.
@@ -53,6 +58,9 @@ class Power(wiring.Component):
         The discharge is reduced to sensing pulses.
     look : In(1)
         Sensing pulses are wanted while the discharge is off.
+    latched, settled : In(1)
+        The power supply, and the comparators, follow the condition in force
+        (``rtl.power.settling``).
     safe, quiet : In(1)
         No pulses at all: outputs are safe, or the machine has halted.
     level, on_time, wait_time, off_time, off_extra, sense_on, sense_off : In
@@ -85,7 +93,7 @@ class Power(wiring.Component):
         self.readback = ReadBack(clock_hz=clock_hz, **times)
         super().__init__({
             "machining": In(1), "sensing": In(1), "look": In(1), "safe": In(1), "quiet": In(1),
-            **{name: In(bits) for name, bits in TIMES.items()},
+            "latched": In(1), "settled": In(1), **{name: In(bits) for name, bits in TIMES.items()},
             **{name: In(1) for name in SIGNS}, "reference": In(10),
             "on": Out(1), "sense": Out(1), "level_out": Out(6), "between": Out(1),
             "forget": Out(1), "stuck": Out(1), "limit_level": Out(6), "limit_off": Out(20),
@@ -109,13 +117,13 @@ class Power(wiring.Component):
             self.limit_level.eq(limiter.limit_level), self.limit_off.eq(limiter.limit_off),
 
             pulses.enable.eq((self.machining | self.look) & ~changed & ~self.safe & ~self.quiet),
-            pulses.sensing.eq(self.sensing | ~self.machining),
+            pulses.sensing.eq(self.sensing | ~self.machining | ~self.settled),
             pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
             pulses.wait_time.eq(limiter.allowed_wait),
             pulses.off_time.eq(limiter.allowed_off),
             *(getattr(pulses, name).eq(getattr(self, name))
               for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal", "ignited")),
-            pulses.live.eq(readback.live),
+            pulses.live.eq(readback.live | ~self.latched),
             self.on.eq(pulses.on), self.sense.eq(pulses.sense),
             self.level_out.eq(pulses.level_out), self.between.eq(pulses.between),
 

@@ -24,6 +24,8 @@ class PowerContract(wiring.Component):
     look: In(1)
     safe: In(1)
     quiet: In(1)
+    latched: In(1)
+    settled: In(1)
     on_time: In(20)
     wait_time: In(20)
     ignited: In(1)
@@ -65,6 +67,16 @@ class PowerContract(wiring.Component):
             m.d.comb += Assert(self.machining | self.look)
         m.d.comb += [Cover(power.sense & self.machining), Cover(power.sense & ~self.machining)]
 
+        # None begins before the outside follows the condition.
+        was, latched, settled = Signal(2), Signal(), Signal()
+        m.d.sync += [was.eq(Cat(power.on, power.sense)), latched.eq(self.latched),
+                     settled.eq(self.settled)]
+        with m.If((power.on & ~was[0]) | (power.sense & ~was[1])):
+            m.d.comb += Assert(latched)
+        with m.If(power.on):
+            m.d.comb += Assert(settled)
+        m.d.comb += Cover(power.sense & self.machining & ~settled)
+
     def _limits(self, m, power):
         """Pulses by their times. The signal of the ignition may come at any time, or never."""
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
@@ -74,7 +86,7 @@ class PowerContract(wiring.Component):
         before, probe, level = Signal(), Signal(), Signal(6)
         cut, sensing = Signal(), Signal()
         m.d.sync += [before.eq(power.on), probe.eq(power.sense), level.eq(power.level_out),
-                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing)]
+                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing | ~self.settled)]
         waited, lit = Signal(), Signal()    # the pulse began so; it has ignited before
         with m.If(~power.on):
             m.d.sync += [waited.eq(self.wait_time != 0), lit.eq(0)]

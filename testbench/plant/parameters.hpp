@@ -98,7 +98,9 @@ struct ComparatorParameters {
     // Gap voltage that a reference pin stands for if it is always high, and full scale of the
     // converter. [V]
     double reference_full_v = 100.0;
-    // Time constant of the filter behind each reference pin. [µs]
+    // Time constant of the filter behind each reference pin. After a change of a reference the
+    // controller waits 4.6 times as long before the first discharge pulse, unless levels are fixed.
+    // [µs]
     double reference_rc_us = 200.0;
     // Share of the sparks whose noise the detector misses.
     double noise_miss = 0.01;

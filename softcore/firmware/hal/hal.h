@@ -101,6 +101,8 @@ int32_t hal_front(void);        /* furthest path coordinate commanded */
 unsigned hal_slot(void);        /* slot of the segment in which the machine is */
 hal_motion hal_motion_read(void);
 void hal_ramp(uint32_t start_rate, uint32_t acceleration);
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration);   /* on the way back */
+void hal_lead(uint32_t clocks); /* of the velocity feed-forward; 0: the plain loop */
 
 /* Retraction. */
 typedef struct {
@@ -162,6 +164,7 @@ uint32_t hal_level_limit(void);                         /* highest level that th
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
+void hal_follow(uint32_t clocks);   /* shortest wait for supply and comparators */
 void hal_discharge(bool machining);
 
 /* Servo. */

@@ -168,3 +168,4 @@ void hal_sense(uint32_t on, uint32_t off) {
     (void)on;
     (void)off;
 }
+void hal_follow(uint32_t clocks) { (void)clocks; }

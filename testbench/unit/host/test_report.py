@@ -112,6 +112,17 @@ def test_a_plan_is_made_coarser_and_its_wall_found():
     assert coarse["left"] == pytest.approx(np.array([[0, 0], [0.5625, 0.8125], [1, 1]]))
 
 
+def test_page_tells_how_soon_the_electrode_was_clear():
+    figure = {"median": 7.11, "worst": 8.22, "shorts": 2}
+    row = {"speed": 300.0, "shorts": 3, "back_us": figure, "turn_ms": None,
+           "clear_20_um_ms": figure | {"drive": 6.33}, "clear_100_um_ms": None}
+    html = page(clear_of_shorts=[row])
+    assert "first backward command (µs)" in html
+    assert "7.11, 8.22 (6.33)</td>" in html
+    assert "7.11, 8.22</td>" in html
+    assert "first backward command" not in page()
+
+
 def test_page_says_what_a_person_asks_first():
     html = page()
     for text in ("</html>", "program end", "Machine <b>sinker</b>", "seed <b>3</b>", "5 clocks",
