@@ -20,7 +20,9 @@ __all__ = ["Dialect", "DialectError", "Meaning"]
 LIMIT = 1 << 28         # pulses: furthest position in any frame
 HIGHEST = 1_800_000     # um/min: what the machine is set to
 TIMES = {100: (15, 25), 110: (30, 30), 120: (60, 40), 130: (100, 50), 140: (150, 75),
-         150: (200, 100), 500: (5, 40), 510: (3, 30)}   # of the conditions, us
+         150: (200, 100), 500: (5, 40), 510: (3, 30),
+         520: (5, 40), 530: (3, 30)}   # of the conditions, us
+WAITS = {520: 20, 530: 15}          # for the ignition, us
 CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
 # Words of a condition on how pulses are counted and judged, with their ranges.
@@ -235,7 +237,8 @@ class Dialect:
             whole(words, "H", 50, 100)
             return
         number = int(words.pop("C"))
-        usual = (*TIMES.get(number, (0, 0)), 80, 75, 0, 0, 0, 0)
+        usual = (*TIMES.get(number, (0, 0)), 80, 75,
+                 int(number in WAITS), WAITS.get(number, 0), 0, 0)
         on, off, open_v, percent, ignition, wait, *references = self.table.get(number, usual)
         if "I" in words:
             require(not words["I"].is_signed(), "sign")

@@ -109,3 +109,12 @@ def test_elsewhere_both_words_are_unknown(machine, block):
     letter = "A" if "A" in block else "B"
     assert f"the word {letter} is unknown" in line
     assert answer == error_line("unknown")
+
+
+def test_built_in_conditions_for_wire(machine):
+    """520 and 530 are 500 and 510 from the ignition."""
+    assert machine.line("C520")[-1] == "ok"
+    assert (machine.power["on"], machine.power["wait"], machine.power["off"]) == (10 - PATH, 40, 80)
+    assert machine.line("C530")[-1] == "ok"
+    assert (machine.power["on"], machine.power["wait"], machine.power["off"]) == (6 - PATH, 30, 60)
+    assert (machine.power["level"], machine.power["negative"]) == (2, 1)

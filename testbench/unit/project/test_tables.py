@@ -289,7 +289,7 @@ def test_a_condition_is_changed_in_one_place():
     assert "{.number = 105, .milli_ip = 3000, .on_us = 44, .off_us = 33, .rest_us = 22, " \
            ".negative = false, " in render.conditions_header(table)
     assert cells(render.conditions_page(table), "105") == [
-        "105", "3", "4.5", "44", "33", "22", "positive"]
+        "105", "3", "4.5", "44", "33", "22", "positive", "from the gate"]
     assert conditions.ladder(table)[0] == (3, 105, 44, 33)
     assert ".open_v = 99, " in render.conditions_header(table, replace(conditions.USUAL, open_v=99))
     assert "open voltage of 99 V" in render.conditions_page(
