@@ -3,15 +3,19 @@
 
 import re
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from amaranth.build import Platform
 
-from constraints.board import CHAIN, CHAINED, PADS
+from constraints import wires
+from constraints.board import CHAIN, CHAINED, PADS, POWER, unsafe_unloaded
+from constraints.wires import unloaded_high, unloaded_v
 from rtl import pads
 from softcore import build
 from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
+from softcore.pins import board_drawing
 from testbench.refusal import refuses
 
 ADC = {"U18", "U17"}  # J2, pair 14: channels 1 and 0 of the converter, those in use
@@ -67,24 +71,67 @@ def test_no_pin_is_used_twice_nor_taken_from_the_adc(pin_list):
 
 
 def test_pulls_make_a_broken_wire_safe(board, pin_list):
-    """Inputs that guard the machine are inverted and pulled down; only ``tx`` is pulled up."""
+    """Inputs that guard the machine are inverted and pulled down; outputs are never pulled on."""
     platform = board.platform()
+    placed_wires = {wire.pad: wire for wire in board.wires}
     for pad in PADS:
         if (pad.name, 0) not in platform.resources:
             continue
         resource = platform.lookup(pad.name)
+        assert resource.ios[0].invert == placed_wires[pad.name].low, pad.name
         pulls = set(re.findall(rf'^IOBUF PORT "{pad.name}_0__io.*PULLMODE=(\w+)', pin_list, re.M))
         if pad.name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low",
                         "gap_arc", "gap_short"):
             assert resource.ios[0].invert, pad.name
             assert pulls == {"DOWN"}, pad.name
-        elif pad.name.startswith("adc_"):
-            # On the board itself, so no wire can break.
-            assert resource.ios[0].invert == (pad.name == "adc_select"), pad.name
-            assert pulls == {"UP"}, pad.name
-        elif pad.direction == "o":
+        elif pad.name in POWER:
             assert not resource.ios[0].invert, pad.name
-            assert pulls <= ({"UP"} if pad.name == "tx" else {"DOWN"}), pad.name
+            assert pulls == {"DOWN"}, pad.name
+
+
+def test_no_output_of_power_can_be_active_without_a_bitstream(board):
+    assert unsafe_unloaded(board) == []
+    led_out = {wire.pad for wire in board.wires}
+    assert {pad.name for pad in PADS if pad.name in POWER} - set(CHAINED) <= led_out
+    assert set(CHAINED) <= led_out or CHAIN.name in led_out
+
+
+@pytest.mark.parametrize(("pad", "change", "complaint"), [
+    ("gap_on", {"hold": ""}, "gap_on may be active: no resistor holds it"),
+    ("contactor", {"hold": "supply"}, "contactor may be active: no resistor holds it"),
+    ("gap_sense", {"low": True}, "gap_sense may be active: no resistor holds it"),
+    ("chain", {"behind": "safe"}, "chain stands behind safe, which may be active"),
+    ("step", {"header": False, "pins": "W2 V2 A4"},
+     "step is at W2, which the device may drive while it loads"),
+])
+def test_an_output_of_power_that_is_not_held_is_named(pad, change, complaint):
+    board = BOARDS["ulx3s"]
+    changed = tuple(replace(wire, **change) if wire.pad == pad else wire for wire in board.wires)
+    assert complaint in unsafe_unloaded(replace(board, wires=changed))
+
+
+def test_the_resistor_wins_against_the_pull_of_the_device(monkeypatch):
+    wire = next(wire for wire in BOARDS["ulx3s"].wires if wire.pad == "gap_on")
+    assert unloaded_v(wire) == pytest.approx((0.0, 0.352))
+    assert unloaded_high(wire) is False
+    monkeypatch.setattr(wires, "GROUND_OHM", 10_000)
+    assert unloaded_high(wire) is None
+
+
+def test_the_drawing_has_every_wire_at_its_pin(board):
+    """Each used pin of a header is drawn once, with its print, its site and its signal."""
+    text = board_drawing([board])
+    for wire in board.wires:
+        if not wire.header:
+            continue
+        sites = board.sites_of(wire)
+        for bit, pin in enumerate(wire.pins.split()):
+            label = next(header.labels.get(pin, pin) for header in board.headers
+                         if pin in {one for row in header.rows for one in row})
+            name = f"{wire.pad}[{bit}]" if len(sites) > 1 else wire.pad
+            here = rf">(?:{re.escape(f'{name} · {label} {sites[bit]}')}|" \
+                   rf"{re.escape(f'{label} {sites[bit]} · {name}')})</text>"
+            assert len(re.findall(here, text)) == 1, (wire.pad, pin)
 
 
 def test_clock_makes_the_link_rate_exactly(board):
