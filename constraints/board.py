@@ -114,6 +114,8 @@ class Board:
         Frequency of the controller; the board's crystal, or a multiple of it that the PLL makes.
     memory_size : int
         Bytes of block RAM for the processor.
+    memory_banks : bool
+        They are in banks (``softcore.memory``): for devices with few block RAMs.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
     dac : str
@@ -141,6 +143,7 @@ class Board:
     wires: tuple[Wire, ...]
     headers: tuple[Header, ...]
     sites: dict[str, str]
+    memory_banks: bool = False
     arm_strapped: bool = False
     dac: str = "sigma_delta"
     current_max_a: float = 30.0

@@ -110,6 +110,6 @@ PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the 
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
           pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188416,
-          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188_416,
+          memory_banks=True, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
 )
