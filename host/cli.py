@@ -362,6 +362,27 @@ def build(
 
 
 @app.command()
+def flash(
+    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
+                                         help="Board, such as ulx3s.")],
+    permanent: Annotated[bool, typer.Option(
+        "--permanent", help="Write the board's flash memory, so that it starts with Gapkeeper. "
+                            "Without it the bitstream is gone at power-off.")] = False,
+    cable: Annotated[str | None, typer.Option(
+        metavar="NAME", show_default="the board's own",
+        help="JTAG cable: ft231X, cmsisdap, ft2232, ft232 or dirtyJtag.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Overwrite without a question.")] = False,
+) -> None:
+    """Load the bitstream of a board, built by `build`, with openFPGALoader.
+
+    Says what to plug where and what is overwritten, and what to do when nothing answers.
+    """
+    from host.flash import flash as load
+    load(board, permanent=permanent, cable=cable, console=out,
+         confirm=lambda question: yes or typer.confirm(question))
+
+
+@app.command()
 def bench() -> None:
     """Measure, and print the figures as one table.
 
