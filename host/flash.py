@@ -142,7 +142,7 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
 def _manifest(board: str, built: Path) -> dict[str, str]:
     from softcore.build import MANIFEST
     try:
-        manifest: dict[str, str] = json.loads((built / MANIFEST).read_text())
+        manifest: dict[str, str] = json.loads((built / MANIFEST).read_text(encoding="utf-8"))
         bits = (built / "top.bit").read_bytes()
     except (OSError, ValueError) as error:
         raise UserError(f"there is no bitstream for {board} yet: make it with gapkeeper build "

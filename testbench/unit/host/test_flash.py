@@ -24,7 +24,7 @@ def boards(workdir):
     """A folder of built boards, without any tool having run."""
     for name in BOARDS:
         folder = workdir / "boards" / name
-        folder.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
         (folder / "top.bit").write_bytes(BITS)
         (folder / "manifest.json").write_text(json.dumps({
             "bitstream_sha256": hashlib.sha256(BITS).hexdigest(), "build": "0badcafe",
@@ -36,8 +36,9 @@ def boards(workdir):
 def loader(workdir, monkeypatch):
     """Put a stand-in first in the path; return a function that tells it what to answer."""
     folder = workdir / "bin"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     tool, record = folder / "openFPGALoader", folder / "called.json"
+    record.unlink(missing_ok=True)      # of an earlier run
 
     def answers(said="", status=0):
         tool.write_text(f"#!{sys.executable}\nimport json, sys\n"
