@@ -58,7 +58,8 @@ KINDS = {
                    "isolator; without current it is off."),
     "gate": Kind("gate of the discharge", "the power supply's gate driver, at the potential of the "
                  "electrode: isolator of 50 kV/us or more."),
-    "reference": Kind("reference", "an isolator and a filter of 1 ms to the comparators' ground."),
+    "reference": Kind("reference", "an isolator and a filter to the comparators' ground, with the "
+                      "time constant of the board's file (`reference_rc_us`)."),
     "relay": Kind("relay drivers", "24 V relays behind shift registers with 3.3 V inputs and an "
                   "output enable."),
     "lamp": Kind("lamp", "nothing: it is on the board."),

@@ -12,16 +12,19 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from math import ceil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 from amaranth import *
+from amaranth.build import Platform
 from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import boards
 from constraints.board import CHAIN, CHAINED, PADS, Board
+from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.image import target_image
 from softcore.soc import Soc
@@ -29,7 +32,8 @@ from softcore.tables.conditions import level_max
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "STAT", "SYNTHESIS", "Bitstream", "BuildError",
-           "Cells", "build", "lay_out", "manifest", "pin_list", "plan", "run_tool"]
+           "Cells", "build", "controller_options", "lay_out", "manifest", "pin_list", "plan",
+           "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 MANIFEST = "manifest.json"
@@ -135,14 +139,23 @@ class BoardTop(Top):
         return m
 
 
+def controller_options(board: Board, platform: Platform) -> dict:
+    """Parameters of ``rtl.controller`` for a board, except its clock, with its platform."""
+    latch = CHAIN_CLOCKS if (CHAIN.name, 0) in platform.resources else DIRECT_CLOCKS
+    return {
+        "arm_strapped": board.arm_strapped, "dac_kind": board.dac,
+        "latch_clocks": latch + ceil(board.supply_settle_us * 1e-6 * board.clock_hz),
+        "reference_rc_us": board.reference_rc_us,
+        "level_max": level_max(board.current_max_a, board.supply_step_a),
+    }
+
+
 def plan(board: Board, image: bytes = b"") -> BuildPlan:
     """Prepare everything that the tools need for a board; ``image`` is the firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, memory_banks=board.memory_banks, image=image,
-              build=int(digest()[:8], 16),
-              arm_strapped=board.arm_strapped, dac_kind=board.dac,
-              level_max=level_max(board.current_max_a, board.supply_step_a))
+              build=int(digest()[:8], 16), **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
