@@ -396,6 +396,52 @@ def build(
 
 
 @app.command()
+def flash(
+    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
+                                         help="Board, such as ulx3s.")],
+    permanent: Annotated[bool, typer.Option(
+        "--permanent", help="Write the board's flash memory, so that it starts with Gapkeeper. "
+                            "Without it the bitstream is gone at power-off.")] = False,
+    cable: Annotated[str | None, typer.Option(
+        metavar="NAME", show_default="the board's own",
+        help="JTAG cable: ft231X, cmsisdap, ft2232, ft232 or dirtyJtag.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Overwrite without a question.")] = False,
+) -> None:
+    """Load the bitstream of a board, built by `build`, with openFPGALoader.
+
+    Says what to plug where and what is overwritten, and what to do when nothing answers.
+    """
+    from host.flash import flash as load
+    load(board, permanent=permanent, cable=cable, console=out,
+         confirm=lambda question: yes or typer.confirm(question))
+
+
+@app.command()
+def doctor(
+    port: Annotated[str, typer.Option(
+        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
+                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    board: Annotated[str, typer.Option(
+        metavar="BOARD", help="Board, by which wires have pins.")] = "ulx3s",
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    report: Annotated[Path, typer.Option(
+        "-o", "--output", metavar="FILE", dir_okay=False, show_default="build/doctor.txt",
+        help="File for the report, to send along with a question.",
+    )] = ROOT / "build" / "doctor.txt",
+) -> None:
+    """Examine a controller and its wires; each wrong wire is named with its pin.
+
+    It resets the controller. Then it checks link, version and inputs, waits for a press of the
+    button `arm`, and moves each axis by 0.2 mm after a question. The discharge stays off. Exit
+    status 1 if something is wrong.
+    """
+    from host.doctor.command import examine
+    raise typer.Exit(examine(port, board, baud=baud, report=report, console=out,
+                             ask=lambda question: typer.confirm(question)))
+
+
+@app.command()
 def bench() -> None:
     """Measure, and print the figures as one table.
 

@@ -89,8 +89,8 @@ def test_wrong_usage_is_status_2(arguments, message):
 def test_unknown_board_is_refused_with_the_known_ones():
     result = gapkeeper("build", "nosuch")
     assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: ulx3s, '
-                             "ulx3s_45f.\n")
+    assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: '
+                             "colorlight_i9, ulx3s, ulx3s_45f.\n")
 
 
 @pytest.mark.parametrize(("failure", "message"), [

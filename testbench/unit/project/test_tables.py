@@ -301,8 +301,9 @@ def test_a_condition_is_changed_in_one_place():
 
 def test_a_pin_is_changed_in_one_place():
     pads = altered((*PADS, CHAIN), "estop", doc="The red button.")
-    assert cells(pins_page(ulx3s.BOARDS, pads), "`estop`") == [
-        "`estop`", "in", "12+ (G3)", "yes", "The red button."]
+    row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
+    assert row[:5] == ["`estop`", "in", "J1 GP12 (G3)", "yes", "LVCMOS33, pull down"]
+    assert row[5].startswith("The red button. A closed contact ")
 
 
 def test_the_page_of_pins_has_every_pad_of_the_board():
