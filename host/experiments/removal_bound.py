@@ -19,9 +19,9 @@ __all__ = ["BEST_BY_DISTANCE", "PARTS", "best_by_drop", "bounds", "parts", "reac
 # Parts of the variance of the drop of the mean voltage.
 PARTS = ("stock", "shorts", "debris", "number of discharges", "rest")
 
-# Removal behind a step of the stock over that before it, at best, under P5. The feed changes how long
-# the discharges of a distance take, not how many it needs, and a crater is in proportion to the
-# time of its discharge: so the signal follows the stock alone.
+# Removal behind a step of the stock over that before it, at best, under P5. The feed changes how
+# long the discharges of a distance take, not how many it needs, and a crater is in proportion to
+# the time of its discharge: so the signal follows the stock alone.
 BEST_BY_DISTANCE = 1.0
 
 
@@ -44,7 +44,7 @@ def best_by_drop(removal: float, drop: float) -> float:
 
 
 def reached(removal: float, best: float, got: float) -> float:
-    """Share of the best improvement over constant feed that was reached; too much counts as less."""
+    """Share of the best improvement over constant feed that was reached; beyond it, less."""
     return 1 - abs(got - best) / abs(removal - best)
 
 
