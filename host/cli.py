@@ -88,7 +88,7 @@ def run(
     tape: TapeFile,
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE",
-        help="A built-in machine (sinker, small, half, wire, wall), or a TOML file of one.",
+        help="A built-in machine (sinker, small, half, cavity, wire, wall), or a TOML file of one.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N",
@@ -292,7 +292,7 @@ def tape_check(
     machine: Annotated[str | None, typer.Option(
         metavar="NAME|FILE", show_default="none",
         help="Judge clock, settings and travel of this machine too, from where it stands at the "
-             "start: sinker, small, half, wire, wall, or a TOML file.")] = None,
+             "start: sinker, small, half, cavity, wire, wall, or a TOML file.")] = None,
 ) -> None:
     """Check a tape with the controller's own reader.
 

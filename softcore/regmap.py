@@ -9,7 +9,7 @@ it is the only field of its register, and ``registers.b.r_f`` otherwise. Widths 
 only.
 """
 
-from softcore.linkmap import MARKS, REALTIME
+from softcore.linkmap import LINK
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
@@ -42,36 +42,6 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      _value(32, "Clocks.", access="r", unit="2**32 clock")),
     ("sleep", "Stop the processor until there is an event or a byte from the host, or until this "
      "time is over.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
-))
-
-_MARKS = "; ".join(f"{number} `{name}`, {doc}" for number, (name, doc) in enumerate(MARKS))
-
-LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
-             "``softcore.link_decoder``.", registers=_registers(
-    ("receive", "Oldest entry of the receive queue. Reading takes it.", (
-        Field(name="data", bits=8, access="r", doc=f"The byte, or the mark's number: {_MARKS}."),
-        Field(name="mark", bits=1, access="r", doc="The entry is a mark, not a byte."),
-        Field(name="valid", bits=1, access="r", doc="There was an entry.")), "read"),
-    ("transmit", "Send a byte. Lost if the transmitter is not ready.",
-     _value(8, "The byte.", access="w"), "write"),
-    ("status", "State of the link.", (
-        Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
-        Field(name="hold", bits=1, access="r", doc="A `!` holds the feed."),
-        Field(name="reset", bits=1, access="r",
-              doc="Ctrl-X stops motion and discharge until the firmware has carried it out."))),
-    ("notes", "Real-time bytes that came since the last read. Reading clears them.", tuple(
-        Field(name=realtime.name, bits=1, access="r", doc=realtime.doc)
-        for realtime in REALTIME if realtime.name != "reset"), "read"),
-    ("release", "End the effect of a real-time byte, unless the byte has come again and the "
-     "firmware has not seen that yet.", (
-        Field(name="hold", bits=1, access="w", doc="The feed may go on."),
-        Field(name="reset", bits=1, access="w", doc="The reset has been carried out."),
-        Field(name="override", bits=1, access="w", doc="Overrides back to 100 %.")), "write"),
-    ("override", "Overrides as set by their real-time bytes.", (
-        Field(name="feed", bits=8, access="r", unit="%", doc="Of the constant feed."),
-        Field(name="rapid", bits=7, access="r", unit="%", doc="Of rapids."))),
-    ("waiting", "Length of the receive queue.",
-     _value(9, "Entries.", access="r", unit="entry")),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and the machine's "
@@ -125,6 +95,12 @@ RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.mo
      _value(30, "Rate.", unit=RATE)),
     ("acceleration", "Slope of the linear ramp.",
      _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("back_start_rate", "Start/stop speed on the way back.", _value(30, "Rate.", unit=RATE)),
+    ("back_acceleration", "Slope of the ramp on the way back.",
+     _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("lead", "Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. "
+     "Taken over at rest. See ``rtl.motion.feed_forward``.",
+     _value(27, "Time.", unit="clock")),
 ))
 
 RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force and the start of "
@@ -263,6 +239,7 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("limits", "Limits of the build, which no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
+    ("wait_time", "Longest wait for the ignition.", _value(20, "0: none.", unit="clock")),
 ))
 
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
@@ -358,11 +335,14 @@ CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in 
               doc="The depth reached so far is the present place of the jump axis.")), "write"),
     ("depth", "Put the staged words in force when the jump axis has reached this depth; arms.",
      _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
+    ("settle", "Shortest wait for power supply and comparators; see ``rtl.power.settling``.",
+     _value(24, "Clocks.", unit="clock")),
     ("status", "State of the switch.", (
         Field(name="armed", bits=1, access="r", doc="It will switch at the depth."),
         Field(name="pending", bits=1, access="r",
               doc="The staged words wait for the present pulse to end."),
-        Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."))),
+        Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."),
+        Field(name="settled", bits=1, access="r", doc="They follow the condition in force."))),
 ))
 
 _CAUSE_BITS = "By bit: " + "; ".join(

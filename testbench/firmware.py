@@ -290,9 +290,10 @@ class Controller:
     @property
     def power(self) -> dict[str, int]:
         """Orders to the power supply: clocks, IP, steps of voltage."""
-        words = (ctypes.c_uint32 * 6)()
+        words = (ctypes.c_uint32 * 7)()
         self.library.gk_power_read(words)
-        return dict(zip(("on", "off", "rest", "level", "voltage", "negative"), words, strict=True))
+        names = ("on", "wait", "off", "rest", "level", "voltage", "negative")
+        return dict(zip(names, words, strict=True))
 
     @property
     def gap(self) -> dict[str, object]:

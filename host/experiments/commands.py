@@ -80,17 +80,20 @@ def experiment_roughing(
         min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
     depth: Annotated[float, typer.Option(
         min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
+    step: Annotated[float, typer.Option(
+        min=0.05, max=1.0, metavar="IP", help="Step of the power supply, in IP of 1.5 A.")] = 1.0,
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
 ) -> None:
     """Rough a cavity with one current all the way, and with the planned staircase of currents.
 
-    Both with the same seeds: time, the undersize that the currents consume by the basic data,
-    shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
+    One current is the planner's last, or its first. All with the same seeds: time, the undersize
+    that is consumed in the simulated cavity, and with other constants of its walls; shares of the
+    pulse classes, retractions. Takes several minutes for each seed, on all cores.
     """
     from host.experiments.roughing import roughing
-    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out, step_ip=step)
 
 
 @experiment_app.command("networks")

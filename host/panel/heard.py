@@ -16,7 +16,8 @@ __all__ = ["CLASSES", "MOTION", "STATES", "Heard", "Sample", "condition_words", 
 
 CLASSES = ("open", "good", "arc", "short")      # of pulses, in the report's order
 KEPT = 4000         # events and places; a tape of an hour has fewer retractions
-SAMPLES = 600       # a minute of status reports
+SAMPLES = 600       # a minute,
+SAMPLE_S = 0.08     # with a moment so often, or oftener if the retraction has changed
 STATES = {
     "Idle": "at rest, discharge off, nothing left to do",
     "Run": "a program runs, an axis moves, or the discharge is on",
@@ -137,17 +138,20 @@ class Heard:
         place, feed, counts = self.place, self.numbers("FS"), self.numbers("Gap")
         if len(place) != 3 or not feed or len(counts) != len(CLASSES):
             return      # damaged on its way: the next report comes soon
+        if self.fields["state"] != "Alarm":
+            self.alarm = None
+        if not self.trail or max(abs(a - b) for a, b in zip(
+                place, self.trail[-1], strict=True)) > 0.002:
+            self.trail.append(place)
+        if self.samples and (t - self.samples[-1].t < SAMPLE_S
+                             and self.samples[-1].motion == self.motion):
+            return      # a slow simulation reports more often
         whole = [int(count) for count in counts]
         before, self._counts = self._counts or whole, whole
         new = [(now - then) % 2**32 for now, then in zip(whole, before, strict=True)]
         pulses = sum(new)
         shares = tuple(one / pulses if pulses else 0.0 for one in new)
         self.samples.append(Sample(t, volts, shares, pulses, place[2], feed[0], self.motion))
-        if not self.trail or max(abs(a - b) for a, b in zip(
-                place, self.trail[-1], strict=True)) > 0.002:
-            self.trail.append(place)
-        if self.fields["state"] != "Alarm":
-            self.alarm = None
 
     def _event(self, text: str) -> None:
         try:
@@ -169,6 +173,7 @@ class Heard:
             self.retractions[event["cause"]] += 1
         elif name == "program_start":
             self.ended = ""
+            self.trail.clear()
         elif name == "program_end":
             self.ended = "end"
         if name == "alarm":

@@ -230,7 +230,7 @@ class Page:
                 self.locked(button)
 
     def _show_facts(self) -> None:
-        heard = self.session.heard
+        session, heard = self.session, self.session.heard
         machine = heard.numbers("MPos")
         self.digits.set_content('<span></span><span class="machine">machine</span>'
                                 '<span class="machine">program, mm</span>' + "".join(
@@ -252,6 +252,7 @@ class Page:
                 ("retractions", f"{sum(turns.values())}: {turns['short']} short, {turns['jump']} "
                                 f"jump, {turns['operator']} by order"),
                 ("words", " ".join(words) or "…"),
+                *([("time", session.pace)] if session.pace else []),
                 ("lag", f"{', '.join(f'{number:g}' for number in heard.numbers('Er'))} pulses")]
         off = heard.fields.get("Off")
         if off:

@@ -130,6 +130,11 @@ class Session:
         """The newest sentence."""
         return self.notices[-1][1] if self.notices else ""
 
+    @property
+    def pace(self) -> str:
+        """How fast a simulated machine's time goes, if it cannot keep up; else nothing."""
+        return self._wire.pace if self.link == "connected" else ""
+
     def seen(self, page: str) -> None:
         """Note that a page is there; call it once a second."""
         with self.lock:
@@ -205,10 +210,13 @@ class Session:
         self._thread.start()
 
     def close(self) -> None:
-        """Hold the machine, leave the controller to whoever comes next, and end the thread."""
+        """Hold the machine, leave the controller to whoever comes next, and end the thread.
+
+        A start that is under way, with its compilers, is not waited for: nothing moves yet.
+        """
         self._over.set()
         if self._thread is not None:
-            self._thread.join()
+            self._thread.join(1.0 if self.link == "starting" else None)
 
     def tell(self, text: str) -> None:
         """Tell every page a sentence."""

@@ -5,21 +5,18 @@ import json
 import tempfile
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from nicegui import events, run, ui
 
 from host.errors import UserError
-from host.panel.session import Job
+from host.panel.session import Job, Session
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
-
-if TYPE_CHECKING:
-    from host.panel.page import Page
 
 __all__ = ["Tabs", "field_text", "html"]
 
 MINUS = "\N{MINUS SIGN}"
-AROUND = 8          # lines of the tape before the block under way, and twice as many behind it
+BEFORE, SHOWN = 5, 24   # lines of the tape before the block under way, and in all
 RECENT = 60         # rows of the record on the page
 LARGEST = 4 << 20   # bytes of a tape that is uploaded
 FEEDS = {10: "10 mm/min", 60: "60 mm/min", 300: "300 mm/min", 600: "600 mm/min"}
@@ -36,10 +33,25 @@ def field_text(value: float, digits: int) -> str:
     return text.replace("-", MINUS if float(text) else "")
 
 
+class Frame(Protocol):
+    """The page that the tabs are on."""
+
+    session: Session
+
+    def order(self, name: str, *words: Any) -> bool:
+        """Order something; return whether it was taken."""
+
+    def locked(self, element: Any) -> Any:
+        """Grey an element on a page that watches; return it."""
+
+    def changed(self, key: str, value: Any) -> bool:
+        """Whether a value differs from that of the last look; keep it."""
+
+
 class Tabs:
     """The tabs of a page."""
 
-    def __init__(self, page: "Page", tapes: list[Path]) -> None:
+    def __init__(self, page: Frame, tapes: list[Path]) -> None:
         self.page, self.session = page, page.session
         self._values: dict[int, Any] = {}
         with ui.tabs().props("dense no-caps align=justify") as tabs:
@@ -96,8 +108,8 @@ class Tabs:
         if job is None:
             self.listing.set_content('<div class="note">No tape is chosen.</div>')
             return
-        first = max(0, min(line - AROUND, len(job.lines) - 3 * AROUND))
-        shown = job.lines[first:first + 3 * AROUND]
+        first = max(0, min(line - 1 - BEFORE, len(job.lines) - SHOWN))
+        shown = job.lines[first:first + SHOWN]
         self.listing.set_content("".join(
             f'<div class="{"now" if number == line else "note" if text.startswith("(") else ""}">'
             f"<span>{number}</span>{escape(text)}</div>"

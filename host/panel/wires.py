@@ -5,6 +5,7 @@ Both are pipes of bytes for ``host.link.link.Link``. The simulated machine keeps
 clock, as that of ``gapkeeper simulate`` does, and has its button ``arm`` on the page.
 """
 
+import re
 from collections.abc import Callable
 from typing import Protocol
 
@@ -25,6 +26,7 @@ class Wire(BytePipe, Protocol):
 
     simulated: bool
     clock_hz: int
+    pace: str   # says how slow a simulated machine is; empty if it keeps up with real time
 
     def arm(self) -> None:
         """Press the button ``arm`` of a simulated machine."""
@@ -75,7 +77,8 @@ class Bench:
         self._machine = simulation.start(machine, clock_hz=clock_hz, seed=seed, waves=None,
                                          trace=False, progress=say)
         self._cable = _Cable()
-        self._live = Live(self._machine, self._cable, say)
+        self._live = Live(self._machine, self._cable, self._paced)
+        self.pace = ""
         self._last = 0.0, 0     # sum of volts over the clocks, clocks
 
     def write(self, data: bytes) -> None:
@@ -105,6 +108,11 @@ class Bench:
         (volts_before, before), self._last = self._last, (volts, clocks)
         return (volts - volts_before) / (clocks - before) if clocks > before else None
 
+    def _paced(self, text: str) -> None:
+        """Note what the machine says about its speed."""
+        share = re.search(r"\d+ % of real time", text)
+        self.pace = share[0] if share else ""
+
     def close(self) -> None:
         """Switch the machine off."""
         self._machine.close()
@@ -120,6 +128,7 @@ class Remote(Controller):
     """
 
     simulated = False
+    pace = ""
 
     def __init__(self, url: str, machine: Machine, *, baud: int, clock_hz: int, say: Say) -> None:
         port = Port(url, baud)

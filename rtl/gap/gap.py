@@ -44,6 +44,9 @@ class Gap(wiring.Component):
         Words of the condition in force.
     safe, machining, in_position : In(1)
         Outputs are safe; the discharge is on; every axis is in position.
+    waiting : In(1)
+        Power supply and comparators do not follow the condition yet. The servo holds, and mean
+        and distance stand still. Ss by pulses goes on; Ss by the mean voltage begins anew.
     wanted : In(1)
         Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
@@ -59,6 +62,8 @@ class Gap(wiring.Component):
         Sensing pulses are wanted while the discharge is off.
     abnormal : Out(1)
         The pulse under way is an arc or a short.
+    ignited : Out(1)
+        The main pulse under way has ignited.
     trip : Out(1)
         Contact, and the axes are too fast to stop: a cause of the interlock.
     fluid_news : Out(1)
@@ -82,11 +87,11 @@ class Gap(wiring.Component):
             "motion": Out(STEERING),
             "condition": In(Condition.in_force(registers)),
             **{name: In(1) for name in (
-                "safe", "machining", "in_position", "wanted", "on", "sense", "forget", "high",
-                "arc", "short", "current", "noise", "adc_data")},
+                "safe", "machining", "in_position", "waiting", "wanted", "on", "sense", "forget",
+                "high", "arc", "short", "current", "noise", "adc_data")},
             "reference": Out(3),
             **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
-                                         "abnormal", "trip", "fluid_news")},
+                                         "abnormal", "ignited", "trip", "fluid_news")},
         })
 
     def elaborate(self, platform):
@@ -120,6 +125,7 @@ class Gap(wiring.Component):
         m.d.sync += [getattr(discriminator, f"use_{name}").eq(
                          getattr(self.condition, f"gap_criteria_{name}"))
                      for name in ("current", "delay", "noise")]
+        m.d.sync += discriminator.from_ignition.eq(self.condition.power_wait_time != 0)
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
             *(getattr(discriminator, name).eq(getattr(self, name))
@@ -129,7 +135,7 @@ class Gap(wiring.Component):
             *(getattr(registers, name).eq(getattr(discriminator, name))
               for name in ("open_count", "ok_count", "dame_count", "short_count")),
             registers.status_last.eq(discriminator.last),
-            self.abnormal.eq(discriminator.abnormal),
+            self.abnormal.eq(discriminator.abnormal), self.ignited.eq(discriminator.ignited),
             *(level.eq(getattr(self.condition, f"gap_reference_{name}"))
               for level, name in zip(references.level, ("open", "arc", "short"), strict=True)),
             self.reference.eq(references.stream),
@@ -160,7 +166,8 @@ class Gap(wiring.Component):
         m.submodules.mean_level = mean = MeanLevel()
         m.d.comb += [
             mean.sample.eq(self.registers.fluid.voltage), mean.sample_valid.eq(self.voltage_valid),
-            mean.pulse.eq(self.on), mean.on.eq(discharging & ~short.shorted),
+            mean.pulse.eq(self.on),
+            mean.on.eq(discharging & ~short.shorted & ~self.waiting),
             mean.level.eq(registers.short_mean), mean.window.eq(registers.short_mean_time),
             short.by_mean.eq(registers.short_mean != 0), short.mean_low.eq(mean.low),
         ]
@@ -193,7 +200,7 @@ class Gap(wiring.Component):
               for name in ("mode", "window", "weight")),
             counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
-            counters.freeze.eq(motion.held | short.shorted | ~discharging
+            counters.freeze.eq(motion.held | short.shorted | ~discharging | self.waiting
                                | ~registers.control),
             registers.status_dame.eq(counters.dame_full),
             registers.status_open.eq(counters.open_full),
@@ -216,7 +223,7 @@ class Gap(wiring.Component):
             removal.on.eq(registers.control_measure & self.wanted),
             # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
-            removal.hold.eq(motion.paused),
+            removal.hold.eq(motion.paused | self.waiting),
             removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
             removal.shares.eq(registers.control_shares),
             removal.share.eq(self.condition.feed_share),
@@ -243,7 +250,7 @@ class Gap(wiring.Component):
             calculator.gain.eq(registers.gain), calculator.highest.eq(registers.highest),
             calculator.mean.eq(removal.mean), calculator.known.eq(removal.known),
             calculator.ratio.eq(removal.ratio),
-            calculator.held.eq(motion.held | short.shorted | ~discharging),
+            calculator.held.eq(motion.held | short.shorted | ~discharging | self.waiting),
             registers.in_force.eq(calculator.feed),
             motion.feed.eq(calculator.feed),
         ]

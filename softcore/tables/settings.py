@@ -250,6 +250,25 @@ SETTINGS: tuple[Setting, ...] = (
     _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
          "than the contact of electrode and work along the path.", guards=False),
+    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (100, 0, 100),
+         "loop", "Share of the path's speed that goes to the drives at once, beside the position "
+         "loop. 100: in even motion the axes follow without lag. 0: the plain loop of the first "
+         "patent, in which an axis moves only as far as it lags."),
+    _set(470, "back_acceleration_mm_s2", "way back: acceleration (0 as forward)", "mm/s2",
+         (0, 0, 100_000), "motion", "Acceleration along the path on the way back, above "
+         "`${back_start_speed_um_s}`. 0: that of `${acceleration_mm_s2}`."),
+    _set(471, "back_start_speed_um_s", "way back: start/stop speed (0 as forward)", "um/s",
+         (0, 0, 1_000_000), "motion", "Start/stop speed on the way back. 0: that of "
+         "`${start_speed_um_s}`."),
+    _set(480, "ignition_lag_ns", "gap: delay of comparators and driver at an ignition", "ns",
+         (0, 0, 100_000), "gap", "A condition with A1 counts its on-time from the ignition. The "
+         "discharge burns longer by the delay from the gap to the comparator's pin and from the "
+         "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
+         "4 clocks, always is."),
+    _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
+         "detector", "The first discharge pulse after a change of open voltage, polarity or a "
+         "level of the comparators waits at least so long. The times of the board are never "
+         "shortened."),
 )
 
 

@@ -136,6 +136,16 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "short: time of that mean", "us", 0},
     [SET_LAW_DISCHARGE_UM] = {20, 1, 6000, 466, GROUP_GAP, false,
         "feed P5: unit distance", "um", 0},
+    [SET_FEED_FORWARD] = {100, 0, 100, 469, GROUP_LOOP, true,
+        "velocity feed-forward (0 plain loop)", "%", 0},
+    [SET_BACK_ACCELERATION_MM_S2] = {0, 0, 100000, 470, GROUP_MOTION, true,
+        "way back: acceleration (0 as forward)", "mm/s2", 0},
+    [SET_BACK_START_SPEED_UM_S] = {0, 0, 1000000, 471, GROUP_MOTION, true,
+        "way back: start/stop speed (0 as forward)", "um/s", 0},
+    [SET_IGNITION_LAG_NS] = {0, 0, 100000, 480, GROUP_GAP, true,
+        "gap: delay of comparators and driver at an ignition", "ns", 0},
+    [SET_FOLLOW_US] = {0, 0, 300000, 510, GROUP_DETECTOR, true,
+        "wait for supply and comparators (0 as built)", "us", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

@@ -37,9 +37,10 @@ bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column
     return true;
 }
 
-/* At most 300 V, 2000 us: below 2**32. */
+/* At most 300 V, 2000 us: below 2**32. An open pulse lasts for the on-time, or for the wait. */
 uint32_t feed_modes_no_load_mv(const condition_row *row, uint32_t share_percent) {
-    return row->open_v * share_percent * 10 * row->on_us / (row->on_us + row->off_us);
+    uint32_t wait_us = conditions_wait_us(row), open_us = wait_us ? wait_us : row->on_us;
+    return row->open_v * share_percent * 10 * open_us / (open_us + row->off_us);
 }
 
 bool feed_modes_measures(void) { return mode >= FEED_ZERO; }

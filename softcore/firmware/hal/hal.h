@@ -101,6 +101,8 @@ int32_t hal_front(void);        /* furthest path coordinate commanded */
 unsigned hal_slot(void);        /* slot of the segment in which the machine is */
 hal_motion hal_motion_read(void);
 void hal_ramp(uint32_t start_rate, uint32_t acceleration);
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration);   /* on the way back */
+void hal_lead(uint32_t clocks); /* of the velocity feed-forward; 0: the plain loop */
 
 /* Retraction. */
 typedef struct {
@@ -151,13 +153,18 @@ void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short
 bool hal_shorted(void);                                 /* Ss after the last pulses */
 void hal_discriminate(const hal_discriminator *rules);
 void hal_criteria(const hal_criterion *c);
-/* Clocks of on-time, off-time, and additional off-time after an arc or a short; current in steps of
-   the supply. */
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
+/* Clocks from an ignition at the pins to the clock that sees it, and from the gateware's last clock
+   of a gate to the end of the pulse at its pin: rtl/pads.py. */
+#define HAL_GAP_LATENCY 4u
+/* Clocks of on-time, longest wait for the ignition from which the on-time counts (0: it counts from
+   the gate), off-time, and additional off-time after an arc or a short; current in steps of the
+   supply. */
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level);
 uint32_t hal_level_limit(void);                         /* highest level that the gateware allows */
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
+void hal_follow(uint32_t clocks);   /* shortest wait for supply and comparators */
 void hal_discharge(bool machining);
 
 /* Servo. */

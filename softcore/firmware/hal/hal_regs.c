@@ -150,6 +150,13 @@ void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
     RAMP->acceleration = acceleration;
 }
 
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration) {
+    RAMP->back_start_rate = start_rate;
+    RAMP->back_acceleration = acceleration;
+}
+
+void hal_lead(uint32_t clocks) { RAMP->lead = clocks; }
+
 void hal_retraction_commit(const hal_retraction *data) {
     RETRACTION->rate = data->rate;
     RETRACTION->limit = data->limit;
@@ -314,8 +321,9 @@ uint32_t hal_fluid_state(void) {
            GET(status, FLUID_STATUS_CLASS) << 8;
 }
 
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->on_time = on;
+    POWER->wait_time = wait;
     POWER->off_time = off;
     POWER->off_extra = rest;
     POWER->level = level;
@@ -327,6 +335,8 @@ void hal_sense(uint32_t on, uint32_t off) {
     POWER->sense_on = on;
     POWER->sense_off = off;
 }
+
+void hal_follow(uint32_t clocks) { CONDITION->settle = clocks; }
 
 void hal_discharge(bool machining) {
     POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);

@@ -150,13 +150,25 @@ _Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
 typedef volatile struct {
     uint32_t start_rate; /* Start/stop speed: any change of speed below it is immediate. [2**-32 pulse/clock] */
     uint32_t acceleration; /* Slope of the linear ramp. [2**-32 pulse/clock per 16 clock] */
+    uint32_t back_start_rate; /* Start/stop speed on the way back. [2**-32 pulse/clock] */
+    uint32_t back_acceleration; /* Slope of the ramp on the way back. [2**-32 pulse/clock per 16 clock] */
+    uint32_t lead; /* Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. Taken over at rest. See ``rtl.motion.feed_forward``. [clock] */
 } ramp_regs;
 _Static_assert(offsetof(ramp_regs, start_rate) == 0x0, "");
 _Static_assert(offsetof(ramp_regs, acceleration) == 0x4, "");
+_Static_assert(offsetof(ramp_regs, back_start_rate) == 0x8, "");
+_Static_assert(offsetof(ramp_regs, back_acceleration) == 0xc, "");
+_Static_assert(offsetof(ramp_regs, lead) == 0x10, "");
 #define RAMP_START_RATE_VALUE_SHIFT 0
 #define RAMP_START_RATE_VALUE_MASK 0x3fffffffu
 #define RAMP_ACCELERATION_VALUE_SHIFT 0
 #define RAMP_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_START_RATE_VALUE_SHIFT 0
+#define RAMP_BACK_START_RATE_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_ACCELERATION_VALUE_SHIFT 0
+#define RAMP_BACK_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_LEAD_VALUE_SHIFT 0
+#define RAMP_LEAD_VALUE_MASK 0x07ffffffu
 #define RAMP ((ramp_regs *)0x80000300u)
 
 /* Retraction data in force and the start of retractions; see ``rtl.motion.retraction``. The data words are staged: ``commit`` puts them in force together. */
@@ -363,6 +375,7 @@ typedef volatile struct {
     uint32_t off_extra; /* Additional off-time after an abnormal pulse. [clock] */
     uint32_t supply; /* Orders to the power supply. */
     const uint32_t limits; /* Limits of the build, which no register can exceed. */
+    uint32_t wait_time; /* Longest wait for the ignition. [clock] */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
 _Static_assert(offsetof(power_regs, off_time) == 0x4, "");
@@ -373,6 +386,7 @@ _Static_assert(offsetof(power_regs, control) == 0x14, "");
 _Static_assert(offsetof(power_regs, off_extra) == 0x18, "");
 _Static_assert(offsetof(power_regs, supply) == 0x1c, "");
 _Static_assert(offsetof(power_regs, limits) == 0x20, "");
+_Static_assert(offsetof(power_regs, wait_time) == 0x24, "");
 #define POWER_ON_TIME_VALUE_SHIFT 0
 #define POWER_ON_TIME_VALUE_MASK 0x000fffffu
 #define POWER_OFF_TIME_VALUE_SHIFT 0
@@ -397,6 +411,8 @@ _Static_assert(offsetof(power_regs, limits) == 0x20, "");
 #define POWER_LIMITS_LEVEL_MASK 0x0000003fu
 #define POWER_LIMITS_OFF_SHIFT 6
 #define POWER_LIMITS_OFF_MASK 0x03ffffc0u
+#define POWER_WAIT_TIME_VALUE_SHIFT 0
+#define POWER_WAIT_TIME_VALUE_MASK 0x000fffffu
 #define POWER ((power_regs *)0x80000700u)
 
 /* Interlock and watchdog; see ``rtl.safety``. */
@@ -574,23 +590,29 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
     int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
+    uint32_t settle; /* Shortest wait for power supply and comparators; see ``rtl.power.settling``. [clock] */
     const uint32_t status; /* State of the switch. */
 } condition_regs;
 _Static_assert(offsetof(condition_regs, order) == 0x0, "");
 _Static_assert(offsetof(condition_regs, depth) == 0x4, "");
-_Static_assert(offsetof(condition_regs, status) == 0x8, "");
+_Static_assert(offsetof(condition_regs, settle) == 0x8, "");
+_Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_ORDER_COMMIT_SHIFT 0
 #define CONDITION_ORDER_COMMIT_MASK 0x00000001u
 #define CONDITION_ORDER_DISARM_SHIFT 1
 #define CONDITION_ORDER_DISARM_MASK 0x00000002u
 #define CONDITION_ORDER_RESTART_SHIFT 2
 #define CONDITION_ORDER_RESTART_MASK 0x00000004u
+#define CONDITION_SETTLE_VALUE_SHIFT 0
+#define CONDITION_SETTLE_VALUE_MASK 0x00ffffffu
 #define CONDITION_STATUS_ARMED_SHIFT 0
 #define CONDITION_STATUS_ARMED_MASK 0x00000001u
 #define CONDITION_STATUS_PENDING_SHIFT 1
 #define CONDITION_STATUS_PENDING_MASK 0x00000002u
 #define CONDITION_STATUS_COUNT_SHIFT 2
 #define CONDITION_STATUS_COUNT_MASK 0x000003fcu
+#define CONDITION_STATUS_SETTLED_SHIFT 10
+#define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
 
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */

@@ -126,8 +126,8 @@ void hal_criteria(const hal_criterion *c) {
     staged.criteria = c->current * 1u + c->delay * 2u + c->noise * 4u;
     staged.delay_least = c->delay_least;
 }
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
-    staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {
+    staged.power = (gk_power){.on = on, .wait = wait, .off = off, .rest = rest, .level = level,
                               .voltage = staged.power.voltage, .negative = staged.power.negative};
 }
 uint32_t hal_level_limit(void) { return level_limit; }
@@ -168,3 +168,4 @@ void hal_sense(uint32_t on, uint32_t off) {
     (void)on;
     (void)off;
 }
+void hal_follow(uint32_t clocks) { (void)clocks; }

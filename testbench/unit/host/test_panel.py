@@ -5,6 +5,7 @@ The controller is a script of answers, or the firmware compiled for this compute
 """
 
 import re
+import threading
 import time
 
 import pytest
@@ -57,7 +58,7 @@ class Frozen:
 class Script:
     """A controller that takes every line but those that ``refuses`` names."""
 
-    simulated, clock_hz = True, CLOCK_HZ
+    simulated, clock_hz, pace = True, CLOCK_HZ, ""
     armed = False
 
     def __init__(self, refuses=""):
@@ -109,7 +110,7 @@ class Script:
 class Board(Firmware):
     """The firmware on this computer, slowly enough that a test can act while it works."""
 
-    simulated = True
+    simulated, pace = True, ""
 
     def read(self, timeout_s):
         time.sleep(0.001)
@@ -365,6 +366,16 @@ def test_a_controller_at_a_port_is_asked_who_it_is_and_keeps_its_lock(serve):
         assert session.order("a", "line", "$X") == ""
         until(lambda: session.notice == "$X: ok", lambda: session.seen("a"))
         session.close()
+
+
+def test_a_start_that_takes_long_does_not_keep_the_panel_from_closing():
+    waits = threading.Event()
+    session = Session(MACHINE, lambda say: waits.wait(DEADLINE_S))
+    session.start()
+    began = time.monotonic()
+    session.close()
+    assert time.monotonic() - began < DEADLINE_S / 2
+    waits.set()
 
 
 def test_a_setting_is_changed_and_read_back_from_the_firmware(serve):
