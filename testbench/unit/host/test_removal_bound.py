@@ -6,7 +6,6 @@ import pytest
 
 from host.experiments.removal_bound import (
     PARTS,
-    best_by_distance,
     best_by_drop,
     bounds,
     parts,
@@ -29,10 +28,10 @@ def test_a_drop_of_discharges_alone_gives_the_root():
     assert best_by_drop(1.5, 1.0) == 1.5, "a signal that says nothing"
 
 
-def test_the_best_by_distance_is_constant_if_the_discharge_follows_the_stock():
-    assert best_by_distance(1.5, 1.5) == 1
-    assert best_by_distance(1.5, 1.25) == pytest.approx(1.2)
+def test_too_much_and_too_little_are_both_short_of_the_best():
     assert reached(1.5, 1.0, 1.1) == pytest.approx(0.8)
+    assert reached(1.5, 1.0, 0.9) == pytest.approx(0.8)
+    assert reached(1.5, 1.0, 1.5) == 0
 
 
 NO_LOAD = 20.0

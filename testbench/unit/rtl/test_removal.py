@@ -273,7 +273,7 @@ def test_a_stand_with_and_without_discharge(simulate):
         # The way with discharge ends at 2**16 pulses: it does not wrap.
         bench.model.way = 2**48 - 2**31
         ctx.set(bench.dut.total, 2**48 - 2**31)
-        for _ in range(8):
+        for _ in range(3):
             await bench.clock(ctx, burning=True)
         bench.settings = replace(bench.settings, window=1)
         await bench.clock(ctx, burning=True)
