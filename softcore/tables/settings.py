@@ -238,6 +238,9 @@ SETTINGS: tuple[Setting, ...] = (
          "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
+    _set(490, "jog_silence_ms", "jog: longest silence of the host", "ms", (500, 50, 5000),
+         "program", "A jog ends when for this time neither `?` nor a jog has come from the host, "
+         "as when its cable is pulled."),
 )
 
 

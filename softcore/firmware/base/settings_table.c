@@ -130,6 +130,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "upper end of Y", "um", 0},
     [SET_HIGH_Z_UM] = {299000, 0, 20000000, 463, GROUP_TRAVEL, true,
         "upper end of Z", "um", 0},
+    [SET_JOG_SILENCE_MS] = {500, 50, 5000, 490, GROUP_PROGRAM, true,
+        "jog: longest silence of the host", "ms", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

@@ -68,12 +68,13 @@ typedef enum {
     SET_HIGH_X_UM,
     SET_HIGH_Y_UM,
     SET_HIGH_Z_UM,
+    SET_JOG_SILENCE_MS,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 463u
+#define SETTINGS_LAST 490u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
