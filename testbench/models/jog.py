@@ -45,7 +45,8 @@ class Jogger:
         Without an error ``position`` is the end of the jog; otherwise nothing changes.
         """
         self.wrong = set()
-        words = re.findall(r"([A-Z])\s*([-+]?[0-9]*\.?[0-9]*)", re.sub(r"\([^)]*\)", "", text.upper()))
+        text = re.sub(r"\([^)]*\)", "", text.upper())
+        words = re.findall(r"([A-Z])\s*([-+]?[0-9]*\.?[0-9]*)", text)
         given = [float(number) for letter, number in words if letter == "G"]
         codes = set(given)
         if len(codes) < len(given):

@@ -53,9 +53,9 @@ def came_to_rest(machine):
 LOW, HIGH = [-2_990_000] * 3, [2_990_000, 2_990_000, 1_000_000]    # pulses; the jump axis is Z
 
 PIECES = ("X1", "X-2.5", "x.3", "Y7", "Y-0.1234", "Z-.0001", "Z2", "F100", "F100", "F1800", "f.5",
-          "G91", "G90", "G20", "G21", "G53", "N7", "(a word)", "X99", "Y-299", "Z100.1", "F1801", "F0",
-          "G00", "G1", "G4", "G38.2", "G92", "M3", "M8", "S1", "T2", "P3", "R1", "I4", "J5", "K6",
-          "C100", "D1")
+          "G91", "G90", "G20", "G21", "G53", "N7", "(a word)", "X99", "Y-299", "Z100.1", "F1801",
+          "F0", "G00", "G1", "G4", "G38.2", "G92", "M3", "M8", "S1", "T2", "P3", "R1", "I4", "J5",
+          "K6", "C100", "D1")
 USUAL = (60,) * 17 + (10,) * 4 + (1,) * (len(PIECES) - 21)
 
 
@@ -76,7 +76,8 @@ def test_words_of_a_jog_mean_what_grbl_says(machine, rng):
             shadow.inch, shadow.incremental = rng.random() < 0.3, rng.random() < 0.5
             zero = [rng.randint(-30_000, 30_000) for _ in range(3)]
             modes = f"G{21 - shadow.inch} G{90 + shadow.incremental}"
-            place = " ".join(f"{axis}{value / 10_000:.4f}" for axis, value in zip("XYZ", zero))
+            place = " ".join(f"{axis}{value / 10_000:.4f}" for axis, value in zip("XYZ", zero,
+                                                                               strict=True))
             for line in ("G21", f"G10 L2 P1 {place}", modes):
                 assert machine.line(line)[-1] == "ok", line
             shadow.offset = zero
