@@ -6,7 +6,8 @@ machine runs only while the client waits, so that a seed always gives the same r
 must always hold. Every complete line gets one answer, in order, on the connection that sent it. The
 axes stay between the places that lines have asked for; when all is answered, they stand at the
 place of the last accepted line, and go on standing. After the end of a jog by a byte they stand
-between the places that the jogs asked for. There is no discharge. Nothing takes longer than ``PATIENCE_S``.
+between the places that the jogs asked for. There is no discharge. Nothing takes longer than
+``PATIENCE_S``.
 """
 
 import random
@@ -33,7 +34,8 @@ RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
 BYTES = [bytes([byte]) for byte in (0x84, 0x85, *range(0x90, 0xA2), 0xB0)]
 QUIET = ["", "   ", "$", "$$", "$G", "$#", "$I", "$N", "$X", "$L", "(nothing)", "; nothing", "G21",
          "G90", "G94", "G17 G40 G49", "G54", "M08", "M09", "G04 P5", "G4 X.01", "%", "T1", "C130"]
-WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1", "$J=G53 X300 F100", "$J=G00 X.1 F600", "$9999=1", "G00 X#1",
+WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1", "$J=G53 X300 F100",
+         "$J=G00 X.1 F600", "$9999=1", "G00 X#1",
          "G38.2 Z-1 F5", "G99999", "hello", "G00 X1 X2", "$C", "M98 P1", "G28 X1", "(open", "=",
          "G00 X\u00c4", "@1 G00 X1*0000", "@x", "G01 X0.1 F99999999", "X" * 300]
 

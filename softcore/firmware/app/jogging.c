@@ -27,10 +27,9 @@ bool jogging_allowed(fault *f) {
         *f = (fault){.code = FAULT_JOG_ENDED, .text = FAULT_TEXT_JOG_ENDED};
         return false;
     }
-    if (machine_machining())
-        return fault_at(f, FAULT_BUSY, 0, "no jog with the discharge on (M03): M05 comes first");
     return jog_active() || status_idle() ||
-           fault_at(f, FAULT_BUSY, 0, "a jog needs the state Idle or Jog");
+           fault_at(f, FAULT_BUSY, 0,
+                    "a jog needs the state Idle or Jog; with the discharge on (M03) there is none");
 }
 
 static bool lines_are_due(void) { return hal_waiting() || lines_wait(); }
