@@ -103,6 +103,10 @@ class Board:
     current_max_a, supply_step_a : float
         Highest discharge current, and one step of the power supply's current. No register exceeds
         as many whole steps as are in that current, 63 at most.
+    reference_rc_us : float
+        Time constant of the filters between ``gap_reference`` and the comparators.
+    supply_settle_us : float
+        Time in which the power supply follows its order, from the pins or shift registers on.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
     """
@@ -117,3 +121,5 @@ class Board:
     dac: str = "sigma_delta"
     current_max_a: float = 30.0
     supply_step_a: float = 1.5
+    reference_rc_us: float = 200.0
+    supply_settle_us: float = 0.0

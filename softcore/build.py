@@ -10,15 +10,18 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from math import ceil
 from pathlib import Path
 from types import SimpleNamespace
 
 from amaranth import *
+from amaranth.build import Platform
 from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import ulx3s
 from constraints.board import CHAIN, CHAINED, PADS, Board
+from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.image import target_image
 from softcore.soc import Soc
@@ -26,7 +29,7 @@ from softcore.tables.conditions import level_max
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "STAT", "SYNTHESIS", "Bitstream", "BuildError", "Cells", "build",
-           "pin_list", "plan", "run_tool"]
+           "controller_options", "pin_list", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 BOARDS = {board.name: board for board in ulx3s.BOARDS}
@@ -128,13 +131,23 @@ class BoardTop(Top):
         return m
 
 
+def controller_options(board: Board, platform: Platform) -> dict:
+    """Parameters of ``rtl.controller`` for a board, except its clock, with its platform."""
+    latch = CHAIN_CLOCKS if (CHAIN.name, 0) in platform.resources else DIRECT_CLOCKS
+    return {
+        "arm_strapped": board.arm_strapped, "dac_kind": board.dac,
+        "latch_clocks": latch + ceil(board.supply_settle_us * 1e-6 * board.clock_hz),
+        "reference_rc_us": board.reference_rc_us,
+        "level_max": level_max(board.current_max_a, board.supply_step_a),
+    }
+
+
 def plan(board: Board, image: bytes = b"") -> BuildPlan:
     """Prepare everything that the tools need for a board; ``image`` is the firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, image=image, build=int(digest()[:8], 16),
-              arm_strapped=board.arm_strapped, dac_kind=board.dac,
-              level_max=level_max(board.current_max_a, board.supply_step_a))
+              **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,

@@ -330,7 +330,9 @@ def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> st
         f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
     rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
             f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "
-            f".negative = {str(row.negative).lower()}, \\\n     CONDITIONS_USUAL}}"
+            f".negative = {str(row.negative).lower()}, \\\n     "
+            + (f".from_ignition = true, .wait_us = {row.wait_us}, " if row.from_ignition else "")
+            + "CONDITIONS_USUAL}"
             for row in table]
     return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
 

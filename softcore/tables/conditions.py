@@ -53,7 +53,9 @@ USUAL = Voltages(open_v=80, open_percent=75, arc_v=20, short_v=12, step=50)
 class Condition:
     """A row: its number (C), current in 1/1000 IP, times in us, polarity of the electrode.
 
-    ``rest_us`` is added to the off-time after an arc or a short.
+    ``rest_us`` is added to the off-time after an arc or a short. With ``from_ignition`` the on-time
+    counts from the ignition, and the pulse waits for it for up to ``wait_us``, or without it for as
+    long as the on-time.
     """
 
     number: int
@@ -62,6 +64,8 @@ class Condition:
     off_us: int
     rest_us: int
     negative: bool = False
+    from_ignition: bool = False
+    wait_us: int = 0
 
 
 CONDITIONS: tuple[Condition, ...] = (

@@ -261,6 +261,19 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     }
 }
 
+/* A and B belong to the conditions of G10. Elsewhere they would be axes that the machine does not
+   have. */
+static bool no_other_axis(context *c) {
+    static const char OTHERS[2] = {'A', 'B'};
+    if (c->g[G_ONCE] == 100 && block_has(c->b, 'C'))
+        return true;
+    for (unsigned i = 0; i < sizeof OTHERS; i++)
+        if (block_has(c->b, OTHERS[i]))
+            return fault_at(c->f, FAULT_UNKNOWN, BLOCK_WORD(c->b, OTHERS[i])->column,
+                            "the word %c is unknown", OTHERS[i]);
+    return true;
+}
+
 bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
                 const travel_range *t, unsigned jump_axis, plan *p, fault *f) {
     context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
@@ -269,7 +282,7 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
     words_take(&c, 'N');
     if (words_take(&c, 'O'))
         p->name = block_name(b, 'O');
-    if (!find_groups(&c))
+    if (!find_groups(&c) || !no_other_axis(&c))
         return false;
     if (c.g[G_UNITS] >= 0)
         p->after.inch = c.g[G_UNITS] == 200;
