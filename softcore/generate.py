@@ -123,6 +123,10 @@ def realtime_page() -> str:
         "",
         "On a guarded link (numbered lines) the overrides, like `~` and 0xB0, do nothing, so that "
         "no damaged byte can make the machine faster.", "",
+        "0x85, `!`, 0x84, and silence of the host end a [jog](../how-to/operate.md): the axes slow "
+        "down by the ramp, what is left of the path is forgotten, and the state is `Idle` without "
+        "a hold. Jogs that were received before and still wait are refused by `error:172`. These "
+        "bytes end a jog on a guarded link, too.", "",
         "0x9E switches the discharge off, only in `Hold:0`. It never switches it on. The order to "
         "resume does, as after M00, if the discharge is still armed; if not, the hold stays.",
     ]

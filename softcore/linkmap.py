@@ -29,6 +29,7 @@ REALTIME = (
     Realtime("retract", 0xB0, "Retract now."),
     Realtime("stop", 0x9E, "Switch the discharge off; only in a hold and at rest (spindle stop of "
              "grbl)."),
+    Realtime("cancel", 0x85, "End a jog: slow down, and forget the jogs that wait."),
 )
 
 # grbl's safety door. Here it is a feed hold, like `!`.
@@ -67,7 +68,6 @@ OVERRIDE_BYTES = (
 # Real-time bytes of grbl 1.1 that do nothing here, and why. They are taken out of the stream like
 # the others, so that a line is not damaged if one of them comes in the middle of it.
 PASSED_OVER = {
-    0x85: "cancels a jog in grbl; there is no jogging here",
     0x98: "grbl gives it no meaning",
     **{byte: "changes the spindle's speed in grbl; discharge pulses have none"
        for byte in range(0x99, 0x9E)},
@@ -105,6 +105,7 @@ FEEDS = (
      "would only compensate an override"),
     ("retraction, re-advance", "", "the speeds of G36 always hold: they save the electrode"),
     ("jump", "", "the speeds of G38 always hold"),
+    ("jog (`$J=`)", "", "the F of its line always holds, as in grbl"),
     ("off a limit switch", "feed or rapid", "never above the creep speed of the build"),
 )
 

@@ -265,6 +265,9 @@ SETTINGS: tuple[Setting, ...] = (
          "discharge burns longer by the delay from the gap to the comparator's pin and from the "
          "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
          "4 clocks, always is."),
+    _set(490, "jog_silence_ms", "jog: longest silence of the host", "ms", (500, 50, 5000),
+         "program", "A jog ends when for this time neither `?` nor a jog has come from the host, "
+         "as when its cable is pulled."),
     _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
          "level of the comparators waits at least so long. The times of the board are never "

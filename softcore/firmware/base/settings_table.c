@@ -144,6 +144,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "way back: start/stop speed (0 as forward)", "um/s", 0},
     [SET_IGNITION_LAG_NS] = {0, 0, 100000, 480, GROUP_GAP, true,
         "gap: delay of comparators and driver at an ignition", "ns", 0},
+    [SET_JOG_SILENCE_MS] = {500, 50, 5000, 490, GROUP_PROGRAM, true,
+        "jog: longest silence of the host", "ms", 0},
     [SET_FOLLOW_US] = {0, 0, 300000, 510, GROUP_DETECTOR, true,
         "wait for supply and comparators (0 as built)", "us", 0},
 };

@@ -38,6 +38,7 @@ int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; 
 #define NOTE_RESUME 4u
 #define NOTE_RETRACT 8u
 #define NOTE_STOP 16u
+#define NOTE_CANCEL 32u
 uint32_t hal_notes(void);       /* real-time bytes since the last call, as bits NOTE_ */
 
 void hal_release_hold(void);    /* end the hold that a `!` began */

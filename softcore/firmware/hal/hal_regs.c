@@ -61,7 +61,7 @@ int hal_receive(void) {
 
 _Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
                NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK &&
-               NOTE_STOP == LINK_NOTES_STOP_MASK,
+               NOTE_STOP == LINK_NOTES_STOP_MASK && NOTE_CANCEL == LINK_NOTES_CANCEL_MASK,
                "hal.h and the register table disagree on the notes");
 
 uint32_t hal_notes(void) { return LINK->notes; }

@@ -73,6 +73,8 @@ _Static_assert(offsetof(link_regs, waiting) == 0x18, "");
 #define LINK_NOTES_RETRACT_MASK 0x00000008u
 #define LINK_NOTES_STOP_SHIFT 4
 #define LINK_NOTES_STOP_MASK 0x00000010u
+#define LINK_NOTES_CANCEL_SHIFT 5
+#define LINK_NOTES_CANCEL_MASK 0x00000020u
 #define LINK_RELEASE_HOLD_SHIFT 0
 #define LINK_RELEASE_HOLD_MASK 0x00000001u
 #define LINK_RELEASE_RESET_SHIFT 1
@@ -817,8 +819,9 @@ _Static_assert(offsetof(feed_regs, in_force) == 0x30, "");
 #define REALTIME_RESET 0x18u
 #define REALTIME_RETRACT 0xb0u
 #define REALTIME_STOP 0x9eu
+#define REALTIME_CANCEL 0x85u
 #define REALTIME_DOOR 0x84u
-#define REALTIME_PASSED_OVER(byte) ((byte) == 0x85u || (byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
+#define REALTIME_PASSED_OVER(byte) ((byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
 #define OVERRIDE_FEED_LEAST 10
 #define OVERRIDE_FEED_MOST 200
 #define OVERRIDE_RAPID_LEAST 25

@@ -56,6 +56,14 @@ bool words_alone(context *c, uint32_t allowed) {
     return true;
 }
 
+bool words_used(context *c) {
+    for (unsigned i = 0; c->free; i++)
+        if (c->free & (1u << i))
+            return fault_at(c->f, FAULT_PLACE, c->b->words[i].column,
+                            "the word %c has no meaning in this block", (char)('A' + i));
+    return true;
+}
+
 bool words_seen(context *c, const condition_row *row, uint32_t column) {
     return conditions_judge(row, column, c->f);
 }
