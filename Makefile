@@ -9,7 +9,7 @@ OPTIONS ?=
 # Options for pytest, e.g. make test TESTS="-k tape"
 TESTS   ?=
 JOBS    ?= auto
-BOARDS  ?= ulx3s
+BOARDS  ?= ulx3s ulx3s_45f colorlight_i9
 # Options for the fault campaign, e.g. make faults FAULTS="--only F3 --seed 2"
 FAULTS  ?=
 

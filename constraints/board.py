@@ -13,7 +13,9 @@ from pathlib import Path
 
 from amaranth.build import Platform
 
-__all__ = ["CHAIN", "CHAINED", "PADS", "Board", "Pad"]
+from constraints.wires import CONFIGURATION_SITES, Wire, unloaded_high
+
+__all__ = ["CHAIN", "CHAINED", "PADS", "POWER", "Board", "Header", "Pad", "unsafe_unloaded"]
 
 AXES = 3
 
@@ -73,10 +75,27 @@ PADS = (
     Pad("safe", "o", doc="The interlock holds the outputs: a lamp."),
 )
 
+# Outputs that put power on the machine, or move it, while they are active.
+POWER = frozenset({"drive_enable", "contactor", "gap_on", "gap_sense", "gap_level", "gap_supply",
+                   "step", "dac", "auxiliary_strobe", "chain"})
+
 # For slow outputs, where pins are short.
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 CHAIN = Pad("chain", "o", 3, "Shift registers (data, shift clock, latch clock) for "
             + ", ".join(f"`{name}`" for name in CHAINED) + ".")
+
+
+@dataclass(frozen=True)
+class Header:
+    """A header of a board, seen from above: its name, and its rows of pins, two in each.
+
+    A pin is a name that a ``Wire`` may use, or what else is there, such as ``"3V3"``; ``labels``
+    has what is printed beside a pin, where that differs.
+    """
+
+    name: str
+    rows: tuple[tuple[str, str], ...]
+    labels: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -95,6 +114,8 @@ class Board:
         Frequency of the controller; the board's crystal, or a multiple of it that the PLL makes.
     memory_size : int
         Bytes of block RAM for the processor.
+    memory_banks : bool
+        They are in banks (``softcore.memory``): for devices with few block RAMs.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
     dac : str
@@ -103,8 +124,18 @@ class Board:
     current_max_a, supply_step_a : float
         Highest discharge current, and one step of the power supply's current. No register exceeds
         as many whole steps as are in that current, 63 at most.
+    reference_rc_us : float
+        Time constant of the filters between ``gap_reference`` and the comparators.
+    supply_settle_us : float
+        Time in which the power supply follows its order, from the pins or shift registers on.
     pin_list : Path
         Its pins as the layout tool reads them; committed, and compared by a test.
+    wires : tuple of Wire
+        The machine's pads on this board.
+    headers : tuple of Header
+        Its headers, for the drawing.
+    sites : dict
+        Site of the device for each pin of the headers.
     """
 
     name: str
@@ -113,7 +144,42 @@ class Board:
     clock_hz: int
     memory_size: int
     pin_list: Path
+    wires: tuple[Wire, ...]
+    headers: tuple[Header, ...]
+    sites: dict[str, str]
+    memory_banks: bool = False
     arm_strapped: bool = False
     dac: str = "sigma_delta"
     current_max_a: float = 30.0
     supply_step_a: float = 1.5
+    reference_rc_us: float = 200.0
+    supply_settle_us: float = 0.0
+
+    def sites_of(self, wire: Wire) -> list[str]:
+        """Sites of a wire's pins, first bit first."""
+        return [self.sites.get(pin, pin) for pin in wire.pins.split()]
+
+
+def unsafe_unloaded(board: Board) -> list[str]:
+    """Complaints about outputs of power that may be active while the device has no bitstream.
+
+    An output of power must be held at its inactive level by a resistor, or stand behind one that
+    is; and none may be at a site that the device drives while it loads its bitstream.
+    """
+    wires = {wire.pad: wire for wire in board.wires}
+    found = []
+
+    def inactive(wire: Wire) -> bool:
+        return unloaded_high(wire) is wire.low
+
+    for wire in board.wires:
+        if wire.pad not in POWER:
+            continue
+        before = wires.get(wire.behind)
+        if not inactive(wire) and not (before and inactive(before)):
+            found.append(f"{wire.pad} may be active: no resistor holds it")
+        if wire.behind and not (before and before.pad in POWER and inactive(before)):
+            found.append(f"{wire.pad} stands behind {wire.behind}, which may be active")
+        found += [f"{wire.pad} is at {site}, which the device may drive while it loads"
+                  for site in board.sites_of(wire) if site in CONFIGURATION_SITES]
+    return found

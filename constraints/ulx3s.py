@@ -5,19 +5,11 @@ The pins are not 5 V tolerant, and every wire of a machine comes through an isol
 is left alone: it leads to channels 0 and 1 of the board's converter, a MAX11125, which read the gap
 voltage and the fluid cell.
 
-**Without a bitstream** the device lets its pins go, with pull-downs that are too weak to rely on.
-Every output below is high when active, so a resistor of 4.7 kΩ to ground on each keeps discharge
-and sensing off, the drives disabled and steps away. The shift registers come up at random: their
-output enable must be wired to ``drive_enable`` (inverted), which has such a resistor. ``tx`` has
-the USB chip's pull-up: idle. The lamp ``safe`` is then dark.
+What happens without a bitstream, and when a wire breaks, stands with each wire
+(``constraints/machine_wires.py``). The shift registers come up at random: their output enable must
+be wired to ``drive_enable`` (inverted), which a resistor holds low.
 
-**With a broken wire** an input falls to its own pull-down. For every input that guards the machine
-this is a fault: such inputs are closed contacts, or outputs that say "good", to 3.3 V. The voltage
-comparators are high above their level, so that a broken wire is a short and the electrode retracts.
-The current comparator is high while no current flows, so that a broken wire is a stuck gate. The
-supervision finds a silent encoder, a time-out a lost FIN.
-
-The memory is 304 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retraction.md`` says how
+The memory is 304 KiB in the 85F and 176 KiB in the 45F; ``docs/reference/retraction.md`` says how
 far back along the path each remembers. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
@@ -25,70 +17,76 @@ Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 
 from pathlib import Path
 
-from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth_boards import ulx3s
 
-from constraints.board import Board
+from constraints.board import CHAIN, PADS, Board, Header
+from constraints.machine_wires import machine_wires
+from constraints.wires import Wire, resource
 
 __all__ = ["BOARDS"]
 
 HEADER = ("gpio", 0)
-INPUT = Attrs(IO_TYPE="LVCMOS33", PULLMODE="DOWN")
-OUTPUT = Attrs(IO_TYPE="LVCMOS33", PULLMODE="DOWN", DRIVE="8", SLEWRATE="SLOW")
+ON_BOARD = "no wire: it is on the board"
 
-
-def _input(name, pins, *, broken_is_fault=False):
-    kind = PinsN if broken_is_fault else Pins
-    return Resource(name, 0, kind(pins, dir="i", conn=HEADER), INPUT)
-
-
-def _output(name, pins):
-    return Resource(name, 0, Pins(pins, dir="o", conn=HEADER), OUTPUT)
-
-
-RESOURCES = (
+WIRES = (
     # The FT231X of the USB connector US1.
-    Resource("rx", 0, Pins("M1", dir="i"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
-    Resource("tx", 0, Pins("L4", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
+    Wire("rx", "M1", "link", "idle high", "nothing comes: the link stays silent", header=False,
+         pull="UP", hold="board"),
+    Wire("tx", "L4", "link", "idle high", "the computer hears nothing", header=False, pull="UP",
+         hold="board"),
 
-    # J1: what moves. Of a pair, "+" is GP and "-" is GN.
-    _input("enc_a", "0+ 1+ 2+"),
-    _input("enc_b", "0- 1- 2-"),
-    _output("dac", "3+ 4+ 5+"),
-    _output("dac_negative", "3- 4- 5-"),
-    _output("step", "6+ 7+ 8+"),
-    _output("dir", "6- 7- 8-"),
-    _output("drive_enable", "9+ 9- 10+"),
-    _input("drive_fault", "10- 11+ 11-", broken_is_fault=True),
-    _input("estop", "12+", broken_is_fault=True),
-    _input("fluid_low", "12-", broken_is_fault=True),
-    _input("fin", "13+"),
-    _output("gap_sense", "13-"),
-
-    # J2: the gap, the limit switches, the shift registers.
-    _output("contactor", "15+"),
-    _input("arm", "15-"),
-    _input("gap_noise", "16-"),
-    _output("gap_reference", "16+ 17+ 17-"),
-    _output("gap_on", "18+"),
-    _output("gap_level", "18- 19+ 19- 20+ 20- 21+"),
-    _input("gap_current", "21-", broken_is_fault=True),
-    _input("gap_high", "22+"),
-    _input("gap_arc", "22-", broken_is_fault=True),
-    _input("gap_short", "23+", broken_is_fault=True),
-    _output("chain", "23- 24+ 24-"),
-    _input("limit_low", "25+ 26+ 27+", broken_is_fault=True),
-    _input("limit_high", "25- 26- 27-", broken_is_fault=True),
+    *machine_wires({
+        # J1: what moves. Of a pair, "+" is GP and "-" is GN.
+        "enc_a": "0+ 1+ 2+",
+        "enc_b": "0- 1- 2-",
+        "dac": "3+ 4+ 5+",
+        "dac_negative": "3- 4- 5-",
+        "step": "6+ 7+ 8+",
+        "dir": "6- 7- 8-",
+        "drive_enable": "9+ 9- 10+",
+        "drive_fault": "10- 11+ 11-",
+        "estop": "12+",
+        "fluid_low": "12-",
+        "fin": "13+",
+        "gap_sense": "13-",
+        # J2: the gap, the limit switches, the shift registers.
+        "contactor": "15+",
+        "arm": "15-",
+        "gap_noise": "16-",
+        "gap_reference": "16+ 17+ 17-",
+        "gap_on": "18+",
+        "gap_level": "18- 19+ 19- 20+ 20- 21+",
+        "gap_current": "21-",
+        "gap_high": "22+",
+        "gap_arc": "22-",
+        "gap_short": "23+",
+        "chain": "23- 24+ 24-",
+        "limit_low": "25+ 26+ 27+",
+        "limit_high": "25- 26- 27-",
+    }),
 
     # The converter on the board.
-    Resource("adc_select", 0, PinsN("R17", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
-    Resource("adc_clock", 0, Pins("P17", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
-    Resource("adc_command", 0, Pins("R16", dir="o"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
-    Resource("adc_data", 0, Pins("U16", dir="i"), Attrs(IO_TYPE="LVCMOS33", PULLMODE="UP")),
+    Wire("adc_select", "R17", "converter", "low selects", ON_BOARD, header=False, low=True,
+         pull="UP", hold="board"),
+    Wire("adc_clock", "P17", "converter", "idle high", ON_BOARD, header=False, pull="UP"),
+    Wire("adc_command", "R16", "converter", "plain", ON_BOARD, header=False, pull="UP"),
+    Wire("adc_data", "U16", "converter", "plain", ON_BOARD, header=False, pull="UP"),
 
     # LED 0.
-    Resource("safe", 0, Pins("B2", dir="o"), Attrs(IO_TYPE="LVCMOS33", DRIVE="4")),
+    Wire("safe", "B2", "lamp", "high is lit", ON_BOARD, header=False, pull="NONE", drive_ma=4),
 )
+DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN)}
+RESOURCES = [resource(wire, DIRECTIONS[wire.pad], HEADER) for wire in WIRES]
+
+
+def _pairs(first: int, last: int) -> tuple[tuple[str, str], ...]:
+    return tuple((f"{pair}+", f"{pair}-") for pair in range(first, last + 1))
+
+
+LABELS = {f"{pair}{sign}": f"G{letter}{pair}" for pair in range(28)
+          for sign, letter in (("+", "P"), ("-", "N"))}
+HEADERS = (Header("J1", _pairs(0, 13), LABELS), Header("J2", _pairs(14, 27), LABELS))
+SITES = dict(ulx3s.ULX3S_85F_Platform.connectors[0].mapping)
 
 
 class _WithPads:
@@ -111,7 +109,7 @@ PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the 
 
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
-          pin_list=PIN_LIST),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=188416,
-          pin_list=PIN_LIST),
+          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180_224,
+          memory_banks=True, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
 )

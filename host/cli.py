@@ -88,7 +88,7 @@ def run(
     tape: TapeFile,
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE",
-        help="A built-in machine (sinker, small, half, wire, wall), or a TOML file of one.",
+        help="A built-in machine (sinker, small, half, cavity, wire, wall), or a TOML file of one.",
     )] = "sinker",
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N",
@@ -197,6 +197,40 @@ def simulate(
     live(machine=machine, tcp=tcp, pty=pty, arm=arm, seed=seed, clock_hz=clock, console=out)
 
 
+@app.command()
+def panel(
+    port: Annotated[str | None, typer.Option(
+        metavar="URL", show_default="a simulated machine",
+        help="Port of a controller, as of `run`. It must be idle, and is reset.")] = None,
+    machine: Annotated[str, typer.Option(
+        metavar="NAME|FILE", help="As of `run`. With --port it describes the machine there; its "
+                                  "settings are not entered.")] = "sinker",
+    listen: Annotated[str, typer.Option(
+        metavar="ADDRESS", show_default="127.0.0.1:8080",
+        help="Where the page is served: HOST:PORT, HOST or PORT. Beyond this computer a token is "
+             "needed, which stands in the address that is printed.")] = "",
+    name: Annotated[list[str] | None, typer.Option(
+        metavar="NAME", show_default=False,
+        help="A name of this computer by which browsers may call it, beside its own. May be given "
+             "several times.")] = None,
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    seed: Annotated[int, typer.Option(
+        callback=_seed, metavar="N", help="Seed of everything random, as of `run`.")] = 1,
+    clock: Annotated[int | None, typer.Option(
+        min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
+        show_default="the machine file's", help="Clock of the controller, as of `run`.")] = None,
+) -> None:
+    """Serve the operator's page: watch, hold, resume, retract, jog, set and run in a browser.
+
+    Several pages may watch; one holds the controls. The page needs no internet. Its Stop is no
+    emergency stop. Ctrl-C closes the panel: the machine is held, and the controller reset.
+    """
+    from host.panel.panel import panel as serve
+    serve(machine=machine, port=port, baud=baud, clock_hz=clock, seed=seed, listen=listen,
+          names=name or [], console=out)
+
+
 @tape_app.command("encode")
 def tape_encode(
     source: Annotated[Path, typer.Argument(metavar="IN", exists=True, dir_okay=False,
@@ -258,7 +292,7 @@ def tape_check(
     machine: Annotated[str | None, typer.Option(
         metavar="NAME|FILE", show_default="none",
         help="Judge clock, settings and travel of this machine too, from where it stands at the "
-             "start: sinker, small, half, wire, wall, or a TOML file.")] = None,
+             "start: sinker, small, half, cavity, wire, wall, or a TOML file.")] = None,
 ) -> None:
     """Check a tape with the controller's own reader.
 
@@ -359,6 +393,52 @@ def build(
     """
     from host.bitstream import build_board
     build_board(board, out)
+
+
+@app.command()
+def flash(
+    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
+                                         help="Board, such as ulx3s.")],
+    permanent: Annotated[bool, typer.Option(
+        "--permanent", help="Write the board's flash memory, so that it starts with Gapkeeper. "
+                            "Without it the bitstream is gone at power-off.")] = False,
+    cable: Annotated[str | None, typer.Option(
+        metavar="NAME", show_default="the board's own",
+        help="JTAG cable: ft231X, cmsisdap, ft2232, ft232 or dirtyJtag.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Overwrite without a question.")] = False,
+) -> None:
+    """Load the bitstream of a board, built by `build`, with openFPGALoader.
+
+    Says what to plug where and what is overwritten, and what to do when nothing answers.
+    """
+    from host.flash import flash as load
+    load(board, permanent=permanent, cable=cable, console=out,
+         confirm=lambda question: yes or typer.confirm(question))
+
+
+@app.command()
+def doctor(
+    port: Annotated[str, typer.Option(
+        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
+                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    board: Annotated[str, typer.Option(
+        metavar="BOARD", help="Board, by which wires have pins.")] = "ulx3s",
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    report: Annotated[Path, typer.Option(
+        "-o", "--output", metavar="FILE", dir_okay=False, show_default="build/doctor.txt",
+        help="File for the report, to send along with a question.",
+    )] = ROOT / "build" / "doctor.txt",
+) -> None:
+    """Examine a controller and its wires; each wrong wire is named with its pin.
+
+    It resets the controller. Then it checks link, version and inputs, waits for a press of the
+    button `arm`, and moves each axis by 0.2 mm after a question. The discharge stays off. Exit
+    status 1 if something is wrong.
+    """
+    from host.doctor.command import examine
+    raise typer.Exit(examine(port, board, baud=baud, report=report, console=out,
+                             ask=lambda question: typer.confirm(question)))
 
 
 @app.command()

@@ -38,7 +38,7 @@ def machine_file() -> str:
         "# A machine's file", "",
         "`gapkeeper run --machine FILE` reads a machine from a TOML file; see "
         "[Describe your machine](../how-to/describe-a-machine.md). Every number below must be "
-        "given, but for those of the other machine, and nothing else may stand in the file. Both "
+        "given, but for those of the other machines, and nothing else may stand in the file. Both "
         "ends of a range are allowed.", "",
         *_rows(dict(MACHINES), "")]
     for name in dict.fromkeys(name for file in MACHINES.values() for name in file.model_fields):
@@ -79,7 +79,7 @@ def _rows(tables: dict[str, type[Table]], prefix: str) -> Iterator[str]:
     yield f"| {' | '.join(columns)} |"
     yield f"|{' --- |' * len(columns)}"
     for name, field in found.items():
-        whose = "both" if len(having[name]) == len(tables) else having[name][0]
+        whose = "all" if len(having[name]) == len(tables) else ", ".join(having[name])
         yield (f"| `{name}` | {_unit(field)} | {_range(prefix + name, field)} | "
                f"{'' if shared else f'{whose} | '}{field.description} |")
 

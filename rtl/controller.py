@@ -14,6 +14,7 @@ from rtl.motion.axes import Axes
 from rtl.motion.motion import Motion
 from rtl.power.condition import Condition
 from rtl.power.power import Power
+from rtl.power.settling import filter_clocks
 from rtl.report import Report
 from rtl.safety.arming import Arming
 from rtl.safety.interlock import Interlock
@@ -43,6 +44,10 @@ class Controller(wiring.Component):
         Number of the axis along which a sinker jumps, or 15 for none.
     level_max, on_max_s, off_min_s : int, float, float
         Limits that no register can exceed: current level in IP, on-time and off-time in s.
+    latch_clocks : int
+        Clocks from a change of ``gap_supply`` until the power supply follows it, at least 1.
+    reference_rc_us : float
+        Time constant of the filters behind ``gap_reference``, above 0.
     dac_kind : str
         ``"sigma_delta"`` or ``"pwm"``.
     arm_strapped : bool
@@ -74,6 +79,7 @@ class Controller(wiring.Component):
     def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int,
                  pulses_per_mm: int = 10_000, slots: int = 64, jump_axis: int = 2,
                  level_max: int = 20, on_max_s: float = 2e-3, off_min_s: float = 5e-6,
+                 latch_clocks: int = 1, reference_rc_us: float = 200.0,
                  dac_kind: str = "sigma_delta", arm_strapped: bool = False,
                  fastest_mm_s: float = 240.0, leaving_mm_s: float = 1.0):
         self.clock_hz = clock_hz
@@ -87,7 +93,8 @@ class Controller(wiring.Component):
         self.drives = Axes(registers=registers, letters=AXES, clock_hz=clock_hz,
                            pulses_per_mm=pulses_per_mm, dac=dac_kind, fastest_mm_s=fastest_mm_s)
         self.gap = Gap(registers=registers, clock_hz=clock_hz)
-        self.condition = Condition(registers=registers)
+        self.condition = Condition(registers=registers, latch=latch_clocks,
+                                   settle=filter_clocks(clock_hz, reference_rc_us))
         self.power = Power(clock_hz=clock_hz, level_max=level_max, on_max=self._clocks(on_max_s),
                            off_min=self._clocks(off_min_s))
         self.interlock = Interlock(clock_hz=clock_hz, axes=self.axes)
@@ -144,6 +151,7 @@ class Controller(wiring.Component):
             drives.safe.eq(self.safe),
             drives.pi.eq(motion.pi), drives.pi_reverse.eq(motion.pi_reverse),
             drives.downwards.eq(motion.downwards), drives.mark.eq(motion.mark),
+            *(mine.eq(its) for mine, its in zip(drives.forward, motion.forward, strict=True)),
             drives.left_low.eq(interlock.left_low), drives.left_high.eq(interlock.left_high),
             drives.enc_a.eq(self.enc_a), drives.enc_b.eq(self.enc_b),
             self.dac.eq(drives.dac), self.dac_negative.eq(drives.dac_negative),
@@ -167,9 +175,11 @@ class Controller(wiring.Component):
             condition.position.eq(position), condition.between.eq(power.between),
 
             power.machining.eq(machining), power.safe.eq(self.safe),
+            power.latched.eq(condition.latched), power.settled.eq(condition.settled),
             power.quiet.eq(gap.motion.quiet), power.sensing.eq(gap.motion.sensing),
             power.look.eq(gap.look), power.abnormal.eq(gap.abnormal),
             power.level.eq(words.power_level), power.on_time.eq(words.power_on_time),
+            power.wait_time.eq(words.power_wait_time), power.ignited.eq(gap.ignited),
             power.off_time.eq(words.power_off_time), power.off_extra.eq(words.power_off_extra),
             power.reference.eq(words.gap_reference_short),
             power.sense_on.eq(registers.sense_on), power.sense_off.eq(registers.sense_off),
@@ -183,6 +193,7 @@ class Controller(wiring.Component):
 
             gap.safe.eq(self.safe), gap.machining.eq(machining),
             gap.wanted.eq(registers.control_machining),
+            gap.waiting.eq(~condition.latched | ~condition.settled),
             gap.in_position.eq(self.drives.in_position),
             gap.on.eq(power.on), gap.sense.eq(power.sense), gap.forget.eq(power.forget),
             *(getattr(gap, name).eq(getattr(self, f"gap_{name}"))

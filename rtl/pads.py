@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.lib.shift_output import ShiftOutput
 
-__all__ = ["CHAINED", "INPUTS", "OUTPUTS", "Pads"]
+__all__ = ["CHAINED", "CHAIN_CLOCKS", "DIRECT_CLOCKS", "INPUTS", "OUTPUTS", "Pads"]
 
 AXES = 3
 
@@ -37,6 +37,9 @@ OUTPUTS = {
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 CHAIN_PINS = 3       # data, shift clock, latch clock
 CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers at any clock that a board reaches
+CHAIN_FRAME = (2 * sum(OUTPUTS[name][0] for name in CHAINED) + 2) * CHAIN_HALF_BIT  # clocks
+# From a change of a member of ``CHAINED`` until it is at its pin, or at its shift register.
+DIRECT_CLOCKS, CHAIN_CLOCKS = 1, 2 * CHAIN_FRAME
 
 
 class Pads(wiring.Component):

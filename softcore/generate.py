@@ -2,11 +2,12 @@
 """Write the files derived from the tables: ``python -m softcore.generate``."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from constraints import ulx3s
+from constraints.boards import BOARDS
 from softcore import linkmap, render
-from softcore.pins import pins_page
+from softcore.pins import alike, board_drawing, drawn, pins_page
 from softcore.registers import Block
 from softcore.regmap import AXES, BASE, BLOCKS
 from softcore.tables.causes import CAUSES
@@ -122,6 +123,10 @@ def realtime_page() -> str:
         "",
         "On a guarded link (numbered lines) the overrides, like `~` and 0xB0, do nothing, so that "
         "no damaged byte can make the machine faster.", "",
+        "0x85, `!`, 0x84, and silence of the host end a [jog](../how-to/operate.md): the axes slow "
+        "down by the ramp, what is left of the path is forgotten, and the state is `Idle` without "
+        "a hold. Jogs that were received before and still wait are refused by `error:172`. These "
+        "bytes end a jog on a guarded link, too.", "",
         "0x9E switches the discharge off, only in `Hold:0`. It never switches it on. The order to "
         "resume does, as after M00, if the discharge is still armed; if not, the hold stays.",
     ]
@@ -153,7 +158,8 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
-COMMENTS = {".md": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */", ".h": "/* {} */"}
+COMMENTS = {".md": "<!-- {} -->", ".svg": "<!-- {} -->", ".py": "# {}", ".c": "/* {} */",
+            ".h": "/* {} */"}
 
 
 def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, Callable[[], str]]:
@@ -181,7 +187,9 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(FIRMWARE / "gap" / "built_in.h", "conditions",
           lambda: render.conditions_header(CONDITIONS)),
     _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
-    _made(REFERENCE / "pins.md", "constraints/board.py", lambda: pins_page(ulx3s.BOARDS)),
+    _made(REFERENCE / "pins.md", "constraints/board.py", lambda: pins_page(BOARDS)),
+    *(_made(REFERENCE / drawn(same[0]), "constraints/board.py", partial(board_drawing, same))
+      for same in alike(BOARDS)),
     _made(REFERENCE / "realtime-bytes.md", "softcore/linkmap.py", realtime_page),
     _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
 ))

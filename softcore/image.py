@@ -30,7 +30,7 @@ COMMON = ["-std=gnu11", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-ffp-contrac
 # Whole-program optimisation and linker relaxation save an eighth of the code. Saving registers by
 # calls (-msave-restore) would save a twentieth of it, and cost a twentieth of the speed. The target
 # has no use for the sanitizer that zig turns on by default.
-TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+zicsr", "-Os", "-flto",
+TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+c+zicsr", "-Os", "-flto",
           "-mrelax", "-ffreestanding", "-fno-sanitize=all", "-Wl,--gc-sections",
           "-g"]  # keeps the symbols, by which tests find addresses
 SANITIZE = {
@@ -44,7 +44,7 @@ SANITIZE = {
 
 # Bytes for the firmware without the history of the path, including its stack and some room to grow;
 # and bytes of a unit of that history (a line is one unit, an arc two).
-BESIDE_PATH = 180_224
+BESIDE_PATH = 160_768
 PATH_UNIT = 16
 
 

@@ -9,7 +9,7 @@ it is the only field of its register, and ``registers.b.r_f`` otherwise. Widths 
 only.
 """
 
-from softcore.linkmap import MARKS, REALTIME
+from softcore.linkmap import LINK
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
@@ -26,10 +26,9 @@ AXES = "xyz"
 
 SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
                registers=_registers(
-    ("ident", "Always ``GAPK``, so that the firmware can refuse other gateware.",
-     _value(32, "The four letters, first letter lowest.", access="r")),
-    ("build", "Digest of the gateware's sources.",
-     _value(32, "First 32 bits of the digest.", access="r")),
+    ("ident", "Always ``GAPK``, first letter lowest, so that the firmware can refuse other "
+     "gateware.", _value(32, "The four letters.", access="r")),
+    ("build", "Digest of the gateware's sources.", _value(32, "Its first 32 bits.", access="r")),
     ("clock_hz", "Clock frequency.", _value(32, "Clock.", access="r", unit="Hz")),
     ("pulses_per_mm", "Unit of position.", _value(32, "Pulses.", access="r", unit="pulse/mm")),
     ("shape", "Sizes of this build.", (
@@ -42,36 +41,6 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      _value(32, "Clocks.", access="r", unit="2**32 clock")),
     ("sleep", "Stop the processor until there is an event or a byte from the host, or until this "
      "time is over.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
-))
-
-_MARKS = "; ".join(f"{number} `{name}`, {doc}" for number, (name, doc) in enumerate(MARKS))
-
-LINK = Block(name="link", base=0x100, doc="Bytes to and from the host; see "
-             "``softcore.link_decoder``.", registers=_registers(
-    ("receive", "Oldest entry of the receive queue. Reading takes it.", (
-        Field(name="data", bits=8, access="r", doc=f"The byte, or the mark's number: {_MARKS}."),
-        Field(name="mark", bits=1, access="r", doc="The entry is a mark, not a byte."),
-        Field(name="valid", bits=1, access="r", doc="There was an entry.")), "read"),
-    ("transmit", "Send a byte. Lost if the transmitter is not ready.",
-     _value(8, "The byte.", access="w"), "write"),
-    ("status", "State of the link.", (
-        Field(name="ready", bits=1, access="r", doc="The transmit queue has room for a byte."),
-        Field(name="hold", bits=1, access="r", doc="A `!` holds the feed."),
-        Field(name="reset", bits=1, access="r",
-              doc="Ctrl-X stops motion and discharge until the firmware has carried it out."))),
-    ("notes", "Real-time bytes that came since the last read. Reading clears them.", tuple(
-        Field(name=realtime.name, bits=1, access="r", doc=realtime.doc)
-        for realtime in REALTIME if realtime.name != "reset"), "read"),
-    ("release", "End the effect of a real-time byte, unless the byte has come again and the "
-     "firmware has not seen that yet.", (
-        Field(name="hold", bits=1, access="w", doc="The feed may go on."),
-        Field(name="reset", bits=1, access="w", doc="The reset has been carried out."),
-        Field(name="override", bits=1, access="w", doc="Overrides back to 100 %.")), "write"),
-    ("override", "Overrides as set by their real-time bytes.", (
-        Field(name="feed", bits=8, access="r", unit="%", doc="Of the constant feed."),
-        Field(name="rapid", bits=7, access="r", unit="%", doc="Of rapids."))),
-    ("waiting", "Length of the receive queue.",
-     _value(9, "Entries.", access="r", unit="entry")),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and the machine's "
@@ -104,8 +73,7 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and
     ("slot", "Slot of the segment in which the machine is.",
      _value(8, "The slot.", access="r")),
     ("status", "State of the motion.", (
-        Field(name="moving", bits=1, access="r",
-              doc="Pulses are stored, or the ramp is not at rest."),
+        Field(name="moving", bits=1, access="r", doc="Pulses are stored, or the ramp moves."),
         Field(name="reverse", bits=1, access="r", doc="The last pulse was a backward one."),
         Field(name="in_position", bits=1, access="r", doc="Every axis is within its window."),
         Field(name="state", bits=4, access="r",
@@ -125,6 +93,12 @@ RAMP = Block(name="ramp", base=0x300, doc="Accelerator/decelerator; see ``rtl.mo
      _value(30, "Rate.", unit=RATE)),
     ("acceleration", "Slope of the linear ramp.",
      _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("back_start_rate", "Start/stop speed on the way back.", _value(30, "Rate.", unit=RATE)),
+    ("back_acceleration", "Slope of the ramp on the way back.",
+     _value(30, "Change of rate.", unit="2**-32 pulse/clock per 16 clock")),
+    ("lead", "Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. "
+     "Taken over at rest. See ``rtl.motion.feed_forward``.",
+     _value(27, "Time.", unit="clock")),
 ))
 
 RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force and the start of "
@@ -207,8 +181,7 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("short_ratio", "A short is detected if `needed` of the last `window` pulses were shorted.", (
         Field(name="needed", bits=6, init=4, doc="Shorted pulses, 1 to 32."),
         Field(name="window", bits=6, init=5, doc="Number of the last pulses, 1 to 32."))),
-    ("short_duration", "A short is also detected after this time without a clear sample; 0 for "
-     "never.",
+    ("short_duration", "A short is also detected after so long without a clear sample; 0: never.",
      _value(24, "Clocks with the pulse on.", unit="clock")),
     ("clear_needed", "Clear samples in a row that end a short.", _value(8, "Samples.", init=3)),
     ("blanking", "From the start of a pulse (or sensing pulse) until the comparators are read.",
@@ -218,8 +191,7 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("confirm", "Within a pulse, an arc or short counts as abnormal after this time; 0 counts as "
      "1.",
      _value(8, "Clocks.", unit="clock", init=1)),
-    ("delay_least", "Shortest ignition delay of a good discharge.",
-     _value(16, "Clocks.", unit="clock")),
+    ("delay_least", "Least delay of a good discharge.", _value(16, "Clocks.", unit="clock")),
     ("criteria", "How discharges are classified; see ``rtl.gap.discriminator``.", (
         Field(name="current", bits=1, doc="Ignition is detected by current, not by voltage."),
         Field(name="delay", bits=1, doc="A discharge without delay is suspect."),
@@ -238,6 +210,9 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
         Field(name="shorted", bits=1, access="r", doc="The signal Ss."),
         Field(name="last", bits=2, access="r", doc="Class of the last pulse: 0 open, 1 ok, "
               "2 dame, 3 short."))),
+    ("short_mean", "A short by the mean voltage below this; 0: by shorted pulses. It needs the "
+     "converter.", _value(12, "Code.", unit="1/4096 full scale")),
+    ("short_mean_time", "Time of that mean; 0 for never.", _value(24, "Clocks.", unit="clock")),
     ("lag_time", "After the ramp has come down to the start/stop speed, the axes may be faster for "
      "this time. Contact with the discharge off trips the interlock in this time.",
      _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
@@ -262,6 +237,7 @@ POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``
     ("limits", "Limits of the build, which no register can exceed.", (
         Field(name="level", bits=6, access="r", doc="Highest current level.", unit="IP"),
         Field(name="off", bits=20, access="r", doc="Shortest off-time.", unit="clock"))),
+    ("wait_time", "Longest wait for the ignition.", _value(20, "0: none.", unit="clock")),
 ))
 
 SERVO = Block(name="servo", base=0xD00, doc="Gap servo by counted pulses; see "
@@ -318,18 +294,17 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("control", "The feed mode, and the measurement that it needs.", (
         Field(name="mode", bits=2, doc="0 constant feed, or by counted pulse classes (G94, "
               "G95 P1); 1 zero feed at the reference (G95 P2); 2 feed F at the reference (G95 P3); "
-              "3 constant removal (G95 P4)."),
-        Field(name="measure", bits=1, doc="The voltage is measured while the discharge is on."))),
-    ("unit", "Unit distance of a mean; 0 for a mean over time only.",
-     _value(16, "Path pulses.", unit="pulse")),
+              "3 constant removal (G95 P4, P5)."),
+        Field(name="measure", bits=1, doc="The voltage is measured while the discharge is on."),
+        Field(name="shares", bits=1, doc="Ex by the discharge per distance (G95 P5)."))),
+    ("unit", "Unit distance; 0 for none.", _value(16, "Path pulses.", unit="pulse")),
     ("window", "Longest time of a mean; 0 for no bound.", _value(32, "Clocks.", unit="clock")),
-    ("no_load", "Mean voltage without discharges, off-time included.",
-     _value(16, "Level.", unit=LEVEL)),
+    ("no_load", "Mean voltage without discharges.", _value(16, "Level.", unit=LEVEL)),
     ("reference", "References of the condition.", (
         Field(name="voltage", bits=16, doc="Vs of feed modes 1 and 2.", unit=LEVEL),
         Field(name="drop", bits=16, doc="Es of feed mode 3.", unit=LEVEL))),
-    ("least", "Lowest drop Ex; a lower one counts as this.",
-     _value(16, "Level.", unit=LEVEL, init=1)),
+    ("share", "Es of G95 P5, a share of the time.", _value(16, "Share.", unit="2**-16")),
+    ("least", "Lowest Ex; a lower one counts as it.", _value(16, "Level.", unit=LEVEL, init=1)),
     ("bounds", "Bounds of Es/Ex.", (
         Field(name="lowest", bits=16, init=1 << 12, doc="Lowest ratio.", unit="1/4096"),
         Field(name="highest", bits=16, init=1 << 12, doc="Highest ratio. It has priority over the "
@@ -339,7 +314,7 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("highest", "Highest feed of feed modes 2 and 3.", _value(30, "Rate.", unit=RATE)),
     ("voltage", "Last measurement.", (
         Field(name="mean", bits=16, access="r", doc="Mean voltage.", unit=LEVEL),
-        Field(name="drop", bits=16, access="r", doc="Ex.", unit=LEVEL))),
+        Field(name="drop", bits=16, access="r", doc="Ex, or the share.", unit=LEVEL))),
     ("status", "Result of the last measurement.", (
         Field(name="ratio", bits=16, access="r", doc="Es/Ex within its bounds.", unit="1/4096"),
         Field(name="windows", bits=8, access="r", doc="Means taken, wraps."),
@@ -347,22 +322,23 @@ FEED = Block(name="feed", base=0xF00, doc="Feed by the mean gap voltage; see ``r
     ("in_force", "Feed at the front in force.", _value(30, "Rate.", access="r", unit=RATE)),
 ))
 
-CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words "
-                  "are staged in the registers that ``rtl.power.condition`` names. They come into "
-                  "force together, between two pulses, and may not change while ``pending``. "
-                  "See ``rtl.power.condition_switch``.", registers=_registers(
+CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in force. Its words, "
+                  "staged in the registers that ``rtl.power.condition`` names, come into force "
+                  "together, between two pulses. They may not change while ``pending``. See "
+                  "``rtl.power.condition_switch``.", registers=_registers(
     ("order", "Orders to the switch.", (
         Field(name="commit", bits=1, access="w", doc="Put the staged words in force; disarms."),
         Field(name="disarm", bits=1, access="w", doc="Do not switch at the depth."),
-        Field(name="restart", bits=1, access="w",
-              doc="The depth reached so far is the present place of the jump axis.")), "write"),
+        Field(name="restart", bits=1, access="w", doc="Forget the depth reached.")), "write"),
     ("depth", "Put the staged words in force when the jump axis has reached this depth; arms.",
      _value(32, "Position.", access="w", signed=True, unit="pulse"), "write"),
+    ("settle", "Shortest wait for power supply and comparators; see ``rtl.power.settling``.",
+     _value(24, "Clocks.", unit="clock")),
     ("status", "State of the switch.", (
         Field(name="armed", bits=1, access="r", doc="It will switch at the depth."),
-        Field(name="pending", bits=1, access="r",
-              doc="The staged words wait for the present pulse to end."),
-        Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."))),
+        Field(name="pending", bits=1, access="r", doc="Staged words wait for a pulse to end."),
+        Field(name="count", bits=8, access="r", doc="Switches by depth since reset, wraps."),
+        Field(name="settled", bits=1, access="r", doc="They follow the condition in force."))),
 ))
 
 _CAUSE_BITS = "By bit: " + "; ".join(
@@ -423,8 +399,7 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="fluid", bits=1, access="r",
               doc="The choice whether low fluid trips differs from what the firmware wrote."),
         Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
-        Field(name="latch", bits=1, access="r",
-              doc="The interlock's latch differs from its double."),
+        Field(name="latch", bits=1, access="r", doc="The interlock's latches differ."),
      )),
     ("watch", "State of the watchdog; see ``rtl.safety.watchdog``.", (
         Field(name="asked", bits=1, access="r", doc="It waits for ``0xC3``. Interrupt 1."),

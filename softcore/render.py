@@ -330,7 +330,9 @@ def conditions_header(table: Sequence[Condition], usual: Voltages = USUAL) -> st
         f"#define CONDITIONS_USUAL {common}", "", "#define CONDITIONS_BUILT_IN \\"]
     rows = [f"    {{.number = {row.number}, .milli_ip = {row.milli_ip}, .on_us = {row.on_us}, "
             f".off_us = {row.off_us}, .rest_us = {row.rest_us}, "
-            f".negative = {str(row.negative).lower()}, \\\n     CONDITIONS_USUAL}}"
+            f".negative = {str(row.negative).lower()}, \\\n     "
+            + (f".from_ignition = true, .wait_us = {row.wait_us}, " if row.from_ignition else "")
+            + "CONDITIONS_USUAL}"
             for row in table]
     return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
 
@@ -344,11 +346,15 @@ def conditions_page(table: Sequence[Condition], usual: Voltages = USUAL) -> str:
         "off-time follows an arc or a short. The first conditions are for copper on steel "
         "in hydrocarbon oil, from finishing to roughing; those with a negative electrode are for "
         "wire. With default settings, pulses of 510 end before the comparators are read: see `C` "
-        "in [words](programs.md).", "",
-        "| C | IP | A | on, us | off, us | additional off, us | electrode |", f"|{' --- |' * 7}"]
+        "in [words](programs.md). The on-time of most counts from the gate, that of some [from the "
+        "ignition](gap.md#on-time-from-the-ignition), with a longest wait for it.", "",
+        "| C | IP | A | on, us | off, us | additional off, us | electrode | wait, us |",
+        f"|{' --- |' * 8}"]
     lines += [f"| {row.number} | {row.milli_ip / 1000:g} | {row.milli_ip * IP_MA / 10**6:g} "
               f"| {row.on_us} | {row.off_us} | {row.rest_us} "
-              f"| {'negative' if row.negative else 'positive'} |" for row in table]
+              f"| {'negative' if row.negative else 'positive'} "
+              f"| {row.wait_us or row.on_us if row.from_ignition else 'from the gate'} |"
+              for row in table]
     lines += ["", f"All have an open voltage of {usual.open_v} V. The gap is open above "
               f"{usual.open_percent} % of it, burns an arc below {usual.arc_v} V and is shorted "
               f"below {usual.short_v} V. A step of the servo is {usual.step} pulses."]

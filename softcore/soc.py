@@ -39,6 +39,8 @@ class Soc(wiring.Component):
         Clocks per bit of the serial link.
     memory_size : int
         Bytes of memory.
+    memory_banks : bool
+        The memory is in banks, which saves block RAMs.
     image : bytes
         Firmware.
     build : int
@@ -57,11 +59,11 @@ class Soc(wiring.Component):
     """
 
     def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = MEMORY_SIZE,
-                 image: bytes = b"", build: int = 0, **options):
+                 memory_banks: bool = False, image: bytes = b"", build: int = 0, **options):
         self.clock_hz = clock_hz
         self.build = build
         self.cpu = VexRiscv()
-        self.memory = BlockRam(size=memory_size, image=image)
+        self.memory = BlockRam(size=memory_size, image=image, banks=memory_banks)
         self.registers = RegisterFile(BLOCKS)
         self.uart = Uart(divisor=link_divisor)
         self.controller = Controller(registers=interfaces(OWNED), clock_hz=clock_hz, **options)

@@ -10,12 +10,16 @@ from pathlib import Path
 from unittest.mock import patch
 
 from host.machines import machine as machines
+from host.machines.machine import Machine
 from host.roughing.basic import read_all
 from host.roughing.staircase import Job
+from host.run.clearing import LINKS
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
+from host.run.summary import clear_of_shorts
 from host.tape.tape import encode, load
 from softcore import image
+from softcore.tables.settings import named
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
 from testbench.cosim.planning import plan_on
@@ -51,8 +55,8 @@ def _say(text):
 
 def _native(**options):
     machine = machines.load("sinker")
-    return Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1,
-                      **{"trace": False} | options)
+    return Simulation(clock_hz=machine.clock_hz, seed=1,
+                      **{"trace": False, "machine": machine.tables} | options)
 
 
 def _run(native, tape, *, until_s=None):
@@ -177,6 +181,28 @@ def reaction_times():
             yield f"{shorts} shorts at {speed} mm/min: {title}", f"{worst} clocks, mean {mean:.1f}"
 
 
+def clearing_times():
+    """Rows on the electrode: from the sample that completes a short until it is clear of it.
+
+    With the velocity feed-forward as the machine has it, and in the plain loop.
+    """
+    tape = load(TAPES / "sink_shallow_deep.nc")
+    usual = machines.load("sinker")
+    plain = Machine(usual.name, usual.tables | {
+        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 0}})
+    for machine, loop in (usual, "as delivered"), (plain, "plain loop"):
+        with _native(trace=True, machine=machine.tables) as native:
+            job = Run(machine, tape, Piped(native))
+            job.execute()
+            rows = clear_of_shorts(job, job.simulation)
+        for row in rows:
+            begin = f"{row['shorts']} shorts at R{row['speed']:g}, {loop}: completing sample to "
+            for link, (title, unit) in LINKS.items():
+                if one := row[link]:
+                    own = f"; the drive alone {one['drive']}" if "drive" in one else ""
+                    yield begin + title, f"median {one['median']} {unit}, worst {one['worst']}{own}"
+
+
 def resources():
     """Rows on the cells and the clock of every block on an ECP5."""
     for name, cost in measure_all(_say):
@@ -190,7 +216,7 @@ def resources():
 SECTIONS = {"speed": simulation_speed, "environment": environment,
             "firmware": firmware_cost, "blocks": short_blocks,
             "pulses": path_pulses, "planning": planning, "reaction": reaction_times,
-            "resources": resources}
+            "clearing": clearing_times, "resources": resources}
 
 
 def main() -> None:

@@ -290,9 +290,10 @@ class Controller:
     @property
     def power(self) -> dict[str, int]:
         """Orders to the power supply: clocks, IP, steps of voltage."""
-        words = (ctypes.c_uint32 * 6)()
+        words = (ctypes.c_uint32 * 7)()
         self.library.gk_power_read(words)
-        return dict(zip(("on", "off", "rest", "level", "voltage", "negative"), words, strict=True))
+        names = ("on", "wait", "off", "rest", "level", "voltage", "negative")
+        return dict(zip(names, words, strict=True))
 
     @property
     def gap(self) -> dict[str, object]:
@@ -300,20 +301,21 @@ class Controller:
 
         ``counting`` is mode, window and weight; ``delay_least`` is in clocks.
         """
-        words = (ctypes.c_uint32 * 16)()
+        words = (ctypes.c_uint32 * 18)()
         self.library.gk_gap_read(words)
         names = ("servo", "period", "step", "convert", "lag_time")
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
                 **dict(zip(names, words[6:11], strict=True)), "counting": tuple(words[11:14]),
-                "criteria": words[14], "delay_least": words[15]}
+                "criteria": words[14], "delay_least": words[15], "short_mean": words[16],
+                "short_mean_time": words[17]}
 
     @property
     def feed_mode(self) -> dict[str, int]:
         """Words of the feed mode that the firmware has written: see ``hal_feed_mode``."""
-        words = (ctypes.c_uint32 * 12)()
+        words = (ctypes.c_uint32 * 14)()
         self.library.gk_feed_mode_read(words)
         names = ("mode", "measure", "unit", "window", "no_load", "voltage", "drop", "least",
-                 "lowest", "highest", "gain", "fastest")
+                 "lowest", "highest", "gain", "fastest", "shares", "share")
         return dict(zip(names, words, strict=True))
 
 

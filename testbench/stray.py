@@ -5,7 +5,9 @@ It talks over a real TCP connection to the code that serves a live controller, i
 machine runs only while the client waits, so that a seed always gives the same run. The following
 must always hold. Every complete line gets one answer, in order, on the connection that sent it. The
 axes stay between the places that lines have asked for; when all is answered, they stand at the
-place of the last accepted line. There is no discharge. Nothing takes longer than ``PATIENCE_S``.
+place of the last accepted line, and go on standing. After the end of a jog by a byte they stand
+between the places that the jogs asked for. There is no discharge. Nothing takes longer than
+``PATIENCE_S``.
 """
 
 import random
@@ -26,12 +28,14 @@ BUFFER = 255            # characters that the controller takes, as `$I` says
 REACH = 3000            # pulses: lines ask for places from 0 to this
 ANSWER = re.compile(r"(ok|error:\d+)( @\d+)?")
 STATE = re.compile(r"<(\w+(?::\d)?)\|")
+ENDS_A_JOG = (b"!", b"\x84", b"\x85")
 RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
 # Real-time bytes that ask for no motion of their own; 0xb0 (retract) has nothing to retract along.
 BYTES = [bytes([byte]) for byte in (0x84, 0x85, *range(0x90, 0xA2), 0xB0)]
 QUIET = ["", "   ", "$", "$$", "$G", "$#", "$I", "$N", "$X", "$L", "(nothing)", "; nothing", "G21",
          "G90", "G94", "G17 G40 G49", "G54", "M08", "M09", "G04 P5", "G4 X.01", "%", "T1", "C130"]
-WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1 F100", "$9999=1", "G00 X#1",
+WRONG = ["G43 Z1", "X", "G00 X", "G01 X1..2", "M03", "$H", "$J=G91 X1", "$J=G53 X300 F100",
+         "$J=G00 X.1 F600", "$9999=1", "G00 X#1",
          "G38.2 Z-1 F5", "G99999", "hello", "G00 X1 X2", "$C", "M98 P1", "G28 X1", "(open", "=",
          "G00 X\u00c4", "@1 G00 X1*0000", "@x", "G01 X0.1 F99999999", "X" * 300]
 
@@ -46,6 +50,11 @@ class _Sent:
 
     text: str
     target: dict[int, int] = field(default_factory=dict)
+
+    @property
+    def jogs(self):
+        """Whether it is a jog."""
+        return bool(self.target) and self.text.startswith("$J=")
 
 
 class Stray:
@@ -64,8 +73,11 @@ class Stray:
         self.address = ("127.0.0.1", int(self.line.url.rpartition(":")[2]))
         self.socket = None
         self.actions = self.lines = self.answers = self.moves = self.resets = self.visits = 0
+        self.jogs = self.ended = 0
         self.pending, self.text, self.greeted, self.state = [], "", False, ""
         self.place = [0, 0, 0]
+        self.jogged = []        # places from the first jog since the axes rested, and that before
+        self.cut = False        # such a jog may have been ended on its way
         self.heard = False      # there was an answer since the last reset
         self.known = True       # the axes come to rest at `place`
         self.lost = False       # a reset was sent, so that pending lines may get no answer
@@ -85,9 +97,9 @@ class Stray:
         """One action at random."""
         self.actions += 1
         kind = self.rng.choices((self._a_line, self._several, self._in_pieces, self._a_byte,
-                                 self._pause, self.settle, self._leave, self._leave_half,
+                                 self._pause, self.settle, self._jog, self._leave, self._leave_half,
                                  self._leave_frame, self._reset),
-                                (30, 8, 10, 24, 14, 6, 3, 2, 1, 2))[0]
+                                (30, 8, 10, 24, 14, 6, 12, 3, 2, 1, 2))[0]
         self.log = [*self.log[-40:], kind.__name__]
         kind()
 
@@ -122,8 +134,24 @@ class Stray:
         self._line(f"G21 G90 G94 {self.rng.choice(('G00', 'G01 F600', 'G1F60'))}{words}",
                    target=target)
 
+    def _jog(self):
+        """A few jogs, and often a byte that ends them."""
+        for _ in range(self.rng.randint(1, 4)):
+            axis, at = self.rng.randrange(3), self.rng.randrange(REACH)
+            self.jogs += 1
+            self._line(f"$J=G90 G21 {'XYZ'[axis]}{at / PULSES_PER_MM:.4f} F600", target={axis: at})
+        self._wait(self.rng.random() ** 2 * 0.05)
+        if self.rng.random() < 0.6:
+            self._press(self.rng.choice(ENDS_A_JOG))
+
     def _a_byte(self):
-        self._send(self.rng.choice((STATUS, STATUS, HOLD, RESUME, RESUME, self.rng.choice(BYTES))))
+        self._press(self.rng.choice((STATUS, STATUS, HOLD, RESUME, RESUME, self.rng.choice(BYTES))))
+
+    def _press(self, byte):
+        """Send a real-time byte. Its effect on the jogs is not known: they may have ended."""
+        if byte in ENDS_A_JOG and (self.jogged or any(one.jogs for one in self.pending)):
+            self.cut = True
+        self._send(byte)
 
     def _pause(self):
         self._wait(self.rng.random() ** 3 * 0.1)
@@ -223,8 +251,10 @@ class Stray:
         self.answers += 1
         one = self.pending.pop(0)
         if line == "ok":
+            self.jogged = self.jogged or [tuple(self.place)] * one.jogs
             for axis, at in one.target.items():
                 self.place[axis] = at
+            self.jogged += [tuple(self.place)] * bool(self.jogged)
 
     def _wait(self, seconds, *, silent=False):
         end = self.machine.time_s() + seconds
@@ -265,13 +295,29 @@ class Stray:
         """Wait for all answers and for rest; check the answers and the places of the axes."""
         self._come_to_rest()
         there = list(self.machine.positions().values())
+        if self.known and self.cut and self.jogged:
+            self._ended_between(there)
         if self.known and any(abs(a - b) > self.tremble
                               for a, b in zip(there, self.place, strict=True)):
             raise self._strayed(f"the axes rest at {there}, not at {self.place}")
+        self.jogged, self.cut = [], False
+        self._wait(0.02)
+        now = list(self.machine.positions().values())
+        if any(abs(a - b) > 2 * self.tremble for a, b in zip(there, now, strict=True)):
+            raise self._strayed(f"the axes rested at {there} and moved to {now}")
         if self.state == "Alarm":
             self._unlock()
         if not self.known:
             self.place, self.known = list(self.machine.positions().values()), True
+
+    def _ended_between(self, there):
+        """Jogs may have ended on their way: within the box of their places, nowhere else."""
+        for axis, at in enumerate(there):
+            low, *_, high = sorted(place[axis] for place in self.jogged)
+            if not low - self.tremble <= at <= high + self.tremble:
+                raise self._strayed(f"the lines led axis {axis} from {low} to {high}, not to {at}")
+        self.ended += there != self.place
+        self.place = there
 
     def _unlock(self):
         for line in ("$X", "$POSITION=HERE"):

@@ -62,11 +62,13 @@ def experiment_removal(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
 ) -> None:
-    """Finish a wall at constant feed and in the feed modes P2, P3 and P4 of G95.
+    """Finish a wall at constant feed and in the feed modes P2 to P5 of G95.
 
     One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
     with the same seeds. Results: variation of the removal per time, the finished surface,
-    retractions and time. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
+    retractions and time; what the signal of P4 is made of, and the best that P4 and P5 could do by
+    theirs beside what they did. Once more in G94, shorts are judged by the mean voltage. P3's gain
+    is tuned before, on another stock. Takes minutes, on all cores.
     """
     from host.experiments.removal import removal
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)
@@ -78,17 +80,20 @@ def experiment_roughing(
         min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
     depth: Annotated[float, typer.Option(
         min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
+    step: Annotated[float, typer.Option(
+        min=0.05, max=1.0, metavar="IP", help="Step of the power supply, in IP of 1.5 A.")] = 1.0,
     folder: Annotated[Path, typer.Option(
         "--out", metavar="DIR", file_okay=False,
         help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
 ) -> None:
     """Rough a cavity with one current all the way, and with the planned staircase of currents.
 
-    Both with the same seeds: time, the undersize that the currents consume by the basic data,
-    shares of the pulse classes, retractions. Takes several minutes for each seed, on all cores.
+    One current is the planner's last, or its first. All with the same seeds: time, the undersize
+    that is consumed in the simulated cavity, and with other constants of its walls; shares of the
+    pulse classes, retractions. Takes several minutes for each seed, on all cores.
     """
     from host.experiments.roughing import roughing
-    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out)
+    roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out, step_ip=step)
 
 
 @experiment_app.command("networks")

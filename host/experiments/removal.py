@@ -2,8 +2,10 @@
 """``gapkeeper experiment removal``: a wall is finished under G94 and in the feed modes of G95.
 
 There are two walls: one whose stock has a step, and one of even stock in a flow of fluid that
-drifts. Each is finished with constant feed (G94), zero feed at Vs (P2), F at Vs (P3) and constant
-removal (P4), with the same seeds. Calibration and tuning have seeds of their own.
+drifts. Each is finished with constant feed (G94), zero feed at Vs (P2), F at Vs (P3), constant
+removal by the mean voltage (P4) and by the discharge per distance (P5), and once more in G94 with
+shorts judged by the mean voltage, as in the fourth patent's prior art; all with the same seeds.
+Calibration and tuning have seeds of their own.
 
 * Calibration: even nominal stock is cut at the preset speed (P3 with the least possible gain). The
   mean voltage becomes the Vs of P3. The Es of P4 is the drop from the voltage measured in the
@@ -12,6 +14,7 @@ removal (P4), with the same seeds. Calibration and tuning have seeds of their ow
   The gain with the least variation of the removal takes part in the comparison.
 * P2 has the slope of P4 at the calibrated place, F/Es. So it stands still at twice the drop Es, and
   its feed is at most 2 F.
+* P5's Es is the discharge per distance of that place, measured by P5 at constant feed.
 * P4 measures its no-load voltage (setting ``law_no_load``). All other settings are the defaults.
 """
 
@@ -35,6 +38,7 @@ from rich.table import Table
 
 from host.errors import UserError
 from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.experiments.removal_bound import bounds, parts
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.run import figures, simulation
@@ -56,7 +60,11 @@ OTHER_UM = (20.0, 26.0)             # stock on which a gain is tried
 DRIFT = 1.0                         # deviation of the logarithm of the flow
 WALLS = ("step", "drift")
 EVEN = "even"                       # the wall of the calibration: no step, no drift
-MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4"}
+MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4", "P5": "G95 P5",
+         "mean Ss": "G94"}
+SHORT_MV = 5000                     # "mean Ss": the gap is shorted below this mean voltage
+OPEN_V = 80
+UNIT_MM = 0.001 * named("law_unit_um").default
 GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
 OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
 LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
@@ -75,7 +83,7 @@ FIGURES = {
     "gap_um": ("gap, um", 1), "retractions": ("retractions", 1), "time_s": ("time, s", 2),
 }
 COLOURS = {"G94": figures.FAINT, "P2": figures.CAUSES["operator"], "P3": figures.GAP,
-           "P4": figures.PATH}
+           "P4": figures.PATH, "P5": figures.INK, "mean Ss": figures.CAUSES["jump"]}
 
 
 @dataclass(frozen=True)
@@ -85,11 +93,16 @@ class Plan:
     way_mm: float
     voltage: float = 1.0
     drop: float = 1.0
+    discharge: float = 1.0      # Es of P5
+    no_load: float = 22.86
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One run. ``gain`` is P3's, times F/Es; ``other``: on the stock of the tuning."""
+    """One run. ``gain`` is P3's, times F/Es; ``other``: on the stock of the tuning.
+
+    ``even_feed``: the ratio Es/Ex is 1 whatever is measured.
+    """
 
     plan: Plan
     wall: str
@@ -97,6 +110,7 @@ class Trial:
     seed: int
     gain: float = 0.0
     other: bool = False
+    even_feed: bool = False
 
 
 def machine_for(trial: Trial) -> Machine:
@@ -115,9 +129,10 @@ def tape_for(trial: Trial) -> Tape:
     """Tape of an approach, in which V0 is measured, and of the wall."""
     plan = trial.plan
     voltage = plan.voltage - (plan.drop if trial.mode == "P2" else 0)
+    drop = plan.discharge if trial.mode == "P5" else plan.drop
     feed = 2 * FEED if trial.mode == "P2" else FEED
     return encode("\n".join([
-        "%", "G21 G90 G94", f"G10 C900 {CONDITION} V{voltage:.3f} U{plan.drop:.3f}", "C900",
+        "%", "G21 G90 G94", f"G10 C900 {CONDITION} V{voltage:.3f} U{drop:.3f}", "C900",
         "G36 R60 L0.06 H120 E30 Q0.02", "M08", "M03",
         f"{MODES[trial.mode]} G01 Y{PATH_MM} F{feed // 3}", f"X{plan.way_mm:g} F{feed}",
         "M05", "M09", "M02", "%", ""]))
@@ -128,7 +143,10 @@ def settings_for(trial: Trial) -> list[str]:
     slope = 1000 * FEED / trial.plan.drop
     return [assign("law_gain_zero", round(slope)),
             assign("law_gain_feed", max(LEAST_GAIN, round(trial.gain * slope))),
-            assign("law_no_load", 1)]
+            assign("law_no_load", 1),
+            *([assign("short_mean_mv", SHORT_MV)] if trial.mode == "mean Ss" else []),
+            *([assign(f"law_ratio_{end}", 1000) for end in ("lowest", "highest")]
+              if trial.even_feed else [])]
 
 
 def execute(trial: Trial,
@@ -153,8 +171,21 @@ def run(trial: Trial) -> Record:
              "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
     if job.outcome != "end":
         return found
-    return found | measure(trace, plan, trial.plan.way_mm, trial.wall == "step") | {
-        "retractions": count_retractions(job.events)["count"]}
+    found |= measure(trace, plan, trial.plan.way_mm, trial.wall == "step")
+    if trial.wall == "step":
+        at, inside = _inside(trace, trial.plan.way_mm)
+        found["parts"] = parts(trace, inside & (trace["state"] == 0),
+                               at - STEP * trial.plan.way_mm, UNIT_MM, trial.plan.no_load)
+    return found | {"retractions": count_retractions(job.events)["count"]}
+
+
+def _inside(trace: Columns, way_mm: float) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Furthest place so far, mm, and which samples count.
+
+    A retraction counts for the place where it began.
+    """
+    place = np.maximum.accumulate(trace["x"]) / machines.load(MACHINE).pulses_per_mm
+    return place, (place >= BEGIN * way_mm) & (place < way_mm - AHEAD_MM)
 
 
 def _rate(trace: Columns, inside: NDArray[np.bool_]) -> float:
@@ -175,9 +206,7 @@ def measure(trace: Columns, plan: Columns, way_mm: float, step: bool) -> Record:
     (above zero: more was removed there).
     """
     end = way_mm - AHEAD_MM
-    # The furthest place so far: a retraction counts for the place where it began.
-    place = np.maximum.accumulate(trace["x"]) / machines.load(MACHINE).pulses_per_mm
-    inside = (place >= BEGIN * way_mm) & (place < end)
+    place, inside = _inside(trace, way_mm)
     t = trace["t"][inside]
     edges = np.arange(t[0], t[-1], BIN_S)
     removed = np.diff(np.interp(edges, trace["t"], trace["removed_mm3"])) / BIN_S
@@ -244,6 +273,7 @@ def calibrate(way_mm: float) -> Plan:
     """Cut even nominal stock at the preset speed; the plan with Vs and Es."""
     free: list[float] = []
     cut: list[float] = []
+    burnt: list[float] = []
 
     def watch(job: Run) -> None:
         machine_on = cast(Simulated, job.simulation)
@@ -257,8 +287,19 @@ def calibrate(way_mm: float) -> Plan:
     job, _, _ = execute(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]), watch)
     if not free or not cut:
         raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
-    voltage = float(np.mean(cut))
-    return Plan(way_mm, voltage, float(np.mean(free)) - voltage)
+    voltage, no_load = float(np.mean(cut)), float(np.mean(free))
+
+    def watch_discharge(job: Run) -> None:
+        machine_on = cast(Simulated, job.simulation)
+        x = machine_on.positions()["x"] / job.machine.pulses_per_mm
+        if BEGIN * way_mm < x < way_mm - AHEAD_MM:
+            burnt.append(OPEN_V * machine_on.measured_share())
+
+    job, _, _ = execute(Trial(Plan(way_mm), EVEN, "P5", OTHER_SEEDS[0], even_feed=True),
+                        watch_discharge)
+    if not burnt:
+        raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
+    return Plan(way_mm, voltage, no_load - voltage, float(np.mean(burnt)), no_load)
 
 
 def mean_variations(runs: list[Record]) -> dict[float, float | None]:
@@ -302,7 +343,7 @@ def plot(runs: list[Record], path: Path) -> None:
             column[2].plot([row["mode"] for row in mine], [row["noise"][0] for row in mine], "_",
                            color=figures.INK, markersize=24, label="number of craters alone")
             column[2].set(title=f"deviation of the removal per time, %, {wall}", ylim=(0, None))
-        axes[0, 0].legend(ncols=4, loc="lower right")
+        axes[0, 0].legend(ncols=3, loc="lower right")
         axes[2, 1].legend(loc="upper left")
         figure.savefig(path, dpi=120)
 
@@ -330,7 +371,8 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()
     plan = calibrate(way_mm)
-    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V."]
+    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
+            f"P5 {plan.discharge:.3f} V."]
     console.print(said[0], soft_wrap=True)
     tried = [Trial(plan, wall, "P3", seed, gain, other=True)
              for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]
@@ -355,6 +397,7 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
         trials = [Trial(plan, wall, mode, seed, gain if mode == "P3" else 0.0)
                   for seed, wall, mode in product(range(1, seeds + 1), WALLS, MODES)]
         runs = sorted(in_parallel(run, trials, tell), key=_order)
+    said += bounds(runs)
     rows = statistics(runs)
     (folder / "runs.json").write_text(json.dumps(
         {"plan": asdict(plan), "tuning": sorted(tuning, key=_order), "runs": runs}, indent=2)

@@ -46,8 +46,10 @@ class Line(Protocol):
         """Let no client in any more."""
 
 
-def split_address(address: str) -> tuple[str, int]:
+def split_address(address: str, usual: int = PORT) -> tuple[str, int]:
     """Host and port of ``HOST:PORT``, ``HOST``, ``PORT`` or nothing; missing parts are defaults.
+
+    ``usual`` is the default of the port.
 
     ``socket://`` may stand before it, as in the URL by which clients connect.
 
@@ -59,12 +61,12 @@ def split_address(address: str) -> tuple[str, int]:
     bare = address.removeprefix("socket://")
     try:
         parts = urlsplit(f"//:{bare}" if bare.isdecimal() else f"//{bare}")
-        port = PORT if parts.port is None else parts.port
+        port = usual if parts.port is None else parts.port
     except ValueError as error:
-        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{PORT}.'
+        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{usual}.'
                          ) from error
     if parts.path or parts.query or parts.username:
-        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{PORT}.')
+        raise UsageError(f'"{address}" is no address: give HOST:PORT, such as {HOST}:{usual}.')
     return parts.hostname or HOST, port
 
 

@@ -94,7 +94,7 @@ def _upon_base(name: str, tables: Tables) -> Tables:
     if not isinstance(base, str) or base not in MACHINES:
         raise UsageError(
             f"machine {name}: base must be one of {', '.join(MACHINES)}, not {base!r}.")
-    whole = _tables(BUILT_IN / f"{base}.toml")
+    whole = _upon_base(base, _tables(BUILT_IN / f"{base}.toml"))
     for key, value in tables.items():
         known = whole.get(key)
         whole[key] = known | value if isinstance(known, dict) and isinstance(value, dict) else value
@@ -131,7 +131,7 @@ class Machine:
 
     @property
     def kind(self) -> str:
-        """``sinker`` (an electrode moves) or ``wire``."""
+        """``sinker``, ``cavity`` (an electrode moves, and its cavity has walls) or ``wire``."""
         return str(self.tables.get("kind", "sinker"))
 
     @property
@@ -181,7 +181,7 @@ def _check_current(machine: Machine) -> None:
                          f"step of the supply, source.step_a, {step_a:g} A.")
     setting = named("current_step_ma")
     counted = machine.settings.get(str(setting.number), setting.default)
-    if machine.kind == "sinker" and counted != round(1000 * step_a):
+    if machine.kind != "wire" and counted != round(1000 * step_a):
         raise UsageError(
             f"machine {machine.name}: source.step_a is {step_a:g} A, and the controller counts a "
             f"step as {counted} mA (settings.{setting.number}).")

@@ -169,7 +169,9 @@ class Comparator(Table):
         "Gap voltage that a reference pin stands for if it is always high, and full scale of the "
         "converter.")
     reference_rc_us: float = _number("µs", DIVISOR,
-        "Time constant of the filter behind each reference pin.")
+        "Time constant of the filter behind each reference pin. After a change of a reference the "
+        "controller waits 4.6 times as long before the first discharge pulse, unless levels are "
+        "fixed.")
     noise_miss: float = _number("", SHARE, "Share of the sparks whose noise the detector misses.")
 
 
@@ -241,6 +243,29 @@ class Side(Table):
     limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper limit switch.")
 
 
+class Cavity(Table):
+    """Side walls of the cavity that a sinker cuts.
+
+    The cavity is wider than its electrode by the overcut of the discharges at its front; debris
+    carries a part of each discharge to the walls beside the electrode, which widens them further.
+    """
+
+    perimeter_mm: float = _number("mm", DIVISOR, "Perimeter of the electrode, which is convex.")
+    layer_um: float = _number("µm", (5, 10_000),
+        "Thickness of the layers in which the walls are counted.")
+    overcut_um: float = _number("µm", (0, 1000),
+        "Overcut on each side of discharges of `reference_a` that burn for `reference_us`.")
+    reference_a: float = _number("A", DIVISOR, "Current that this overcut is for.")
+    reference_us: float = _number("µs", DIVISOR, "Duration of a discharge that it is for.")
+    current_power: float = _number("", (0, 3), "The overcut goes with the current to this power.")
+    time_power: float = _number("", (0, 3), "And with the duration to this power.")
+    wall_debris: float = _number("", (0, 1000),
+        "Share of a discharge that a wall gets for each unit of debris, area for area with the "
+        "front, where the wall is as far off as the overcut.")
+    slope_um: float = _number("µm", DIVISOR,
+        "It is e times less for each such distance that the wall is further off.")
+
+
 class Wire(Table):
     """The wire."""
 
@@ -301,7 +326,8 @@ class Stock(Table):
 Number = Annotated[str, Field(pattern="^[0-9]{1,10}$")]     # the controller has 32 bits
 Value = Annotated[int, Field(ge=0, lt=10**10)]
 
-WHAT_MOVES = "What moves: the electrode of a sinker, or a wire; `sinker` if not given."
+WHAT_MOVES = ("What moves: the electrode of a sinker, without or with side walls (`cavity`), or a "
+              "wire; `sinker` if not given.")
 
 
 class MachineFile(Table):
@@ -339,6 +365,13 @@ class SinkerFile(MachineFile):
     debris: SinkerDebris
 
 
+class CavityFile(SinkerFile):
+    """A die-sinking machine whose cavity has side walls."""
+
+    kind: Literal["cavity"] = Field("cavity", description=WHAT_MOVES)  # type: ignore[assignment]
+    cavity: Cavity
+
+
 class WireFile(MachineFile):
     """A wire machine: a wire along Z that X and Y move through a workpiece."""
 
@@ -350,7 +383,8 @@ class WireFile(MachineFile):
     debris: WireDebris
 
 
-MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile}
+MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile,
+                                       "cavity": CavityFile}
 
 # Words of a file, in the plant's order, numbered from 0. A file without a kind is a sinker's.
 WORDS: dict[str, tuple[str, ...]] = {

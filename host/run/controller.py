@@ -26,7 +26,8 @@ ARM_S = 60.0            # for a person to press the button
 TREMBLE_PULSES = 2      # motion of an axis at rest
 CLASSES = ("open", "ok", "dame", "short")   # in the report's order
 # Values that only a simulated machine has, by their names in summary or trace.
-UNKNOWN = ["pressed_mm", "removed_mm3", "gap_um", "gap_v", "debris", "path", "feed"]
+UNKNOWN = ["pressed_mm", "removed_mm3", "clear_of_shorts",
+           "gap_um", "gap_v", "debris", "path", "feed"]
 
 
 class Controller:

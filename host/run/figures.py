@@ -283,6 +283,29 @@ def _staircase(figure: Figure, trace: Columns, events: list[Event]) -> None:
     ax.set_ylabel("current (IP)")
 
 
+def cavity(walls: dict[str, Any]) -> str:
+    """Section of a cavity's wall: by how much it is wider than the electrode, by depth."""
+    return svg(_cavity, 11.6, 3.4, walls)
+
+
+def _cavity(figure: Figure, walls: dict[str, Any]) -> None:
+    ax = figure.subplots()
+    wall(ax, walls, color=PATH)
+    widest = walls["widest_um"]
+    ax.axvline(widest, color=CAUSES["short"], linewidth=0.9, linestyle=(0, (4, 3)),
+               label=f"widest, {widest:.1f} µm")
+    ax.axvline(0, color=INK, linewidth=1.2, label="side of the electrode")
+    ax.set(xlabel="opening on each side (µm)", ylabel="depth (mm)",
+           xlim=(-0.05 * widest, 1.15 * widest), ylim=(1.04 * walls["depth_mm"][-1], 0))
+    ax.legend(loc="lower left", bbox_to_anchor=(1.0, 0.0))
+
+
+def wall(ax: Axes, walls: dict[str, Any], **style: Any) -> None:
+    """Draw the layers of a cavity's wall, opening against depth."""
+    depths = [0.0, *np.repeat(walls["depth_mm"], 2)[:-1]]
+    ax.plot(np.repeat(walls["opening_um"], 2), depths, **style)
+
+
 def _feed(ax: Axes, trace: Columns) -> None:
     # Machining feeds are a hundred times slower than retractions, and both must be visible. In a
     # millisecond a machining feed makes a pulse or two, so ten samples are taken together.

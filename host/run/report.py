@@ -9,7 +9,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from host import alarms
-from host.run import figures
+from host.run import clearing, figures
 from host.run.events import Event
 from host.run.retractions import Retraction, collect, most_telling
 from host.run.summary import discharged
@@ -162,10 +162,12 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=wire,
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
         staircase=figures.staircase(trace, events) if drawn else "",
+        cavity=figures.cavity(summary["cavity"]) if "cavity" in summary else "",
         above=figures.above(trace, retractions, plan, parameters) if drawn and lateral else "",
         plan=bool(plan), telling=telling, close_up=close_up,
         story=story,
         retractions=retractions, reasons=REASONS,
+        cleared=summary.get("clear_of_shorts", []), links=clearing.LINKS,
         events=[event for event in events if event["event"] not in QUIET],
         details=_details,
         parameters=sorted((_parameter(name), str(value) if isinstance(value, list) else value)

@@ -69,6 +69,9 @@ class Simulated(BytePipe, Protocol):
     def front(self) -> int:
         """Furthest path coordinate commanded, in pulses; a tape begins at 0."""
 
+    def measured_share(self) -> float:
+        """Ex that G95 P5 measured last: share of the time with discharge, at the feed F."""
+
     def mean_voltage(self) -> float:
         """Mean gap voltage that the feed mode used last, V; 0 before the first."""
 

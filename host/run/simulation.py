@@ -37,7 +37,11 @@ class Native(Protocol):
     def get(self, name: str) -> float: ...
     def set(self, name: str, value: float) -> None: ...
     def trace(self) -> Columns: ...
+    def shorts(self) -> Columns: ...
     def workpiece(self) -> Columns: ...
+    def cavity(self) -> Columns: ...
+    def cavity_with(self, numbers: dict[str, float]) -> Columns: ...
+    def keep_discharges(self) -> None: ...
     def close(self) -> None: ...
 
 
@@ -121,13 +125,40 @@ class Simulation:
         """Mean gap voltage that the feed mode used last, V; 0 before the first."""
         return self._native.probe("feed_voltage_mean") / 2**16 * CONVERTER_V
 
+    def measured_share(self) -> float:
+        """Ex that G95 P5 measured last: share of the time with discharge, at the feed F."""
+        return self._native.probe("feed_voltage_drop") / 2**16
+
     def trace(self) -> Columns:
         """Samples of the run as columns."""
         return self._native.trace()
 
+    def shorts(self) -> Columns:
+        """Way of the electrode after every short, as columns; see ``host.run.clearing``."""
+        return self._native.shorts()
+
     def workpiece(self) -> Columns:
         """Plan of what is left of a wire machine's workpiece; see ``host.run.workpiece``."""
         return self._native.workpiece()
+
+    def cavity(self) -> Columns:
+        """Walls of the cavity that a sinker with sides has cut, by layers from the top down.
+
+        ``depth_mm`` is the lower end of a layer, ``opening_um`` by how much it is wider than the
+        electrode on each side. Both are empty for other machines.
+        """
+        return self._native.cavity()
+
+    def keep_discharges(self) -> None:
+        """Keep every discharge of such a machine from now on, for ``cavity_with``."""
+        self._native.keep_discharges()
+
+    def cavity_with(self, numbers: dict[str, float]) -> Columns:
+        """Walls that the kept discharges make with other numbers of the file's ``[cavity]``.
+
+        The electrode's way stays that of the run. Call it before ``close``.
+        """
+        return self._native.cavity_with(numbers)
 
     def close(self) -> None:
         """End the simulation and its files."""

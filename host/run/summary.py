@@ -6,13 +6,14 @@ from typing import Any
 
 from host.errors import TapeError
 from host.machines.machine import Machine
+from host.run import clearing
 from host.run.controller import UNKNOWN, Controller
 from host.run.run import Run, count_retractions
 from host.run.simulation import Simulation
 from host.run.workpiece import Columns, wall_surface
 
-__all__ = ["Summary", "columns_of", "discharged", "plan_of", "summary_of", "summary_of_controller",
-           "summary_of_unpunched"]
+__all__ = ["Summary", "clear_of_shorts", "columns_of", "discharged", "plan_of", "summary_of",
+           "summary_of_controller", "summary_of_unpunched"]
 
 Summary = dict[str, Any]
 
@@ -60,6 +61,9 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
     moves the zero of events only. ``pressed_mm`` is the greatest distance of the electrode beyond
     the eroded surface at any sample of the trace: 0 unless it was pushed into solid work.
     ``removed_mm3`` is the volume that the simulated discharges removed, ``removal_scale`` included.
+    ``clear_of_shorts`` has a row for each retraction speed: see ``clearing.figures``.
+    ``cavity`` has the walls of a sinker with sides: by how much each layer is wider than the
+    electrode, and the greatest of that, which the undersize must at least have been.
     ``guards_off`` names the guards of the machine that settings have switched off.
     """
     positions = _positions(job)
@@ -72,6 +76,7 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
         "pos": positions, "max_depth_mm": _depth(trace, positions),
         "pressed_mm": round(-float(narrowest), 6) + 0.0,
         "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
+        **_cavity(machine_on.cavity()), "clear_of_shorts": clear_of_shorts(job, machine_on),
         "guards_off": job.guards_off, "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": job.machine.removal_scale,
         "versions": _versions(),
@@ -102,9 +107,18 @@ def summary_of_unpunched(error: TapeError, machine: Machine, seed: int,
         "cycles": 0, "wall_s": 0.0, "cycles_per_s": 0,
         "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
         "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
-        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "guards_off": [], "seed": seed,
+        "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "clear_of_shorts": [],
+        "guards_off": [], "seed": seed,
         "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
     }
+
+
+def clear_of_shorts(job: Run, machine_on: Simulation) -> list[dict[str, Any]]:
+    """How soon the electrode was clear of its shorts."""
+    tables = job.machine.tables
+    found = clearing.chains(machine_on.shorts(), clock_hz=machine_on.clock_hz,
+                            pulses_per_mm=job.machine.pulses_per_mm)
+    return clearing.figures(found, job.events, tables["axis"], tables["tick_us"] * 1e-6)
 
 
 def _positions(job: Run) -> dict[str, float]:
@@ -114,6 +128,14 @@ def _positions(job: Run) -> dict[str, float]:
 
 def _depth(trace: Columns, positions: dict[str, float]) -> float:
     return round(max(0.0, -float(min(trace["z"].min(initial=0.0), positions["z"]))), 6)
+
+
+def _cavity(walls: Columns) -> Summary:
+    if not walls["opening_um"].size:
+        return {}
+    return {"cavity": {"widest_um": round(float(walls["opening_um"].max()), 2),
+                       "depth_mm": walls["depth_mm"].round(6).tolist(),
+                       "opening_um": walls["opening_um"].round(3).tolist()}}
 
 
 def _versions() -> dict[str, str]:

@@ -104,7 +104,7 @@ class Sinking(gymnasium.Env[Observation, Action]):
         if depth_mm <= 0 or steps < 1 or damage_um < 0:
             raise ValueError("depth_mm must be above 0, steps at least 1, damage_um not below 0; "
                              f"given are {depth_mm}, {steps} and {damage_um}")
-        if (kind := machines.load(machine).kind) != "sinker":
+        if (kind := machines.load(machine).kind) == "wire":
             raise UsageError(f"machine {machine}: it is of the kind {kind}, and sinks nothing.")
         self._machine, self._trace, self._progress = machine, trace, progress
         self.depth_mm, self.steps, self.damage_um, self.servo = depth_mm, steps, damage_um, servo

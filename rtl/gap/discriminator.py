@@ -27,8 +27,10 @@ class Discriminator(wiring.Component):
     the class.
 
     A main pulse *ignites* in the first clock past the blanking in which ``high`` is low or, with
-    ``use_current``, in which ``current`` is high. The next ``settle`` clocks are ignored, as the
-    voltage is still falling. The class of a main pulse is
+    ``use_current``, in which ``current`` is high. With ``from_ignition``, when the on-time counts
+    from there, the blanking of a main pulse ends sooner: after a clock with ``high``, as the
+    voltage has risen, or with ``use_current`` after the first clock. The next ``settle`` clocks are
+    ignored, as the voltage is still falling. The class of a main pulse is
 
     * ``OPEN`` if it did not ignite;
     * ``SHORT`` if ``short`` was high in its last clock;
@@ -41,10 +43,11 @@ class Discriminator(wiring.Component):
     Sensing pulses carry too little current for any of this: they are ``SHORT`` if ``short`` was
     high in the last clock, else ``OPEN``.
 
-    ``shorted_now`` says in the same clock that the pulse is past its blanking and settling, and
-    ``short`` is high. ``abnormal`` says that in a main pulse ``short`` or ``arc`` has been high for
-    ``confirm`` clocks in a row, this one included; 0 counts as 1. The counters and ``last`` follow
-    main pulses only, one clock after the sample; counters wrap.
+    ``ignited`` says in the same clock that the main pulse has ignited. ``shorted_now`` says in the
+    same clock that the pulse is past its blanking and settling, and ``short`` is high. ``abnormal``
+    says that in a main pulse ``short`` or ``arc`` has been high for ``confirm`` clocks in a row,
+    this one included; 0 counts as 1. The counters and ``last`` follow main pulses only, one clock
+    after the sample; counters wrap.
 
     Settings may change between pulses only: after the clock of the sample, and before the last
     clock of the pause.
@@ -73,6 +76,8 @@ class Discriminator(wiring.Component):
         Shortest ignition delay of a good discharge, in clocks.
     use_current, use_delay, use_noise : In(1)
         Criteria in use.
+    from_ignition : In(1)
+        The blanking ends when the voltage has risen.
     sample : Out(1)
         A pulse was classified: high for one clock.
     kind : Out(PulseClass)
@@ -81,6 +86,8 @@ class Discriminator(wiring.Component):
         It was a sensing pulse. Valid with ``sample``.
     sample_shorted : Out(1)
         ``kind`` is ``SHORT``. Valid with ``sample``.
+    ignited : Out(1)
+        The main pulse has ignited, in this clock or before.
     shorted_now : Out(1)
         The pulse is shorted in this clock.
     abnormal : Out(1)
@@ -105,10 +112,12 @@ class Discriminator(wiring.Component):
     use_current: In(1)
     use_delay: In(1)
     use_noise: In(1)
+    from_ignition: In(1)
     sample: Out(1)
     kind: Out(PulseClass)
     sample_sensing: Out(1)
     sample_shorted: Out(1)
+    ignited: Out(1)
     shorted_now: Out(1)
     abnormal: Out(1)
     last: Out(PulseClass)
@@ -135,16 +144,21 @@ class Discriminator(wiring.Component):
         with m.Else():
             m.d.sync += age.eq(1)
 
-        def since(limit, name):
-            """High in a pulse from when ``limit`` clocks of it are over. Equal is enough."""
+        def since(limit, name, sooner=0):
+            """High in a pulse from when ``limit`` clocks of it are over. Equal is enough.
+
+            ``sooner`` ends it after this clock.
+            """
             reached = Signal(name=f"{name}_before")
             now = Signal(name=name)
             m.d.comb += now.eq(Mux(same, reached | (age == limit), limit == 0))
-            m.d.sync += reached.eq(now)
+            m.d.sync += reached.eq(now | sooner)
             return now
 
+        risen = Signal()      # nothing is left to wait for at the start of the pulse
+        m.d.comb += risen.eq(self.from_ignition & self.on & (self.use_current | self.high))
         past = Signal()       # the comparators count
-        m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked"))
+        m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked", risen))
 
         # From the ignition on.
         lit = Signal()        # up to the last clock
@@ -157,6 +171,7 @@ class Discriminator(wiring.Component):
         m.d.comb += [
             burning.eq(past & self.on
                        & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
+            self.ignited.eq(burning),
             settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
             self.shorted_now.eq(settled & self.short),
         ]
@@ -199,7 +214,7 @@ class Discriminator(wiring.Component):
         suspect = Signal()
         m.d.comb += [
             self.sample.eq(valid & ~same),
-            self.sample_sensing.eq(~main),
+            self.sample_sensing.eq(before[1]),
             self.sample_shorted.eq(short),
             suspect.eq((self.use_delay | self.use_noise) & (early | ~self.use_delay)
                        & ~(heard & self.use_noise)),

@@ -18,7 +18,7 @@ class FeedMode(enum.Enum, shape=2):
     CONSTANT = 0  # G94, and G95 P1: F
     ZERO = 1      # G95 P2: K (V - Vs), also backwards
     OFFSET = 2    # G95 P3: F + K (V - Vs)
-    REMOVAL = 3   # G95 P4: F Es/Ex
+    REMOVAL = 3   # G95 P4, P5: F Es/Ex
 
 
 class FeedCalculator(wiring.Component):

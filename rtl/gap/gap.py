@@ -11,6 +11,7 @@ from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_mode import FeedCalculator, FeedMode
 from rtl.gap.fluid import FluidDetector
+from rtl.gap.mean_level import MeanLevel
 from rtl.gap.preset_counter import PresetCounters
 from rtl.gap.reference import References
 from rtl.gap.removal import RemovalDetector
@@ -43,6 +44,9 @@ class Gap(wiring.Component):
         Words of the condition in force.
     safe, machining, in_position : In(1)
         Outputs are safe; the discharge is on; every axis is in position.
+    waiting : In(1)
+        Power supply and comparators do not follow the condition yet. The servo holds, and mean
+        and distance stand still. Ss by pulses goes on; Ss by the mean voltage begins anew.
     wanted : In(1)
         Firmware wants the discharge, whether it is allowed or not.
     on, sense, forget : In(1)
@@ -58,6 +62,8 @@ class Gap(wiring.Component):
         Sensing pulses are wanted while the discharge is off.
     abnormal : Out(1)
         The pulse under way is an arc or a short.
+    ignited : Out(1)
+        The main pulse under way has ignited.
     trip : Out(1)
         Contact, and the axes are too fast to stop: a cause of the interlock.
     fluid_news : Out(1)
@@ -74,17 +80,18 @@ class Gap(wiring.Component):
     def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int):
         self.clock_hz = clock_hz
         self.short_detector = ShortDetector()
+        self.voltage_valid = Signal()
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
             "motion": Out(STEERING),
             "condition": In(Condition.in_force(registers)),
             **{name: In(1) for name in (
-                "safe", "machining", "in_position", "wanted", "on", "sense", "forget", "high",
-                "arc", "short", "current", "noise", "adc_data")},
+                "safe", "machining", "in_position", "waiting", "wanted", "on", "sense", "forget",
+                "high", "arc", "short", "current", "noise", "adc_data")},
             "reference": Out(3),
             **{name: Out(1) for name in ("adc_select", "adc_clock", "adc_command", "look",
-                                         "abnormal", "trip", "fluid_news")},
+                                         "abnormal", "ignited", "trip", "fluid_news")},
         })
 
     def elaborate(self, platform):
@@ -100,6 +107,7 @@ class Gap(wiring.Component):
         m.d.comb += discharging.eq(self.machining & ~self.safe & ~self.motion.quiet)
         self._discriminate(m, discriminator, references)
         self._shorts(m, discriminator, short, discharging)
+        self._mean_level(m, short, discharging)
         self._contact(m, discriminator, short, guard)
         self._servo(m, discriminator, short, counters, calculator, discharging)
         self._voltage(m, removal)
@@ -117,6 +125,7 @@ class Gap(wiring.Component):
         m.d.sync += [getattr(discriminator, f"use_{name}").eq(
                          getattr(self.condition, f"gap_criteria_{name}"))
                      for name in ("current", "delay", "noise")]
+        m.d.sync += discriminator.from_ignition.eq(self.condition.power_wait_time != 0)
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
             *(getattr(discriminator, name).eq(getattr(self, name))
@@ -126,7 +135,7 @@ class Gap(wiring.Component):
             *(getattr(registers, name).eq(getattr(discriminator, name))
               for name in ("open_count", "ok_count", "dame_count", "short_count")),
             registers.status_last.eq(discriminator.last),
-            self.abnormal.eq(discriminator.abnormal),
+            self.abnormal.eq(discriminator.abnormal), self.ignited.eq(discriminator.ignited),
             *(level.eq(getattr(self.condition, f"gap_reference_{name}"))
               for level, name in zip(references.level, ("open", "arc", "short"), strict=True)),
             self.reference.eq(references.stream),
@@ -149,6 +158,18 @@ class Gap(wiring.Component):
             motion.shorted.eq(short.shorted & self.machining),
             motion.completed.eq(short.completed),
             motion.discharging.eq(discharging),
+        ]
+
+    def _mean_level(self, m, short, discharging):
+        """The short signal Ss by the mean voltage."""
+        registers = self.registers.gap
+        m.submodules.mean_level = mean = MeanLevel()
+        m.d.comb += [
+            mean.sample.eq(self.registers.fluid.voltage), mean.sample_valid.eq(self.voltage_valid),
+            mean.pulse.eq(self.on),
+            mean.on.eq(discharging & ~short.shorted & ~self.waiting),
+            mean.level.eq(registers.short_mean), mean.window.eq(registers.short_mean_time),
+            short.by_mean.eq(registers.short_mean != 0), short.mean_low.eq(mean.low),
         ]
 
     def _contact(self, m, discriminator, short, guard):
@@ -179,7 +200,7 @@ class Gap(wiring.Component):
               for name in ("mode", "window", "weight")),
             counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
-            counters.freeze.eq(motion.held | short.shorted | ~discharging
+            counters.freeze.eq(motion.held | short.shorted | ~discharging | self.waiting
                                | ~registers.control),
             registers.status_dame.eq(counters.dame_full),
             registers.status_open.eq(counters.open_full),
@@ -202,8 +223,12 @@ class Gap(wiring.Component):
             removal.on.eq(registers.control_measure & self.wanted),
             # A short, and the way back and forth, say nothing of the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
-            removal.hold.eq(motion.paused),
-            removal.pulse.eq(motion.pulse),
+            removal.hold.eq(motion.paused | self.waiting),
+            removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
+            removal.shares.eq(registers.control_shares),
+            removal.share.eq(self.condition.feed_share),
+            # Good: neither arc nor short, and the comparators see a main pulse.
+            removal.burning.eq(self.on & self.current & ~self.arc & ~self.short),
             removal.reference.eq(self.condition.feed_reference_drop),
             removal.no_load.eq(self.condition.feed_no_load),
             removal.ratio_min.eq(registers.bounds_lowest),
@@ -225,7 +250,7 @@ class Gap(wiring.Component):
             calculator.gain.eq(registers.gain), calculator.highest.eq(registers.highest),
             calculator.mean.eq(removal.mean), calculator.known.eq(removal.known),
             calculator.ratio.eq(removal.ratio),
-            calculator.held.eq(motion.held | short.shorted | ~discharging),
+            calculator.held.eq(motion.held | short.shorted | ~discharging | self.waiting),
             registers.in_force.eq(calculator.feed),
             motion.feed.eq(calculator.feed),
         ]
@@ -241,7 +266,8 @@ class Gap(wiring.Component):
             self.adc_command.eq(sampler.adc_command), sampler.adc_data.eq(self.adc_data),
             registers.voltage.eq(sampler.voltage),
             removal.sample.eq(sampler.voltage),
-            removal.sample_valid.eq(sampler.voltage_valid & registers.control_convert),
+            removal.sample_valid.eq(self.voltage_valid),
+            self.voltage_valid.eq(sampler.voltage_valid & registers.control_convert),
             fluid.sample.eq(sampler.fluid),
             fluid.sample_valid.eq(sampler.fluid_valid & registers.control_convert),
             *(getattr(fluid, name).eq(getattr(registers, name))

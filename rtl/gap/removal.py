@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Removal detector: mean gap voltage over a unit distance, drop Ex, and the ratio Es/Ex."""
+"""Removal detector: Ex of a unit distance by voltage or by discharges, and the ratio Es/Ex."""
 
 from amaranth import *
 from amaranth.lib import enum, wiring
@@ -10,6 +10,8 @@ __all__ = ["RemovalDetector"]
 COUNT = 20      # bits: samples of a window
 FRACTION = 4    # bits of a level below the converter's code
 UNITY = 1 << 12  # the ratio 1
+RATE = 30
+TOTAL = 48      # bits: sum of codes, or 2**-32 path pulses
 STEPS = 12 + FRACTION + COUNT  # of a division
 
 
@@ -36,14 +38,25 @@ class RemovalDetector(wiring.Component):
     clocks; if the next one is shorter, it is prolonged until the computation is done. A window ends
     at ``2**20 - 1`` samples.
 
+    With ``shares`` the window measures discharges instead of voltage, for a law of our own (G95
+    P5): ``way`` is the way that the feed ``rate`` makes in the clocks with ``burning`` high, at
+    most ``2**16`` pulses, and Ex is ``way`` over the distance of the window, at most
+    ``2**16 - 1`` of ``2**-16``. At the feed ``rate`` that is the share of the time in which good
+    discharges burn; at any feed it is in proportion to the discharge per distance, so to the stock,
+    and neither shorts nor the pauses change it. Es is then ``share``. Such a window needs no
+    sample, and a distance of 0 counts as 1. A change of ``shares`` drops the present window.
+
     Results, rounded down; a level is ``2**-16`` of the converter's full scale:
 
-    * ``mean``: sum of the samples over their number, 37 clocks after the window's end.
-    * ``drop``, Ex: ``no_load - mean``, at least ``least``; one clock later.
-    * ``ratio``: ``reference / drop`` in 1/4096, at least ``ratio_min`` and then at most
-      ``ratio_max``; 37 clocks later. ``windows`` counts then, too. Ex = 0 gives ``ratio_max``.
+    * ``mean``: sum of the samples over their number, 37 clocks after the window's end. With
+      ``shares`` it stays.
+    * ``drop``, Ex: ``no_load - mean``, or the share; at least ``least``; one clock later.
+    * ``ratio``: ``reference / drop``, or ``share / drop``, in 1/4096, at least ``ratio_min`` and
+      then at most ``ratio_max``; 37 clocks later. ``windows`` counts then, too. Ex = 0 gives
+      ``ratio_max``.
 
-    ``reference`` is read with the drop, ``ratio_min`` and ``ratio_max`` with the ratio.
+    ``reference`` and ``share`` are read with the drop, ``ratio_min`` and ``ratio_max`` with the
+    ratio.
 
     Edge cases: while ``on`` is low, and until the end of the first window after, ``known`` is low
     and the ratio is 1. Without any discharge Ex is ``least``. ``discard`` (a short, a retraction)
@@ -60,6 +73,10 @@ class RemovalDetector(wiring.Component):
         Gap voltage, code of the converter.
     pulse : In(1)
         Path pulse forward at the front.
+    shares, burning : In(1)
+        Ex by discharges; a good discharge burns in this clock.
+    rate : In(30)
+        F, 2**-32 pulse/clock.
     on, discard, hold : In(1)
         See above; a low ``on`` overrides ``discard``, and that overrides ``hold``.
     unit : In(16)
@@ -70,6 +87,8 @@ class RemovalDetector(wiring.Component):
         Mean voltage of the gap without discharges, level.
     reference : In(16)
         Es, level.
+    share : In(16)
+        Es with ``shares``, 2**-16.
     least : In(16)
         Lowest Ex, level.
     ratio_min, ratio_max : In(16)
@@ -87,6 +106,9 @@ class RemovalDetector(wiring.Component):
     sample: In(12)
     sample_valid: In(1)
     pulse: In(1)
+    shares: In(1)
+    burning: In(1)
+    rate: In(RATE)
     on: In(1)
     discard: In(1)
     hold: In(1)
@@ -94,6 +116,7 @@ class RemovalDetector(wiring.Component):
     window: In(32)
     no_load: In(16)
     reference: In(16)
+    share: In(16)
     least: In(16)
     ratio_min: In(16)
     ratio_max: In(16)
@@ -103,11 +126,15 @@ class RemovalDetector(wiring.Component):
     known: Out(1)
     windows: Out(8)
 
+    def __init__(self):
+        super().__init__()
+        self.total = Signal(TOTAL)  # for tests too; saturates
+
     def elaborate(self, platform):
         m = Module()
 
         state = Signal(_State)
-        total = Signal(12 + COUNT)
+        total = self.total
         count = Signal(COUNT)
         distance = Signal(16)
         time = Signal(32)
@@ -116,23 +143,37 @@ class RemovalDetector(wiring.Component):
         over = Signal()
         close = Signal()
         runs = Signal()
+        shared = Signal()   # ``shares`` of the clock before
+        judged = Signal()   # ... of the window under computation
+        drop = Signal()
+        m.d.sync += shared.eq(self.shares)
         m.d.comb += [
             over.eq(((self.unit != 0) & (distance >= self.unit))
                     | ((self.window != 0) & (time >= self.window)) | count.all()),
             runs.eq(self.on & ~self.discard & ~self.hold),
-            close.eq(runs & over & (count != 0) & (state == _State.IDLE)),
+            drop.eq(~self.on | self.discard | (self.shares != shared)),
+            close.eq(runs & ~drop & over & ((count != 0) | self.shares)
+                     & (state == _State.IDLE)),
         ]
-        sample = Signal(12)
-        m.d.comb += sample.eq(Mux(self.sample_valid, self.sample, 0))
-        with m.If(~self.on | self.discard):
+        part = Signal(RATE)
+        taken = Signal()
+        summed = Signal(TOTAL + 1)
+        m.d.comb += [
+            part.eq(Mux(self.shares, Mux(self.burning, self.rate, 0),
+                        Mux(self.sample_valid, self.sample, 0))),
+            taken.eq(self.sample_valid & ~self.shares),
+            summed.eq(total + part),
+        ]
+        with m.If(drop):
             m.d.sync += [total.eq(0), count.eq(0), distance.eq(0), time.eq(0)]
         with m.Elif(runs):
             with m.If(close):
-                m.d.sync += [total.eq(sample), count.eq(self.sample_valid),
+                m.d.sync += [total.eq(part), count.eq(taken),
                              distance.eq(self.pulse), time.eq(1)]
             with m.Else():
                 with m.If(~count.all()):
-                    m.d.sync += [total.eq(total + sample), count.eq(count + self.sample_valid)]
+                    m.d.sync += [total.eq(summed | summed[-1].replicate(TOTAL)),
+                                 count.eq(count + taken)]
                 with m.If(~distance.all()):
                     m.d.sync += distance.eq(distance + self.pulse)
                 with m.If(~time.all()):
@@ -160,22 +201,25 @@ class RemovalDetector(wiring.Component):
             with m.Case(_State.IDLE):
                 with m.If(close):
                     m.d.sync += [
-                        shifted.eq(total << FRACTION), remainder.eq(0), divisor.eq(count),
+                        shifted.eq(Mux(self.shares, total[16:], total[:32] << FRACTION)),
+                        divisor.eq(Mux(self.shares, distance | (distance == 0), count)),
+                        judged.eq(self.shares), remainder.eq(0),
                         step.eq(0), state.eq(_State.MEAN),
                     ]
             with m.Case(_State.MEAN):
                 with m.If(step == STEPS - 1):
                     m.d.sync += state.eq(_State.DROP)
             with m.Case(_State.DROP):
-                m.d.sync += [
-                    self.mean.eq(shifted), self.known.eq(1),
-                    difference.eq(self.no_load - shifted[:16]),
-                    state.eq(_State.BOUND),
-                ]
+                m.d.sync += [self.known.eq(1), state.eq(_State.BOUND)]
+                with m.If(judged):
+                    m.d.sync += difference.eq(shifted[:16] | shifted[16:].any().replicate(16))
+                with m.Else():
+                    m.d.sync += [self.mean.eq(shifted),
+                                 difference.eq(self.no_load - shifted[:16])]
             with m.Case(_State.BOUND):
                 m.d.sync += [
                     self.drop.eq(bounded), divisor.eq(bounded), remainder.eq(0), step.eq(0),
-                    shifted.eq(self.reference * UNITY),
+                    shifted.eq(Mux(judged, self.share, self.reference) * UNITY),
                     state.eq(_State.RATIO),
                 ]
             with m.Case(_State.RATIO):

@@ -19,8 +19,11 @@ class ShortDetector(wiring.Component):
     * the clock that makes ``duration`` clocks with ``shorted_now`` high and no clear sample in
       between. Pauses between pulses do not count, and do not end the count.
 
+    With ``by_mean`` it rises in the clock after one with ``mean_low`` instead, and by nothing else.
+
     ``completed`` is high in the first clock of ``shorted``. ``shorted`` falls in the clock after
     the last of ``clear_needed`` clear samples in a row; then all samples and clocks are forgotten.
+    That end is the same with ``by_mean``: while pulses stop the mean voltage is 0.
     ``restart`` does the same from any state in the next clock, and wins over everything.
 
     ``window`` 0 counts as 1, and more than 32 as 32. ``needed`` 0 counts as 1, and more than
@@ -37,6 +40,8 @@ class ShortDetector(wiring.Component):
         It was shorted, else clear. Valid with ``sample``.
     shorted_now : In(1)
         A pulse is on and shorted in this clock.
+    by_mean, mean_low : In(1)
+        Ss by the mean voltage, and it is below its preset; see ``rtl.gap.mean_level``.
     restart : In(1)
         Forget everything.
     needed, window : In(6)
@@ -54,6 +59,8 @@ class ShortDetector(wiring.Component):
     sample: In(1)
     sample_shorted: In(1)
     shorted_now: In(1)
+    by_mean: In(1)
+    mean_low: In(1)
     restart: In(1)
     needed: In(6)
     window: In(6)
@@ -118,8 +125,9 @@ class ShortDetector(wiring.Component):
                          clears.eq(0)]
         with m.Elif(self.shorted), m.If(self.sample):
             m.d.sync += clears.eq(Mux(self.sample_shorted, 0, clears + 1))
-        with m.Elif((self.sample & self.sample_shorted & enough)
-                    | (self.shorted_now & enough_held)):
+        with m.Elif(Mux(self.by_mean, self.mean_low,
+                        (self.sample & self.sample_shorted & enough)
+                        | (self.shorted_now & enough_held))):
             m.d.sync += [self.shorted.eq(1), self.completed.eq(1)]
 
         return m

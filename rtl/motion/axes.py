@@ -8,6 +8,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.motion.axis import Axis
+from rtl.motion.feed_forward import FORWARD_BITS
 from rtl.motion.limits import SoftLimits
 from rtl.motion.supervision import RATE_TICKS, TICK_S, tick_clocks
 
@@ -41,6 +42,8 @@ class Axes(wiring.Component):
         Outputs are safe.
     pi, pi_reverse, downwards, mark : In
         See ``rtl.motion.motion``.
+    forward : In(signed(16)) x axes
+        Velocity feed-forward; see ``rtl.motion.feed_forward``.
     left_low, left_high : In(axes)
         Limit switches that the axis is leaving: no pulses further onto them.
     enc_a, enc_b : In(axes)
@@ -89,6 +92,7 @@ class Axes(wiring.Component):
             **{name: In(count) for name in ("pi", "pi_reverse", "downwards", "left_low",
                                             "left_high", "enc_a", "enc_b")},
             "mark": In(1),
+            "forward": In(signed(FORWARD_BITS)).array(count),
             **{name: Out(count) for name in ("dac", "dac_negative", "step", "dir", "drive_enable",
                                              *self.FAULTS, "damaged", "damaged_bounds")},
             "in_position": Out(1), "onto": Out(1),
@@ -139,6 +143,7 @@ class Axes(wiring.Component):
             axis.enc_b.eq(self.enc_b[index]),
             axis.safe.eq(self.safe),
             axis.adopt.eq(own.adopt_strobe),
+            axis.forward.eq(self.forward[index]),
             axis.mark.eq(self.mark),
             # The lag tells from which side an axis comes. The segment does not: it may leave this
             # axis at rest, or move it the other way. Only an axis without lag takes the direction

@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 from rtl.motion.dac import Dac, check_modulator
 from rtl.motion.encoder import Encoder
 from rtl.motion.error_counter import ErrorCounter
+from rtl.motion.feed_forward import FORWARD_BITS
 from rtl.motion.step_dir import StepDir
 from rtl.motion.supervision import GAIN_BITS, Supervision
 
@@ -95,16 +96,18 @@ class Axis(wiring.Component):
     accepted in any clock, also while ``safe``. FP comes from the encoder or, with ``mode_step``,
     from the step pulses sent: Er is then the queue of steps, and DAC and encoder are not used.
 
-    The velocity command is Er limited to +-32767 pulses, in 2**-15 of full scale. So the DAC
-    saturates at a quarter of the error counter's range; the alarm comes at the end of that range.
+    The velocity command is the sum of Er and ``forward``, limited to +-32767 pulses, in 2**-15 of
+    full scale. So the DAC saturates at a quarter of the error counter's range; the alarm comes at
+    the end of that range. ``forward`` is no part of Er: nothing else reads it.
 
     The coder is supervised whenever the velocity command is in force, whatever the settings; see
-    ``Supervision``. With ``mode_step`` there is no coder and no supervision.
+    ``Supervision``: its model of the drive gets the same sum as the DAC. With ``mode_step`` there
+    is no coder and no supervision.
 
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
-    errors. ``safe`` takes ``dac`` and ``step`` low in 1 clock. From an edge of the encoder to
-    ``fp``: ``Encoder``, 3.
+    errors. From ``forward`` to ``dac`` it takes 2. ``safe`` takes ``dac`` and ``step`` low in 1
+    clock. From an edge of the encoder to ``fp``: ``Encoder``, 3.
 
     ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
     does not touch the mark of the overshoot, which is a position.
@@ -133,6 +136,8 @@ class Axis(wiring.Component):
         First phase of the encoder, synchronous to the clock.
     enc_b : In(1)
         Second phase.
+    forward : In(signed(16))
+        Velocity feed-forward, in pulses of Er; 0 at rest. See ``FeedForward``.
     safe : In(1)
         No output.
     adopt : In(1)
@@ -218,6 +223,7 @@ class Axis(wiring.Component):
             "pi_reverse":        In(1),
             "enc_a":             In(1),
             "enc_b":             In(1),
+            "forward":           In(signed(FORWARD_BITS)),
             "safe":              In(1),
             "adopt":             In(1),
             "mark":              In(1),
@@ -303,11 +309,22 @@ class Axis(wiring.Component):
                     + counter.error[-1]),
             negative.eq(counter.error[-1]),
         ]
+        # The velocity command: Er and the feed-forward.
+        total = Signal(signed(self.error_bits + 1))
+        told = Signal(self.error_bits)
+        backwards = Signal()
+        m.d.comb += total.eq(counter.error + self.forward)
+        m.d.sync += [
+            told.eq((total ^ total[-1].replicate(len(total))) + total[-1]),
+            backwards.eq(total[-1]),
+        ]
+        driven = Signal()  # the feed-forward moves the axis
+        m.d.sync += driven.eq(self.forward != 0)
         m.d.comb += [
             self.in_position.eq(size <= self.window),
 
-            dac.magnitude.eq(Mux(size[FULL_SCALE_BITS:].any(), FULL_SCALE, size)),
-            dac.reverse.eq(negative),
+            dac.magnitude.eq(Mux(told[FULL_SCALE_BITS:].any(), FULL_SCALE, told)),
+            dac.reverse.eq(backwards),
             dac.safe.eq(self.safe | self.mode_step),
             self.dac.eq(dac.pulse),
             self.dac_negative.eq(dac.negative),
@@ -323,8 +340,8 @@ class Axis(wiring.Component):
             supervision.tick.eq(self.tick),
             supervision.gain.eq(self.gain),
             supervision.size.eq(dac.magnitude),
-            supervision.negative.eq(negative),
-            supervision.standing.eq(self.in_position),
+            supervision.negative.eq(backwards),
+            supervision.standing.eq(self.in_position & ~driven),
             supervision.fp.eq(self.fp),
             supervision.fp_reverse.eq(self.fp_reverse),
             supervision.a.eq(encoder.a_level),

@@ -33,6 +33,8 @@ class Distributor(wiring.Component):
         The segment, as ``SegmentWindow`` has it.
     pi, pi_reverse : Out(axes)
         Axis pulses Pi, one clock each, and their direction: down.
+    pace : Out(32), along, across : Out(signed(34))
+        Place on the arc; see ``ArcDistributor``.
     """
 
     # Members that have the same name in the window.
@@ -56,6 +58,9 @@ class Distributor(wiring.Component):
             "state": In(ArcState()),
             "pi": Out(axes),
             "pi_reverse": Out(axes),
+            "pace": Out(32),
+            "along": Out(signed(34)),
+            "across": Out(signed(34)),
         })
 
     def follow(self, path):
@@ -85,6 +90,7 @@ class Distributor(wiring.Component):
                 "outward", "major", "minor", "divisor", "change", "enter")),
             *(getattr(arc.state, name).eq(getattr(self.state, name))
               for name in ArcState().members),
+            *(getattr(self, name).eq(getattr(arc, name)) for name in ("pace", "along", "across")),
         ]
         for axis in range(self.axes):
             m.d.comb += [

@@ -9,7 +9,9 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.motion.conservation import Conservation
 from rtl.motion.distribution import Distributor
+from rtl.motion.distributor import Travel
 from rtl.motion.feed import PathPulseGenerator
+from rtl.motion.feed_forward import FORWARD_BITS, FeedForward
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
 from rtl.motion.retraction import Happened, Retraction, State
@@ -74,6 +76,8 @@ class Motion(wiring.Component):
         Axis pulses, and their direction: down.
     downwards : Out(axes)
         Axes that the segment leads down.
+    forward : Out(signed(16)) x axes
+        Velocity feed-forward of the axes.
     mark : Out(1)
         A retraction has ended: the axes note their overshoot from here.
     entered : Out(1)
@@ -85,7 +89,7 @@ class Motion(wiring.Component):
 
     Attributes
     ----------
-    feed, ramp, path, distributor, retraction, conservation
+    feed, ramp, path, distributor, retraction, conservation, feed_forward
         The blocks, for tests and proofs to look at.
     """
 
@@ -101,6 +105,7 @@ class Motion(wiring.Component):
         self.distributor = Distributor(axes=axes)
         self.retraction = self.RETRACTION()
         self.conservation = Conservation()
+        self.feed_forward = FeedForward(axes=axes)
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
@@ -109,6 +114,7 @@ class Motion(wiring.Component):
                                         "in_position")},
             "cycle": In(32),
             "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
+            "forward": Out(signed(FORWARD_BITS)).array(axes),
             "mark": Out(1), "entered": Out(1), "event": Out(Happened),
             **{f"damaged_{what}": Out(1)
                for what in ("word", "segment", "place", "pulses", "rate")},
@@ -122,6 +128,7 @@ class Motion(wiring.Component):
         m.submodules.distributor = self.distributor
         m.submodules.retraction = self.retraction
         m.submodules.conservation = self.conservation
+        m.submodules.feed_forward = self.feed_forward
 
         load, drop = Signal(), Signal()
         m.d.comb += [
@@ -129,16 +136,18 @@ class Motion(wiring.Component):
             # Pulses still stored at a contact, or when the outputs become safe, are never moved.
             drop.eq(self.safe | self.gap.contact),
         ]
-        self._pulses(m, load, drop)
+        target = self._pulses(m, load, drop)
         self._window(m, load, drop)
+        self._ahead(m, target)
         self._program(m, load)
         self._tell(m)
         self._guard(m, drop)
         return m
 
     def _pulses(self, m, load, drop):
-        """Path pulses Ps at the rate of the retraction, and the ramp: Pp."""
+        """Path pulses Ps at the rate of the retraction, which is returned, and the ramp: Pp."""
         feed, ramp, retraction = self.feed, self.ramp, self.retraction
+        registers, back = self.registers.ramp, retraction.reverse
         target = retraction.target
         if self.creep:  # the highest rate while the machine leaves a limit switch
             creeps = Signal()
@@ -153,14 +162,42 @@ class Motion(wiring.Component):
             feed.load.eq(load | drop),
             feed.load_value.eq(Mux(load, 0, self.path.position)),
 
-            ramp.start_rate.eq(self.registers.ramp.start_rate),
-            ramp.acceleration.eq(self.registers.ramp.acceleration),
+            # The direction changes at rest, and no pulse comes in the 6 clocks that follow.
+            ramp.start_rate.eq(Mux(back, registers.back_start_rate, registers.start_rate)),
+            ramp.acceleration.eq(Mux(back, registers.back_acceleration, registers.acceleration)),
             ramp.target.eq(target),
             ramp.brake.eq(retraction.brake),
             ramp.ps.eq(feed.ps),
             ramp.room.eq(feed.room),
             ramp.ready.eq(self.path.ready),
             ramp.drop.eq(drop),
+        ]
+        return target
+
+    def _ahead(self, m, target):
+        """Velocity feed-forward of the axes."""
+        ahead, ramp, path = self.feed_forward, self.ramp, self.path
+        # Up to the start/stop speed the ramp tells no rate: pulses come at the target, or not.
+        rate = Signal(30)
+        with m.If(ramp.fast):
+            m.d.sync += rate.eq(ramp.speed)
+        with m.Elif(self.retraction.go & self.feed.room):
+            m.d.sync += rate.eq(Mux(target < ramp.start_rate, target, ramp.start_rate))
+        with m.Else():
+            m.d.sync += rate.eq(0)
+        m.d.comb += [
+            ahead.rate.eq(rate),
+            ahead.reverse.eq(self.retraction.reverse),
+            ahead.lead.eq(self.registers.ramp.lead),
+            ahead.ready.eq(path.ready),
+            *(getattr(ahead, name).eq(getattr(path, name))
+              for name in ("length", "arc", "major", "minor", "divisor")),
+            *(getattr(mine, name).eq(getattr(its, name))
+              for mine, its in zip(ahead.travel, path.travel, strict=True)
+              for name in Travel().members),
+            *(getattr(ahead, name).eq(getattr(self.distributor, name))
+              for name in ("pace", "along", "across")),
+            *(mine.eq(its) for mine, its in zip(self.forward, ahead.speed, strict=True)),
         ]
 
     def _window(self, m, load, drop):

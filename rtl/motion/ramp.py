@@ -69,6 +69,8 @@ class Ramp(wiring.Component):
         Pulses in, less pulses out.
     rate : Out(32)
         Speed of the ramp, 2**-32 pulse/clock, rounded down; below 2**30.
+    speed : Out(30)
+        Rate at which stored pulses leave: ``rate``, or ``target`` within a step of it.
     distance : Out(24)
         Braking distance, pulses.
     fast : Out(1)
@@ -102,6 +104,7 @@ class Ramp(wiring.Component):
     pull: Out(1)
     stored: Out(24)
     rate: Out(32)
+    speed: Out(30)
     distance: Out(24)
     fast: Out(1)
     steady: Out(1)
@@ -203,10 +206,9 @@ class Ramp(wiring.Component):
         full = room[32]
         leave = Signal()
         m.d.comb += leave.eq(full & some & self.ready)
-        speed = Signal(30)
-        m.d.comb += speed.eq(Mux(apart | below | slowing, self.rate, aim))
+        m.d.comb += self.speed.eq(Mux(apart | below | slowing, self.rate, aim))
         with m.If(leave | ~full):
-            m.d.sync += room.eq(room[:32] + speed)
+            m.d.sync += room.eq(room[:32] + self.speed)
         m.d.sync += self.pp.eq(leave)
         with m.If(self.ps != leave):
             m.d.sync += self.stored.eq(self.stored + Mux(leave, -1, 1))

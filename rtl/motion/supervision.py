@@ -50,10 +50,10 @@ def _size(a):
 class Supervision(wiring.Component):
     """Compares feedback pulses with a model of the drive, in force without any setting.
 
-    The drive is commanded a speed of ``gain`` times Er. In every tick the model's speed approaches
-    that command by 1/128 of the difference: a lag of 4 ms, as filter, current loop and speed loop
-    have. Within ``window`` the commanded speed counts as 0 unless Er is above 15, since a real
-    drive has an offset.
+    The drive is commanded a speed of ``gain`` times ``size``: Er with the feed-forward, as at the
+    DAC. In every tick the model's speed approaches that command by 1/128 of the difference: a lag
+    of 4 ms, as filter, current loop and speed loop have. While ``standing`` the commanded speed
+    counts as 0 unless ``size`` is above 15, since a real drive has an offset.
 
     ``check`` is raised, and stays until ``clear``, when one of these fails:
 
@@ -94,11 +94,11 @@ class Supervision(wiring.Component):
     tick : In(1)
         A tick of ``TICK_S``.
     gain : In(14)
-        Velocity gain of the position loop, in 2**-20 pulse/tick per pulse of Er.
+        Velocity gain of the position loop, in 2**-20 pulse/tick per pulse of ``size``.
     size : In(15), negative : In(1)
-        Magnitude and sign of Er, as at the DAC.
+        Magnitude and sign of the velocity command, as at the DAC.
     standing : In(1)
-        Er is within the window in which the axis is in position.
+        The axis is in position, and nothing but Er moves it.
     fp, fp_reverse : In(1)
         Feedback pulse and its direction.
     a, b : In(1)

@@ -8,18 +8,19 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.power.condition_switch import ConditionSwitch
+from rtl.power.settling import Settling
 
 __all__ = ["WORDS", "Condition"]
 
 # The words of a condition, by the registers in which they are staged: block, then name.
 WORDS = (
-    "power_level", "power_on_time", "power_off_time", "power_off_extra",
+    "power_level", "power_on_time", "power_wait_time", "power_off_time", "power_off_extra",
     "power_supply_voltage", "power_supply_negative",
     "gap_reference_open", "gap_reference_arc", "gap_reference_short",
     "gap_delay_least", "gap_criteria_current", "gap_criteria_delay", "gap_criteria_noise",
     "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
     "servo_counting_mode", "servo_counting_window", "servo_counting_weight",
-    "feed_no_load", "feed_reference_voltage", "feed_reference_drop",
+    "feed_no_load", "feed_reference_voltage", "feed_reference_drop", "feed_share",
 )
 SHORT_LEVEL = 122  # after reset: 12 V of 100, so that contact and stuck gates are seen at once
 
@@ -31,10 +32,17 @@ class Condition(wiring.Component):
     pulses. So no pulse mixes two conditions, and each pause belongs to its pulse. After reset all
     words are 0 (no current) except the short level.
 
+    ``latched`` and ``settled`` say whether the power supply and the comparators follow the words
+    in force. The words do not wait for that: if another condition comes meanwhile, the newest
+    one is taken, and the wait begins anew for what it changes. So a condition that was never
+    whole outside gets no pulse, and its successor is not late.
+
     Parameters
     ----------
     registers : mapping of str to wiring.Signature
         Register blocks, as their owner on the bus has them: those of ``WORDS``, and ``condition``.
+    latch, settle : int
+        See ``rtl.power.settling``.
 
     Members
     -------
@@ -46,6 +54,8 @@ class Condition(wiring.Component):
         The words in force.
     between, position : In, count, at, switched : Out
         See ``rtl.power.condition_switch``.
+    latched, settled : Out(1)
+        See ``rtl.power.settling``.
     """
 
     REPORTS = ("count", "at", "switched")
@@ -60,12 +70,15 @@ class Condition(wiring.Component):
             members[name] = Out(registers[block].members[register].shape, init=init)
         return wiring.Signature(members)
 
-    def __init__(self, *, registers: Mapping[str, wiring.Signature]):
+    def __init__(self, *, registers: Mapping[str, wiring.Signature], latch: int = 1,
+                 settle: int = 1):
         self.switch = ConditionSwitch()
+        self.settling = Settling(latch=latch, settle=settle)
         words, switch = self.in_force(registers), self.switch.signature.members
         super().__init__({
             "registers": In(registers["condition"]), "staged": In(words), "words": Out(words),
             **{name: switch[name] for name in ("between", "position", *self.REPORTS)},
+            "latched": Out(1), "settled": Out(1),
         })
 
     def stage(self, registers):
@@ -77,6 +90,7 @@ class Condition(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.switch = switch = self.switch
+        m.submodules.settling = settling = self.settling
         registers = self.registers
         m.d.comb += [
             switch.between.eq(self.between), switch.position.eq(self.position),
@@ -86,6 +100,13 @@ class Condition(wiring.Component):
             switch.depth.eq(registers.depth), switch.arm.eq(registers.depth_strobe),
             *(getattr(registers, f"status_{name}").eq(getattr(switch, name))
               for name in ("armed", "pending", "count")),
+            settling.supply.eq(Cat(self.words.power_supply_voltage,
+                                   self.words.power_supply_negative)),
+            settling.reference.eq(Cat(getattr(self.words, f"gap_reference_{name}")
+                                      for name in ("open", "arc", "short"))),
+            settling.longer.eq(registers.settle),
+            self.latched.eq(settling.latched), self.settled.eq(settling.settled),
+            registers.status_settled.eq(settling.latched & settling.settled),
         ]
         with m.If(switch.take):
             m.d.sync += [getattr(self.words, name).eq(getattr(self.staged, name))

@@ -12,7 +12,9 @@ class Limiter(wiring.Component):
     """Orders to the power supply, clamped to the limits of this build.
 
     ``allowed_level = min(level, level_max)``, ``allowed_on = min(on_time, on_max)``,
-    ``allowed_off = max(off_time, off_min)``, in the same clock. The limits are constants of the
+    ``allowed_off = max(off_time, off_min)``, in the same clock. ``allowed_wait = min(wait_time,
+    on_max - allowed_on)``: so waiting and on-time together are not above ``on_max`` either, and an
+    ignition that is not seen, or seen late, makes no longer pulse. The limits are constants of the
     netlist: software reads them (``limit_level``, ``limit_off``) and cannot change them. With
     ``rtl.power.pulse_generator`` they bound every main pulse; proof:
     ``testbench/formal/test_power.py``.
@@ -22,15 +24,15 @@ class Limiter(wiring.Component):
     level_max : int
         Highest current level, 0 to 63, in steps of the power supply.
     on_max : int
-        Longest on-time, 1 to 2**20 - 1, in clocks.
+        Longest main pulse, 1 to 2**20 - 1, in clocks.
     off_min : int
         Shortest off-time, 1 to 2**20 - 1, in clocks.
 
     Members
     -------
-    level : In(6), on_time : In(20), off_time : In(20)
+    level : In(6), on_time : In(20), wait_time : In(20), off_time : In(20)
         The values wanted.
-    allowed_level : Out(6), allowed_on : Out(20), allowed_off : Out(20)
+    allowed_level : Out(6), allowed_on : Out(20), allowed_wait : Out(20), allowed_off : Out(20)
         The same, clamped.
     limit_level : Out(6), limit_off : Out(20)
         ``level_max`` and ``off_min``.
@@ -52,15 +54,19 @@ class Limiter(wiring.Component):
         self.on_max = on_max
         self.off_min = off_min
         super().__init__({
-            "level": In(6), "on_time": In(20), "off_time": In(20),
-            "allowed_level": Out(6), "allowed_on": Out(20), "allowed_off": Out(20),
+            "level": In(6), "on_time": In(20), "wait_time": In(20), "off_time": In(20),
+            "allowed_level": Out(6), "allowed_on": Out(20), "allowed_wait": Out(20),
+            "allowed_off": Out(20),
             "limit_level": Out(6), "limit_off": Out(20),
         })
 
     def elaborate(self, platform):
         m = Module()
         level_max, on_max, off_min = C(self.level_max, 6), C(self.on_max, 20), C(self.off_min, 20)
+        rest = Signal(20)  # what the on-time leaves for the wait
         m.d.comb += [
+            rest.eq(on_max - self.allowed_on),
+            self.allowed_wait.eq(Mux(self.wait_time > rest, rest, self.wait_time)),
             self.allowed_level.eq(Mux(self.level > level_max, level_max, self.level)),
             self.allowed_on.eq(Mux(self.on_time > on_max, on_max, self.on_time)),
             self.allowed_off.eq(Mux(self.off_time < off_min, off_min, self.off_time)),

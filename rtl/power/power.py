@@ -12,9 +12,9 @@ from rtl.power.readback import ReadBack
 __all__ = ["Power"]
 
 # Members that are those of the pulse generator, or pass the limiter before it.
-TIMES = {"on_time": 20, "off_time": 20, "off_extra": 20, "sense_on": 16, "sense_off": 16,
-         "level": 6}
-SIGNS = ("cut", "abnormal", "current", "short")
+TIMES = {"on_time": 20, "wait_time": 20, "off_time": 20, "off_extra": 20, "sense_on": 16,
+         "sense_off": 16, "level": 6}
+SIGNS = ("cut", "abnormal", "ignited", "current", "short")
 
 
 class Power(wiring.Component):
@@ -22,6 +22,11 @@ class Power(wiring.Component):
 
     With ``machining`` there are main pulses or, while ``sensing`` is high, sensing pulses instead.
     Without it the discharge is off: there are sensing pulses while ``look`` is high, else none.
+
+    No pulse begins in the clock after one with ``latched`` low. While ``settled`` is low there are
+    no main pulses, but sensing pulses instead, as they would be with ``sensing``: so the guards
+    against a short stay awake until the comparators have their levels.
+
     With ``safe`` or ``quiet`` there is no pulse at all. Each of these takes the gates low in the
     same clock. So does every change of ``machining``, for at least that clock; then an off-time
     passes.
@@ -53,9 +58,14 @@ class Power(wiring.Component):
         The discharge is reduced to sensing pulses.
     look : In(1)
         Sensing pulses are wanted while the discharge is off.
+    latched, settled : In(1)
+        The power supply, and the comparators, follow the condition in force
+        (``rtl.power.settling``).
     safe, quiet : In(1)
         No pulses at all: outputs are safe, or the machine has halted.
-    level, on_time, off_time, off_extra, sense_on, sense_off, cut, abnormal : In
+    level, on_time, wait_time, off_time, off_extra, sense_on, sense_off : In
+        See ``rtl.power.pulse_generator``.
+    cut, abnormal, ignited : In(1)
         See ``rtl.power.pulse_generator``.
     current, short : In(1)
         Comparators of the gap.
@@ -83,7 +93,7 @@ class Power(wiring.Component):
         self.readback = ReadBack(clock_hz=clock_hz, **times)
         super().__init__({
             "machining": In(1), "sensing": In(1), "look": In(1), "safe": In(1), "quiet": In(1),
-            **{name: In(bits) for name, bits in TIMES.items()},
+            "latched": In(1), "settled": In(1), **{name: In(bits) for name, bits in TIMES.items()},
             **{name: In(1) for name in SIGNS}, "reference": In(10),
             "on": Out(1), "sense": Out(1), "level_out": Out(6), "between": Out(1),
             "forget": Out(1), "stuck": Out(1), "limit_level": Out(6), "limit_off": Out(20),
@@ -103,16 +113,17 @@ class Power(wiring.Component):
             self.forget.eq(changed | ~(self.machining | self.look)),
 
             limiter.level.eq(self.level), limiter.on_time.eq(self.on_time),
-            limiter.off_time.eq(self.off_time),
+            limiter.wait_time.eq(self.wait_time), limiter.off_time.eq(self.off_time),
             self.limit_level.eq(limiter.limit_level), self.limit_off.eq(limiter.limit_off),
 
             pulses.enable.eq((self.machining | self.look) & ~changed & ~self.safe & ~self.quiet),
-            pulses.sensing.eq(self.sensing | ~self.machining),
+            pulses.sensing.eq(self.sensing | ~self.machining | ~self.settled),
             pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
+            pulses.wait_time.eq(limiter.allowed_wait),
             pulses.off_time.eq(limiter.allowed_off),
             *(getattr(pulses, name).eq(getattr(self, name))
-              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal")),
-            pulses.live.eq(readback.live),
+              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal", "ignited")),
+            pulses.live.eq(readback.live | ~self.latched),
             self.on.eq(pulses.on), self.sense.eq(pulses.sense),
             self.level_out.eq(pulses.level_out), self.between.eq(pulses.between),
 

@@ -11,7 +11,11 @@ __all__ = ["PulseGenerator"]
 class PulseGenerator(wiring.Component):
     """Gates of the two sources of the power supply, by programmed on- and off-times.
 
-    There are two modes, main and sensing. A pulse lasts exactly the on-time of its mode. The pause
+    There are two modes, main and sensing. A sensing pulse lasts exactly its on-time. So does a main
+    pulse with ``wait_time`` 0. With another ``wait_time`` the on-time of a main pulse counts from
+    its ignition: from the first clock of the pulse with ``ignited`` high it goes on for exactly the
+    on-time, that clock included. Without any such clock it ends after the wait. So it is never
+    longer than ``wait_time + on_time - 1``, whatever ``ignited`` does. The pause
     after it is never shorter than the off-time of its mode, and exactly as long while ``enable`` is
     high and ``live`` low. ``sensing`` in the clock before a pulse decides its mode, so the gates
     are never both high and change only over an off-time.
@@ -28,8 +32,9 @@ class PulseGenerator(wiring.Component):
     begins an off-time anew: the first pulse comes one off-time after ``enable`` rose. The first
     pulse after reset comes after an off-time, too.
 
-    A time of 0 counts as 1. A time is read in the clock before it begins. ``level`` is held for a
-    whole pulse: it is read in the clock before the pulse.
+    A time of 0 counts as 1, but for ``wait_time``. A time is read in the clock before it begins.
+    ``level`` and the times of a main pulse are held for the whole pulse: they are read in the clock
+    before it.
 
     Members
     -------
@@ -39,6 +44,11 @@ class PulseGenerator(wiring.Component):
         Sensing pulses are wanted, not main pulses.
     on_time, off_time : In(20)
         Main pulses, in clocks.
+    wait_time : In(20)
+        Longest wait of a main pulse for its ignition, in clocks; 0: the on-time counts from the
+        gate.
+    ignited : In(1)
+        The main pulse burns now. It has no effect on a sensing pulse or without ``wait_time``.
     off_extra : In(20)
         More off-time after an abnormal main pulse, in clocks. Read in the clock before it begins.
     sense_on, sense_off : In(16)
@@ -67,6 +77,8 @@ class PulseGenerator(wiring.Component):
     sensing: In(1)
     on_time: In(20)
     off_time: In(20)
+    wait_time: In(20)
+    ignited: In(1)
     off_extra: In(20)
     sense_on: In(16)
     sense_off: In(16)
@@ -87,6 +99,10 @@ class PulseGenerator(wiring.Component):
         probe = Signal()       # the last pulse was a sensing pulse
         level = Signal(6)
         remaining = Signal(21)  # clocks left of the present time, this one included; 0 counts as 1
+        waiting = Signal()     # the main pulse has not ignited before this clock
+        burning = Signal(20)   # the on-time that will then begin
+        left = Signal(21)      # as remaining, once it is known whether the pulse ignites now
+        lights = Signal()
         m.d.comb += [
             self.on.eq(self.enable & pulse & ~probe),
             self.sense.eq(self.enable & pulse & probe),
@@ -97,22 +113,29 @@ class PulseGenerator(wiring.Component):
         ends = Signal()
         m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time)
                            + Mux(self.on & self.abnormal, self.off_extra, 0))
-        m.d.comb += ends.eq((remaining <= 1)
+        m.d.comb += [
+            lights.eq(pulse & waiting & self.ignited),
+            left.eq(Mux(lights, burning, remaining)),
+        ]
+        m.d.comb += ends.eq((left <= 1)
                             | (~probe & ((self.cut & self.abnormal) | self.sensing)))
 
         m.d.comb += self.between.eq(~pulse & (~self.enable | ~ready | (remaining > 1) | self.live))
 
         m.d.sync += ready.eq(1)
         with m.If(~self.enable | ~ready | (pulse & ends)):
-            m.d.sync += [pulse.eq(0), remaining.eq(off)]
-        with m.Elif(remaining > 1):
-            m.d.sync += remaining.eq(remaining - 1)
+            m.d.sync += [pulse.eq(0), waiting.eq(0), remaining.eq(off)]
+        with m.Elif(left > 1):
+            m.d.sync += [remaining.eq(left - 1), waiting.eq(waiting & ~lights)]
         with m.Elif(~self.live):
             m.d.sync += [
                 pulse.eq(1),
                 probe.eq(self.sensing),
                 level.eq(self.level),
-                remaining.eq(Mux(self.sensing, self.sense_on, self.on_time)),
+                burning.eq(self.on_time),
+                waiting.eq(~self.sensing & (self.wait_time != 0)),
+                remaining.eq(Mux(self.sensing, self.sense_on,
+                                 Mux(self.wait_time != 0, self.wait_time, self.on_time))),
             ]
 
         return m

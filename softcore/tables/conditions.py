@@ -9,7 +9,9 @@ They are for copper on steel in hydrocarbon oil with a positive electrode, from 
 roughing. One IP is 1.5 A (the unit of CN 1112469 A). On-times follow the usual practice of 10 us/A.
 Off-times keep the duty factor between one third and two thirds. After an arc or a short the
 off-time is doubled. The numbers were fixed before any tape was tuned on them. The last conditions
-are for wire: short pulses with long pauses, and a negative electrode.
+are for wire: short pulses with long pauses, and a negative electrode. 520 and 530 are 500 and 510
+with the on-time from the ignition; their wait is half of the off-time, as the mean voltage needs it
+(docs/reference/gap.md).
 """
 
 import math
@@ -53,7 +55,9 @@ USUAL = Voltages(open_v=80, open_percent=75, arc_v=20, short_v=12, step=50)
 class Condition:
     """A row: its number (C), current in 1/1000 IP, times in us, polarity of the electrode.
 
-    ``rest_us`` is added to the off-time after an arc or a short.
+    ``rest_us`` is added to the off-time after an arc or a short. With ``from_ignition`` the on-time
+    counts from the ignition, and the pulse waits for it for up to ``wait_us``, or without it for as
+    long as the on-time.
     """
 
     number: int
@@ -62,6 +66,8 @@ class Condition:
     off_us: int
     rest_us: int
     negative: bool = False
+    from_ignition: bool = False
+    wait_us: int = 0
 
 
 CONDITIONS: tuple[Condition, ...] = (
@@ -73,6 +79,10 @@ CONDITIONS: tuple[Condition, ...] = (
     Condition(number=150, milli_ip=12000, on_us=200, off_us=100, rest_us=100),
     Condition(number=500, milli_ip=8000, on_us=5, off_us=40, rest_us=40, negative=True),
     Condition(number=510, milli_ip=2000, on_us=3, off_us=30, rest_us=30, negative=True),
+    Condition(number=520, milli_ip=8000, on_us=5, off_us=40, rest_us=40, negative=True,
+              from_ignition=True, wait_us=20),
+    Condition(number=530, milli_ip=2000, on_us=3, off_us=30, rest_us=30, negative=True,
+              from_ignition=True, wait_us=15),
 )
 
 

@@ -211,15 +211,15 @@ SETTINGS: tuple[Setting, ...] = (
          "reference.", guards=False),
     _set(448, "law_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
          "Distance over which G95 P4 takes a mean.", guards=False),
-    _set(449, "law_longest_ms", "feed P4: longest time of a unit distance", "ms", (1000, 1, 60_000),
-         "gap", "If the unit distance takes longer than this time, G95 P4 takes the mean over the "
-         "time.", guards=False),
+    _set(449, "law_longest_ms", "feed P4, P5: longest time of a unit distance", "ms",
+         (1000, 1, 60_000), "gap", "If the unit distance takes longer than this time, "
+         "G95 P4 and P5 measure over the time.", guards=False),
     _set(450, "law_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
          "A lower Ex counts as this value in G95 P4.", guards=False),
-    _set(451, "law_ratio_lowest", "feed P4: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
-         "Lowest Es/Ex of G95 P4; a lower ratio counts as this.", guards=False),
-    _set(452, "law_ratio_highest", "feed P4: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
-         "Highest Es/Ex of G95 P4; a higher ratio counts as this.", guards=False),
+    _set(451, "law_ratio_lowest", "feed P4, P5: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
+         "Lowest Es/Ex of G95 P4 and P5; a lower ratio counts as this.", guards=False),
+    _set(452, "law_ratio_highest", "feed P4, P5: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
+         "Highest Es/Ex of G95 P4 and P5; a higher ratio counts as this.", guards=False),
     _set(453, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
          (0, 0, 1), "gap", "Source of the no-load voltage of G95 P4. 0: calculated from the "
          "condition. 1: measured at the gap, whenever it is open for long enough.", guards=False),
@@ -238,6 +238,40 @@ SETTINGS: tuple[Setting, ...] = (
          "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
+    _set(464, "short_mean_mv", "short: by a mean voltage below this (0 by pulses)", "mV",
+         (0, 0, 90_000), "detector", "The gap counts as shorted when the mean of its voltage, "
+         "off-time included, is below this, as in the prior art of the fourth patent. 0: when so "
+         "many pulses were shorted (`${short_needed}`). Either way `${clear_needed}` ends it. A "
+         "preset must be well above 0 and well below the mean while machining."),
+    _set(465, "short_mean_us", "short: time of that mean", "us", (5000, 50, 300_000), "detector",
+         "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on. If the "
+         "converter takes few samples in it (one in 1.4 us on a board, 17 us in the simulation), "
+         "the mean scatters, and a sound gap may count as shorted."),
+    _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
+         "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
+         "than the contact of electrode and work along the path.", guards=False),
+    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (100, 0, 100),
+         "loop", "Share of the path's speed that goes to the drives at once, beside the position "
+         "loop. 100: in even motion the axes follow without lag. 0: the plain loop of the first "
+         "patent, in which an axis moves only as far as it lags."),
+    _set(470, "back_acceleration_mm_s2", "way back: acceleration (0 as forward)", "mm/s2",
+         (0, 0, 100_000), "motion", "Acceleration along the path on the way back, above "
+         "`${back_start_speed_um_s}`. 0: that of `${acceleration_mm_s2}`."),
+    _set(471, "back_start_speed_um_s", "way back: start/stop speed (0 as forward)", "um/s",
+         (0, 0, 1_000_000), "motion", "Start/stop speed on the way back. 0: that of "
+         "`${start_speed_um_s}`."),
+    _set(480, "ignition_lag_ns", "gap: delay of comparators and driver at an ignition", "ns",
+         (0, 0, 100_000), "gap", "A condition with A1 counts its on-time from the ignition. The "
+         "discharge burns longer by the delay from the gap to the comparator's pin and from the "
+         "gate's pin to the gap; this time is subtracted. The delay of the controller's own pads, "
+         "4 clocks, always is."),
+    _set(490, "jog_silence_ms", "jog: longest silence of the host", "ms", (500, 50, 5000),
+         "program", "A jog ends when for this time neither `?` nor a jog has come from the host, "
+         "as when its cable is pulled."),
+    _set(510, "follow_us", "wait for supply and comparators (0 as built)", "us", (0, 0, 300_000),
+         "detector", "The first discharge pulse after a change of open voltage, polarity or a "
+         "level of the comparators waits at least so long. The times of the board are never "
+         "shortened."),
 )
 
 

@@ -2,14 +2,17 @@
 """All planted breaks, and the changes that have no visible effect."""
 
 from testbench.breaks.harness import Break, Equivalent
+from testbench.breaks.table_boards import BOARDS
 from testbench.breaks.table_link import LINK
 from testbench.breaks.table_machine import MACHINE
 from testbench.breaks.table_motion import MOTION
+from testbench.breaks.table_panel import PANEL
+from testbench.breaks.table_plant import PLANT
 from testbench.breaks.table_safety import SAFETY
 
 __all__ = ["EQUIVALENT", "SHORT", "TABLE"]
 
-TABLE: tuple[Break, ...] = SAFETY + MOTION + MACHINE + LINK
+TABLE: tuple[Break, ...] = SAFETY + MOTION + MACHINE + LINK + PANEL + PLANT + BOARDS
 
 WINDOW = ("testbench/unit/firmware/test_path.py::test_window_moves_under_a_moving_machine",
           "testbench/unit/firmware/test_path.py::test_window_holds_what_is_commanded")

@@ -10,8 +10,50 @@ MACHINE = "unit/firmware/test_machine.py"
 TALK = "unit/firmware/test_link.py"
 STATUS = "unit/firmware/test_status.py"
 OVERRIDE = "unit/firmware/test_override.py"
+JOG = "unit/firmware/test_jog.py"
 
 LINK = (
+    *breaks_of(
+        "softcore/firmware/app/jogging.c", JOG,
+        ("fault_at(f, FAULT_BUSY, 0, \"the machine is locked",
+         "fault_at(f, FAULT_LOCKED, 0, \"the machine is locked",
+         "a locked machine answers as grbl"),
+        ("    (void)machine_hold(true, 0);\n", "", "a cancelled jog stops"),
+        ("    flushes = flushes || lines_are_due();\n", "", "jogs that wait are cancelled too"),
+        ("    program_cancel_jog();\n", "", "the jog that waits for room is cancelled"),
+        (" && jog_silent()", " && false", "a pulled cable ends a jog"),
+        ("    if (!done || !meter_rests()", "    if (!done",
+         "the state is Jog until the axes rest"),
+        ("        control_end_jog();\n", "        (void)machine_hold(false, 0);\n",
+         "what was left of the path is forgotten"),
+        ("    return jog_active() || status_idle() ||", "    return true ||",
+         "a jog needs Idle or Jog"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/status.c", JOG,
+        ("meter_rests() && !machine_machining() &&", "meter_rests() &&",
+         "no jog with the discharge on"),
+    ),
+    *breaks_of(
+        "softcore/firmware/interp/jog_words.c", JOG,
+        ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
+         "no jog leads beyond the limits"),
+        ("    after->incremental = state->incremental;\n", "", "a jog changes no mode"),
+        ("machine ? 0 : after->offset[axis]", "after->offset[axis]",
+         "G53 counts in the machine's frame"),
+        ("fault_at(f, FAULT_JOG, b->g[i].column,", "fault_at(f, FAULT_MODAL, b->g[i].column,",
+         "another code is error 16"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/program.c", JOG,
+        ("    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {",
+         "    if (!program_jogs() &&\n"
+         "        !machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {",
+         "no jog after a lost position"),
+        ("        override_step(); /* no override scales a jog */\n", "",
+         "no override scales a jog"),
+        ("!path_at_front() || jog_active()", "!path_at_front()", "a tape waits for a jog's end"),
+    ),
     *breaks_of(
         "softcore/firmware/link/lines.c", "unit/firmware/test_lines.py",
         ("until_end || until_quiet ? STALE", "until_end ? STALE", "the rest of a line is no line"),

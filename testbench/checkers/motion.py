@@ -19,6 +19,7 @@ OF_RETRACTION = (*Retraction.DATA, "commit_strobe")
 OF_PATH = {"ahead": "ahead", "behind": "behind", "back_limit": "back_limit",
            "select": "slot_select", "select_strobe": "slot_select_strobe", "data": "slot_data",
            "data_strobe": "slot_data_strobe", "load": "origin_strobe", "load_slot": "origin"}
+OF_RAMP = ("start_rate", "acceleration", "back_start_rate", "back_acceleration")
 OF_GAP = ("shorted", "completed", "discharging", "servo", "up", "down", "step", "wait", "contact")
 OF_OTHERS = ("hold", "safe", "in_position", "cycle", "backpressure")
 FREE = {"commit_valid": "commit", "run": "control_run"}
@@ -44,8 +45,8 @@ class Motion(wiring.Component):
         As ``path_origin`` of the registers: it acts at rest only.
     fast_ahead, fast_behind : In(signed(32))
         Next places at which the machine must be slow; written in every clock.
-    start_rate, acceleration : In(30)
-        Inputs of the ramp.
+    start_rate, acceleration, back_start_rate, back_acceleration : In(30), lead : In(27)
+        The registers of the ramp.
     axis : Out(signed(32)) x axes
         Sum of the axis pulses Pi.
     contact : In(1)
@@ -64,7 +65,8 @@ class Motion(wiring.Component):
                  "fast_ahead", "fast_behind")
         super().__init__({name: In(next(members[name].shape for members in within
                                         if name in members)) for name in names} | {
-            "start_rate": In(30), "acceleration": In(30), "axis": Out(signed(32)).array(axes),
+            **{name: In(30) for name in OF_RAMP}, "lead": In(27),
+            "axis": Out(signed(32)).array(axes),
         })
 
     def elaborate(self, platform):
@@ -85,8 +87,8 @@ class Motion(wiring.Component):
             registers.path.fast_behind.eq(self.fast_behind),
             registers.path.fast_slot.eq(registers.path.slot),
             registers.path.fast_slot_strobe.eq(1),
-            registers.ramp.start_rate.eq(self.start_rate),
-            registers.ramp.acceleration.eq(self.acceleration),
+            *(getattr(registers.ramp, name).eq(getattr(self, name))
+              for name in (*OF_RAMP, "lead")),
             *(getattr(joined.gap, name).eq(getattr(self, name)) for name in OF_GAP),
             joined.gap.feed.eq(joined.gap.rate),
             *(getattr(joined, name).eq(getattr(self, name)) for name in OF_OTHERS),

@@ -56,11 +56,12 @@ class Bench:
 
     ``segments`` are ``(length, rate, travel of each axis)``; the first ``before`` of them lie
     before coordinate 0. ``offset`` moves all coordinates, to make them wrap. ``highest`` has the
-    bounds of segments by their number, 2**-28 pulse/clock.
+    bounds of segments by their number, 2**-28 pulse/clock. ``back`` is the ramp of the way back, if
+    it has its own.
     """
 
     def __init__(self, dut, segments, gap, *, before=0, offset=0, start_rate=START_RATE,
-                 acceleration=1, highest=None):
+                 acceleration=1, highest=None, back=None):
         self.dut = dut
         self.segments = segments
         self.before = before
@@ -68,6 +69,7 @@ class Bench:
         self.offset = offset
         self.highest = highest or {}
         self.ramp = start_rate, acceleration
+        self.back = back or self.ramp
         ends = list(accumulate(length for length, _, _ in segments))
         self.origin = ends[before - 1] if before else 0
         self.borders = [0 - self.origin] + [end - self.origin for end in ends]
@@ -110,7 +112,7 @@ class Bench:
         """Load the path and the data, and run."""
         dut = self.dut
         self.set(ctx, start_rate=self.ramp[0], acceleration=self.ramp[1], gain=10, in_position=1,
-                 settle=20)
+                 settle=20, back_start_rate=self.back[0], back_acceleration=self.back[1])
         for slot, (length, rate, travel) in enumerate(self.segments):
             self.set(ctx, select=slot % SLOTS, select_strobe=1)
             await ctx.tick()

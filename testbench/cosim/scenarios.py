@@ -85,7 +85,7 @@ SCENARIOS = (
     Scenario(tapes.hard_work),
     Scenario(programs.begins, {"on": "wire", "tape": "wire_slot", "until_s": 1.0}, "wire"),
     *(Scenario(programs.begins, {"on": "wall", "tape": f"wire_finish_p{mode}", "until_s": 1.8},
-               "wall") for mode in (2, 3, 4)),
+               "wall") for mode in (2, 3, 4, 5)),
     Scenario(programs.planned_series),
     # To the first natural short, a jump, and the alarm; in both codes.
     Scenario(tapes.natural, {"name": "sink_shallow_deep.ptp", "until_s": 3.1}),

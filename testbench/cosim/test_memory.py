@@ -40,7 +40,7 @@ def region(kind):
         ring, extent = symbols["ring"]
         return [place for place in range(begin, end, 4) if not ring <= place < ring + extent]
     begin, extent = symbols["ring" if kind == "path" else "main"]
-    return range(begin, begin + extent & -4, 4)
+    return range(begin + 3 & -4, begin + extent & -4, 4)
 
 
 @pytest.mark.parametrize(("kind", "bit"), [

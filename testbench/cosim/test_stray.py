@@ -25,15 +25,17 @@ def roam(stray, actions):
     finally:
         stray.close()
     print(f"{stray.actions} actions: {stray.lines} lines, {stray.answers} answers, {stray.moves} "
-          f"motions asked for, {stray.resets} resets, {stray.visits} connections")
+          f"motions asked for, {stray.resets} resets, {stray.visits} connections, "
+          f"{stray.jogs} jogs, {stray.ended} times ended on the way")
     assert stray.answers > actions / 2
     assert stray.moves > actions / 10
     assert stray.visits > actions / 50
+    assert stray.jogs > actions / 10
 
 
 def on_the_firmware(seed, actions):
     print(f"seed {seed}")
-    roam(Stray(Machinery(), seed), actions)
+    roam(Stray(Machinery(pulses_per_pass=50), seed), actions)   # F600
 
 
 def on_the_machine(seed, actions):

@@ -48,7 +48,7 @@ def bend_code(job: Job, rng: random.Random) -> str:
     """Invert a bit in every word of the main loop: the word that is read first shows it."""
     bit = rng.randrange(33)
     begin, extent = firmware_symbols()[LOOP]
-    for address in range(begin, begin + extent & -4, 4):
+    for address in range(begin + 3 & -4, begin + extent & -4, 4):
         job.session.flip(address, bit)
     job.session.send(b"?")
     return f"bit {bit}"

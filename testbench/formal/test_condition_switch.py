@@ -32,6 +32,8 @@ class SwitchContract(wiring.Component):
     enable: In(1)
     sensing: In(1)
     on_time: In(20)
+    wait_time: In(20)
+    ignited: In(1)
     off_time: In(20)
     sense_on: In(16)
     sense_off: In(16)
@@ -50,8 +52,8 @@ class SwitchContract(wiring.Component):
         ]
         for name in ORDERS:
             m.d.comb += getattr(switch, name).eq(getattr(self, name))
-        for name in ("enable", "sensing", "on_time", "off_time", "sense_on", "sense_off",
-                     "abnormal", "live"):
+        for name in ("enable", "sensing", "on_time", "wait_time", "ignited", "off_time", "sense_on",
+                     "sense_off", "abnormal", "live"):
             m.d.comb += getattr(pulses, name).eq(getattr(self, name))
 
         ready = Signal()

@@ -74,6 +74,7 @@ class InterlockContract(wiring.Component):
             power.safe.eq(interlock.safe),
             power.sensing.eq(self.sensing), power.look.eq(self.look),
             power.current.eq(self.current), power.short.eq(1),
+            power.latched.eq(1), power.settled.eq(1),
             interlock.gate.eq(self.gate | power.stuck),
         ]
         for name in (*AT_ONCE, "estop", "limit_low", "limit_high", "fluid_low", "fluid_required",

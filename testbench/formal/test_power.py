@@ -24,7 +24,11 @@ class PowerContract(wiring.Component):
     look: In(1)
     safe: In(1)
     quiet: In(1)
+    latched: In(1)
+    settled: In(1)
     on_time: In(20)
+    wait_time: In(20)
+    ignited: In(1)
     off_time: In(20)
     sense_on: In(16)
     sense_off: In(16)
@@ -63,8 +67,18 @@ class PowerContract(wiring.Component):
             m.d.comb += Assert(self.machining | self.look)
         m.d.comb += [Cover(power.sense & self.machining), Cover(power.sense & ~self.machining)]
 
+        # None begins before the outside follows the condition.
+        was, latched, settled = Signal(2), Signal(), Signal()
+        m.d.sync += [was.eq(Cat(power.on, power.sense)), latched.eq(self.latched),
+                     settled.eq(self.settled)]
+        with m.If((power.on & ~was[0]) | (power.sense & ~was[1])):
+            m.d.comb += Assert(latched)
+        with m.If(power.on):
+            m.d.comb += Assert(settled)
+        m.d.comb += Cover(power.sense & self.machining & ~settled)
+
     def _limits(self, m, power):
-        """Pulses by their times."""
+        """Pulses by their times. The signal of the ignition may come at any time, or never."""
         burning = Signal(range(LONGEST + 2))              # clocks of this pulse before this one
         resting = Signal(range(SHORTEST + 1))             # clocks since the last main pulse
         m.d.sync += burning.eq(Mux(power.on, burning + (burning <= LONGEST), 0))
@@ -72,7 +86,14 @@ class PowerContract(wiring.Component):
         before, probe, level = Signal(), Signal(), Signal(6)
         cut, sensing = Signal(), Signal()
         m.d.sync += [before.eq(power.on), probe.eq(power.sense), level.eq(power.level_out),
-                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing)]
+                     cut.eq(self.cut & self.abnormal), sensing.eq(self.sensing | ~self.settled)]
+        waited, lit = Signal(), Signal()    # the pulse began so; it has ignited before
+        with m.If(~power.on):
+            m.d.sync += [waited.eq(self.wait_time != 0), lit.eq(0)]
+        with m.Else():
+            m.d.sync += lit.eq(lit | self.ignited)
+        m.d.comb += [Cover((burning == LONGEST) & waited & lit),
+                     Cover((burning == LONGEST - 1) & waited & ~lit & ~power.on)]
         with m.If(power.on):
             m.d.comb += [Assert(burning < LONGEST), Assert(power.level_out <= LEVEL),
                          Assert(~probe)]

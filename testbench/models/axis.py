@@ -48,6 +48,8 @@ class Axis:
     following_stopped: bool = False
     following_moving: bool = False
     seen: int = 0  # Er, one clock old
+    told: int = 0  # ... with the feed-forward of that clock
+    driven: bool = False
 
     @property
     def resting(self) -> bool:
@@ -59,14 +61,15 @@ class Axis:
             return (-1 if self.step_dir.dir else 1) * self.step_dir.taken
         return -self.pulse if mode_reverse else self.pulse
 
-    def tick(self, *, pi=0, a=0, b=0, safe=False, adopt=False, mark=None, follow_stopped=1 << 17,
-             follow_moving=1 << 17, mode_step=False, mode_reverse=False, times=(2, 2, 2),
-             tick=False, gain=0, window=1) -> None:
+    def tick(self, *, pi=0, forward=0, a=0, b=0, safe=False, adopt=False, mark=None,
+             follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
+             mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1) -> None:
         """Go on by one clock; ``mark`` is None, or whether the travel at the mark was down."""
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe
         self.supervision.clock(
-            tick=tick, gain=gain, er=self.seen, standing=abs(self.seen) <= window, fp=fp,
+            tick=tick, gain=gain, er=self.told,
+            standing=abs(self.seen) <= window and not self.driven, fp=fp,
             a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
             clear=adopt)
 
@@ -75,7 +78,7 @@ class Axis:
         self.following_moving = far and not self.resting
         self.quiet = 0 if pi else None if self.quiet is None else self.quiet + 1
 
-        velocity = max(-FULL_SCALE, min(FULL_SCALE, self.seen))
+        velocity = max(-FULL_SCALE, min(FULL_SCALE, self.told))
         self.dac.tick(velocity, safe or mode_step)
         width, space, setup = times
         self.step_dir.tick(self.counter.error, width=width, space=space, setup=setup,
@@ -83,6 +86,7 @@ class Axis:
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error
+        self.told, self.driven = self.seen + forward, forward != 0
         self.counter.tick(pi, fp, adopt)
         if mark is not None:
             self.overshoot.set(self.counter.commanded, mark)

@@ -20,7 +20,9 @@ __all__ = ["Dialect", "DialectError", "Meaning"]
 LIMIT = 1 << 28         # pulses: furthest position in any frame
 HIGHEST = 1_800_000     # um/min: what the machine is set to
 TIMES = {100: (15, 25), 110: (30, 30), 120: (60, 40), 130: (100, 50), 140: (150, 75),
-         150: (200, 100), 500: (5, 40), 510: (3, 30)}   # of the conditions, us
+         150: (200, 100), 500: (5, 40), 510: (3, 30),
+         520: (5, 40), 530: (3, 30)}   # of the conditions, us
+WAITS = {520: 20, 530: 15}          # for the ignition, us
 CONDITIONS = set(TIMES)
 ENTERED = 16            # conditions that can be entered
 # Words of a condition on how pulses are counted and judged, with their ranges.
@@ -85,7 +87,7 @@ class Dialect:
         self.tape = {}
         self.jump = {"P": 0, "L": 0, "R": 0, "H": 0}
         self.condition = 0
-        self.table = {}         # rows entered: times, voltages, open level and references in mV
+        self.table = {}         # rows entered; the last two are references in mV
         self.references = 0, 0  # Vs and Es of the condition in force
         self.depth_series = []        # steps: depth, and Vs and Es of the condition there
         self.machining, self.servo, self.served = False, 0, 0
@@ -235,8 +237,9 @@ class Dialect:
             whole(words, "H", 50, 100)
             return
         number = int(words.pop("C"))
-        usual = (*TIMES.get(number, (0, 0)), 80, 75, 0, 0)
-        on, off, open_v, percent, *references = self.table.get(number, usual)
+        usual = (*TIMES.get(number, (0, 0)), 80, 75,
+                 int(number in WAITS), WAITS.get(number, 0), 0, 0)
+        on, off, open_v, percent, ignition, wait, *references = self.table.get(number, usual)
         if "I" in words:
             require(not words["I"].is_signed(), "sign")
             milli_ip = rounded(words.pop("I") * 1000)
@@ -247,6 +250,11 @@ class Dialect:
             whole(words, letter, lowest, highest)
         row = (whole(words, "P", 1, 2000, on), whole(words, "Q", 1, 20_000, off),
                whole(words, "E", 20, 300, open_v), whole(words, "H", 1, 99, percent))
+        ignition = whole(words, "A", 0, 1, ignition)
+        require(ignition or "B" not in words, "B without A1")
+        wait = whole(words, "B", 0, 2000, wait) if ignition else 0
+        longest = (wait or row[0]) if ignition else row[0]
+        require(not ignition or row[0] + longest <= 2000, "wait and on-time")
         polarity = words.pop("K", Decimal(1))
         require(abs(polarity) == 1 and polarity.as_tuple().exponent == 0, "polarity")
         if "L" in words:
@@ -256,9 +264,9 @@ class Dialect:
         require(row[2] * row[3] * 50 > 20 * 100 * 100, "levels")
         references = [rounded(words.pop(letter) * 1000) if letter in words else kept
                       for letter, kept in zip("VU", references, strict=True)]
-        no_load = row[2] * 1000 * row[0] // (row[0] + row[1])
+        no_load = row[2] * 1000 * longest // (longest + row[1])
         require(all(not mv or mv < no_load for mv in references), "reference")
-        row += tuple(references)
+        row += (ignition, wait, *references)
         self.table[number] = row
         require(len(self.table) <= ENTERED, "too many")
 

@@ -7,7 +7,7 @@ Ref: ISO 6983-1; docs/reference/programs.md.
 import re
 from decimal import ROUND_HALF_UP, Decimal
 
-SIGNED, NAMES, OTHERS = set("XYZIJKR"), set("NOCDST"), set("GMFPLHEQUVW")
+SIGNED, NAMES, OTHERS = set("XYZIJKR"), set("NOCDST"), set("GMFPLHEQUVWAB")
 _NUMBER = re.compile(r"[ \t]*([+-]?)(\d+\.?\d*|\.\d+)")
 
 

@@ -26,6 +26,7 @@ class Rules:
     use_current: int = 0
     use_delay: int = 0
     use_noise: int = 0
+    from_ignition: int = 0
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,12 @@ class Discriminator:
     last: int = OPEN
     source: str = ""
     pulse: list = field(default_factory=list)  # the clocks so far
+    rules: Rules = field(default_factory=Rules)
 
     def clock(self, *, on, sense, rules, **levels):
         """Return ``(sample or None, shorted_now, abnormal)`` of this clock, and go to the next."""
         source = "main" if on else "sense" if sense else ""
+        self.rules = rules
         sample = None
         if source != self.source:
             sample = self._classify(rules)
@@ -62,13 +65,27 @@ class Discriminator:
             self.last = sample.kind
         return (sample, *self._now(rules))
 
+    def _blanked(self, rules):
+        """Clocks of the pulse so far in which the comparators do not count."""
+        if self.source == "main" and rules.from_ignition:
+            for number, clock in enumerate(self.pulse, 1):
+                if rules.use_current or clock.high:
+                    return min(rules.blanking, number)
+        return rules.blanking
+
     def _ignition(self, rules):
         """Number of the clock in which the main pulse ignites, or None."""
+        blanked = self._blanked(rules)
         for number, clock in enumerate(self.pulse):
             lit = clock.current if rules.use_current else not clock.high
-            if number >= rules.blanking and lit:
+            if number >= blanked and lit:
                 return number
         return None
+
+    @property
+    def ignited(self):
+        """Whether the main pulse had ignited in the clock of the last call."""
+        return self.source == "main" and self._ignition(self.rules) is not None
 
     def _readable(self, rules):
         """The clocks in which arc and short levels count."""
@@ -88,7 +105,7 @@ class Discriminator:
         return bool(seen[-1].short), abnormal
 
     def _classify(self, rules):
-        if len(self.pulse) <= rules.blanking:
+        if len(self.pulse) <= self._blanked(rules):
             return None
         sensing = self.source == "sense"
         seen = self._readable(rules)

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 STATUS, HOLD, RESUME, RESET, RETRACT = 0x3F, 0x21, 0x7E, 0x18, 0xB0
 DOOR = 0x84             # as a hold
 STOP = 0x9E
-NOTHING = {0x85, *range(0x98, 0x9E), 0x9F, 0xA0, 0xA1}   # of grbl: end of a jog, spindle, coolant
-NOTES = {"status": STATUS, "hold": HOLD, "resume": RESUME, "retract": RETRACT, "stop": STOP}
+CANCEL = 0x85           # of a jog
+NOTHING = {*range(0x98, 0x9E), 0x9F, 0xA0, 0xA1}         # of grbl: spindle, coolant
+NOTES = {"status": STATUS, "hold": HOLD, "resume": RESUME, "retract": RETRACT, "stop": STOP,
+         "cancel": CANCEL}
 FEED = {0x91: 10, 0x92: -10, 0x93: 1, 0x94: -1}     # override of the feed, in percent; 0x90: to 100
 RAPID = {0x95: 100, 0x96: 50, 0x97: 25}
 OVERRIDES = {0x90, *FEED, *RAPID}

@@ -70,6 +70,11 @@ class Ramp:
     def near(self) -> bool:
         return self.known and not self.below and not self.apart
 
+    @property
+    def speed(self) -> int:
+        """Rate at which stored pulses leave."""
+        return self.aim if self.near and not self.slower else self.rate
+
     def pull(self, ps: int) -> bool:
         """A pulse is asked for in the clock to come, which has ``ps``."""
         return self.slower and not self.stored and not ps
@@ -85,8 +90,7 @@ class Ramp:
         leave = self.credit >= PULSE and self.stored > 0 and ready
         falls = drop or (slower and not self.stored and not ps and not room)
         if self.credit < PULSE or leave:
-            self.credit = (self.credit % PULSE
-                           + (self.aim if self.near and not slower else self.rate))
+            self.credit = self.credit % PULSE + self.speed
         lead = 4 * target - self.quarters
         if not self.moving:
             self.base = self.start_rate

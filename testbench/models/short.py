@@ -16,7 +16,7 @@ class ShortDetector:
     setting: int = 0                             # window as set in the last clock
 
     def clock(self, *, sample, sample_shorted, shorted_now, restart, needed, window, duration,
-              clear_needed):
+              clear_needed, by_mean=False, mean_low=False):
         """Take the inputs of one clock; the outputs are then those of the next."""
         changed, self.setting = window != self.setting, window
         window = min(max(window, 1), 32)
@@ -41,7 +41,7 @@ class ShortDetector:
         ratio = (sample and sample_shorted and not changed
                  and sum(self.looked_at[-window:]) >= needed)
         held = duration and shorted_now and self.clocks >= duration
-        if ratio or held:
+        if mean_low if by_mean else ratio or held:
             self.shorted = self.completed = True
             self.since = len(self.samples)
 

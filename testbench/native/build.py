@@ -28,10 +28,11 @@ Options = Mapping[str, object]      # of the controller, by name, as ``rtl.contr
 HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
 STATION = [*(PLANT / f"{name}.cpp"
-             for name in ("plant", "gap", "sinker", "wire_gap", "wire", "workpiece")),
+             for name in ("plant", "gap", "sinker", "cavity", "wire_gap", "wire", "workpiece")),
            HERE / "station.cpp"]
 NO_AXIS = 15    # number of the jump axis of a machine that has none
 USUAL_LEVEL = level_max(CURRENT_MAX_A, IP_MA / 1000)    # of a controller without options
+USUAL_RC_US = 200.0     # of the references, of a controller without options
 USUAL: Options = {}
 
 STANDARD = ["-std=gnu++17"]
@@ -51,6 +52,10 @@ def options(machine: dict) -> Options:
     level = level_max(machine.get("current_max_a", USUAL_LEVEL * step_a), step_a)
     if level != USUAL_LEVEL:
         needed |= {"level_max": level}
+    comparator = machine.get("comparator", {})
+    rc_us = 0.0 if comparator.get("fixed", 0) else comparator.get("reference_rc_us", USUAL_RC_US)
+    if rc_us != USUAL_RC_US:
+        needed |= {"reference_rc_us": rc_us}
     if machine.get("axis", {}).get("dac") == "pwm":
         needed |= {"dac_kind": "pwm"}
     return needed

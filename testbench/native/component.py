@@ -16,10 +16,11 @@ __all__ = ["component_library"]
 HERE = Path(__file__).parent
 
 
-def component_library(component: wiring.Component, driver: Path) -> ctypes.CDLL:
+def component_library(component: wiring.Component, driver: Path, *headers: Path) -> ctypes.CDLL:
     """Library of the C++ file ``driver`` with ``component`` as its class ``Vtop``.
 
-    It is built once for the contents of both, in about ten seconds.
+    ``headers`` are what the driver includes besides. It is built once for the contents of all, in
+    about ten seconds.
 
     Raises
     ------
@@ -34,11 +35,13 @@ def component_library(component: wiring.Component, driver: Path) -> ctypes.CDLL:
         source.write_text(text)
         compiling.verilate(["--top-module", "top", source], folder)
         options = [*STANDARD, *verilated.includes()]
-        own = compiling.objects([driver], folder, [*options, f"-I{folder}", f"-I{HERE}"])
+        own = compiling.objects([driver], folder, [*options, f"-I{folder}", f"-I{HERE}",
+                                                 *(f"-I{header.parent}" for header in headers)])
         compiling.link([*verilated.model(folder, options), *verilated.runtime(options), *own],
                        ["-shared"], folder / "component.so")
 
     key = compiling.digest(text, verilated.KEY, tools.compiler().command,
-                           tools.compiler().version, sources=[driver, HERE / "verilated.py"])
+                           tools.compiler().version,
+                           sources=[driver, *headers, HERE / "verilated.py"])
     folder = compiling.kept(compiling.BUILD / f"{driver.stem}-{key}", build)
     return ctypes.CDLL(str(folder / "component.so"))

@@ -8,12 +8,15 @@
 #include "controller.hpp"  // made by testbench/native/controller.py
 #include "pins.hpp"
 #include "recorder.hpp"
+#include "shorts.hpp"
 #include "station.hpp"
 
 #include "probes.inc"  // struct Probe, PROBES and snapshot: made from testbench/native/probes.py
 
 namespace {
 
+constexpr int64_t STOPPING = 1;       // state of rtl/motion/retraction.py
+constexpr uint64_t AFTER_SHORT = 60;  // rows of the trace for which an electrode is followed
 constexpr size_t COLUMNS = 18;  // of the trace: see testbench/native/simulation.py
 
 struct Change {
@@ -89,7 +92,14 @@ public:
     bool keep = false;
     bench::Recorder waves;
     std::vector<double> trace;
+    bench::Shorts shorts;
     uint64_t trace_period = 0;
+
+    // A row of the trace every so many clocks; of the way after a short 16 rows in that time.
+    void record(uint64_t period) {
+        trace_period = period;
+        shorts.configure(period / 16 + 1, AFTER_SHORT * period);
+    }
 
 private:
     // Called after a change from outside.
@@ -117,6 +127,8 @@ private:
     }
 
     void clock() {
+        if (trace_period != 0)
+            follow();
         const plant::FromController from = bench::outputs(controller_);
         uint8_t rx = 1;
         station_.step(from, controller_.tx(), to_, rx);
@@ -125,6 +137,14 @@ private:
         if (keep && (kept.empty() || std::memcmp(&kept.back().to, &to_, sizeof to_) ||
                      kept.back().rx != rx))
             kept.push_back({station_.clock, to_, rx});
+    }
+
+    void follow() {
+        const auto value = [this](const Probe* probe) { return read(*probe); };
+        shorts.look(
+            station_.clock, value(state_) == STOPPING, value(shorted_) != 0,
+            [&] { return value(path_); },
+            [this](int axis) { return static_cast<double>(station_.machine.count(axis)); });
     }
 
     void look() {
@@ -165,12 +185,18 @@ private:
 
     int64_t read(const Probe& probe) const { return probe.read(controller_, station_.machine); }
 
-    int64_t named(const char* name) {
+    static const Probe* found(const char* name) {
         for (const Probe& probe : PROBES)
             if (!std::strcmp(probe.name, name))
-                return read(probe);
-        return 0;
+                return &probe;
+        return nullptr;
     }
+
+    int64_t named(const char* name) const { return read(*found(name)); }
+
+    const Probe* state_ = found("path_status_state");
+    const Probe* shorted_ = found("gap_status_shorted");
+    const Probe* path_ = found("path_position");
 
     Controller controller_;
     bench::Station station_;
@@ -207,7 +233,11 @@ void gk_turn_over(Session* s, uint64_t member, uint64_t bit) {
     s->turn_over(member, static_cast<unsigned>(bit));
 }
 
-void gk_trace_period(Session* s, uint64_t clocks) { s->trace_period = clocks; }
+void gk_trace_period(Session* s, uint64_t clocks) { s->record(clocks); }
+uint64_t gk_shorts_rows(Session* s) { return s->shorts.rows.size() / bench::Shorts::COLUMNS; }
+void gk_shorts_read(Session* s, double* out) {
+    std::memcpy(out, s->shorts.rows.data(), s->shorts.rows.size() * sizeof(double));
+}
 uint64_t gk_trace_rows(Session* s) { return s->trace.size() / COLUMNS; }
 void gk_trace_read(Session* s, double* out) {
     std::memcpy(out, s->trace.data(), s->trace.size() * sizeof(double));

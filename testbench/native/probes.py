@@ -138,6 +138,8 @@ PROBES = (
     Probe("gap_state", 3, scope="", value="machine.gap().state()"),
     Probe("gap_bridged", 1, scope="", value="machine.gap().bridged()"),
     Probe("gap_debris_ppm", 32, scope="", value="machine.gap().debris() * 1e6"),
+    *(Probe(f"level_{kind}_mv", 32, scope="", value=f"machine.reference_v({index}) * 1000")
+      for index, kind in enumerate(("open", "arc", "short"))),     # behind the filters
     # Behind the filter of the DAC's pins; and of the motor.
     *(Probe(f"drive_{letter}_um_s", 32, signed=True, scope="",
             value=f"machine.command({axis}) * 1000") for axis, letter in enumerate("xyz")),

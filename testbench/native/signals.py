@@ -158,7 +158,7 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("gap", "counting", "servo_counting_mode", "how pulses are counted",
            names="counting"),
     Signal("gap", "feed_mode", "feed_control_mode",
-           "constant: G94 and G95 P1; zero: P2; offset: P3; removal: P4", names="feed"),
+           "constant: G94 and G95 P1; zero: P2; offset: P3; removal: P4, P5", names="feed"),
     *(Signal("gap", *row) for row in (
         ("voltage", "fluid_voltage", "last sample of the gap voltage, of 4096"),
         ("mean", "feed_voltage_mean", "mean gap voltage of the last window, of 65536"),

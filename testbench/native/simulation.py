@@ -24,6 +24,8 @@ NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
 COLUMNS = ["cycle", *AXES, *(f"error_{axis}" for axis in AXES), "path", "state", "shorted",
            "open", "ok", "dame", "short", "gap_v", "gap_um", "debris", "removed_mm3"]
 
+SHORTS = ["short", "cycle", "path", *AXES]
+
 _POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
 _FUNCTIONS = {
     "gk_create": (_POINTER, [_UNSIGNED]),
@@ -45,6 +47,8 @@ _FUNCTIONS = {
     "gk_trace_period": (None, [_POINTER, _UNSIGNED]),
     "gk_trace_rows": (_UNSIGNED, [_POINTER]),
     "gk_trace_read": (None, [_POINTER, _POINTER]),
+    "gk_shorts_rows": (_UNSIGNED, [_POINTER]),
+    "gk_shorts_read": (None, [_POINTER, _POINTER]),
     "gk_tap": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
     "gk_changes": (_UNSIGNED, [_POINTER]),
     "gk_changes_take": (None, [_POINTER, _POINTER]),
@@ -89,7 +93,7 @@ class Simulation(Session):
         declare(self._code, _FUNCTIONS)
         self._handle = self._code.gk_create(seed)
         self._waves = None
-        self._trace = None
+        self._trace = self._shorts = None
         super().__init__(self._code, self._code.gk_station(self._handle), machine=machine,
                          clock_hz=clock_hz)
         self.load(image.read_bytes())
@@ -113,11 +117,12 @@ class Simulation(Session):
         """End the simulation and its files. The trace can still be read."""
         if self._handle is None:
             return
-        self._trace = self.trace()
+        self._trace, self._shorts = self.trace(), self.shorts()
         if self._waves is not None:
             self._waves.close(self.cycle)
         self._last = self.cycle, self.positions(), self.errors(), self.discharges()
         self._left = self.workpiece()
+        self._walls = self.cavity()
         self._code.gk_free(self._handle)
         self._handle = None
 
@@ -136,6 +141,9 @@ class Simulation(Session):
 
     def workpiece(self) -> dict:
         return self._left if self._handle is None else super().workpiece()
+
+    def cavity(self) -> dict:
+        return self._walls if self._handle is None else super().cavity()
 
     def run(self, clocks: int) -> None:
         self._code.gk_run(self._handle, clocks, False)
@@ -242,6 +250,20 @@ class Simulation(Session):
         for kind in ("open", "ok", "dame", "short"):
             columns[kind] = np.diff(columns[kind], prepend=columns[kind][:1]) % 2**32
         return columns
+
+    def shorts(self) -> dict[str, np.ndarray]:
+        """Columns on the way of the electrode after every short that ordered a retraction.
+
+        ``short`` number, from 1 on; ``cycle``; ``path`` coordinate; ``x y z`` from the coders,
+        pulses. The first row of a short is of the second clock after its completing sample, the
+        last one of 60 ms later or of the next short. There is a row every 1/16 ms, and one of the
+        first clock that shows a pulse back. Without ``trace`` there is none.
+        """
+        if self._shorts is not None:
+            return self._shorts
+        rows = np.empty((self._code.gk_shorts_rows(self._handle), len(SHORTS)))
+        self._code.gk_shorts_read(self._handle, rows.ctypes.data)
+        return {name: rows[:, index].copy() for index, name in enumerate(SHORTS)}
 
 
 def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,

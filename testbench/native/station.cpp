@@ -55,4 +55,23 @@ void station_left(Station* s, int64_t x, int64_t y, int64_t columns, int64_t row
     s->machine.workpiece().copy(x, y, columns, rows, out);
 }
 
+// The walls of a sinker's cavity, layer by layer: depth of the lower end, and opening; see Cavity.
+void station_keep_discharges(Station* s) { s->machine.keep_discharges(); }
+plant::Cavity* station_cavity(Station* s) { return new plant::Cavity(s->machine.cavity()); }
+plant::Cavity* station_cavity_with(Station* s, uint64_t count, const char* const* names,
+                                   const double* values) {
+    std::map<std::string, double> numbers;
+    for (uint64_t i = 0; i < count; ++i)
+        numbers[names[i]] = values[i];
+    return new plant::Cavity(s->machine.cavity_with(numbers));
+}
+uint64_t cavity_layers(const plant::Cavity* c) { return c->layers(); }
+void cavity_walls(const plant::Cavity* c, double* out) {
+    for (size_t layer = 0; layer < c->layers(); ++layer) {
+        *out++ = c->bottom_um(layer);
+        *out++ = c->opening_um(layer);
+    }
+}
+void cavity_free(plant::Cavity* c) { delete c; }
+
 }  // extern "C"

@@ -37,6 +37,13 @@ _FUNCTIONS = {
     "station_framing_errors": (_UNSIGNED, [_POINTER]),
     "station_extent": (None, [_POINTER, ctypes.POINTER(ctypes.c_int64)]),
     "station_left": (None, [_POINTER, *[ctypes.c_int64] * 4, _POINTER]),
+    "station_keep_discharges": (None, [_POINTER]),
+    "station_cavity": (_POINTER, [_POINTER]),
+    "station_cavity_with": (_POINTER, [_POINTER, _UNSIGNED, ctypes.POINTER(ctypes.c_char_p),
+                                       ctypes.POINTER(_DOUBLE)]),
+    "cavity_layers": (_UNSIGNED, [_POINTER]),
+    "cavity_walls": (None, [_POINTER, _POINTER]),
+    "cavity_free": (None, [_POINTER]),
     "station_auxiliaries": (_UNSIGNED, [_POINTER]),
     "station_auxiliary": (None, [_POINTER, _UNSIGNED, ctypes.POINTER(_UNSIGNED)]),
 }
@@ -212,6 +219,35 @@ class Session:
         cell_mm = self.get("workpiece.cell_um") / 1000
         return {"x": (x + np.arange(columns) + 0.5) * cell_mm,
                 "y": (y + np.arange(rows) + 0.5) * cell_mm, "left": left / np.float32(GRAINS)}
+
+    def keep_discharges(self) -> None:
+        """Keep every discharge of a sinker with sides from now on, for ``cavity_with``."""
+        self._station_library.station_keep_discharges(self._station)
+
+    def cavity(self) -> dict:
+        """Walls of a cavity that a sinker with sides has cut, layer by layer from the top.
+
+        ``depth_mm`` is the lower end of each layer, ``opening_um`` by how much it is wider than the
+        electrode on each side. Both are empty for another kind of machine.
+        """
+        return self._walls_of(self._station_library.station_cavity(self._station))
+
+    def cavity_with(self, numbers: dict[str, float]) -> dict:
+        """Walls that the kept discharges make with other numbers of ``[cavity]``.
+
+        The electrode's way stays that of the run, although other walls would take more or less from
+        the front.
+        """
+        names = (ctypes.c_char_p * len(numbers))(*(f"cavity.{name}".encode() for name in numbers))
+        return self._walls_of(self._station_library.station_cavity_with(
+            self._station, len(numbers), names, (_DOUBLE * len(numbers))(*numbers.values())))
+
+    def _walls_of(self, cavity: int) -> dict:
+        """Walls of a cavity at an address, which is freed."""
+        walls = np.empty((self._station_library.cavity_layers(cavity), 2))
+        self._station_library.cavity_walls(cavity, walls.ctypes.data)
+        self._station_library.cavity_free(cavity)
+        return {"depth_mm": walls[:, 0] / 1000, "opening_um": walls[:, 1]}
 
     def auxiliaries(self) -> list[tuple[int, str, int]]:
         """Auxiliary functions that the machine side has seen: clock, letter, code."""

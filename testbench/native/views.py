@@ -34,6 +34,7 @@ VIEWS = {
     "sinker": (PATH, _axis("z"), GAP, POWER, COUNTED, MEAN),
     "wire": (PATH, _axis("x"), _axis("y"), GAP, MEAN, POWER),
 }
+VIEWS["cavity"] = VIEWS["sinker"]
 # GTKWave's flags of a trace: 0x20 to the right, 4 decimal, 8 binary, 0x400 signed, 0x8000 drawn as
 # steps, 1 << 32 names of an enumeration.
 FLAGS = {"curve": 0x8420, "number": 0x24, "bit": 0x28, "name": 0x100000028}

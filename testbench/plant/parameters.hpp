@@ -8,7 +8,7 @@
 
 namespace plant {
 
-enum class MachineKind { sinker, wire };  // `kind`
+enum class MachineKind { sinker, wire, cavity };  // `kind`
 enum class AxisDac { sigma_delta, pwm };  // `axis.dac`
 enum class StockKind { solid, wall, circle, rectangle };  // `stock.kind`
 
@@ -98,7 +98,9 @@ struct ComparatorParameters {
     // Gap voltage that a reference pin stands for if it is always high, and full scale of the
     // converter. [V]
     double reference_full_v = 100.0;
-    // Time constant of the filter behind each reference pin. [µs]
+    // Time constant of the filter behind each reference pin. After a change of a reference the
+    // controller waits 4.6 times as long before the first discharge pulse, unless levels are fixed.
+    // [µs]
     double reference_rc_us = 200.0;
     // Share of the sparks whose noise the detector misses.
     double noise_miss = 0.01;
@@ -270,6 +272,28 @@ struct StockParameters {
     double at_mm[STEPS] = {}, width_um[STEPS] = {};
 };
 
+struct CavityParameters {
+    // Perimeter of the electrode, which is convex. [mm]
+    double perimeter_mm = 40.0;
+    // Thickness of the layers in which the walls are counted. [µm]
+    double layer_um = 100.0;
+    // Overcut on each side of discharges of `reference_a` that burn for `reference_us`. [µm]
+    double overcut_um = 40.0;
+    // Current that this overcut is for. [A]
+    double reference_a = 10.0;
+    // Duration of a discharge that it is for. [µs]
+    double reference_us = 100.0;
+    // The overcut goes with the current to this power.
+    double current_power = 0.29;
+    // And with the duration to this power.
+    double time_power = 0.38;
+    // Share of a discharge that a wall gets for each unit of debris, area for area with the front,
+    // where the wall is as far off as the overcut.
+    double wall_debris = 0.05;
+    // It is e times less for each such distance that the wall is further off. [µm]
+    double slope_um = 12.0;
+};
+
 // All that a machine's file says of it.
 struct MachineParameters {
     // Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates
@@ -286,7 +310,8 @@ struct MachineParameters {
     // Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at most,
     // are what the gateware is built for, and no register exceeds them. [A]
     double current_max_a = 30.0;
-    // What moves: the electrode of a sinker, or a wire; `sinker` if not given.
+    // What moves: the electrode of a sinker, without or with side walls (`cavity`), or a wire;
+    // `sinker` if not given.
     double kind = 0;
     // Height of the electrode above the top of the workpiece when the program starts. [µm]
     double initial_gap_um = 100.0;
@@ -300,6 +325,7 @@ struct MachineParameters {
     WireParameters wire;
     WorkpieceParameters workpiece;
     StockParameters stock;
+    CavityParameters cavity;
 };
 
 // Every number by its name.
@@ -417,6 +443,15 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"stock.size_x_mm", &p.stock.size_x_mm},
         {"stock.size_y_mm", &p.stock.size_y_mm},
         {"stock.steps", &p.stock.steps},
+        {"cavity.perimeter_mm", &p.cavity.perimeter_mm},
+        {"cavity.layer_um", &p.cavity.layer_um},
+        {"cavity.overcut_um", &p.cavity.overcut_um},
+        {"cavity.reference_a", &p.cavity.reference_a},
+        {"cavity.reference_us", &p.cavity.reference_us},
+        {"cavity.current_power", &p.cavity.current_power},
+        {"cavity.time_power", &p.cavity.time_power},
+        {"cavity.wall_debris", &p.cavity.wall_debris},
+        {"cavity.slope_um", &p.cavity.slope_um},
     };
     for (std::size_t i = 0; i < StockParameters::STEPS; ++i) {
         names["stock.at_mm_" + std::to_string(i)] = &p.stock.at_mm[i];

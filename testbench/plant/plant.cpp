@@ -56,14 +56,15 @@ bool Plant::get(const std::string& name, double& value) {
     const std::map<std::string, double> readings = {
         {"read.gap_um", gap_->gap_um()},
         {"read.depth_um", sinker_.depth_um()},
+        {"read.cavity_mm3", sinker_.cavity().volume_mm3()},
         {"read.debris", gap_->debris()},
         {"read.gap_v", gap_->voltage()},
         {"read.gap_v_clocks", gap_->voltage_sum()},
         {"read.gap_a", gap_->current()},
         {"read.fluid_ohm_cm", gap_->fluid_ohm_cm()},
-        {"read.open_reference_v", reference_v_[0]},
-        {"read.arc_reference_v", reference_v_[1]},
-        {"read.short_reference_v", reference_v_[2]},
+        {"read.open_reference_v", reference_v(0)},
+        {"read.arc_reference_v", reference_v(1)},
+        {"read.short_reference_v", reference_v(2)},
         {"read.hazard_per_us", gap_->hazard_per_us()},
         {"read.bridged", gap_->bridged()},
         {"read.removed_mm3", gap_->removed_mm3()},
@@ -94,6 +95,15 @@ bool Plant::get(const std::string& name, double& value) {
     return true;
 }
 
+Cavity Plant::cavity_with(const std::map<std::string, double>& numbers) const {
+    MachineParameters other = p_;
+    const auto names = by_name(other);
+    for (const auto& [name, value] : numbers)
+        if (const auto found = names.find(name); found != names.end())
+            *found->second = value;
+    return cavity().again(other.cavity);
+}
+
 void Plant::configure() {
     clocks_per_tick_ =
         std::max(1u, static_cast<unsigned>(std::lround(p_.tick_us * p_.clock_hz / 1e6)));
@@ -108,7 +118,8 @@ void Plant::configure() {
         wire_.start();
     }
     reference_one_v_ = p_.comparator.reference_full_v / clocks_per_tick_;
-    reference_step_ = 1 - std::exp(-p_.tick_us / p_.comparator.reference_rc_us);
+    for (auto& filter : filters_)
+        filter.configure(p_.tick_us, p_.comparator.reference_rc_us);
     if (p_.comparator.fixed != 0)
         gap_->put_levels(p_.comparator.high_level_v, p_.comparator.arc_level_v,
                          p_.comparator.short_level_v);
@@ -148,14 +159,14 @@ void Plant::tick(const FromController& from) {
 
 // The filters behind the three streams of the references, one step for the ones of a tick.
 void Plant::levels() {
-    for (auto& volts : reference_v_) {
+    for (auto& filter : filters_) {
         const auto ones = static_cast<double>(references_ & ((1u << COUNTER) - 1));
-        volts += (ones * reference_one_v_ - volts) * reference_step_;
+        filter.step(ones * reference_one_v_);
         references_ >>= COUNTER;
     }
     references_ = 0;
     if (p_.comparator.fixed == 0)
-        gap_->put_levels(reference_v_[0], reference_v_[1], reference_v_[2]);
+        gap_->put_levels(reference_v(0), reference_v(1), reference_v(2));
 }
 
 // Present code of one of the converter's channels.

@@ -10,6 +10,7 @@
 #include "coder.hpp"
 #include "converter.hpp"
 #include "motor.hpp"
+#include "outside.hpp"
 #include "parameters.hpp"
 #include "sinker.hpp"
 #include "wire_gap.hpp"
@@ -98,7 +99,13 @@ public:
     double speed(int axis) const { return axes_[axis].speed(); }      // mm/s
     double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
     const Gap& gap() const { return *gap_; }
+    // Levels of the comparators behind their filters: open, arc, short.
+    double reference_v(int which) const { return filters_[which].volts(); }
     Workpiece& workpiece() { return wire_.workpiece(); }  // a wire machine's
+    const Cavity& cavity() const { return sinker_.cavity(); }  // of a sinker with sides
+    void keep_discharges() { sinker_.keep_discharges(); }
+    // The cavity that the kept discharges make with other numbers by name, as in `set`.
+    Cavity cavity_with(const std::map<std::string, double>& numbers) const;
     uint64_t now() const { return now_; }
     const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
 
@@ -162,7 +169,8 @@ private:
     Converter converter_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick
-    double reference_v_[3] = {0, 0, 0}, reference_one_v_ = 0, reference_step_ = 0;
+    Filter filters_[3];
+    double reference_one_v_ = 0;
     unsigned serial_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
     unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;

@@ -14,6 +14,8 @@ constexpr int STRETCH_SHAPE = 3;
 void SinkerGap::start() {
     height_ = p_.initial_gap_um;
     gap_ = height_ + depth_;
+    sides_ = static_cast<MachineKind>(static_cast<int>(p_.kind)) == MachineKind::cavity;
+    cavity_.reset(p_.cavity, p_.gap.area_mm2);
     set_hazard();
 }
 
@@ -29,9 +31,10 @@ double SinkerGap::crater_mm3(double microseconds) {
     return volume * std::max(0.0, 1 + p_.gap.removal_spread * sparks_.normal());
 }
 
-void SinkerGap::remove(double mm3, double) {
+void SinkerGap::remove(double mm3, double microseconds) {
     const double thickness = mm3 / p_.gap.area_mm2 * 1000;  // um
-    depth_ += thickness;
+    depth_ += sides_ ? cavity_.take(mm3, amps_, microseconds, debris_, -height_) : thickness;
+    // What the walls lose is debris as well.
     debris_ += thickness / std::max(gap_, 10.0);
 }
 

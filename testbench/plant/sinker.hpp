@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gap of a die-sinking machine: an electrode above the workpiece.
+// The gap of a die-sinking machine: an electrode above the workpiece, or in a cavity with sides.
 #pragma once
 
+#include "cavity.hpp"
 #include "gap.hpp"
 
 namespace plant {
@@ -12,6 +13,8 @@ public:
 
     void start() override;
     double depth_um() const { return depth_; }  // of the cavity
+    void keep_discharges() { cavity_.keep(); }
+    const Cavity& cavity() const { return cavity_; }  // empty if the machine has no sides
 
 protected:
     double area_mm2() const override { return p_.gap.area_mm2; }
@@ -24,6 +27,8 @@ private:
     double stretch();
 
     double height_ = 0, depth_ = 0;
+    bool sides_ = false;
+    Cavity cavity_;
 };
 
 }  // namespace plant

@@ -6,6 +6,8 @@
 #include "app/events.h"
 #include "app/execute.h"
 #include "app/image_watch.h"
+#include "app/jog.h"
+#include "app/jogging.h"
 #include "app/listing.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -105,7 +107,7 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
     } ROWS[] = {
         {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE",
          FAULT_HOMING},
-        {"J=", "jogging ($J) is not in this version; enter G91 G01 with a feed", FAULT_COMMAND},
+        {"J", "a jog begins with $J=", FAULT_COMMAND},
         {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
          FAULT_COMMAND},
         {"RST", "$RST is not in this version; settings are as built after power-on", FAULT_COMMAND},
@@ -130,8 +132,8 @@ static bool is_free(fault *f) {
 }
 
 static void resume(fault *f) {
-    if (!is_free(f))
-        return;
+    if (!is_free(f) || jog_active())
+        return; /* a jog has no hold: it would be cancelled */
     if (hold_came) {
         fault_at(f, FAULT_BUSY, 0, "a hold came at the same time, and is in force: resume again");
         return;
@@ -141,7 +143,7 @@ static void resume(fault *f) {
 }
 
 static void retract(fault *f) {
-    if (is_free(f))
+    if (is_free(f) && !jog_active())
         machine_retract();
 }
 
@@ -155,8 +157,12 @@ static void say(const fault *f) {
 __attribute__((noinline)) static void obey_notes(uint32_t notes) {
     fault f = {0};
     bool resumes = notes & NOTE_RESUME, retracts = notes & NOTE_RETRACT;
-    if (notes & NOTE_STATUS)
+    if (notes & NOTE_STATUS) {
         status_want();
+        jog_heard();
+    }
+    if (notes & NOTE_CANCEL)
+        jogging_cancel();
     /* Like grbl, only at rest. Switching off is safe, so a guarded link allows it too. */
     if (notes & NOTE_STOP && meter_rests())
         machine_quench();
@@ -283,6 +289,13 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
         offset_row = 0;
         return;
     }
+    if (length > 2 && says(line, 3, "$J=")) {
+        if (!jogging_allowed(&f))
+            refusal = f;
+        else
+            line_open = program_jog(line, length);
+        return; /* answered when it has been judged */
+    }
     if (c == 'B') {
         roughing_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
@@ -307,7 +320,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -331,7 +344,9 @@ __attribute__((noinline)) static bool take_line(void) {
         return true;
     }
     fault f = {0};
-    if (is_free(&f) && (tape_runs() || !program_line(line, length)))
+    if (jog_active())
+        fault_at(&f, FAULT_LOCKED, 0, "a jog is under way; send this line when it has ended");
+    else if (is_free(&f) && (tape_runs() || !program_line(line, length)))
         fault_at(&f, FAULT_BUSY, 0, "a program is running");
     if (f.code != FAULT_NONE)
         refusal = f;
@@ -467,7 +482,10 @@ bool commands_step(void) {
         obey(come);
     }
     /* The gateware already holds. The firmware follows last, as the hold may have come last. */
-    if (notes & NOTE_HOLD)
+    if (notes & NOTE_HOLD) {
         (void)machine_hold(true, 0);
+        if (jog_active() || program_jogs())
+            jogging_cancel();
+    }
     return link_step(come != LINK_NOTHING);
 }

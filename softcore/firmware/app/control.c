@@ -2,6 +2,7 @@
 #include "app/control.h"
 
 #include "app/events.h"
+#include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
@@ -14,6 +15,7 @@
 __attribute__((noinline)) void control_take_alarm(void) {
     watch_between();
     machine_stop();
+    jog_stop();
     program_abort();
     machine_take_alarm();
 }
@@ -37,10 +39,18 @@ void control_reset(void) {
     }
     alarm_outputs_off();
     machine_stop();
+    jog_stop();
     program_abort();
     override_end();
     if (open && rests)
         begin_path();
+}
+
+void control_end_jog(void) {
+    machine_run(false);
+    begin_path();
+    if (!tape_waits())
+        (void)machine_hold(false, 0);
 }
 
 bool control_unlock(fault *f) {
@@ -57,7 +67,7 @@ bool control_unlock(fault *f) {
 bool control_take_position(fault *f) {
     if (machine_locked())
         return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
-    if (program_running() || !path_at_front())
+    if (program_running() || !path_at_front() || jog_active())
         return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
     machine_know_position();
     return true;

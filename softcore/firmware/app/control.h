@@ -12,6 +12,10 @@ void control_take_alarm(void);
 /* The operator's reset: everything stops. If the machine moves, this raises an alarm. */
 void control_reset(void);
 
+/* End a cancelled jog: forget the path that was left, and the hold. Only at rest. A tape that waits
+   keeps the hold, so that it does not start by itself. */
+void control_end_jog(void);
+
 /* Unlock the machine and begin a new path where it stands. False with a fault if that is
    impossible. */
 bool control_unlock(fault *f);

@@ -5,6 +5,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/image_watch.h"
+#include "app/jogging.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/motion_watch.h"
@@ -77,6 +78,7 @@ void main_loop_boot(void) {
     meter_init();
     image_watch_init();
     program_init();
+    jogging_init();
     roughing_init();
     output_frame(program_offset());
     pet();
@@ -121,6 +123,7 @@ static bool watch_over(unsigned task) {
     (void)task;
     motion_watch_step();
     meter_step();
+    jogging_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/override.h"
 
+#include "app/jog.h"
 #include "gap/gap.h"
 #include "hal/hal.h"
 #include "path/path.h"
 
 void override_step(void) {
     hal_overrides wanted = hal_overrides_read();
-    if (gap_serves())
+    if (gap_serves() || jog_active())
         path_override(100, 100);
     else
         path_override(wanted.feed, wanted.rapid);

@@ -3,12 +3,15 @@
 
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/jog.h"
 #include "app/machine.h"
+#include "app/override.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
 #include "interp/interpreter.h"
+#include "interp/jog_words.h"
 #include "interp/reader.h"
 #include "interp/wire_offset.h"
 #include "link/output.h"
@@ -17,6 +20,7 @@
 
 #define READ_BUDGET 20      /* bytes of tape per step: some 150 clocks each */
 #define PARSE_BUDGET 40     /* characters per step */
+#define JOG_START 3         /* characters of `$J=` */
 
 typedef enum { STAGE_READ, STAGE_PARSE, STAGE_PLAN, STAGE_ARC, STAGE_COMPENSATE,
                STAGE_ANNOUNCE, STAGE_EXECUTE } stage;
@@ -30,6 +34,7 @@ static bool by_hand;        /* the present block comes from a line entered by ha
 static char line_text[READER_BLOCK_SIZE];
 static uint32_t line_length;
 static bool line_waits;
+static bool jogs;           /* this line is a jog */
 static const fault *answer; /* to a finished line, until program_answer takes it */
 static block words;
 static plan work;
@@ -75,6 +80,12 @@ const fault *program_answer(void) {
     return told;
 }
 
+static void drop_block(void) {
+    at = STAGE_READ;
+    wire_offset_reset();
+    execute_abort();
+}
+
 void program_abort(void) {
     if (by_hand || line_waits) {
         trouble = (fault){0};
@@ -82,9 +93,17 @@ void program_abort(void) {
         answer_line(&trouble);
     }
     tape_drop();
-    at = STAGE_READ;
-    wire_offset_reset();
-    execute_abort();
+    drop_block();
+}
+
+bool program_jogs(void) { return jogs && (by_hand || line_waits); }
+
+void program_cancel_jog(void) {
+    if (!program_jogs())
+        return;
+    trouble = (fault){.code = FAULT_JOG_ENDED, .text = FAULT_TEXT_JOG_ENDED};
+    answer_line(&trouble);
+    drop_block();
 }
 
 bool program_line(const char *text, uint32_t length) {
@@ -94,7 +113,13 @@ bool program_line(const char *text, uint32_t length) {
     for (uint32_t i = 0; i < line_length; i++)
         line_text[i] = text[i];
     line_waits = true;
+    jogs = false;
     return true;
+}
+
+bool program_jog(const char *text, uint32_t length) {
+    jogs = program_line(text, length);
+    return jogs;
 }
 
 __attribute__((noinline)) static void fail(void) {
@@ -110,6 +135,8 @@ __attribute__((noinline)) static void fail(void) {
 static void begin_block(const char *text, uint32_t length) {
     trouble = (fault){.line = by_hand ? 0 : tape_reader.line};
     block_begin(&words, text, length);
+    if (program_jogs())
+        words.at = JOG_START;
     at = STAGE_PARSE;
 }
 
@@ -122,7 +149,7 @@ static bool tape_starts(void) {
             fail();
             return false;
         }
-        if (!path_at_front())
+        if (!path_at_front() || jog_active())
             return false; /* a line entered by hand still moves the machine */
         if (!execute_start())
             return false;
@@ -171,7 +198,8 @@ static void finish_block(void) {
 }
 
 static void step_parse(void) {
-    switch (block_step(&words, settings_get(SET_BLOCK_SKIP), PARSE_BUDGET, &trouble)) {
+    bool skip = settings_get(SET_BLOCK_SKIP) && !program_jogs();
+    switch (block_step(&words, skip, PARSE_BUDGET, &trouble)) {
     case BLOCK_DONE:
         if (words.skipped)
             finish_block();
@@ -179,7 +207,8 @@ static void step_parse(void) {
             at = STAGE_PLAN;
         break;
     case BLOCK_FAULT:
-        interpreter_unread(&words, &trouble);
+        if (!program_jogs())
+            interpreter_unread(&words, &trouble);
         trouble.block = block_has(&words, 'N') ? block_name(&words, 'N') : 0;
         fail();
         break;
@@ -230,9 +259,18 @@ static void step_arc(void) {
         step_compensate(); /* a short step: do it now */
 }
 
+static bool judge(void) {
+    const modal *before = wire_offset_state(execute_state());
+    uint32_t highest = settings_highest_speed();
+    const travel_range *travel = settings_travel_now();
+    return program_jogs()
+               ? jog_words_judge(&words, before, highest, travel, &work, &trouble)
+               : interpreter_block(&words, before, by_hand, highest, travel, hal_jump_axis(), &work,
+                                   &trouble);
+}
+
 static void step_plan(void) {
-    if (!interpreter_block(&words, wire_offset_state(execute_state()), by_hand, settings_highest_speed(),
-                    settings_travel_now(), hal_jump_axis(), &work, &trouble)) {
+    if (!judge()) {
         fail();
         return;
     }
@@ -241,6 +279,10 @@ static void step_plan(void) {
     if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
         fail();
         return;
+    }
+    if (program_jogs() && work.moves) {
+        jog_begin();
+        override_step(); /* no override scales a jog */
     }
     at = STAGE_ARC;
     if (work.arc == ARC_NONE)

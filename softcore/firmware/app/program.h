@@ -22,6 +22,11 @@ bool program_paused(void);
 /* A line entered by hand; false if one is still being carried out. */
 bool program_line(const char *text, uint32_t length);
 
+/* The same for a jog, `$J=` and its words; see interp/jog_words.h. */
+bool program_jog(const char *text, uint32_t length);
+bool program_jogs(void);            /* such a line is judged, or waits for room on the path */
+void program_cancel_jog(void);      /* refuse a jog that has not been appended to the path */
+
 /* The answer to such a line, after it was carried out or refused. Each answer can be taken once. */
 bool program_answers(void);
 const fault *program_answer(void);

@@ -2,6 +2,7 @@
 #include "app/status.h"
 
 #include "app/auxiliary.h"
+#include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/program.h"
@@ -25,15 +26,20 @@ static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS } part;
 void status_init(void) { part = PART_NONE; }
 void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
 
+bool status_idle(void) {
+    return !machine_locked() && !machine_held() && meter_rests() && !machine_machining() &&
+           !program_running() && path_at_front() && !roughing_busy();
+}
+
 /* State names of grbl. Hold:1: the machine is still coming to rest, or retracts. */
 static const char *state_name(void) {
     if (machine_locked() || machine_position_lost())
         return "Alarm";
+    if (jog_active())
+        return "Jog";
     if (machine_held() || program_paused())
         return meter_rests() ? "Hold:0" : "Hold:1";
-    bool idle = meter_rests() && !machine_machining() && !program_running() && path_at_front() &&
-                !roughing_busy();
-    return idle ? "Idle" : "Run";
+    return status_idle() ? "Idle" : "Run";
 }
 
 /* Bytes that a host may send now without losing one: room in the queue of lines, less the bytes

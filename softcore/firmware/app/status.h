@@ -8,6 +8,8 @@
 
 void status_init(void);
 
+bool status_idle(void);     /* nothing runs, is held or locked, and the axes rest at the front */
+
 void status_want(void);     /* ask for a report */
 bool status_wanted(void);   /* a report was asked for and is not yet complete */
 void status_tell(void);     /* build its next part; a whole report is too long for one pass */

@@ -28,6 +28,9 @@ typedef enum {
     FAULT_COMMAND = 123,
     FAULT_HOMING = 124,
     FAULT_FEED = 130,
+    FAULT_JOG = 170,
+    FAULT_JOG_TRAVEL = 171,
+    FAULT_JOG_ENDED = 172,
     FAULT_MODE = 131,
     FAULT_RETRACTION = 132,
     FAULT_CONDITION = 133,
@@ -57,6 +60,8 @@ typedef enum {
     FAULT_STUCK = 156,
 } fault_code;
 
+#define FAULT_TEXT_JOG_ENDED \
+    "the jog was cancelled before it could begin"
 #define FAULT_TEXT_HALT_LIMIT \
     "still short at the retractable limit"
 #define FAULT_TEXT_HALT_BACK_LIMIT \
@@ -95,6 +100,8 @@ typedef enum {
     {FAULT_COMMAND, 3}, \
     {FAULT_HOMING, 5}, \
     {FAULT_FEED, 22}, \
+    {FAULT_JOG, 16}, \
+    {FAULT_JOG_TRAVEL, 15}, \
     {FAULT_MODE, 31}, \
     {FAULT_SETTING, 3}, \
     {FAULT_LOCKED, 9}, \

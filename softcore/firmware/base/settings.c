@@ -23,6 +23,9 @@ static void apply_detector(void) {
         .duration = at_most(units_clocks_of_us(values[SET_SHORT_DURATION_US]), (1u << 24) - 1),
         .clear = values[SET_CLEAR_NEEDED],
         .blanking = at_most(units_clocks_of_ns(values[SET_BLANKING_NS]), (1u << 16) - 1),
+        /* Codes of the converter, whose full scale is 100 V; rounded up, so that no preset is 0. */
+        .mean = (values[SET_SHORT_MEAN_MV] * 128 + 3124) / 3125,
+        .mean_time = at_most(units_clocks_of_us(values[SET_SHORT_MEAN_US]), (1u << 24) - 1),
     };
     hal_short_write(&detector);
     hal_discriminator rules = {
@@ -32,6 +35,7 @@ static void apply_detector(void) {
     hal_discriminate(&rules);
     hal_sense(at_most(units_clocks_of_ns(values[SET_SENSE_ON_NS]), (1u << 16) - 1),
               at_most(units_clocks_of_ns(values[SET_SENSE_OFF_NS]), (1u << 16) - 1));
+    hal_follow(at_most(units_clocks_of_us(values[SET_FOLLOW_US]), (1u << 24) - 1));
 }
 
 static void apply_motion(void) {
@@ -40,15 +44,20 @@ static void apply_motion(void) {
     start_rate = units_rate(values[SET_START_SPEED_UM_S] * 60);
     acceleration = units_acceleration(values[SET_ACCELERATION_MM_S2]);
     hal_ramp(start_rate, acceleration);
+    uint32_t back_speed = values[SET_BACK_START_SPEED_UM_S];
+    uint32_t back_acceleration = values[SET_BACK_ACCELERATION_MM_S2];
+    hal_ramp_back(back_speed ? units_rate(back_speed * 60) : start_rate,
+                  back_acceleration ? units_acceleration(back_acceleration) : acceleration);
     highest_speed = at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000,
                             units_speed_of_rate(UNITS_RATE_LIMIT));
     highest_rate = units_rate(highest_speed);
 }
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
-   too. */
+   too, and the velocity feed-forward makes up its lag. */
 static void apply_loop(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
+    hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
     hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
                          (1u << 28) - 1));
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
@@ -153,7 +162,10 @@ void settings_masked(char *text, size_t size) {
 
 bool settings_of_gap(uint32_t number) {
     setting which = settings_find(number);
-    return which < SETTINGS && SETTINGS_TABLE_ROWS[which].group == GROUP_GAP;
+    if (which >= SETTINGS)
+        return false;
+    setting_group group = SETTINGS_TABLE_ROWS[which].group;
+    return group == GROUP_GAP || group == GROUP_DETECTOR;
 }
 
 bool settings_set(uint32_t number, uint32_t value) {
@@ -200,8 +212,9 @@ uint32_t settings_acceleration(void) { return acceleration; }
 
 /* Two limits. The acceleration v*v/R; the start/stop speed is always allowed. The deviation: a loop
    of gain K lags by v/K, so that on an arc the axes run inside by R (1 - 1/sqrt(1 + (v/KR)**2)),
-   which is less than v*v/(2 R K*K). A speed loop inside the position loop makes this deviation
-   smaller. */
+   which is less than v*v/(2 R K*K). A speed loop of lag T inside the position loop makes this
+   deviation smaller. With feed-forward of the share f the factor 1 becomes 1 - f*f - 2 K T, at most
+   1 either way while 2 K T <= 1: so the bound holds for both loops. */
 uint32_t settings_curve_rate(uint32_t radius) {
     /* `square` is in units of 2**-36 = 2**28 * 2**-64 pulse**2/clock**2. */
     uint64_t square = (uint64_t)acceleration * radius;

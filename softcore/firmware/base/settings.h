@@ -31,7 +31,7 @@ bool settings_guard(uint32_t number);
 void settings_masked(char *text, size_t size);
 bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of range */
 
-/* Is it a setting of servo, fluid or feed? Call gap_settings after such a change. */
+/* Is it a setting of servo, fluid, feed or short detector? Call gap_settings after such a change. */
 bool settings_of_gap(uint32_t number);
 
 /* Read a whole number at `at` and move `at` behind it; false if there is none. */

@@ -68,12 +68,21 @@ typedef enum {
     SET_HIGH_X_UM,
     SET_HIGH_Y_UM,
     SET_HIGH_Z_UM,
+    SET_SHORT_MEAN_MV,
+    SET_SHORT_MEAN_US,
+    SET_LAW_DISCHARGE_UM,
+    SET_FEED_FORWARD,
+    SET_BACK_ACCELERATION_MM_S2,
+    SET_BACK_START_SPEED_UM_S,
+    SET_IGNITION_LAG_NS,
+    SET_JOG_SILENCE_MS,
+    SET_FOLLOW_US,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 463u
+#define SETTINGS_LAST 510u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

@@ -144,6 +144,11 @@ uint64_t units_gain(uint32_t per_s) { return shifted_quotient(per_s, 32, clock_h
 /* per_s * 2**20 * 32e-6 */
 uint32_t units_gain_of_tick(uint32_t per_s) { return (per_s * 2199023 + (1u << 15)) >> 16; }
 
+uint32_t units_lead(uint32_t percent, uint32_t per_s) {
+    uint64_t clocks = units_quotient((uint64_t)percent * clock_hz + per_s * 50, per_s * 100);
+    return clocks < 1u << 27 ? (uint32_t)clocks : (1u << 27) - 1;
+}
+
 static uint32_t clocks_of(uint32_t time, uint32_t per_second) {
     uint64_t clocks = ((uint64_t)time * clock_hz + per_second - 1) / per_second;
     return clocks > UINT32_MAX ? UINT32_MAX : (uint32_t)clocks;

@@ -37,6 +37,7 @@ uint32_t units_speed_of_count(uint32_t pulses, uint32_t clocks);    /* um/min */
 uint32_t units_acceleration(uint32_t mm_per_s2); /* 2**-32 pulse/clock per 16 clock, at least 1 */
 uint64_t units_gain(uint32_t per_s);             /* 2**-32 per clock */
 uint32_t units_gain_of_tick(uint32_t per_s);     /* 2**-20 per tick of 32 us; up to 1900 1/s */
+uint32_t units_lead(uint32_t percent, uint32_t per_s); /* clocks: a share of 1 / per_s */
 uint32_t units_clocks_of_ns(uint32_t ns);       /* rounded up */
 uint32_t units_clocks_of_us(uint32_t us);       /* rounded up, saturating */
 uint32_t units_tenths_of_um(uint32_t pulses);

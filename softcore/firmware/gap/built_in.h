@@ -26,4 +26,8 @@
     {.number = 500, .milli_ip = 8000, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, \
      CONDITIONS_USUAL}, \
     {.number = 510, .milli_ip = 2000, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, \
-     CONDITIONS_USUAL}
+     CONDITIONS_USUAL}, \
+    {.number = 520, .milli_ip = 8000, .on_us = 5, .off_us = 40, .rest_us = 40, .negative = true, \
+     .from_ignition = true, .wait_us = 20, CONDITIONS_USUAL}, \
+    {.number = 530, .milli_ip = 2000, .on_us = 3, .off_us = 30, .rest_us = 30, .negative = true, \
+     .from_ignition = true, .wait_us = 15, CONDITIONS_USUAL}

@@ -2,6 +2,7 @@
 #include "gap/conditions.h"
 
 #include "base/settings.h"
+#include "base/units.h"
 #include "hal/hal.h"
 
 static const condition_row BUILT_IN[] = {CONDITIONS_BUILT_IN};
@@ -103,6 +104,38 @@ bool conditions_level(const condition_row *row, uint32_t *level) {
     return *level <= hal_level_limit() && off <= 10 * CONDITIONS_IP_MA;
 }
 
+uint32_t conditions_wait_us(const condition_row *row) {
+    return !row->from_ignition ? 0 : row->wait_us ? row->wait_us : row->on_us;
+}
+
+uint32_t conditions_lag(void) {
+    return HAL_GAP_LATENCY + units_clocks_of_ns(settings_get(SET_IGNITION_LAG_NS));
+}
+
+bool conditions_judge(const condition_row *row, uint32_t column, fault *f) {
+    uint32_t blanking_ns = settings_get(SET_BLANKING_NS), settle_ns = settings_get(SET_SETTLE_NS);
+    uint32_t on_us = row->on_us, wait_us = conditions_wait_us(row);
+    if (!wait_us)
+        return on_us * 1000 > blanking_ns + settle_ns ||
+               fault_at(f, FAULT_CONDITION, column,
+                        "a pulse of C%u takes %u us, and the gap is sampled after %u ns only "
+                        "($%u, $%u)", row->number, on_us, blanking_ns + settle_ns,
+                        settings_number(SET_BLANKING_NS), settings_number(SET_SETTLE_NS));
+    uint32_t seen_clocks = conditions_lag() + units_clocks_of_ns(settle_ns);
+    if (units_clocks_of_us(on_us) < seen_clocks)
+        return fault_at(f, FAULT_CONDITION, column,
+                        "a discharge of C%u takes %u us and is sampled after %u clocks only "
+                        "($%u, $%u)", row->number, on_us, seen_clocks,
+                        settings_number(SET_IGNITION_LAG_NS), settings_number(SET_SETTLE_NS));
+    /* A short shows at the blanking's end, and begins the on-time a clock later. */
+    return units_clocks_of_us(wait_us) > units_clocks_of_ns(blanking_ns) + 1 ||
+           fault_at(f, FAULT_CONDITION, column,
+                    "a pulse of C%u waits %u us for its ignition, and the gap is sampled after %u ns "
+                    "only ($%u)", row->number, wait_us, blanking_ns,
+                    settings_number(SET_BLANKING_NS));
+}
+
 bool conditions_seen(const condition_row *row) {
-    return row->on_us * 1000u > settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS);
+    fault unused;
+    return conditions_judge(row, 0, &unused);
 }

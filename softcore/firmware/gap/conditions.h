@@ -4,12 +4,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/fault.h"
 #include "gap/built_in.h"
 
 typedef struct {
     uint32_t number;
     uint16_t milli_ip;          /* current, 1/1000 IP */
     bool negative;              /* electrode negative */
+    bool from_ignition;         /* the on-time counts from the ignition, else from the gate */
     uint16_t on_us, off_us;
     uint16_t rest_us;           /* additional off-time after an arc or a short */
     uint16_t open_v;            /* open voltage */
@@ -18,11 +20,12 @@ typedef struct {
     uint8_t dame, open, ok;     /* presets of the counters; all 0: those of the fluid's class */
     uint16_t step;              /* of the servo, pulses */
     uint32_t reference_mv;      /* Vs: mean voltage of G95 P2 and P3; 0 for none */
-    uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4; 0 for none */
+    uint32_t drop_mv;           /* Es: drop of the mean voltage of G95 P4, P5; 0 for none */
     /* How pulses are counted and judged. Each is 1 more than the value of its setting would be; 0:
        the setting is in force. */
     uint8_t counting, weight, criteria;
     uint16_t window;
+    uint16_t wait_us;           /* longest wait for the ignition; 0: as long as the on-time */
     uint32_t delay_least_ns;
 } condition_row;
 
@@ -53,6 +56,16 @@ condition_row conditions_planned(uint32_t ip);
    it, or if the gateware does not allow it. */
 bool conditions_level(const condition_row *row, uint32_t *level);
 
+/* Longest wait of a row's pulses for their ignition, us; 0 if their on-time counts from the gate. */
+uint32_t conditions_wait_us(const condition_row *row);
+
+/* Clocks from an ignition until the gateware sees it, and from the end of a gate until the current
+   ends: the pads and a setting. */
+uint32_t conditions_lag(void);
+
 /* Does a pulse of the row last until the comparators are read, after blanking and settling
-   (settings)? Otherwise no short would be seen. */
+   (settings)? Otherwise no short would be seen. If its on-time counts from the ignition, the wait
+   must last beyond the blanking, and the on-time beyond lag and settling. `conditions_judge` says in
+   the fault what is too short. */
 bool conditions_seen(const condition_row *row);
+bool conditions_judge(const condition_row *row, uint32_t column, fault *f);

@@ -26,7 +26,7 @@ static uint32_t before;                 /* level: mean of the last of them */
 bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column, fault *f) {
     if (number < FEED_ZERO || !row)
         return true;
-    bool by_drop = number == FEED_REMOVAL;
+    bool by_drop = number >= FEED_REMOVAL;
     if (!(by_drop ? row->drop_mv : row->reference_mv))
         return fault_at(f, FAULT_CONDITION, column,
                         "G95 P%u needs a reference %s, %c of G10, which the condition C%u does not have",
@@ -37,9 +37,10 @@ bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column
     return true;
 }
 
-/* At most 300 V, 2000 us: below 2**32. */
+/* At most 300 V, 2000 us: below 2**32. An open pulse lasts for the on-time, or for the wait. */
 uint32_t feed_modes_no_load_mv(const condition_row *row, uint32_t share_percent) {
-    return row->open_v * share_percent * 10 * row->on_us / (row->on_us + row->off_us);
+    uint32_t wait_us = conditions_wait_us(row), open_us = wait_us ? wait_us : row->on_us;
+    return row->open_v * share_percent * 10 * open_us / (open_us + row->off_us);
 }
 
 bool feed_modes_measures(void) { return mode >= FEED_ZERO; }
@@ -51,16 +52,18 @@ void feed_modes_settings(void) {
         hal_feed_mode_write(&none);
         return;
     }
-    bool distance = mode == FEED_REMOVAL;
+    bool distance = mode >= FEED_REMOVAL, shares = mode == FEED_DISCHARGE;
     uint32_t gain = settings_get(mode == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
     uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
-    uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(SET_LAW_UNIT_UM));
+    uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(shares ? SET_LAW_DISCHARGE_UM : SET_LAW_UNIT_UM));
     hal_feed_mode words = {
-        .mode = mode < FEED_ZERO ? 0 : mode - FEED_CLASSES,
-        .measure = feed_modes_measures(),
+        .mode = (shares ? FEED_REMOVAL : mode) - FEED_CLASSES,
+        .measure = true,
+        .shares = shares,
         .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
         .window = units_clocks_of_us(us),
-        .least = LEVELS(settings_get(SET_LAW_LEAST_MV)),
+        /* Of a share the bounds of Es/Ex are enough. */
+        .least = shares ? 1 : LEVELS(settings_get(SET_LAW_LEAST_MV)),
         .lowest = settings_get(SET_LAW_RATIO_LOWEST) * 4096 / 1000,
         .highest = settings_get(SET_LAW_RATIO_HIGHEST) * 4096 / 1000,
         .gain = units_rate(GAIN_STEP(gain)),
@@ -84,7 +87,9 @@ uint32_t feed_modes_no_load_of(const condition_row *row, uint32_t share_percent)
 uint32_t feed_modes_no_load(void) { return no_load; }
 
 void feed_modes_stage(const condition_row *row, uint32_t level) {
-    hal_feed_mode_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv));
+    /* Of the time, 2**-16: the voltage of a discharge counts as 0. At most on over period. */
+    uint32_t share = row->open_v ? (row->drop_mv << 13) / (row->open_v * 125u) : 0;
+    hal_feed_mode_references(level, LEVELS(row->reference_mv), LEVELS(row->drop_mv), share);
 }
 
 void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
@@ -93,7 +98,7 @@ void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
 }
 
 bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
-    if (!feed_modes_measures() || !settings_get(SET_LAW_NO_LOAD))
+    if (!feed_modes_measures() || mode == FEED_DISCHARGE || !settings_get(SET_LAW_NO_LOAD))
         return false;
     hal_feed_mode_state state = hal_feed_mode_read();
     uint32_t sum = counts[1] + counts[2] + counts[3];

@@ -9,7 +9,7 @@
 
 /* Feed modes with the numbers of G95 P; 0 is G94. */
 typedef enum {
-    FEED_CONSTANT, FEED_CLASSES, FEED_ZERO, FEED_OFFSET, FEED_REMOVAL, FEED_MODES
+    FEED_CONSTANT, FEED_CLASSES, FEED_ZERO, FEED_OFFSET, FEED_REMOVAL, FEED_DISCHARGE, FEED_MODES
 } feed_mode;
 
 /* Does a condition, if there is one, have the references that a feed mode needs, and do the

@@ -68,12 +68,17 @@ void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
     apply();
 }
 
+/* Is the gap voltage in use? */
+static bool converts(void) {
+    return feed_modes_measures() || settings_get(SET_SHORT_MEAN_MV);
+}
+
 /* Write what servo, converter and feed mode have to do. gap_settings converts the times. */
 static void drive(void) {
     hal_servo(counted);
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
-        .convert = mode != 0 || feed_modes_measures(),
+        .convert = mode != 0 || converts(),
         .manual = mode != 1,
         .manual_class = settings_get(SET_FLUID_CLASS),
         .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
@@ -133,7 +138,7 @@ static const char *trouble(uint32_t flags) {
 static const char *trouble_now(uint32_t state) {
     if (settings_get(SET_FLUID_MODE) == 1)
         return trouble(state);
-    return feed_modes_measures() ? trouble(state & HAL_FLUID_SILENT) : 0;
+    return converts() ? trouble(state & HAL_FLUID_SILENT) : 0;
 }
 
 bool gap_ready(fault *f) {

@@ -107,10 +107,12 @@ static void stage_rules(const condition_row *r) {
 static void stage(const condition_row *r, uint32_t no_load) {
     const gap_class *c = &classes[fluid];
     bool own = r->dame || r->open || r->ok;
-    uint32_t level = 0;
+    uint32_t level = 0, on = units_clocks_of_us(r->on_us), lag = conditions_lag();
     (void)conditions_level(r, &level);
+    if (r->from_ignition)
+        on = on > lag ? on - lag : 1;
     hal_presets(own ? r->dame : c->dame, own ? r->open : c->open, own ? r->ok : c->ok);
-    hal_pulse(units_clocks_of_us(r->on_us), units_clocks_of_us(r->off_us),
+    hal_pulse(on, units_clocks_of_us(conditions_wait_us(r)), units_clocks_of_us(r->off_us),
               units_clocks_of_us(r->rest_us), level);
     hal_supply(r->open_v / GAP_SUPPLY_STEP_V, r->negative);
     /* The fluid lowers the open voltage, but not the voltage of a discharge or of a short. */

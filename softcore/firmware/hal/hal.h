@@ -38,6 +38,7 @@ int hal_receive(void);          /* next byte, or HAL_MARK and a MARK of regs.h; 
 #define NOTE_RESUME 4u
 #define NOTE_RETRACT 8u
 #define NOTE_STOP 16u
+#define NOTE_CANCEL 32u
 uint32_t hal_notes(void);       /* real-time bytes since the last call, as bits NOTE_ */
 
 void hal_release_hold(void);    /* end the hold that a `!` began */
@@ -101,6 +102,8 @@ int32_t hal_front(void);        /* furthest path coordinate commanded */
 unsigned hal_slot(void);        /* slot of the segment in which the machine is */
 hal_motion hal_motion_read(void);
 void hal_ramp(uint32_t start_rate, uint32_t acceleration);
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration);   /* on the way back */
+void hal_lead(uint32_t clocks); /* of the velocity feed-forward; 0: the plain loop */
 
 /* Retraction. */
 typedef struct {
@@ -133,6 +136,7 @@ void hal_interrupts(bool events); /* of events; the first call also enables the 
 /* Gap and power. */
 typedef struct {
     uint32_t needed, window, duration, clear, blanking; /* pulses, pulses, clocks, samples, clocks */
+    uint32_t mean, mean_time;                           /* code (0: by pulses), clocks */
 } hal_short_detector;
 
 typedef struct {
@@ -150,13 +154,18 @@ void hal_gap_counts(uint32_t counts[4]);                /* open, ok, dame, short
 bool hal_shorted(void);                                 /* Ss after the last pulses */
 void hal_discriminate(const hal_discriminator *rules);
 void hal_criteria(const hal_criterion *c);
-/* Clocks of on-time, off-time, and additional off-time after an arc or a short; current in steps of
-   the supply. */
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level);
+/* Clocks from an ignition at the pins to the clock that sees it, and from the gateware's last clock
+   of a gate to the end of the pulse at its pin: rtl/pads.py. */
+#define HAL_GAP_LATENCY 4u
+/* Clocks of on-time, longest wait for the ignition from which the on-time counts (0: it counts from
+   the gate), off-time, and additional off-time after an arc or a short; current in steps of the
+   supply. */
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level);
 uint32_t hal_level_limit(void);                         /* highest level that the gateware allows */
 void hal_supply(uint32_t voltage, bool negative);           /* steps of the supply */
 void hal_references(uint32_t open, uint32_t arc, uint32_t shorted); /* 1/1024 of full scale */
 void hal_sense(uint32_t on, uint32_t off);                  /* clocks */
+void hal_follow(uint32_t clocks);   /* shortest wait for supply and comparators */
 void hal_discharge(bool machining);
 
 /* Servo. */
@@ -170,6 +179,7 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok); /* pulses */
 typedef struct {
     uint32_t mode;                          /* 0 constant, else the number of G95 P less one */
     uint32_t measure;
+    bool shares;                            /* Ex by the discharge per distance */
     uint32_t unit, window;                  /* path pulses, clocks */
     uint32_t least;                         /* level: lowest Ex */
     uint32_t lowest, highest;               /* bounds of Es/Ex, 1/4096 */
@@ -184,8 +194,8 @@ typedef struct {
 } hal_feed_mode_state;
 
 void hal_feed_mode_write(const hal_feed_mode *words);
-/* Levels: no-load voltage, Vs, Es. */
-void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop);
+/* Levels: no-load voltage, Vs, Es; and Es as a share of the time, 2**-16. */
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share);
 hal_feed_mode_state hal_feed_mode_read(void);
 
 /* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_criteria, hal_presets,

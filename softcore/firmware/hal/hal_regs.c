@@ -61,7 +61,7 @@ int hal_receive(void) {
 
 _Static_assert(NOTE_STATUS == LINK_NOTES_STATUS_MASK && NOTE_HOLD == LINK_NOTES_HOLD_MASK &&
                NOTE_RESUME == LINK_NOTES_RESUME_MASK && NOTE_RETRACT == LINK_NOTES_RETRACT_MASK &&
-               NOTE_STOP == LINK_NOTES_STOP_MASK,
+               NOTE_STOP == LINK_NOTES_STOP_MASK && NOTE_CANCEL == LINK_NOTES_CANCEL_MASK,
                "hal.h and the register table disagree on the notes");
 
 uint32_t hal_notes(void) { return LINK->notes; }
@@ -150,6 +150,13 @@ void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
     RAMP->acceleration = acceleration;
 }
 
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration) {
+    RAMP->back_start_rate = start_rate;
+    RAMP->back_acceleration = acceleration;
+}
+
+void hal_lead(uint32_t clocks) { RAMP->lead = clocks; }
+
 void hal_retraction_commit(const hal_retraction *data) {
     RETRACTION->rate = data->rate;
     RETRACTION->limit = data->limit;
@@ -210,6 +217,8 @@ void hal_short_write(const hal_short_detector *detector) {
     GAP->short_duration = detector->duration;
     GAP->clear_needed = detector->clear;
     GAP->blanking = detector->blanking;
+    GAP->short_mean = detector->mean;
+    GAP->short_mean_time = detector->mean_time;
 }
 
 void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }
@@ -264,10 +273,12 @@ void hal_feed_mode_write(const hal_feed_mode *words) {
     FEED->bounds = PUT(words->lowest, FEED_BOUNDS_LOWEST) | PUT(words->highest, FEED_BOUNDS_HIGHEST);
     FEED->gain = words->gain;
     FEED->highest = words->fastest;
-    FEED->control = PUT(words->mode, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE);
+    FEED->control = PUT(words->mode, FEED_CONTROL_MODE) | PUT(words->measure, FEED_CONTROL_MEASURE) |
+                    PUT(words->shares, FEED_CONTROL_SHARES);
 }
 
-void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share) {
+    FEED->share = share;
     FEED->no_load = no_load;
     FEED->reference = PUT(voltage, FEED_REFERENCE_VOLTAGE) | PUT(drop, FEED_REFERENCE_DROP);
 }
@@ -310,8 +321,9 @@ uint32_t hal_fluid_state(void) {
            GET(status, FLUID_STATUS_CLASS) << 8;
 }
 
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {
     POWER->on_time = on;
+    POWER->wait_time = wait;
     POWER->off_time = off;
     POWER->off_extra = rest;
     POWER->level = level;
@@ -323,6 +335,8 @@ void hal_sense(uint32_t on, uint32_t off) {
     POWER->sense_on = on;
     POWER->sense_off = off;
 }
+
+void hal_follow(uint32_t clocks) { CONDITION->settle = clocks; }
 
 void hal_discharge(bool machining) {
     POWER->control = PUT(machining, POWER_CONTROL_MACHINING) | PUT(1, POWER_CONTROL_CUT);

@@ -5,7 +5,7 @@
 
 /* What this gateware is, and its clock. */
 typedef volatile struct {
-    const uint32_t ident; /* Always ``GAPK``, so that the firmware can refuse other gateware. */
+    const uint32_t ident; /* Always ``GAPK``, first letter lowest, so that the firmware can refuse other gateware. */
     const uint32_t build; /* Digest of the gateware's sources. */
     const uint32_t clock_hz; /* Clock frequency. [Hz] */
     const uint32_t pulses_per_mm; /* Unit of position. [pulse/mm] */
@@ -73,6 +73,8 @@ _Static_assert(offsetof(link_regs, waiting) == 0x18, "");
 #define LINK_NOTES_RETRACT_MASK 0x00000008u
 #define LINK_NOTES_STOP_SHIFT 4
 #define LINK_NOTES_STOP_MASK 0x00000010u
+#define LINK_NOTES_CANCEL_SHIFT 5
+#define LINK_NOTES_CANCEL_MASK 0x00000020u
 #define LINK_RELEASE_HOLD_SHIFT 0
 #define LINK_RELEASE_HOLD_MASK 0x00000001u
 #define LINK_RELEASE_RESET_SHIFT 1
@@ -150,13 +152,25 @@ _Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
 typedef volatile struct {
     uint32_t start_rate; /* Start/stop speed: any change of speed below it is immediate. [2**-32 pulse/clock] */
     uint32_t acceleration; /* Slope of the linear ramp. [2**-32 pulse/clock per 16 clock] */
+    uint32_t back_start_rate; /* Start/stop speed on the way back. [2**-32 pulse/clock] */
+    uint32_t back_acceleration; /* Slope of the ramp on the way back. [2**-32 pulse/clock per 16 clock] */
+    uint32_t lead; /* Lag of the position loop that the velocity feed-forward makes up; 0: the plain loop. Taken over at rest. See ``rtl.motion.feed_forward``. [clock] */
 } ramp_regs;
 _Static_assert(offsetof(ramp_regs, start_rate) == 0x0, "");
 _Static_assert(offsetof(ramp_regs, acceleration) == 0x4, "");
+_Static_assert(offsetof(ramp_regs, back_start_rate) == 0x8, "");
+_Static_assert(offsetof(ramp_regs, back_acceleration) == 0xc, "");
+_Static_assert(offsetof(ramp_regs, lead) == 0x10, "");
 #define RAMP_START_RATE_VALUE_SHIFT 0
 #define RAMP_START_RATE_VALUE_MASK 0x3fffffffu
 #define RAMP_ACCELERATION_VALUE_SHIFT 0
 #define RAMP_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_START_RATE_VALUE_SHIFT 0
+#define RAMP_BACK_START_RATE_VALUE_MASK 0x3fffffffu
+#define RAMP_BACK_ACCELERATION_VALUE_SHIFT 0
+#define RAMP_BACK_ACCELERATION_VALUE_MASK 0x3fffffffu
+#define RAMP_LEAD_VALUE_SHIFT 0
+#define RAMP_LEAD_VALUE_MASK 0x07ffffffu
 #define RAMP ((ramp_regs *)0x80000300u)
 
 /* Retraction data in force and the start of retractions; see ``rtl.motion.retraction``. The data words are staged: ``commit`` puts them in force together. */
@@ -278,12 +292,12 @@ _Static_assert(offsetof(event_regs, status) == 0x24, "");
 /* Classes of the discharges, and the short detector. */
 typedef volatile struct {
     uint32_t short_ratio; /* A short is detected if `needed` of the last `window` pulses were shorted. */
-    uint32_t short_duration; /* A short is also detected after this time without a clear sample; 0 for never. [clock] */
+    uint32_t short_duration; /* A short is also detected after so long without a clear sample; 0: never. [clock] */
     uint32_t clear_needed; /* Clear samples in a row that end a short. */
     uint32_t blanking; /* From the start of a pulse (or sensing pulse) until the comparators are read. [clock] */
     uint32_t settle; /* From the ignition until the comparators are read. [clock] */
     uint32_t confirm; /* Within a pulse, an arc or short counts as abnormal after this time; 0 counts as 1. [clock] */
-    uint32_t delay_least; /* Shortest ignition delay of a good discharge. [clock] */
+    uint32_t delay_least; /* Least delay of a good discharge. [clock] */
     uint32_t criteria; /* How discharges are classified; see ``rtl.gap.discriminator``. */
     uint32_t reference; /* References of the comparators. */
     const uint32_t open_count; /* Pulses without a discharge. */
@@ -291,6 +305,8 @@ typedef volatile struct {
     const uint32_t dame_count; /* Arcs: discharges below the arc level. */
     const uint32_t short_count; /* Shorted pulses. */
     const uint32_t status; /* State of the gap. */
+    uint32_t short_mean; /* A short by the mean voltage below this; 0: by shorted pulses. It needs the converter. [1/4096 full scale] */
+    uint32_t short_mean_time; /* Time of that mean; 0 for never. [clock] */
     uint32_t lag_time; /* After the ramp has come down to the start/stop speed, the axes may be faster for this time. Contact with the discharge off trips the interlock in this time. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
@@ -307,7 +323,9 @@ _Static_assert(offsetof(gap_regs, ok_count) == 0x28, "");
 _Static_assert(offsetof(gap_regs, dame_count) == 0x2c, "");
 _Static_assert(offsetof(gap_regs, short_count) == 0x30, "");
 _Static_assert(offsetof(gap_regs, status) == 0x34, "");
-_Static_assert(offsetof(gap_regs, lag_time) == 0x38, "");
+_Static_assert(offsetof(gap_regs, short_mean) == 0x38, "");
+_Static_assert(offsetof(gap_regs, short_mean_time) == 0x3c, "");
+_Static_assert(offsetof(gap_regs, lag_time) == 0x40, "");
 #define GAP_SHORT_RATIO_NEEDED_SHIFT 0
 #define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
 #define GAP_SHORT_RATIO_WINDOW_SHIFT 6
@@ -340,6 +358,10 @@ _Static_assert(offsetof(gap_regs, lag_time) == 0x38, "");
 #define GAP_STATUS_SHORTED_MASK 0x00000001u
 #define GAP_STATUS_LAST_SHIFT 1
 #define GAP_STATUS_LAST_MASK 0x00000006u
+#define GAP_SHORT_MEAN_VALUE_SHIFT 0
+#define GAP_SHORT_MEAN_VALUE_MASK 0x00000fffu
+#define GAP_SHORT_MEAN_TIME_VALUE_SHIFT 0
+#define GAP_SHORT_MEAN_TIME_VALUE_MASK 0x00ffffffu
 #define GAP_LAG_TIME_VALUE_SHIFT 0
 #define GAP_LAG_TIME_VALUE_MASK 0x0fffffffu
 #define GAP ((gap_regs *)0x80000600u)
@@ -355,6 +377,7 @@ typedef volatile struct {
     uint32_t off_extra; /* Additional off-time after an abnormal pulse. [clock] */
     uint32_t supply; /* Orders to the power supply. */
     const uint32_t limits; /* Limits of the build, which no register can exceed. */
+    uint32_t wait_time; /* Longest wait for the ignition. [clock] */
 } power_regs;
 _Static_assert(offsetof(power_regs, on_time) == 0x0, "");
 _Static_assert(offsetof(power_regs, off_time) == 0x4, "");
@@ -365,6 +388,7 @@ _Static_assert(offsetof(power_regs, control) == 0x14, "");
 _Static_assert(offsetof(power_regs, off_extra) == 0x18, "");
 _Static_assert(offsetof(power_regs, supply) == 0x1c, "");
 _Static_assert(offsetof(power_regs, limits) == 0x20, "");
+_Static_assert(offsetof(power_regs, wait_time) == 0x24, "");
 #define POWER_ON_TIME_VALUE_SHIFT 0
 #define POWER_ON_TIME_VALUE_MASK 0x000fffffu
 #define POWER_OFF_TIME_VALUE_SHIFT 0
@@ -389,6 +413,8 @@ _Static_assert(offsetof(power_regs, limits) == 0x20, "");
 #define POWER_LIMITS_LEVEL_MASK 0x0000003fu
 #define POWER_LIMITS_OFF_SHIFT 6
 #define POWER_LIMITS_OFF_MASK 0x03ffffc0u
+#define POWER_WAIT_TIME_VALUE_SHIFT 0
+#define POWER_WAIT_TIME_VALUE_MASK 0x000fffffu
 #define POWER ((power_regs *)0x80000700u)
 
 /* Interlock and watchdog; see ``rtl.safety``. */
@@ -562,27 +588,33 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
-/* The machining condition in force. Its words are staged in the registers that ``rtl.power.condition`` names. They come into force together, between two pulses, and may not change while ``pending``. See ``rtl.power.condition_switch``. */
+/* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */
 typedef volatile struct {
     uint32_t order; /* Orders to the switch. */
     int32_t depth; /* Put the staged words in force when the jump axis has reached this depth; arms. [pulse] */
+    uint32_t settle; /* Shortest wait for power supply and comparators; see ``rtl.power.settling``. [clock] */
     const uint32_t status; /* State of the switch. */
 } condition_regs;
 _Static_assert(offsetof(condition_regs, order) == 0x0, "");
 _Static_assert(offsetof(condition_regs, depth) == 0x4, "");
-_Static_assert(offsetof(condition_regs, status) == 0x8, "");
+_Static_assert(offsetof(condition_regs, settle) == 0x8, "");
+_Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_ORDER_COMMIT_SHIFT 0
 #define CONDITION_ORDER_COMMIT_MASK 0x00000001u
 #define CONDITION_ORDER_DISARM_SHIFT 1
 #define CONDITION_ORDER_DISARM_MASK 0x00000002u
 #define CONDITION_ORDER_RESTART_SHIFT 2
 #define CONDITION_ORDER_RESTART_MASK 0x00000004u
+#define CONDITION_SETTLE_VALUE_SHIFT 0
+#define CONDITION_SETTLE_VALUE_MASK 0x00ffffffu
 #define CONDITION_STATUS_ARMED_SHIFT 0
 #define CONDITION_STATUS_ARMED_MASK 0x00000001u
 #define CONDITION_STATUS_PENDING_SHIFT 1
 #define CONDITION_STATUS_PENDING_MASK 0x00000002u
 #define CONDITION_STATUS_COUNT_SHIFT 2
 #define CONDITION_STATUS_COUNT_MASK 0x000003fcu
+#define CONDITION_STATUS_SETTLED_SHIFT 10
+#define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
 
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
@@ -692,11 +724,12 @@ _Static_assert(offsetof(fluid_regs, status) == 0x20, "");
 /* Feed by the mean gap voltage; see ``rtl.gap.removal`` and ``rtl.gap.feed_mode``. The converter has to run. */
 typedef volatile struct {
     uint32_t control; /* The feed mode, and the measurement that it needs. */
-    uint32_t unit; /* Unit distance of a mean; 0 for a mean over time only. [pulse] */
+    uint32_t unit; /* Unit distance; 0 for none. [pulse] */
     uint32_t window; /* Longest time of a mean; 0 for no bound. [clock] */
-    uint32_t no_load; /* Mean voltage without discharges, off-time included. [2**-16 full scale] */
+    uint32_t no_load; /* Mean voltage without discharges. [2**-16 full scale] */
     uint32_t reference; /* References of the condition. */
-    uint32_t least; /* Lowest drop Ex; a lower one counts as this. [2**-16 full scale] */
+    uint32_t share; /* Es of G95 P5, a share of the time. [2**-16] */
+    uint32_t least; /* Lowest Ex; a lower one counts as it. [2**-16 full scale] */
     uint32_t bounds; /* Bounds of Es/Ex. */
     uint32_t gain; /* K of feed modes 1 and 2. [2**-32 pulse/clock per 1/16 full scale] */
     uint32_t highest; /* Highest feed of feed modes 2 and 3. [2**-32 pulse/clock] */
@@ -709,17 +742,20 @@ _Static_assert(offsetof(feed_regs, unit) == 0x4, "");
 _Static_assert(offsetof(feed_regs, window) == 0x8, "");
 _Static_assert(offsetof(feed_regs, no_load) == 0xc, "");
 _Static_assert(offsetof(feed_regs, reference) == 0x10, "");
-_Static_assert(offsetof(feed_regs, least) == 0x14, "");
-_Static_assert(offsetof(feed_regs, bounds) == 0x18, "");
-_Static_assert(offsetof(feed_regs, gain) == 0x1c, "");
-_Static_assert(offsetof(feed_regs, highest) == 0x20, "");
-_Static_assert(offsetof(feed_regs, voltage) == 0x24, "");
-_Static_assert(offsetof(feed_regs, status) == 0x28, "");
-_Static_assert(offsetof(feed_regs, in_force) == 0x2c, "");
+_Static_assert(offsetof(feed_regs, share) == 0x14, "");
+_Static_assert(offsetof(feed_regs, least) == 0x18, "");
+_Static_assert(offsetof(feed_regs, bounds) == 0x1c, "");
+_Static_assert(offsetof(feed_regs, gain) == 0x20, "");
+_Static_assert(offsetof(feed_regs, highest) == 0x24, "");
+_Static_assert(offsetof(feed_regs, voltage) == 0x28, "");
+_Static_assert(offsetof(feed_regs, status) == 0x2c, "");
+_Static_assert(offsetof(feed_regs, in_force) == 0x30, "");
 #define FEED_CONTROL_MODE_SHIFT 0
 #define FEED_CONTROL_MODE_MASK 0x00000003u
 #define FEED_CONTROL_MEASURE_SHIFT 2
 #define FEED_CONTROL_MEASURE_MASK 0x00000004u
+#define FEED_CONTROL_SHARES_SHIFT 3
+#define FEED_CONTROL_SHARES_MASK 0x00000008u
 #define FEED_UNIT_VALUE_SHIFT 0
 #define FEED_UNIT_VALUE_MASK 0x0000ffffu
 #define FEED_NO_LOAD_VALUE_SHIFT 0
@@ -728,6 +764,8 @@ _Static_assert(offsetof(feed_regs, in_force) == 0x2c, "");
 #define FEED_REFERENCE_VOLTAGE_MASK 0x0000ffffu
 #define FEED_REFERENCE_DROP_SHIFT 16
 #define FEED_REFERENCE_DROP_MASK 0xffff0000u
+#define FEED_SHARE_VALUE_SHIFT 0
+#define FEED_SHARE_VALUE_MASK 0x0000ffffu
 #define FEED_LEAST_VALUE_SHIFT 0
 #define FEED_LEAST_VALUE_MASK 0x0000ffffu
 #define FEED_BOUNDS_LOWEST_SHIFT 0
@@ -781,8 +819,9 @@ _Static_assert(offsetof(feed_regs, in_force) == 0x2c, "");
 #define REALTIME_RESET 0x18u
 #define REALTIME_RETRACT 0xb0u
 #define REALTIME_STOP 0x9eu
+#define REALTIME_CANCEL 0x85u
 #define REALTIME_DOOR 0x84u
-#define REALTIME_PASSED_OVER(byte) ((byte) == 0x85u || (byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
+#define REALTIME_PASSED_OVER(byte) ((byte) == 0x98u || (byte) == 0x99u || (byte) == 0x9au || (byte) == 0x9bu || (byte) == 0x9cu || (byte) == 0x9du || (byte) == 0x9fu || (byte) == 0xa0u || (byte) == 0xa1u)
 #define OVERRIDE_FEED_LEAST 10
 #define OVERRIDE_FEED_MOST 200
 #define OVERRIDE_RAPID_LEAST 25

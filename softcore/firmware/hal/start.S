@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reset and trap entry of the soft core (VexRiscv, RV32IM, machine mode only). */
+/* Reset and trap entry of the soft core (VexRiscv, RV32IMC, machine mode only). */
 
     .option arch, +zicsr
     .section .text.start, "ax"

@@ -14,7 +14,7 @@
 #define KNOWN (SIGNED | NAMES | BLOCK_BIT('G') | BLOCK_BIT('M') | BLOCK_BIT('F') | \
                BLOCK_BIT('P') | BLOCK_BIT('L') | BLOCK_BIT('H') | \
                BLOCK_BIT('E') | BLOCK_BIT('Q') | BLOCK_BIT('U') | BLOCK_BIT('V') | \
-               BLOCK_BIT('W'))
+               BLOCK_BIT('W') | BLOCK_BIT('A') | BLOCK_BIT('B'))
 
 void block_begin(block *b, const char *text, uint32_t length) {
     b->present = 0;

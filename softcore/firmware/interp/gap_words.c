@@ -5,6 +5,8 @@
 #include "base/units.h"
 #include "gap/feed_modes.h"
 
+#define PULSE_LONGEST_US 2000   /* on_max_s of rtl/controller.py, which no register exceeds */
+
 /* Compiled for size: few blocks have these words. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
@@ -12,9 +14,9 @@
 
 bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f) {
     if (!w)
-        return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P4");
+        return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P5");
     if (w->number.decimals || w->number.digits < FEED_CLASSES || w->number.digits >= FEED_MODES)
-        return fault_at(f, FAULT_NUMBER, w->column, "the feed mode of G95 must be P1 to P4");
+        return fault_at(f, FAULT_NUMBER, w->column, "the feed mode of G95 must be P1 to P5");
     *mode = (uint8_t)w->number.digits;
     return true;
 }
@@ -84,23 +86,42 @@ static bool references(const word *voltage, const word *drop, condition_row *row
            reference('U', drop, row, &row->drop_mv, f);
 }
 
+/* From where the on-time counts, and how long a pulse waits for its ignition. */
+static bool ignition(context *c, uint32_t on_us, condition_row *row) {
+    uint32_t from = row->from_ignition, wait = row->wait_us;
+    const word *longest = block_has(c->b, 'B') ? BLOCK_WORD(c->b, 'B') : 0;
+    if (!words_whole(c, 'A', 0, 1, "where the on-time counts from", &from) ||
+        !words_whole(c, 'B', 0, PULSE_LONGEST_US, "the longest wait for the ignition", &wait))
+        return false;
+    if (longest && !from)
+        return fault_at(c->f, FAULT_TABLE, longest->column,
+                        "the longest wait B needs A1, the on-time from the ignition");
+    row->from_ignition = from;
+    row->wait_us = from ? (uint16_t)wait : 0;
+    if (from && on_us + (row->wait_us ? row->wait_us : on_us) > PULSE_LONGEST_US)
+        return fault_at(c->f, FAULT_TABLE, longest ? longest->column : 0,
+                        "the on-time P and the wait B (without B as long as P) must not be above "
+                        "%u us together", (uint32_t)PULSE_LONGEST_US);
+    return true;
+}
+
 bool gap_words_condition(context *c, bool mdi) {
     if (!words_alone(c, AXIS_LETTERS | BLOCK_BIT('C') | BLOCK_BIT('I') | BLOCK_BIT('P') |
                       BLOCK_BIT('Q') | BLOCK_BIT('R') | BLOCK_BIT('E') | BLOCK_BIT('H') |
                       BLOCK_BIT('K') | BLOCK_BIT('L') | BLOCK_BIT('U') | BLOCK_BIT('V') |
                       BLOCK_BIT('J') | BLOCK_BIT('W') | BLOCK_BIT('S') | BLOCK_BIT('F') |
-                      BLOCK_BIT('T')))
+                      BLOCK_BIT('T') | BLOCK_BIT('A') | BLOCK_BIT('B')))
         return false;
     const word *name = words_take(c, 'C'), *sign = words_take(c, 'K'), *step = words_take(c, 'L');
     condition_row row = conditions_draft(block_name(c->b, 'C'));
     uint32_t on = row.on_us, off = row.off_us, rest = row.rest_us, open = row.open_v,
              percent = row.open_percent, counts[3] = {row.dame, row.open, row.ok};
-    if (!current(c, &row) || !words_whole(c, 'P', 1, 2000, "the on-time", &on) ||
+    if (!current(c, &row) || !words_whole(c, 'P', 1, PULSE_LONGEST_US, "the on-time", &on) ||
         !words_whole(c, 'Q', 1, 20000, "the off-time", &off) ||
         !words_whole(c, 'R', 0, 20000, "the rest after an arc", &rest) ||
         !words_whole(c, 'E', 20, 300, "the open voltage", &open) ||
         !words_whole(c, 'H', 1, 99, "the open level", &percent) || !presets(c, counts) ||
-        !rules(c, &row))
+        !rules(c, &row) || !ignition(c, on, &row))
         return false;
     if (sign && (sign->number.decimals || sign->number.digits != 1))
         return fault_at(c->f, FAULT_TABLE, sign->column, "the polarity K must be 1 or -1");

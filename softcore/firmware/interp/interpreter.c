@@ -13,10 +13,6 @@
 #include "interp/retraction_words.h"
 #include "interp/words.h"
 
-#include <stddef.h>
-
-_Static_assert(offsetof(plan, after) == 0, "interpreter_block clears what follows the state");
-
 typedef struct {
     uint16_t tenths;
     uint8_t group;
@@ -265,29 +261,28 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     }
 }
 
-/* Every word of the block must have been used. */
-static bool nothing_left(context *c) {
-    for (unsigned i = 0; c->free; i++)
-        if (c->free & (1u << i))
-            return fault_at(c->f, FAULT_PLACE, c->b->words[i].column,
-                            "the word %c has no meaning in this block", (char)('A' + i));
+/* A and B belong to the conditions of G10. Elsewhere they would be axes that the machine does not
+   have. */
+static bool no_other_axis(context *c) {
+    static const char OTHERS[2] = {'A', 'B'};
+    if (c->g[G_ONCE] == 100 && block_has(c->b, 'C'))
+        return true;
+    for (unsigned i = 0; i < sizeof OTHERS; i++)
+        if (block_has(c->b, OTHERS[i]))
+            return fault_at(c->f, FAULT_UNKNOWN, BLOCK_WORD(c->b, OTHERS[i])->column,
+                            "the word %c is unknown", OTHERS[i]);
     return true;
 }
 
 bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t highest_speed,
                 const travel_range *t, unsigned jump_axis, plan *p, fault *f) {
     context c = {.b = b, .f = f, .p = p, .before = state, .free = b->present};
-    plan_copy(&p->after, state);
-    /* Clear everything behind the modal state. */
-    __builtin_memset((char *)p + sizeof p->after, 0, sizeof *p - sizeof p->after);
-    p->s = p->t = p->m[0] = -1;
-    p->name = -1;
-    p->class_number = GAP_CLASSES;
+    plan_begin(p, state);
     f->block = block_has(b, 'N') ? block_name(b, 'N') : 0;
     words_take(&c, 'N');
     if (words_take(&c, 'O'))
         p->name = block_name(b, 'O');
-    if (!find_groups(&c))
+    if (!find_groups(&c) || !no_other_axis(&c))
         return false;
     if (c.g[G_UNITS] >= 0)
         p->after.inch = c.g[G_UNITS] == 200;
@@ -314,7 +309,7 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
         (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_references(&c))) ||
                    !judge_auxiliary(&c))) ||
         (c.g[G_ONCE] < 0 && !path_words_move(&c, highest_speed, t)) ||
-        !nothing_left(&c))
+        !words_used(&c))
         return false;
     p->move.plane = p->after.plane;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)

@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+_Static_assert(offsetof(plan, after) == 0, "plan_begin clears what follows the state");
+
 void plan_copy(modal *to, const modal *from) {
     __builtin_memcpy(to, from,
                      to->edition == from->edition ? offsetof(modal, edition) : sizeof *to);
@@ -32,4 +34,12 @@ void plan_start(modal *state) {
     state->jump.period = 0;
     state->condition = 0;
     state->servo = state->served = state->machining = false;
+}
+
+void plan_begin(plan *p, const modal *state) {
+    plan_copy(&p->after, state);
+    __builtin_memset((char *)p + sizeof p->after, 0, sizeof *p - sizeof p->after);
+    p->s = p->t = p->m[0] = -1;
+    p->name = -1;
+    p->class_number = GAP_CLASSES;
 }

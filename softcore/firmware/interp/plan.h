@@ -97,6 +97,9 @@ typedef struct {
    offsets and the MDI layer of the retraction memory. */
 void plan_start(modal *state);
 
+/* Begin the plan of a block: the state before it, and nothing else. */
+void plan_begin(plan *p, const modal *state);
+
 /* Put a work offset in force; the offset of G92 is still added to it. */
 void plan_select_system(modal *state, unsigned system);
 

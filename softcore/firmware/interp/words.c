@@ -56,13 +56,16 @@ bool words_alone(context *c, uint32_t allowed) {
     return true;
 }
 
+bool words_used(context *c) {
+    for (unsigned i = 0; c->free; i++)
+        if (c->free & (1u << i))
+            return fault_at(c->f, FAULT_PLACE, c->b->words[i].column,
+                            "the word %c has no meaning in this block", (char)('A' + i));
+    return true;
+}
+
 bool words_seen(context *c, const condition_row *row, uint32_t column) {
-    return conditions_seen(row) ||
-           fault_at(c->f, FAULT_CONDITION, column,
-                    "a pulse of C%u takes %u us, and the gap is sampled after %u ns only "
-                    "($%u, $%u)", row->number, (uint32_t)row->on_us,
-                    settings_get(SET_BLANKING_NS) + settings_get(SET_SETTLE_NS),
-                    settings_number(SET_BLANKING_NS), settings_number(SET_SETTLE_NS));
+    return conditions_judge(row, column, c->f);
 }
 
 bool words_condition(context *c, const word *w, const condition_row **row) {

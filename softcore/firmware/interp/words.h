@@ -40,6 +40,9 @@ bool words_whole(context *c, char letter, uint32_t lowest, uint32_t highest, con
 /* Check that the block has no other code and only the allowed letters. */
 bool words_alone(context *c, uint32_t allowed);
 
+/* Check that every word of the block has been taken. */
+bool words_used(context *c);
+
 /* Check that the comparators at the gap are read before a pulse of the condition ends. */
 bool words_seen(context *c, const condition_row *row, uint32_t column);
 

@@ -103,6 +103,7 @@ void lines_init(void) {
 bool lines_guarded(void) { return guarded; }
 bool lines_whole(void) { return !until_quiet; }
 lines_counts lines_count(void) { return counts; }
+bool lines_wait(void) { return tail != head || overflowed; }
 uint32_t lines_free(void) { return ROOM - 1 - (end - tail); }
 
 static void say(uint32_t code, bool has_number, uint32_t number) {

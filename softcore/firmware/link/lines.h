@@ -44,6 +44,8 @@ void lines_quiet(void);                 /* nothing has come for a while */
 typedef enum { LINES_NONE, LINES_TEXT, LINES_REFUSED } lines_kind;
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
 
+bool lines_wait(void);                  /* a line waits to be taken */
+
 void lines_answer(const fault *f);      /* to the line taken last */
 
 uint32_t lines_free(void);              /* characters that the queue of lines has room for */

@@ -291,6 +291,7 @@ int32_t gk_speed_of(uint64_t digits, uint32_t decimals, int inch, uint32_t *um_p
 uint32_t gk_rate(uint32_t um_per_min) { return units_rate(um_per_min); }
 uint32_t gk_speed_of_rate(uint32_t rate) { return units_speed_of_rate(rate); }
 uint32_t gk_acceleration(uint32_t mm_per_s2) { return units_acceleration(mm_per_s2); }
+uint32_t gk_lead(uint32_t percent, uint32_t per_s) { return units_lead(percent, per_s); }
 uint32_t gk_root(uint64_t square) { return units_root(square); }
 
 uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks) {

@@ -392,10 +392,6 @@ hal_motion hal_motion_read(void) {
     return (hal_motion){.moving = under_way, .in_position = !lags, .backpressure = !speed && !stuck,
                         .state = state};
 }
-void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
-    (void)start_rate;
-    (void)acceleration;
-}
 
 void hal_retraction_commit(const hal_retraction *words) { data = *words; }
 void hal_jump_period(uint32_t clocks) { period = clocks; }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The part of the model machine that keeps the values written to an axis, and its check results. */
+/* The part of the model machine that keeps the values written to an axis and to the ramp, and the
+   axes' check results. */
 #include "hal/hal.h"
 #include "pc/host.h"
 
 static int32_t limits[HAL_AXES][2];
 static uint32_t gains[HAL_AXES];
+static uint32_t ramp[5]; /* speed and acceleration, those of the way back, lead */
 static hal_check check_found[HAL_AXES];
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
@@ -13,6 +15,15 @@ void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
 }
 
 void hal_axis_gain(unsigned axis, uint32_t value) { gains[axis] = value; }
+void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
+    ramp[0] = start_rate;
+    ramp[1] = acceleration;
+}
+void hal_ramp_back(uint32_t start_rate, uint32_t acceleration) {
+    ramp[2] = start_rate;
+    ramp[3] = acceleration;
+}
+void hal_lead(uint32_t clocks) { ramp[4] = clocks; }
 hal_check hal_axis_check(unsigned axis) { return check_found[axis]; }
 bool hal_axis_beyond(unsigned axis, bool high) {
     (void)axis;
@@ -23,6 +34,11 @@ void gk_axis_words(uint32_t axis, int32_t words[3]) {
     words[0] = limits[axis][0];
     words[1] = limits[axis][1];
     words[2] = (int32_t)gains[axis];
+}
+
+void gk_ramp_words(uint32_t words[5]) {
+    for (unsigned i = 0; i < 5; i++)
+        words[i] = ramp[i];
 }
 
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }

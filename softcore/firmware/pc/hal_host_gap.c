@@ -12,7 +12,7 @@
 typedef struct {
     gk_power power;
     uint32_t reference[3], presets[3], counting[3], criteria, delay_least, step;
-    uint32_t references[3];     /* no load, Vs, Es */
+    uint32_t references[4];     /* no load, Vs, Es, Es as a share */
 } condition;
 
 static condition staged, in_force;
@@ -94,11 +94,12 @@ void gk_gap_read(gk_gap *words) {
     words->delay_least = in_force.delay_least;
 }
 void gk_fluid(uint32_t flags) { fluid_state = flags; }
-void gk_feed_mode_read(uint32_t words[12]) {
-    const uint32_t all[12] = {feed_mode.mode, feed_mode.measure, feed_mode.unit, feed_mode.window,
+void gk_feed_mode_read(uint32_t words[14]) {
+    const uint32_t all[14] = {feed_mode.mode, feed_mode.measure, feed_mode.unit, feed_mode.window,
                               in_force.references[0], in_force.references[1],
                               in_force.references[2], feed_mode.least, feed_mode.lowest,
-                              feed_mode.highest, feed_mode.gain, feed_mode.fastest};
+                              feed_mode.highest, feed_mode.gain, feed_mode.fastest,
+                              feed_mode.shares, in_force.references[3]};
     memcpy(words, all, sizeof all);
 }
 void gk_mean(uint32_t level) {
@@ -108,7 +109,10 @@ void gk_mean(uint32_t level) {
 void gk_discharges(uint32_t count) { discharges += count; }
 void gk_opens(uint32_t count) { opens += count; }
 
-void hal_short_write(const hal_short_detector *detector) { (void)detector; }
+void hal_short_write(const hal_short_detector *detector) {
+    gap.short_mean = detector->mean;
+    gap.short_mean_time = detector->mean_time;
+}
 void hal_lag_time(uint32_t clocks) { gap.lag_time = clocks; }
 void hal_gap_counts(uint32_t counts[4]) {
     counts[0] = opens;
@@ -122,8 +126,8 @@ void hal_criteria(const hal_criterion *c) {
     staged.criteria = c->current * 1u + c->delay * 2u + c->noise * 4u;
     staged.delay_least = c->delay_least;
 }
-void hal_pulse(uint32_t on, uint32_t off, uint32_t rest, uint32_t level) {
-    staged.power = (gk_power){.on = on, .off = off, .rest = rest, .level = level,
+void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {
+    staged.power = (gk_power){.on = on, .wait = wait, .off = off, .rest = rest, .level = level,
                               .voltage = staged.power.voltage, .negative = staged.power.negative};
 }
 uint32_t hal_level_limit(void) { return level_limit; }
@@ -150,10 +154,11 @@ void hal_presets(uint32_t dame, uint32_t open, uint32_t ok) {
     staged.presets[1] = open;
     staged.presets[2] = ok;
 }
-void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop) {
+void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share) {
     staged.references[0] = no_load;
     staged.references[1] = voltage;
     staged.references[2] = drop;
+    staged.references[3] = share;
 }
 void hal_feed_mode_write(const hal_feed_mode *words) { feed_mode = *words; }
 hal_feed_mode_state hal_feed_mode_read(void) { return feed_mode_state; }
@@ -163,3 +168,4 @@ void hal_sense(uint32_t on, uint32_t off) {
     (void)on;
     (void)off;
 }
+void hal_follow(uint32_t clocks) { (void)clocks; }

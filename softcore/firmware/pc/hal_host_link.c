@@ -61,6 +61,7 @@ static void come(uint8_t byte) {
     case REALTIME_RESUME: notes |= NOTE_RESUME; break;
     case REALTIME_RETRACT: notes |= NOTE_RETRACT; break;
     case REALTIME_STOP: notes |= NOTE_STOP; break;
+    case REALTIME_CANCEL: notes |= NOTE_CANCEL; break;
     case REALTIME_RESET:
         reset = true;
         reset_told = false;

@@ -122,6 +122,8 @@ void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are press
 void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis does not make */
 void gk_check_found(uint32_t axis, uint32_t check); /* the result of hal_axis_check */
 void gk_axis_words(uint32_t axis, int32_t words[3]); /* soft limits and gain, as written */
+/* The ramp as written: start rate and acceleration, those of the way back, and the lead. */
+void gk_ramp_words(uint32_t words[5]);
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
 int32_t gk_bound(uint32_t bound);
 int32_t gk_position(void);
@@ -132,15 +134,15 @@ uint32_t gk_flags(void);
 void gk_data(uint32_t words[10]);   /* retraction data in force, then the jump period */
 /* Values for the power supply that are in force: clocks, steps of voltage. */
 typedef struct {
-    uint32_t on, off, rest, level, voltage, negative;   /* level: steps of the supply */
+    uint32_t on, wait, off, rest, level, voltage, negative;   /* level: steps of the supply */
 } gk_power;
 
 /* Values written for the gap: references in 1/1024; presets dame, open, ok; counting mode, window
-   and weight; criteria as in their setting; clocks; pulses. All but servo, period, convert and
-   lag_time are those of the condition in force. */
+   and weight; criteria as in their setting; clocks; pulses. All but servo, period, convert,
+   lag_time and those of the short (code, clocks) are those of the condition in force. */
 typedef struct {
     uint32_t reference[3], presets[3], servo, period, step, convert, lag_time, counting[3], criteria,
-        delay_least;
+        delay_least, short_mean, short_mean_time;
 } gk_gap;
 
 void gk_power_read(gk_power *words);
@@ -148,7 +150,8 @@ void gk_gap_read(gk_gap *words);
 void gk_discharges(uint32_t count); /* count more pulses with a discharge */
 void gk_opens(uint32_t count);      /* count more open pulses */
 void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
-void gk_feed_mode_read(uint32_t words[12]); /* hal_feed_mode, with the references after window */
+/* hal_feed_mode, with the first references after window, and the other words at the end. */
+void gk_feed_mode_read(uint32_t words[14]);
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
 void gk_watch(bool closed, bool asks); /* calls would be too early; its interrupt is pending */
 uint32_t gk_answers(void);      /* answers to that interrupt since boot */
@@ -182,6 +185,7 @@ uint32_t gk_rate(uint32_t um_per_min);
 uint32_t gk_speed_of_rate(uint32_t rate);
 uint32_t gk_speed_of_count(uint32_t pulses, uint32_t clocks);
 uint32_t gk_acceleration(uint32_t mm_per_s2);
+uint32_t gk_lead(uint32_t percent, uint32_t per_s);
 uint32_t gk_braking(uint32_t rate, uint32_t start_rate, uint32_t acceleration);
 uint32_t gk_root(uint64_t square);
 

@@ -44,21 +44,23 @@ def first_alarm(lines):
     return [code, ",".join(parts)]
 
 
-@pytest.mark.parametrize("mode", [1, 2, 3, 4])
+@pytest.mark.parametrize("mode", [1, 2, 3, 4, 5])
 def test_a_mode_brings_references_and_settings(machine, mode):
     under(machine, mode)
     assert machine.gap["servo"] == (mode == 1)
     assert machine.gap["convert"] == (mode != 1)
     found = machine.feed_mode
     if mode == 1:
-        of_the_condition = {"no_load", "voltage", "drop"}
+        of_the_condition = {"no_load", "voltage", "drop", "share"}
         assert not any(found[name] for name in found.keys() - of_the_condition)
         return
-    assert (found["mode"], found["measure"]) == (mode - 1, 1)
+    assert (found["mode"], found["measure"]) == (min(mode, 4) - 1, 1)
+    assert found["shares"] == (mode == 5)
     assert found["voltage"] == level(12.5)
     assert found["drop"] == level(3.25)
     assert found["no_load"] == level(20), "off-time included"
-    assert found["least"] == level(0.2)
+    assert found["share"] == int(3.25 / 80 * 65536), "a discharge takes all of the 80 V"
+    assert found["least"] == (1 if mode == 5 else level(0.2))
     assert (found["lowest"], found["highest"]) == (1024, 16384)
     assert found["fastest"] == pytest.approx(rate(1_800_000), abs=1)
     if mode in (2, 3):
@@ -66,6 +68,8 @@ def test_a_mode_brings_references_and_settings(machine, mode):
         assert found["gain"] == pytest.approx(rate({2: 500, 3: 100}[mode] * 6.25), abs=1)
     if mode == 4:
         assert (found["unit"], found["window"]) == (100, CLOCK_HZ)
+    if mode == 5:
+        assert (found["unit"], found["window"]) == (200, CLOCK_HZ)
 
 
 def test_the_mode_is_on_for_feed_motion_alone(machine):
@@ -87,6 +91,8 @@ def test_the_mode_is_on_for_feed_motion_alone(machine):
     (["C130", "G95 P2"], "condition",
      "character 1: G95 P2 needs a reference voltage Vs, V of G10, which "
                              "the condition C130 does not have."),
+    (["G95 P5", "C130"], "condition",
+     "character 1: G95 P5 needs a reference drop Es, U of G10, which the condition C130"),
     (["G95 P4", "C130"], "condition",
      "character 1: G95 P4 needs a reference drop Es, U of G10, which the "
                              "condition C130 does not have."),
@@ -119,7 +125,7 @@ def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
         "Block 3, character 1: the lowest ratio Es/Ex of the settings is above the highest."]
 
 
-@pytest.mark.parametrize("mode", [2, 3, 4])
+@pytest.mark.parametrize("mode", [2, 3, 4, 5])
 def test_standing_at_the_front_for_ever_is_an_alarm(machine, mode):
     machine.line(assign("no_progress_s", 1))
     under(machine, mode, passes=300)
@@ -231,3 +237,27 @@ def test_a_row_that_changes_between_the_mode_and_the_way_is_judged_again(machine
     reference, lines = voltage(machine, [ROW, "C900 G95 P2", "G10 C900 V0"])
     assert events(lines, "alarm"), reference
     assert "needs a reference voltage" in first_alarm(lines)[1]
+
+
+def test_the_discharge_has_a_unit_distance_of_its_own(machine):
+    for line in (assign("law_unit_um", 25), assign("law_discharge_um", 8)):
+        assert machine.line(line) == ["ok"]
+    under(machine, 5)
+    assert machine.feed_mode["unit"] == 80
+
+
+def test_a_short_by_the_mean_voltage_is_told_to_the_gateware_and_needs_the_converter(machine):
+    assert (machine.gap["short_mean"], machine.gap["convert"]) == (0, 0)
+    assert machine.line(assign("short_mean_mv", 5000)) == ["ok"]
+    assert machine.line(assign("short_mean_us", 700)) == ["ok"]
+    assert machine.gap["short_mean"] == -(-5 * 4096 // 100), "5 of 100 V, rounded up"
+    assert machine.gap["short_mean_time"] == 1400
+    assert machine.gap["convert"] == 1
+    assert machine.line(assign("short_mean_mv", 1)) == ["ok"]
+    assert machine.gap["short_mean"] == 1, "no preset is rounded to none"
+    machine.library.gk_fluid(SILENT)
+    lines = machine.tape(punched([DATA, ROW, "C900", "M03", "G01 Z-1 F60", "M02"]), passes=4000)
+    assert first_alarm(lines)[0] == str(alarm_number("fluid"))
+    machine.library.gk_fluid(0)
+    assert machine.line(assign("short_mean_mv", 0)) == ["ok"]
+    assert (machine.gap["short_mean"], machine.gap["convert"]) == (0, 0)

@@ -32,8 +32,8 @@ def reference(volts):
 
 def test_condition_reaches_supply_and_comparators(machine):
     run(machine, "C130", "M02")
-    assert machine.power == {"on": 200, "off": 100, "rest": 100, "level": 6, "voltage": 4,
-                             "negative": 0}
+    assert machine.power == {"on": 200, "wait": 0, "off": 100, "rest": 100, "level": 6,
+                             "voltage": 4, "negative": 0}
     assert machine.gap["reference"] == (reference(60), reference(20), reference(12))
     assert machine.gap["presets"] == SECOND_PATENT[0]
     assert machine.gap["step"] == 50
@@ -94,7 +94,7 @@ def test_tables_are_entered_by_program_and_by_hand(machine):
     assert machine.line("G10 C900 I3 P40 Q30 R70 E120 H80 K-1 L.002 X4 Y5 Z6") == ["ok"]
     assert machine.line("G10 W2 X9 Y8 Z7 H50") == ["ok"]
     run(machine, "C900", "M02")
-    assert machine.power == {"on": 80, "off": 60, "rest": 140, "level": 3, "voltage": 6,
+    assert machine.power == {"on": 80, "wait": 0, "off": 60, "rest": 140, "level": 3, "voltage": 6,
                              "negative": 1}
     assert machine.gap["reference"][0] == reference(96)
     assert machine.gap["presets"] == (4, 5, 6), "the condition's own"

@@ -235,7 +235,7 @@ def test_what_the_queue_has_lost_refuses_its_line(machine):
     assert machine.line("G00 X1") == ["ok"]
 
 
-@pytest.mark.parametrize("byte", [0x85, 0x90, 0x92, 0x99, 0x9E, 0xA0, 0xA1])
+@pytest.mark.parametrize("byte", [0x90, 0x92, 0x99, 0x9E, 0xA0, 0xA1])
 def test_overrides_of_grbl_do_nothing_wherever_they_come(machine, byte):
     """Not even a retraction, which one of them once was."""
     override = bytes([byte])

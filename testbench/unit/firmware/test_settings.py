@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings as senders read them: ``$$`` of grbl 1.1, ``$ES`` of grblHAL, and what cannot be set."""
 
+import ctypes
 import re
 
 import pytest
@@ -144,3 +145,35 @@ def test_a_reset_ends_a_list(machine):
     said = machine.run(300)
     assert "ok" not in said
     assert len(said) < 10
+
+
+def ramp(machine):
+    """Start rate and acceleration, those of the way back, and the lead, as written."""
+    row = (ctypes.c_uint32 * 5)()
+    machine.library.gk_ramp_words(row)
+    return tuple(row)
+
+
+def test_the_way_back_has_a_ramp_of_its_own(machine):
+    start, acceleration, *back, _ = ramp(machine)
+    assert back == [start, acceleration]
+    assert machine.line(assign("start_speed_um_s", 5000)) == ["ok"]
+    assert machine.line(assign("acceleration_mm_s2", 2000)) == ["ok"]
+    half, twice, *back, _ = ramp(machine)
+    assert back == [half, twice]
+    assert abs(2 * half - start) <= 2
+    assert 2 * acceleration <= twice
+    assert machine.line(assign("back_start_speed_um_s", 10_000)) == ["ok"]
+    assert machine.line(assign("back_acceleration_mm_s2", 1000)) == ["ok"]
+    assert ramp(machine)[:4] == (half, twice, start, acceleration)
+
+
+def test_feed_forward_makes_up_the_lag_of_the_loop(machine):
+    clocks = machine.library.gk_lead(100, named("loop_gain").default)
+    assert ramp(machine)[4] == clocks > 0
+    assert machine.line(assign("loop_gain", 25)) == ["ok"]
+    assert ramp(machine)[4] == 2 * clocks
+    assert machine.line(assign("feed_forward", 50)) == ["ok"]
+    assert ramp(machine)[4] == clocks
+    assert machine.line(assign("feed_forward", 0)) == ["ok"]
+    assert ramp(machine)[4] == 0

@@ -14,7 +14,7 @@ from softcore.tables.settings import SETTINGS
 from testbench.firmware import Controller, events
 from testbench.unit.project.test_tables import altered
 
-SETTINGS_NEW = altered(SETTINGS, "no_progress_s", number=464, title="new title", unit="min",
+SETTINGS_NEW = altered(SETTINGS, "no_progress_s", number=699, title="new title", unit="min",
                        default=5, highest=7)
 FAULTS_NEW = altered(altered(FAULTS, "locked", grbl_error=7), "not_armed", number=253,
                      sentence="press the button")
@@ -47,12 +47,12 @@ def machine(tmp_path_factory):
 
 def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
     assert machine.line("$444=5")[-1] == error_line("setting")
-    assert machine.line("$464=8")[-1] == error_line("setting")
-    assert "$464=5" in machine.line("$$", passes=2000)
-    assert machine.line("$ES=464") == ["[SETTING:464|7|new title|min|5|#########0|0|7]", "ok"]
-    assert machine.line("$464=0") == ["ok"]
+    assert machine.line("$699=8")[-1] == error_line("setting")
+    assert "$699=5" in machine.line("$$", passes=2000)
+    assert machine.line("$ES=699") == ["[SETTING:699|7|new title|min|5|#########0|0|7]", "ok"]
+    assert machine.line("$699=0") == ["ok"]
     assert machine.line("?")[-1].endswith("|Off:no progress>")
-    assert machine.line("$464=7") == ["ok"]
+    assert machine.line("$699=7") == ["ok"]
 
 
 def test_a_refusal_has_the_number_and_the_sentence_of_its_row(machine):

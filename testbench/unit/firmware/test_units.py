@@ -101,3 +101,12 @@ def test_root_is_the_nearest(scale, rng):
         root = isqrt(square)
         nearest_root = root + (square > root * root + root)
         assert library.gk_root(ctypes.c_uint64(square)) == nearest_root
+
+
+def test_lead_is_a_share_of_the_lag(scale, rng):
+    library, clock_hz, _ = scale
+    for _ in range(200):
+        percent, per_s = rng.randint(0, 100), rng.choice((1, 50, 400, rng.randint(1, 400)))
+        exact = Fraction(percent * clock_hz, 100 * per_s)
+        found = library.gk_lead(percent, per_s)
+        assert found == min(int(exact + Fraction(1, 2)), (1 << 27) - 1)

@@ -89,8 +89,8 @@ def test_wrong_usage_is_status_2(arguments, message):
 def test_unknown_board_is_refused_with_the_known_ones():
     result = gapkeeper("build", "nosuch")
     assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: ulx3s, '
-                             "ulx3s_45f.\n")
+    assert result.stderr == ('gapkeeper: there is no board "nosuch"; there are: '
+                             "colorlight_i9, ulx3s, ulx3s_45f.\n")
 
 
 @pytest.mark.parametrize(("failure", "message"), [
@@ -119,7 +119,7 @@ def test_unknown_machine_is_named(program, workdir):
     result = gapkeeper("run", program, "--machine", "lathe", "--out", workdir / "out")
     assert result.returncode == 2
     assert result.stderr == ('gapkeeper: there is no machine "lathe": give a TOML file, or one of: '
-                             "half, sinker, small, wall, wire.\n")
+                             "cavity, half, sinker, small, wall, wire.\n")
     assert not (workdir / "out").exists()
 
 
@@ -324,7 +324,7 @@ def test_a_fault_of_the_program_is_no_traceback(workdir):
 
 SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "discharges",
            "retractions", "pos", "max_depth_mm", "pressed_mm", "removed_mm3",
-           "guards_off", "seed", "clock_hz",
+           "clear_of_shorts", "guards_off", "seed", "clock_hz",
            "removal_scale", "versions"}
 
 

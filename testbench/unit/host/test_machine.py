@@ -13,6 +13,7 @@ from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 WIRE = (BUILT_IN / "wire.toml").read_text(encoding="utf-8")
+BASES = "base must be one of sinker, wire, cavity"
 NO_NUMBERS = {"kind", "axis.dac", "stock.kind", "stock.steps", "settings"}
 
 # Unit by the end of a number's name, the longest that fits.
@@ -112,11 +113,17 @@ def test_a_file_with_a_base_gives_what_differs(workdir):
     assert mine == wire | {"tick_us": 4, "stock": wire["stock"] | {"kind": "wall"},
                            "settings": wire["settings"] | {"408": 3}}
     assert "base" not in mine
+    path.write_text('base = "cavity"\n[cavity]\nslope_um = 5.0\n')  # which has a base itself
+    mine, cavity = load(str(path)).tables, load("cavity").tables
+    assert mine == cavity | {"cavity": cavity["cavity"] | {"slope_um": 5.0}}
+    assert "base" not in mine
+    assert cavity["gap"] == load("sinker").tables["gap"]
     for text, said in (('base = "wire"\ngap = 3\n', "gap is no number of a machine."),
                        ('base = "wire"\n[gap]\narea_mm2 = 3\n', "gap.area_mm2 is no number of"),
                        ('base = "wire"\nkind = "sinker"\n', "initial_gap_um is missing; "),
-                       ('base = "small"\n', "base must be one of sinker, wire, not 'small'."),
-                       ('base = ["wire"]\n', "base must be one of sinker, wire, not ['wire'].")):
+                       ('base = "cavity"\nkind = "odd"\n', "kind must be one of sinker, wire, "),
+                       ('base = "small"\n', f"{BASES}, not 'small'."),
+                       ('base = ["wire"]\n', f"{BASES}, not ['wire'].")):
         path.write_text(text)
         with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}"):
             load(str(path))

@@ -66,6 +66,15 @@ def test_conditions_by_depth_are_drawn():
         assert text in html
 
 
+def test_walls_of_a_cavity_are_drawn():
+    assert "Walls of the cavity" not in page()
+    html = page(cavity={"widest_um": 51.25, "depth_mm": [0.1, 0.2, 0.25],
+                        "opening_um": [51.25, 47.0, 44.5]})
+    assert "Walls of the cavity" in html
+    assert "widest, 51.2 µm" in html
+    assert html.count("<svg") == 3
+
+
 def wire_page():
     """Page of a wire that has gone along a quarter of a circle."""
     turn = np.linspace(0, np.pi / 2, 1000)
@@ -101,6 +110,17 @@ def test_a_plan_is_made_coarser_and_its_wall_found():
     assert coarse["x"] == pytest.approx([0.2, 0.6])
     assert coarse["y"] == pytest.approx([1.1, 1.5, 1.9])
     assert coarse["left"] == pytest.approx(np.array([[0, 0], [0.5625, 0.8125], [1, 1]]))
+
+
+def test_page_tells_how_soon_the_electrode_was_clear():
+    figure = {"median": 7.11, "worst": 8.22, "shorts": 2}
+    row = {"speed": 300.0, "shorts": 3, "back_us": figure, "turn_ms": None,
+           "clear_20_um_ms": figure | {"drive": 6.33}, "clear_100_um_ms": None}
+    html = page(clear_of_shorts=[row])
+    assert "first backward command (µs)" in html
+    assert "7.11, 8.22 (6.33)</td>" in html
+    assert "7.11, 8.22</td>" in html
+    assert "first backward command" not in page()
 
 
 def test_page_says_what_a_person_asks_first():

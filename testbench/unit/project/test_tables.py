@@ -82,15 +82,15 @@ def test_a_setting_of_grbl_is_changed_in_one_place():
 
 
 def test_a_setting_is_changed_in_one_place():
-    table = altered(SETTINGS, "no_progress_s", number=464, highest=7, default=5, unit="min",
+    table = altered(SETTINGS, "no_progress_s", number=560, highest=7, default=5, unit="min",
                     guards=False, title="new title", meaning="New meaning.")
-    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 464, GROUP_GAP, false,\n" \
+    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 560, GROUP_GAP, false,\n" \
            '        "new title", "min", "no progress"},' in render.settings_source(table)
-    assert cells(render.settings_page(table), "`$464`") == [
-        "`$464`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
+    assert cells(render.settings_page(table), "`$560`") == [
+        "`$560`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
     assert "| `$444` |" not in render.settings_page(table)
-    assert settings.assign("no_progress_s", 7, table) == "$464=7"
-    with pytest.raises(ValueError, match=r"^setting 464 \(no_progress_s\) must be 0 to 7, not 8$"):
+    assert settings.assign("no_progress_s", 7, table) == "$560=7"
+    with pytest.raises(ValueError, match=r"^setting 560 \(no_progress_s\) must be 0 to 7, not 8$"):
         settings.assign("no_progress_s", 8, table)
 
 
@@ -289,7 +289,7 @@ def test_a_condition_is_changed_in_one_place():
     assert "{.number = 105, .milli_ip = 3000, .on_us = 44, .off_us = 33, .rest_us = 22, " \
            ".negative = false, " in render.conditions_header(table)
     assert cells(render.conditions_page(table), "105") == [
-        "105", "3", "4.5", "44", "33", "22", "positive"]
+        "105", "3", "4.5", "44", "33", "22", "positive", "from the gate"]
     assert conditions.ladder(table)[0] == (3, 105, 44, 33)
     assert ".open_v = 99, " in render.conditions_header(table, replace(conditions.USUAL, open_v=99))
     assert "open voltage of 99 V" in render.conditions_page(
@@ -301,8 +301,9 @@ def test_a_condition_is_changed_in_one_place():
 
 def test_a_pin_is_changed_in_one_place():
     pads = altered((*PADS, CHAIN), "estop", doc="The red button.")
-    assert cells(pins_page(ulx3s.BOARDS, pads), "`estop`") == [
-        "`estop`", "in", "12+ (G3)", "yes", "The red button."]
+    row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
+    assert row[:5] == ["`estop`", "in", "J1 GP12 (G3)", "yes", "LVCMOS33, pull down"]
+    assert row[5].startswith("The red button. A closed contact ")
 
 
 def test_the_page_of_pins_has_every_pad_of_the_board():

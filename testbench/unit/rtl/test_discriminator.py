@@ -34,6 +34,7 @@ class Bench:
         assert ctx.get(dut.last) == PulseClass(self.model.last)
         sample, shorted_now, abnormal = self.model.clock(
             on=on, sense=sense, rules=self.rules, **levels)
+        assert ctx.get(dut.ignited) == self.model.ignited
         assert ctx.get(dut.shorted_now) == shorted_now
         assert ctx.get(dut.abnormal) == abnormal
         assert ctx.get(dut.sample) == (sample is not None)
@@ -53,7 +54,7 @@ def rules(rng):
         blanking=rng.choice((0, 0, 1, 2, 3, 5)), settle=rng.choice((0, 0, 1, 2, 4)),
         confirm=rng.choice((0, 1, 1, 2, 3)), delay_least=rng.choice((0, 2, 4, 7)),
         use_current=rng.random() < 0.2, use_delay=rng.random() < 0.4,
-        use_noise=rng.random() < 0.4)
+        use_noise=rng.random() < 0.4, from_ignition=rng.random() < 0.5)
 
 
 def test_follows_the_model(simulate, rng):
@@ -102,11 +103,30 @@ def test_follows_the_model(simulate, rng):
     (Rules(use_noise=1, use_delay=1, delay_least=3), "hhh..", model.OK),
     (Rules(use_noise=1, use_delay=1, delay_least=3), "hh.n.", model.OK),
     (Rules(use_current=1), "....", model.OPEN), (Rules(use_current=1), "...c", model.OK),
+    # Within the blanking of 5 clocks.
+    (Rules(blanking=5), "hh..", None), (Rules(blanking=5, from_ignition=1), "hh..", model.OK),
+    (Rules(blanking=5, from_ignition=1), "....", None),
+    (Rules(blanking=5, from_ignition=1), "......", model.OK),
+    (Rules(blanking=5, from_ignition=1), "ssssss", model.SHORT),
+    (Rules(blanking=5, from_ignition=1), "h", None),
+    (Rules(blanking=5, from_ignition=1), "hhhh", model.OPEN),
+    (Rules(blanking=5, from_ignition=1), "hhhhhh", model.OPEN),
+    (Rules(blanking=5, from_ignition=1), "hhsa", model.DAME),
+    (Rules(blanking=5, from_ignition=1, settle=2), "hh.s", model.OK),
+    (Rules(blanking=5, from_ignition=1, settle=2), "hhs.s", model.SHORT),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "c", None),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "cc", model.OK),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "..c", model.OK),
+    (Rules(blanking=5, from_ignition=1, use_current=1), "...", model.OPEN),
+    (Rules(blanking=5, use_current=1), "cccc", None),
+    (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hh..", model.DAME),
+    (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hhh.", model.OK),
 ])
 def test_classes(simulate, rules, pulse, kind):
     bench = Bench(rules)
 
     async def run(ctx):
+        await bench.clock(ctx)  # the rules come before the pulse
         for letter in pulse:
             await bench.clock(ctx, on=1, high=letter == "h", arc=letter == "a",
                               short=letter == "s", noise=letter == "n", current=letter == "c")

@@ -3,6 +3,7 @@
 
 import pytest
 
+from rtl.gap.feed_mode import FeedMode
 from rtl.gap.gap import Gap
 from softcore.csr import interfaces
 from softcore.regmap import OWNED
@@ -95,5 +96,90 @@ def test_the_condition_chooses_how_pulses_are_counted(simulate, mode, presets, s
         servo = dut.registers.servo
         assert (ctx.get(servo.ups), ctx.get(servo.downs)) == steps
         assert ctx.get(dut.registers.gap.ok_count) == 21
+
+    simulate(dut, bench)
+
+
+def test_the_servo_holds_while_the_outside_is_waited_for(simulate):
+    """Silence is no open gap: by ``OK_ALONE`` every strobe without good pulses is a step DOWN."""
+    dut = made()
+
+    async def bench(ctx):
+        ctx.set(dut.registers.servo.control, 1)
+        ctx.set(dut.registers.servo.period, 10)
+        ctx.set(dut.machining, 1)
+        ctx.set(dut.condition.servo_counting_mode, OK_ALONE)
+        ctx.set(dut.condition.servo_presets_ok, 5)
+        servo = dut.registers.servo
+        for waiting, steps in ((1, 0), (0, 10), (1, 10), (0, 20)):
+            ctx.set(dut.waiting, waiting)
+            await ctx.tick().repeat(101)
+            assert (ctx.get(servo.ups), ctx.get(servo.downs)) == (0, steps)
+
+    simulate(dut, bench)
+
+
+def test_mean_and_its_steps_hold_while_the_outside_is_waited_for(simulate):
+    """The mean voltage is 0 and the reference half of the scale: feed mode 1 steps backward."""
+    dut = made()
+
+    async def bench(ctx):
+        feed = dut.registers.feed
+        for signal, value in ((dut.registers.fluid.control_convert, 1), (dut.adc_data, 0),
+                              (feed.control_measure, 1), (dut.wanted, 1), (feed.window, 100),
+                              (dut.motion.at_front, 1), (feed.control_mode, FeedMode.ZERO),
+                              (feed.gain, 1 << 24), (dut.machining, 1),
+                              (dut.condition.feed_reference_voltage, 1 << 15)):
+            ctx.set(signal, value)
+        await ctx.tick().repeat(700)
+        for waiting in (0, 1, 0):    # all before the fluid's turn at the converter, which is mute
+            ctx.set(dut.waiting, waiting)
+            await ctx.tick().repeat(3)
+            windows, steps = ctx.get(feed.status_windows), 0
+            for _ in range(500):
+                await ctx.tick()
+                steps += ctx.get(dut.motion.up)
+            assert (steps > 0) == (not waiting)
+            # The one that was under way when the wait began may have been computed in it.
+            assert (ctx.get(feed.status_windows) - windows > 1) == (not waiting)
+
+    simulate(dut, bench)
+
+
+def test_sensing_pulses_of_the_wait_are_no_short_by_the_mean_voltage(simulate):
+    dut = made()
+
+    async def bench(ctx):
+        for signal, value in ((dut.registers.fluid.control_convert, 1), (dut.machining, 1),
+                              (dut.registers.gap.short_mean, 100), (dut.waiting, 1),
+                              (dut.registers.gap.short_mean_time, 200), (dut.on, 1)):
+            ctx.set(signal, value)
+        await ctx.tick().repeat(1000)
+        assert not ctx.get(dut.motion.shorted)
+        ctx.set(dut.waiting, 0)
+        await ctx.tick().repeat(190)
+        assert not ctx.get(dut.motion.shorted)      # a new window
+        await ctx.tick().repeat(20)
+        assert ctx.get(dut.motion.shorted)
+
+    simulate(dut, bench)
+
+
+def test_a_short_is_found_while_the_outside_is_waited_for(simulate):
+    dut = made()
+
+    async def bench(ctx):
+        for signal, value in ((dut.waiting, 1), (dut.machining, 1), (dut.short, 1),
+                              (dut.registers.gap.blanking, BLANKING),
+                              (dut.registers.gap.short_ratio_needed, 3),
+                              (dut.registers.gap.short_ratio_window, 5)):
+            ctx.set(signal, value)
+        await ctx.tick()
+        for _ in range(3):
+            assert not ctx.get(dut.motion.shorted)
+            for clock in range(PULSE + PAUSE):
+                ctx.set(dut.sense, clock < PULSE)
+                await ctx.tick()
+        assert ctx.get(dut.motion.shorted)
 
     simulate(dut, bench)

@@ -12,8 +12,8 @@ from testbench.models import pulse_generator as model
 from testbench.refusal import refuses
 from testbench.simulators.benches import settle
 
-TIMES = dict(on_time=7, off_time=5, off_extra=0, sense_on=3, sense_off=4)
-QUIET = dict(enable=1, sensing=0, level=9, live=0, cut=1, abnormal=0) | TIMES
+TIMES = dict(on_time=7, off_time=5, off_extra=0, sense_on=3, sense_off=4, wait_time=0)
+QUIET = dict(enable=1, sensing=0, level=9, live=0, cut=1, abnormal=0, ignited=0) | TIMES
 
 
 class Bench:
@@ -55,7 +55,8 @@ def test_follows_the_model(simulate, rng):
         for _ in range(6000):
             if rng.random() < 0.02:
                 inputs |= times()
-            inputs |= dict(level=rng.randrange(64), abnormal=rng.random() < 0.2)
+            inputs |= dict(level=rng.randrange(64), abnormal=rng.random() < 0.2,
+                           ignited=rng.random() < 0.2)
             for name, chance in (("enable", 0.03), ("sensing", 0.03), ("cut", 0.05),
                                  ("live", 0.1)):
                 if rng.random() < chance:
@@ -98,6 +99,33 @@ def test_longest_times(simulate, sensing):
         assert ctx.get(gate) == (not sensing)
 
     simulate(dut, run)
+
+
+@pytest.mark.parametrize(("ignition", "length"), [
+    (6, 7), (7, 8), (15, 16), (16, 17), (None, 11), (17, 11)])
+def test_the_on_time_counts_from_the_ignition(simulate, ignition, length):
+    """The gate rises in clock 6, so that the wait of 11 clocks ends with clock 16."""
+    bench = Bench(PulseGenerator())
+
+    async def run(ctx):
+        for clock in range(40):
+            ignited = ignition is not None and clock >= ignition    # it stays
+            await bench.clock(ctx, **QUIET | dict(wait_time=11, ignited=ignited))
+        assert bench.runs[1] == ("main", length)
+
+    simulate(bench.dut, run)
+
+
+def test_times_of_the_next_condition_do_not_mix_in(simulate):
+    bench = Bench(PulseGenerator())
+
+    async def run(ctx):
+        for clock in range(40):
+            times = dict(wait_time=9) if clock < 8 else dict(wait_time=0, on_time=15)
+            await bench.clock(ctx, **QUIET | times | dict(ignited=clock == 10))
+        assert bench.runs[1:4] == [("main", 4 + 7), ("", 5), ("main", 15)]
+
+    simulate(bench.dut, run)
 
 
 def test_abnormal_pulse_is_cut_in_the_next_clock(simulate):
@@ -183,10 +211,13 @@ def test_limits_follow_the_model(simulate, rng):
     async def bench(ctx):
         for _ in range(1000):
             asked = dict(level=near(20, 6), on_time=near(5000, 20), off_time=near(50, 20))
+            asked["wait_time"] = near(max(5000 - asked["on_time"], 0), 20) % (1 << 20)
             for name, value in asked.items():
                 ctx.set(getattr(dut, name), value)
             await settle(ctx)
-            got = tuple(ctx.get(getattr(dut, f"allowed_{name}")) for name in ("level", "on", "off"))
+            got = tuple(ctx.get(getattr(dut, f"allowed_{name}"))
+                        for name in ("level", "on", "wait", "off"))
+            assert got[1] + got[2] <= 5000
             assert got == model.limit(**asked, **LIMITS)
             await ctx.tick()
         assert (ctx.get(dut.limit_level), ctx.get(dut.limit_off)) == (20, 50)

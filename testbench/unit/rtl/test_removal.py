@@ -21,14 +21,16 @@ class Bench:
         self.settings = settings
         self.on, self.discard, self.hold = True, False, False
 
-    async def clock(self, ctx, sample=None, pulse=0, junk=0):
+    async def clock(self, ctx, sample=None, pulse=0, junk=0, burning=False):
         inputs = {"on": self.on, "discard": self.discard, "hold": self.hold}
         for name, value in (inputs | asdict(self.settings)).items():
             ctx.set(getattr(self.dut, name), value)
         ctx.set(self.dut.sample, junk if sample is None else sample)
         ctx.set(self.dut.sample_valid, sample is not None)
         ctx.set(self.dut.pulse, pulse)
-        self.model.clock(sample=sample, pulse=pulse, settings=self.settings, **inputs)
+        ctx.set(self.dut.burning, burning)
+        self.model.clock(sample=sample, pulse=pulse, burning=burning, settings=self.settings,
+                         **inputs)
         await ctx.tick()
         for name in OUTPUTS:
             assert ctx.get(getattr(self.dut, name)) == getattr(self.model, name), name
@@ -53,12 +55,14 @@ def any_settings(rng):
         window=rng.choice((0, 1, 76, rng.randrange(400))),
         no_load=level(), reference=level(), least=rng.choice((0, 1, 500, level())),
         ratio_min=rng.choice((0, 1, 1024, level())),
-        ratio_max=rng.choice((0, 4096, 65535, level())))
+        ratio_max=rng.choice((0, 4096, 65535, level())),
+        shares=rng.random() < 0.5, share=level(),
+        rate=rng.choice((0, 1, 2**30 - 1, rng.randrange(2**30), 4_000_000)))
 
 
 def test_follows_the_model(simulate, rng):
     bench = Bench()
-    ratios, windows, longest = set(), set(), 0
+    ratios, windows, by_share, longest = set(), set(), set(), 0
 
     async def run(ctx):
         nonlocal longest
@@ -73,7 +77,9 @@ def test_follows_the_model(simulate, rng):
                     bench.hold = rng.random() < 0.2
                 code = min(4095, max(0, level + rng.randint(-spread, spread)))
                 await bench.clock(ctx, code if rng.random() < dense else None,
-                                  rng.random() < pace, junk=rng.randrange(4096))
+                                  rng.random() < pace, junk=rng.randrange(4096),
+                                  burning=rng.random() < dense)
+                by_share.add(bench.model.closed_way)
                 ratios.add(bench.model.ratio)
                 windows.add(bench.model.windows)
                 longest = max(longest, len(bench.model.samples))
@@ -81,6 +87,7 @@ def test_follows_the_model(simulate, rng):
     simulate(bench.dut, run)
     assert len(ratios) > 20
     assert len(windows) > 50
+    assert len(by_share) > 20
     assert longest > 200
 
 
@@ -223,5 +230,54 @@ def test_the_mean_over_time_is_exact_to_a_sixteenth_of_a_code(simulate, rng, sam
         await bench.settle(ctx)
         last = codes[-samples:]
         assert abs(ctx.get(bench.dut.mean) / 16 - sum(last) / samples) < 1 / 16
+
+    simulate(bench.dut, run)
+
+
+def test_discharge_per_distance_gives_the_ratio_whatever_the_feed(simulate):
+    """Twice the discharge on the same way halves the ratio; pauses and voltage change nothing."""
+    bench = Bench(replace(USUAL, shares=True, share=600, least=1, rate=1 << 24))
+
+    async def run(ctx):
+        for every, clocks, junk in ((50, 2, 0), (50, 4, 4095), (110, 4, 0), (110, 2, 900)):
+            bench.discard = True
+            await bench.clock(ctx)
+            bench.discard = False
+            for n in range(20 * every):
+                await bench.clock(ctx, junk, n % every == every - 1, burning=n % every < clocks)
+            await bench.settle(ctx)
+            # A clock with discharge is 2**-8 pulse at the feed F.
+            assert ctx.get(bench.dut.drop) == clocks * 2**16 // 2**8
+            assert ctx.get(bench.dut.ratio) == 600 * 4096 // (clocks * 2**8)
+            assert ctx.get(bench.dut.mean) == 0
+
+    simulate(bench.dut, run)
+
+
+def test_a_stand_with_and_without_discharge(simulate):
+    """Time ends the window: no way counts as one pulse, and no discharge as ``least``."""
+    bench = Bench(replace(USUAL, shares=True, window=300, least=7, rate=1 << 24))
+
+    async def run(ctx):
+        for burning, drop in ((False, 7), (True, 65535)):
+            bench.discard = True
+            await bench.clock(ctx)
+            bench.discard = False
+            for _ in range(400):
+                await bench.clock(ctx, burning=burning)
+            assert ctx.get(bench.dut.drop) == drop
+        bench.settings = replace(bench.settings, unit=0, window=65536 * 4, rate=2**30 - 1)
+        bench.discard = True
+        await bench.clock(ctx, burning=True)
+        bench.discard = False
+        # The way with discharge ends at 2**16 pulses: it does not wrap.
+        bench.model.way = 2**48 - 2**31
+        ctx.set(bench.dut.total, 2**48 - 2**31)
+        for _ in range(3):
+            await bench.clock(ctx, burning=True)
+        bench.settings = replace(bench.settings, window=1)
+        await bench.clock(ctx, burning=True)
+        await bench.settle(ctx)
+        assert ctx.get(bench.dut.drop) == 65535
 
     simulate(bench.dut, run)

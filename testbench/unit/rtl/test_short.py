@@ -7,7 +7,7 @@ from rtl.gap.short import ShortDetector
 from testbench.models import short as model
 
 QUIET = dict(sample=0, sample_shorted=0, shorted_now=0, restart=0, needed=4, window=5, duration=0,
-             clear_needed=3)
+             clear_needed=3, by_mean=0, mean_low=0)
 
 
 class Bench:
@@ -46,13 +46,14 @@ def test_follows_the_model(simulate, rng, part):
             settings = dict(
                 window=window, clear_needed=rng.choice((0, 1, 2, 3, 7)),
                 needed=rng.choice((0, 1, window - 1, window, window + 1, rng.randrange(64))) % 64,
-                duration=rng.choice((0, 0, 1, 2, 9, 30)))
+                duration=rng.choice((0, 0, 1, 2, 9, 30)), by_mean=rng.random() < 0.3)
             likely = rng.choice((0.1, 0.5, 0.8, 0.95))
             for _ in range(40):
                 sample = rng.random() < 0.6
                 await bench.clock(ctx, sample=sample, sample_shorted=rng.random() < likely,
                                   shorted_now=not sample and rng.random() < likely,
-                                  restart=rng.random() < 0.01, **settings)
+                                  mean_low=rng.random() < 0.1, restart=rng.random() < 0.01,
+                                  **settings)
 
     simulate(bench.dut, run)
     assert bench.rises > 20
@@ -156,5 +157,27 @@ def test_clear_samples_in_a_row_end_it_and_all_is_forgotten(simulate):
         assert ctx.get(bench.dut.shorted)
         await bench.clock(ctx, restart=1, sample=1, sample_shorted=1)
         assert not ctx.get(bench.dut.shorted)
+
+    simulate(bench.dut, run)
+
+
+def test_by_the_mean_it_rises_by_that_alone_and_ends_by_samples(simulate):
+    bench = Bench()
+    settings = dict(by_mean=1, duration=2)
+
+    async def run(ctx):
+        await bench.samples(ctx, "ssssssss", **settings)
+        for _ in range(4):
+            await bench.clock(ctx, shorted_now=1, **settings)
+        assert not ctx.get(bench.dut.shorted)
+        await bench.clock(ctx, mean_low=1, **settings)
+        assert ctx.get(bench.dut.shorted)
+        assert ctx.get(bench.dut.completed)
+        await bench.samples(ctx, "ccscc", **settings)
+        assert ctx.get(bench.dut.shorted)
+        await bench.samples(ctx, "c", **settings)
+        assert not ctx.get(bench.dut.shorted), "the third clear sample in a row"
+        await bench.clock(ctx, mean_low=1, by_mean=0)
+        assert not ctx.get(bench.dut.shorted), "it is not chosen"
 
     simulate(bench.dut, run)

@@ -189,7 +189,7 @@ def test_the_model_for_firmware_on_a_computer_is_the_same(rng):
     library, shadow = firmware.library(), model.Receiver()
     library.gk_boot(2_000_000, 10_000, 2)
     library.gk_queue(shadow.depth)
-    names = {1: "status", 2: "hold", 4: "resume", 8: "retract", 16: "stop"}
+    names = {1: "status", 2: "hold", 4: "resume", 8: "retract", 16: "stop", 32: "cancel"}
     held = found = 0
     for _ in range(20_000):
         kind = rng.random()

@@ -3,7 +3,7 @@
 
 import pytest
 
-from softcore.memory import BlockRam, parities, words_of
+from softcore.memory import BlockRam, bank_sizes, parities, words_of
 from testbench.models.memory import Memory
 from testbench.refusal import refuses
 from testbench.simulators.benches import settle
@@ -12,10 +12,15 @@ WORDS = 64
 ROUNDS = 400
 
 
-def filled(rng):
-    """A memory of random words, and its model."""
-    words = [rng.getrandbits(32) for _ in range(WORDS)]
-    dut = BlockRam(size=4 * WORDS, image=b"".join(word.to_bytes(4, "little") for word in words))
+BANKED = 88     # words in banks of 64, 16 and 8
+
+
+@pytest.fixture(params=[WORDS, BANKED], ids=["one", "banks"])
+def filled(request, rng):
+    """A memory of random words, in one piece or in banks, and its model."""
+    words = [rng.getrandbits(32) for _ in range(request.param)]
+    dut = BlockRam(size=4 * len(words), banks=request.param == BANKED,
+                   image=b"".join(word.to_bytes(4, "little") for word in words))
     return dut, Memory(words)
 
 
@@ -23,8 +28,10 @@ async def turn_over(ctx, dut, model, address, bit):
     """Invert a bit of the memory, or its parity, and the same in the model."""
     model.flip(address, bit)
     await settle(ctx)
-    data = dut.parity if bit == 32 else dut.data
-    ctx.set(data[address], ctx.get(data[address]) ^ (1 if bit == 32 else 1 << bit))
+    start, data = (0, dut.parity) if bit == 32 else max(
+        (bank for bank in dut.banks if bank[0] <= address), key=lambda bank: bank[0])
+    word = data[address - start]
+    ctx.set(word, ctx.get(word) ^ (1 if bit == 32 else 1 << bit))
 
 
 async def access(ctx, dut, bus, address, *, more=False, mask=0, data=0):
@@ -44,14 +51,15 @@ async def access(ctx, dut, bus, address, *, more=False, mask=0, data=0):
         assert clocks <= 2
 
 
-def test_agrees_with_its_model(simulate, rng):
-    dut, model = filled(rng)
+def test_agrees_with_its_model(simulate, rng, filled):
+    dut, model = filled
+    half = 8 * (len(model.words) // 16)
     counts = {"reads": 0, "bursts": 0, "writes": 0}
 
     async def instructions(ctx):
         # Only words that data leaves alone: who comes first in a clock is not this test's matter.
         for _ in range(ROUNDS):
-            await burst(ctx, dut.ibus, 8 * rng.randrange(WORDS // 16))
+            await burst(ctx, dut.ibus, 8 * rng.randrange(len(model.words) // 16))
             await ctx.tick().repeat(rng.randint(1, 3))
 
     async def burst(ctx, bus, start):
@@ -64,7 +72,7 @@ def test_agrees_with_its_model(simulate, rng):
 
     async def data(ctx):
         for _ in range(3 * ROUNDS):
-            address = WORDS // 2 + rng.randrange(WORDS // 2)
+            address = half + rng.randrange(len(model.words) - half)
             if rng.random() < 0.2:
                 await burst(ctx, dut.dbus, address & -8)
             elif rng.random() < 0.5:
@@ -86,13 +94,13 @@ def test_agrees_with_its_model(simulate, rng):
 
 
 @pytest.mark.parametrize("port", ["ibus", "dbus"])
-def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, port):
-    dut, model = filled(rng)
+def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, filled, port):
+    dut, model = filled
 
     async def bench(ctx):
         bus = getattr(dut, port)
         for bit in range(33):
-            address = rng.randrange(WORDS)
+            address = rng.randrange(len(model.words))
             await turn_over(ctx, dut, model, address, bit)
             start = address & -8
             for place in range(start, start + 8):
@@ -105,14 +113,14 @@ def test_every_bit_that_turns_over_is_found_when_it_is_read(simulate, rng, port)
     simulate(dut, bench)
 
 
-def test_bits_that_turn_over_between_reads_and_writes(simulate, rng):
+def test_bits_that_turn_over_between_reads_and_writes(simulate, rng, filled):
     """A write of some bytes finds the damage and leaves it; a write of all bytes repairs it."""
-    dut, model = filled(rng)
+    dut, model = filled
     seen = set()
 
     async def bench(ctx):
         for _ in range(4 * ROUNDS):
-            address = rng.randrange(8)
+            address = rng.choice([rng.randrange(8), len(model.words) - 1])
             if rng.random() < 0.3:
                 await turn_over(ctx, dut, model, address, rng.randrange(33))
             elif rng.random() < 0.5:
@@ -132,8 +140,8 @@ def test_bits_that_turn_over_between_reads_and_writes(simulate, rng):
     assert seen == {(what, how) for what in ("read", "whole", "part") for how in (False, True)}
 
 
-def test_of_two_at_once_the_instruction_is_told(simulate, rng):
-    dut, model = filled(rng)
+def test_of_two_at_once_the_instruction_is_told(simulate, rng, filled):
+    dut, model = filled
 
     async def bench(ctx):
         for address in (3, 9):
@@ -156,6 +164,15 @@ def test_parity_makes_the_number_of_ones_even():
                for word, parity in zip(words, parities(image), strict=True))
     assert set(parities(image)) == {0, 1}
     assert parities(bytes(8)) == [0, 0], "a memory without an image is right"
+
+
+@pytest.mark.parametrize(("kib", "sizes"), [
+    (304, [65_536, 8192, 4096]), (176, [32_768, 8192, 4096]), (128, [32_768])])
+def test_banks_are_the_powers_of_two_in_the_size(kib, sizes):
+    banks = bank_sizes(kib * 256)
+    assert [size for _, size in banks] == sizes
+    assert all(start == sum(sizes[:at]) and start % size == 0
+               for at, (start, size) in enumerate(banks))
 
 
 def test_refuses_an_image_that_does_not_fit():

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From what a controller says of its inputs to the wires and pins that may be wrong."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from constraints.board import PADS, Board
+
+__all__ = ["PLACES", "Place", "place", "suspects"]
+
+AXES = "XYZ"
+WIDTH = {pad.name: pad.width for pad in PADS}
+
+
+@dataclass(frozen=True)
+class Place:
+    """A wire and its pin: ``wire`` is the pad with its bit, ``pin`` where it is on the board."""
+
+    wire: str
+    pin: str
+
+    def __str__(self) -> str:
+        return f"{self.wire} at {self.pin}"
+
+
+def place(board: Board, pad: str, bit: int = 0) -> Place:
+    """Wire and pin of a pad's bit on a board."""
+    wire = next(wire for wire in board.wires if wire.pad == pad)
+    pin, site = wire.pins.split()[bit], board.sites_of(wire)[bit]
+    name = f"{pad}[{bit}]" if WIDTH[pad] > 1 else pad
+    for header in board.headers:
+        if any(pin in row for row in header.rows):
+            return Place(name, f"{header.name} {header.labels.get(pin, pin)} (site {site})")
+    return Place(name, f"site {site}, on the board")
+
+
+# What the controller says, the pads of whose axes it speaks, and what that level means.
+PLACES: tuple[tuple[str, tuple[str, ...], str], ...] = (
+    (r"emergency stop", ("estop",),
+     "open: the emergency stop is pressed, or its wire is broken"),
+    (r"a drive reports a fault", ("drive_fault",),
+     "open: the drive reports a fault or is off, or its wire is broken"),
+    (r"lower limit switch", ("limit_low",),
+     "open: the axis stands on its lower limit switch, or the wire is broken"),
+    (r"upper limit switch", ("limit_high",),
+     "open: the axis stands on its upper limit switch, or the wire is broken"),
+    (r"On the limit switch of", ("limit_low", "limit_high"),
+     "open: both ends of an axis at once; a common wire is broken, or the switches have no supply"),
+    (r"the fluid is below", ("fluid_low",), "open: too little fluid, or its wire is broken"),
+    (r"coder of axis \w: phase A is silent", ("enc_a",), "phase A never changes: its wire is "
+     "broken or stuck"),
+    (r"coder of axis \w: phase B is silent", ("enc_b",), "phase B never changes: its wire is "
+     "broken or stuck"),
+    (r"coder of axis \w: both phases are silent", ("enc_a", "enc_b"), "neither phase changes: the "
+     "coder's plug is off, or the drive does not move (enable, command)"),
+    (r"coder of axis \w: it counts (against|another)", ("enc_a", "enc_b"), "it counts the wrong "
+     "way: the phases are exchanged, or the command's sign"),
+    (r"coder of axis \w|an encoder made an illegal transition", ("enc_a", "enc_b"),
+     "it does not show the motion: look at both phases and their ground"),
+    (r"current or voltage with both sources off", ("gap_current", "gap_short"),
+     "current or voltage with both gates off: a comparator's wire is broken (current) or stuck "
+     "(short), or a gate is on"),
+    (r"touche[sd]|contact with", ("gap_short", "gap_sense"), "the gap reads as a short: it is, or "
+     "the comparator's wire is broken, or the sensing source has no voltage"),
+)
+
+
+def _axes(text: str) -> list[int]:
+    """Axes that a sentence names; none means all."""
+    found = re.search(r"\bax[ie]s ([XYZ](?:(?:, | and )[XYZ])*)", text)
+    return [AXES.index(name) for name in re.findall("[XYZ]", found[1])] if found else []
+
+
+def suspects(board: Board, said: Iterable[str]) -> list[tuple[str, list[Place]]]:
+    """Meaning, and the wires that may be wrong, of each sentence that tells of an input."""
+    found: list[tuple[str, list[Place]]] = []
+    for text in said:
+        for pattern, pads, meaning in PLACES:
+            if not re.search(pattern, text):
+                continue
+            bits = _axes(text)
+            places = [place(board, pad, bit) for pad in pads
+                      for bit in ((bits or range(WIDTH[pad])) if WIDTH[pad] > 1 else (0,))]
+            if (meaning, places) not in found:
+                found.append((meaning, places))
+            break
+    return found

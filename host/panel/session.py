@@ -1,0 +1,419 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The panel without its page: one controller, what it says, and the orders of one page.
+
+A thread of its own speaks with the controller. Pages call ``order`` and ``seen``, and read
+``heard`` while they hold ``lock``. Nothing here knows of a browser.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from host import alarms
+from host.errors import UserError
+from host.link.link import (
+    HOLD,
+    RESET,
+    RESUME,
+    RETRACT,
+    STATUS,
+    Link,
+    LinkError,
+    Sent,
+    check_line,
+)
+from host.machines.machine import Machine
+from host.panel.heard import Heard
+from host.panel.outline import Outline, outline
+from host.panel.sharing import Jog, Sharing
+from host.panel.wires import Wire
+from host.run.events import Scale
+from host.tape.tape import Tape, decode, is_punched, load, text_of
+
+__all__ = ["CANCEL", "ORDERS", "Job", "Session"]
+
+SAMPLE_S = 0.1      # between two status reports
+POLL_S = 0.01
+MODES_S = 2.0       # between two questions for the modal words
+STOP_S = 3.0        # longest wait for rest between the hold and the reset of a stop
+SILENT_S = 3.0      # without a status report the connection is lost
+LINES = 20          # that may wait to be sent
+CANCEL = b"\x85"    # grbl's byte that cancels a jog
+ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
+          "connect")
+_WATCHES = "This page only watches: take the controls first."
+_REST = ("", "Hold:0", "Idle", "Alarm")
+_OWN = "$G"         # asked by the panel itself: a refusal is not told
+
+
+@dataclass(frozen=True)
+class Job:
+    """A tape that has been chosen: its file's name, its bytes, its lines and their outline."""
+
+    name: str
+    tape: Tape
+    lines: list[str]
+    outline: Outline
+
+    @classmethod
+    def of(cls, path: Path) -> "Job":
+        """The tape of a file.
+
+        Raises
+        ------
+        UserError
+            If it cannot be punched or read.
+        """
+        tape = load(path)
+        try:
+            text = decode(tape.rows)[0] if is_punched(path) else text_of(path, path.read_bytes())
+        except OSError as error:
+            raise UserError(f"{path.name} cannot be read: {error.strerror}.") from error
+        lines = text.splitlines()
+        return cls(path.name, tape, lines, outline(lines))
+
+
+class Session:
+    """A connection to one controller, shared by several pages.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine that the controller moves.
+    connect : callable
+        Called with a function that takes sentences on the progress; returns the open connection.
+        Failures are ``UserError``.
+    clock : callable
+        The computer's time in seconds.
+
+    ``link`` says how the connection is: ``starting``, ``connected`` or ``lost``. ``notices`` are
+    sentences for everybody, with the time of each; ``notice`` is the newest.
+    """
+
+    def __init__(self, machine: Machine, connect: Callable[[Callable[[str], None]], Wire],
+                 clock: Callable[[], float] = time.monotonic) -> None:
+        self.machine, self._connect, self._clock = machine, connect, clock
+        self.lock = threading.RLock()
+        self.sharing = Sharing(clock)
+        self.heard = Heard(Scale(machine.clock_hz, machine.pulses_per_mm))
+        self.job: Job | None = None
+        self.link = "starting"
+        self.notices: deque[tuple[float, str]] = deque(maxlen=200)
+        self.running = False        # a tape has been begun and has not ended
+        self.simulated = False
+        self._thread: threading.Thread | None = None
+        self._over = threading.Event()
+        self._again = threading.Event()     # connect anew
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget what belonged to the last connection."""
+        self._orders: deque[tuple[str, str, tuple[Any, ...]]] = deque()
+        self._lines: deque[str] = deque()
+        self._sent: Sent | None = None
+        self._sent_said = ""        # the controller's message since that line was sent
+        self._jog: tuple[str, Jog] | None = None     # its page, and the jog
+        self._start = False
+        self._stop_s: float | None = None   # machine's time when the stop was pressed
+        self._asked_s = self._modes_s = self._report_s = self._clock()
+        self.running = False
+
+    # ---- for the pages
+
+    @property
+    def notice(self) -> str:
+        """The newest sentence."""
+        return self.notices[-1][1] if self.notices else ""
+
+    @property
+    def pace(self) -> str:
+        """How fast a simulated machine's time goes, if it cannot keep up; else nothing."""
+        return self._wire.pace if self.link == "connected" else ""
+
+    def seen(self, page: str) -> None:
+        """Note that a page is there; call it once a second."""
+        with self.lock:
+            self.sharing.seen(page)
+
+    def gone(self, page: str) -> None:
+        """Note that a page has gone: its jog ends, and it lets go of the controls."""
+        with self.lock:
+            self.sharing.gone(page)
+
+    def take(self, page: str) -> bool:
+        """Give a page the controls, if nobody has them; return whether it has."""
+        with self.lock:
+            return self.sharing.take(page)
+
+    def let_go(self, page: str) -> None:
+        """Take the controls from a page."""
+        with self.lock:
+            self.sharing.let_go(page)
+
+    def order(self, page: str, name: str, *words: Any) -> str:
+        """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
+
+        ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
+        ``Job``; the others have no words. What the controller refuses is told by ``notices``.
+        """
+        with self.lock:
+            if self.sharing.holder != page:
+                return _WATCHES
+            if name == "connect":
+                self._again.set()
+                return ""
+            why = self._why_not(name, words)
+            if not why:
+                if name == "choose":
+                    self.job = words[0]
+                    self.heard.scale = Scale(self.heard.scale.clock_hz, self.machine.pulses_per_mm,
+                                             self.job.tape.line, self.job.tape.told)
+                else:
+                    self._orders.append((page, name, words))
+            return why
+
+    def _why_not(self, name: str, words: tuple[Any, ...]) -> str:
+        if self.link != "connected":
+            return "There is no connection to the controller."
+        state = self.heard.fields.get("state", "")
+        if name == "line":
+            try:
+                check_line(words[0])
+            except UserError as error:
+                return f"{str(error)[:1].upper()}{str(error)[1:]}"
+            if len(self._lines) >= LINES:
+                return f"{LINES} lines wait already."
+        elif name == "choose" and self.running:
+            return "A tape is running."
+        elif name == "run":
+            if self.job is None:
+                return "No tape is chosen."
+            if self.running or state != "Idle":
+                return f"A tape starts from Idle; the state is {self.heard.state or 'not known'}."
+            if "Armed" not in self.heard.fields:
+                return ('The discharge is not armed: press the button "arm"'
+                        f"{' below' if self.simulated else ' at the machine'}.")
+        elif name == "jog" and (self.running or state not in ("Idle", "Jog", "Run")):
+            return f"A jog starts from Idle; the state is {self.heard.state or 'not known'}."
+        return ""
+
+    # ---- the thread
+
+    def start(self) -> None:
+        """Begin to connect, in a thread of its own."""
+        self._thread = threading.Thread(target=self._live, name="panel", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hold the machine, leave the controller to whoever comes next, and end the thread.
+
+        A start that is under way, with its compilers, is not waited for: nothing moves yet.
+        """
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join(1.0 if self.link == "starting" else None)
+
+    def tell(self, text: str) -> None:
+        """Tell every page a sentence."""
+        with self.lock:
+            self.notices.append((self._clock(), f"{text[:1].upper()}{text[1:]}"))
+
+    def _live(self) -> None:
+        while not self._over.is_set():
+            self._again.clear()
+            try:
+                self._connection()
+            except UserError as error:
+                self.tell(str(error))
+            except Exception as error:  # a fault of this program: the page must not show a picture
+                self.tell(f"unexpected failure, {type(error).__name__}: {error}")
+            with self.lock:
+                self.link = "lost"
+            while not self._over.is_set() and not self._again.wait(0.1):
+                pass
+
+    def _connection(self) -> None:
+        with self.lock:
+            self.link = "starting"
+            self._forget()
+        wire = self._connect(self.tell)
+        try:
+            self._wire = wire
+            self._controller = Link(wire, self._hear)
+            self._set_up(wire)
+            while not self._over.is_set() and not self._again.is_set():
+                self._pass()
+                if self._start:
+                    self._send_tape()
+                self._controller.poll(POLL_S)
+        finally:
+            with suppress(UserError):
+                self._leave(wire)
+            wire.close()
+
+    def _leave(self, wire: Wire) -> None:
+        """Hold whatever moves, wait for rest, and leave the controller to whoever comes next."""
+        self._end_jog()
+        end = wire.time_s() + STOP_S
+        if self.heard.state not in _REST:
+            self._controller.press(HOLD)
+            while self.heard.state not in _REST and wire.time_s() < end:
+                self._controller.realtime(STATUS)
+                self._controller.poll(SAMPLE_S)
+        self._controller.press(RESET)
+        wire.read(POLL_S)   # a simulated line takes its time
+
+    def _set_up(self, wire: Wire) -> None:
+        """Begin as ``gapkeeper run`` does; a real machine keeps its lock, its place, its values."""
+        with self.lock:
+            scale = self.heard.scale
+            self.heard = Heard(Scale(wire.clock_hz, scale.pulses_per_mm, scale.source, scale.told))
+            self.simulated = wire.simulated
+        self._controller.await_greeting()
+        if wire.simulated:
+            for line in ("$X", "$POSITION=HERE",
+                         *(f"${number}={value}" for number, value in self.machine.settings.items()),
+                         self.machine.start_line):
+                self._controller.command(line)
+        self._controller.command("$$")
+        with self.lock:
+            self._report_s = self._clock()
+            self.link = "connected"
+        self.tell("connected: " + ("a simulated machine stands at its start." if wire.simulated
+                                   else "unlock, and declare the position, before any motion."))
+
+    def _send_tape(self) -> None:
+        self._start = False
+        assert self.job is not None
+        with self.lock:
+            self.running, self.heard.ended = True, ""
+        self._controller.send_tape(self.job.tape.rows, self._interrupted)
+
+    def _interrupted(self) -> bool:
+        self._pass()
+        return not self.running or self._over.is_set() or self._again.is_set()
+
+    def _pass(self) -> None:
+        """Do all that has to be done now; waits for nothing."""
+        with self.lock:
+            now = self._clock()
+            if now - self._asked_s >= SAMPLE_S:
+                self._asked_s = now
+                self._controller.realtime(STATUS)
+            if now - self._report_s > SILENT_S:
+                raise LinkError("the controller has fallen silent.")
+            while self._orders:
+                self._carry_out(*self._orders.popleft())
+            self._tend_stop(self._wire.time_s())
+            self._tend_jog()
+            self._tend_lines(now)
+            if self.running and self.heard.ended:
+                self.running = False
+                self.tell("the program has ended." if self.heard.ended == "end" else
+                          "the program has ended with an alarm.")
+
+    def _carry_out(self, page: str, name: str, words: tuple[Any, ...]) -> None:
+        if name == "hold":
+            self._end_jog()
+            self._controller.press(HOLD)
+        elif name == "resume":
+            self._controller.press(RESUME)
+        elif name == "retract":
+            self._controller.press(RETRACT)
+        elif name == "stop":
+            self._end_jog()
+            self._lines.clear()
+            self._start = False
+            self._controller.press(HOLD)
+            self._stop_s = self._wire.time_s()
+            self.tell("stop: the feed is held; the program ends as soon as the axes rest.")
+        elif name == "line":
+            self._lines.append(words[0].upper())
+        elif name == "jog":
+            if self._jog is not None and self._jog[0] == page and self._jog[1].renew(*words):
+                return
+            self._end_jog()
+            self._jog = page, Jog(*words, clock=self._clock, machine_s=self._wire.time_s)
+        elif name == "jog_end":
+            self._end_jog()
+        elif name == "run":
+            self._start = True
+        elif name == "arm":
+            self._wire.arm()
+
+    def _tend_stop(self, now: float) -> None:
+        if self._stop_s is None:
+            return
+        waited = now - self._stop_s     # the first report may be older than the hold
+        rests = waited > 3 * SAMPLE_S and self.heard.state in _REST
+        if rests or waited > STOP_S:
+            self._stop_s = None
+            self._controller.press(RESET)
+            self._sent = None
+            if self.running:
+                self.running = False
+                self.heard.ended = "stopped"
+
+    def _tend_jog(self) -> None:
+        if self._jog is None:
+            return
+        page, jog = self._jog
+        if jog.over or self.sharing.holder != page:
+            self._end_jog()
+        elif self._sent is None and not self._lines and (line := jog.segment()):
+            self._send(line)
+
+    def _end_jog(self) -> None:
+        if self._jog is not None:
+            self._jog = None
+            self._controller.realtime(CANCEL)
+
+    def _tend_lines(self, now: float) -> None:
+        sent = self._sent
+        if sent is not None:
+            if sent.answer is None:
+                return
+            self._sent = None
+            self._answered(sent)
+        if self._lines:
+            self._send(self._lines.popleft())
+        elif now - self._modes_s > MODES_S and self._jog is None and self._stop_s is None:
+            self._modes_s = now
+            self._send(_OWN)
+
+    def _send(self, line: str) -> None:
+        self._sent_said = ""
+        self._sent = self._controller.send_line(line)
+
+    def _answered(self, sent: Sent) -> None:
+        assert sent.answer is not None
+        if sent.answer == "ok":
+            if sent.text.startswith("$") and "=" in sent.text and sent.text[1:2].isdecimal():
+                self._lines.append("$$")
+            if not sent.text.startswith(("$J=", "$$", _OWN)):
+                self.tell(f"{sent.text}: ok")
+            return
+        if sent.text.startswith("$J="):
+            self._jog = None
+        if sent.text != _OWN:
+            code = sent.answer.removeprefix("error:")
+            known = alarms.refusal(int(code)) if code.isdecimal() else sent.answer
+            self.tell(f"{sent.text} is refused: {self._sent_said or known}")
+
+    def _hear(self, line: str) -> None:
+        with self.lock:
+            before = self.heard.starts
+            volts = None
+            if line.startswith("<"):
+                self._report_s = self._clock()
+                volts = self._wire.voltage()
+            if line.startswith("[MSG:"):
+                self._sent_said = line[5:-1]
+            self.heard.hear(line, self._wire.time_s(), volts)
+            if self.heard.starts != before and self.running:
+                self.running, self.heard.ended = False, "stopped"

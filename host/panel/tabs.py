@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tabs at the right of the page: tape, jog, lines by hand, settings, record of the run."""
+
+import json
+import tempfile
+from html import escape
+from pathlib import Path
+from typing import Any, Protocol
+
+from nicegui import events, run, ui
+
+from host.errors import UserError
+from host.panel.session import Job, Session
+from softcore.tables.settings import GROUPS, SETTINGS, Setting
+
+__all__ = ["Tabs", "field_text", "html"]
+
+MINUS = "\N{MINUS SIGN}"
+BEFORE, SHOWN = 5, 24   # lines of the tape before the block under way, and in all
+RECENT = 60         # rows of the record on the page
+LARGEST = 4 << 20   # bytes of a tape that is uploaded
+FEEDS = {10: "10 mm/min", 60: "60 mm/min", 300: "300 mm/min", 600: "600 mm/min"}
+
+
+def html(content: str = "") -> ui.html:
+    """An element of HTML that this program has made; texts from elsewhere in it are escaped."""
+    return ui.html(content, sanitize=False)
+
+
+def field_text(value: float, digits: int) -> str:
+    """A number with a fixed number of digits and a true minus sign."""
+    text = f"{value:.{digits}f}"
+    return text.replace("-", MINUS if float(text) else "")
+
+
+class Frame(Protocol):
+    """The page that the tabs are on."""
+
+    session: Session
+
+    def order(self, name: str, *words: Any) -> bool:
+        """Order something; return whether it was taken."""
+
+    def locked(self, element: Any) -> Any:
+        """Grey an element on a page that watches; return it."""
+
+    def changed(self, key: str, value: Any) -> bool:
+        """Whether a value differs from that of the last look; keep it."""
+
+
+class Tabs:
+    """The tabs of a page."""
+
+    def __init__(self, page: Frame, tapes: list[Path]) -> None:
+        self.page, self.session = page, page.session
+        self._values: dict[int, Any] = {}
+        with ui.tabs().props("dense no-caps align=justify") as tabs:
+            names = [ui.tab(name) for name in ("Tape", "Jog", "Line", "Settings", "Record")]
+        with ui.tab_panels(tabs, value=names[0], animated=False).props("keep-alive"):
+            with ui.tab_panel(names[0]):
+                self._tape(tapes)
+            for name, fill in zip(names[1:], (self._jog, self._line, self._settings, self._record),
+                                  strict=True):
+                with ui.tab_panel(name):
+                    fill()
+
+    # ---- tape
+
+    def _tape(self, tapes: list[Path]) -> None:
+        known = {str(path): path.stem for path in tapes}
+        choose = ui.select(known, label="tape", with_input=True, on_change=lambda event:
+                           self._choose(Path(event.value))).props(
+                               'dense outlined data-testid="choose"').style("width:100%")
+        self.page.locked(choose)
+        with ui.row().style("gap:8px;margin:8px 0;width:100%;flex-wrap:nowrap"):
+            for title, order, kind in (("Start", "run", "key-resume"), ("Arm", "arm", "key-hold")):
+                button = ui.button(title, color=None,
+                                   on_click=lambda order=order: self.page.order(order))
+                self.page.locked(button.classes(kind).style("flex:1").props(
+                    f'no-caps data-testid="{order}"'))
+            self.arm = button
+        upload = ui.upload(label="or a file: .nc, .ptp", auto_upload=True,
+                           max_file_size=LARGEST, on_upload=self._upload,
+                           on_rejected=lambda: ui.notify(
+                               f"A tape has at most {LARGEST >> 20} MB.", type="warning"))
+        self.page.locked(upload.props("flat bordered accept=.nc,.ptp").style(
+            "width:100%;margin-bottom:8px"))
+        self.listing = html().classes("tape").props('data-testid="tape"')
+
+    async def _choose(self, path: Path) -> None:
+        try:
+            job = await run.io_bound(Job.of, path)
+        except UserError as error:
+            ui.notify(str(error), type="warning", position="top")
+            return
+        self.page.order("choose", job)
+
+    async def _upload(self, event: events.UploadEventArguments) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / Path(event.file.name).name
+            path.write_bytes(await event.file.read())
+            await self._choose(path)
+
+    def _show_tape(self) -> None:
+        job, line = self.session.job, self.session.heard.line
+        if not self.page.changed("tape", (job, line)):
+            return
+        if job is None:
+            self.listing.set_content('<div class="note">No tape is chosen.</div>')
+            return
+        first = max(0, min(line - 1 - BEFORE, len(job.lines) - SHOWN))
+        shown = job.lines[first:first + SHOWN]
+        self.listing.set_content("".join(
+            f'<div class="{"now" if number == line else "note" if text.startswith("(") else ""}">'
+            f"<span>{number}</span>{escape(text)}</div>"
+            for number, text in enumerate(shown, start=first + 1)))
+
+    # ---- jog
+
+    def _jog(self) -> None:
+        ui.label("Move an axis as long as its button is pressed.").classes("soft")
+        self.feed = ui.select(FEEDS, value=60, label="speed").props("dense outlined").style(
+            "width:100%;margin:8px 0")
+        self.page.locked(self.feed)
+        axes = "XY" if self.session.machine.kind == "wire" else "XYZ"
+        with ui.element("div").classes("jog").style(
+                f"grid-template-columns:repeat({len(axes)},1fr)"):
+            for way, sign in ((1, "+"), (-1, MINUS)):
+                for axis in axes:
+                    button = ui.button(f"{axis} {sign}", color=None).props(
+                        f'no-caps unelevated data-testid="jog{axis}{sign}"').classes("plain").on(
+                            "pointerdown", js_handler=f"() => jogStart('{axis}', {way})")
+                    self.page.locked(button)
+        ui.label("The motion is ordered a tenth of a second at a time, so it stops by itself when "
+                 "the page, the computer or the cable is gone.").classes("soft").style(
+                     "margin-top:10px")
+
+    def jog_feed(self) -> float:
+        """Speed of a jog, mm/min."""
+        return float(self.feed.value or 60)
+
+    # ---- lines by hand
+
+    def _line(self) -> None:
+        ui.label("A line entered by hand (MDI): G-code, or a command such as $#.").classes("soft")
+        self.line = ui.input(placeholder="G00 Z2").props(
+            'outlined dense clearable autocomplete=off data-testid="mdi"').style(
+                "width:100%;margin:8px 0").on("keydown.enter", self._send)
+        self.page.locked(self.line)
+        self.page.locked(ui.button("Send", color=None, on_click=self._send).props(
+            "no-caps").classes("plain"))
+        self.told = html().classes("record").style("margin-top:10px")
+
+    def _send(self) -> None:
+        if self.page.order("line", self.line.value or ""):
+            self.line.set_value("")
+
+    # ---- settings
+
+    def _settings(self) -> None:
+        ui.label("Kept until the controller is switched off. Enter sends a value.").classes("soft")
+        for group, heading in GROUPS.items():
+            with ui.expansion(heading).props("dense dense-toggle").style("width:100%"):
+                for setting in SETTINGS:
+                    if setting.group == group:
+                        self._setting(setting)
+
+    def _setting(self, setting: Setting) -> None:
+        with ui.element("div").classes("setting"):
+            with ui.element("div"):
+                ui.label(f"${setting.number} {setting.title}")
+                ui.label(f"{setting.lowest} to {setting.highest} {setting.unit}".strip()).classes(
+                    "soft")
+            field = ui.input().props(f'dense outlined inputmode=numeric suffix="{setting.unit}"')
+            field.on("keydown.enter", lambda: self._enter(setting))
+        self._values[setting.number] = self.page.locked(field)
+
+    def _enter(self, setting: Setting) -> None:
+        text = str(self._values[setting.number].value or "").strip()
+        if not (text.isdecimal() and setting.lowest <= int(text) <= setting.highest):
+            ui.notify(f"${setting.number} must be a whole number, {setting.lowest} to "
+                      f"{setting.highest}.", type="warning", position="top")
+            return
+        self.page.order("line", f"${setting.number}={text}")
+
+    def _show_settings(self) -> None:
+        for number, value in self.session.heard.settings.items():
+            if number in self._values and self.page.changed(f"${number}", value):
+                self._values[number].set_value(value)
+
+    # ---- record
+
+    def _record(self) -> None:
+        ui.button("Save as events.jsonl", color=None, on_click=self._save).props(
+            "no-caps dense").classes("plain").style("padding:2px 10px")
+        self.record = html().props('data-testid="record"')
+
+    def _save(self) -> None:
+        with self.session.lock:
+            rows = [event for event, _ in self.session.heard.record]
+        ui.download.content("".join(json.dumps(row) + "\n" for row in rows), "events.jsonl")
+
+    def _show_record(self) -> None:
+        record, notices = self.session.heard.record, self.session.notices
+        last = record[-1][0] if record else None
+        if self.page.changed("record", (len(record), last)):
+            rows = [f"<tr><td>{event['t']:.2f} s</td><td>{escape(text)}</td></tr>"
+                    for event, text in list(record)[:-RECENT - 1:-1]]
+            self.record.set_content(
+                f'<table class="record">{"".join(rows)}</table>' if rows else
+                '<p class="soft">Nothing has happened yet.</p>')
+        if self.page.changed("notices", notices[-1] if notices else None):
+            self.told.set_content("".join(f"<div>{escape(text)}</div>"
+                                          for _, text in list(notices)[:-13:-1]))
+
+    def show(self) -> None:
+        """Show what has changed."""
+        self._show_tape()
+        self._show_settings()
+        self._show_record()
+        self.arm.set_visibility(self.session.simulated)

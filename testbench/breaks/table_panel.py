@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted breaks of the operator's panel: who holds the controls, jogging, who may reach it."""
+
+from testbench.breaks.harness import breaks_of
+
+__all__ = ["PANEL"]
+
+SESSION = "unit/host/test_panel.py"
+GATE = "unit/host/test_panel_page.py"
+
+PANEL = (
+    *breaks_of(
+        "host/panel/session.py", SESSION,
+        ("if self.sharing.holder != page:", "if False:", "a page that watches can touch nothing"),
+        ("if jog.over or self.sharing.holder != page:", "if jog.over:",
+         "a page that lets go of the controls ends its jog"),
+        ("            self._controller.realtime(CANCEL)", "            pass",
+         "the end of a jog is told to the controller"),
+        ('        if sent.text.startswith("$J="):\n            self._jog = None\n', "",
+         "a refused jog ends"),
+        ("rests = waited > 3 * SAMPLE_S and self.heard.state in _REST", "rests = True",
+         "a stop resets at rest only"),
+    ),
+    *breaks_of(
+        "host/panel/sharing.py", SESSION,
+        ("AHEAD_S = 0.1", "AHEAD_S = 0.25", "a jog is ordered 0.2 s ahead at most"),
+        ("return self._clock() > self._end", "return False", "a jog that nobody renews ends"),
+        ("now - heard > SILENT_S", "False", "a silent page lets go of the controls"),
+        ("if self.holder is None:", "if True:", "nobody is robbed of the controls"),
+    ),
+    *breaks_of(
+        "host/panel/gate.py", GATE,
+        ("if origin is not None and", "if False and", "a page of another site is refused"),
+        ("return address.is_loopback or bool(self.token)", "return True",
+         "without a token only this computer comes in"),
+        ("if self.token and not (", "if False and not (", "beyond this computer a token is needed"),
+    ),
+)

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted breaks of the simulated machine: what a report says of the cavity depends on it."""
+
+from testbench.breaks.harness import breaks_of
+
+__all__ = ["PLANT"]
+
+CAVITY = "unit/plant/test_cavity.py"
+
+PLANT = (
+    *breaks_of(
+        "testbench/plant/cavity.cpp", CAVITY,
+        ("one.volume += mm3 * one.weight / total;", "one.volume += mm3 * one.weight / front;",
+         "walls and front share one volume"),
+        ("const double deeper = mm3 / total * 1000;", "const double deeper = mm3 / front * 1000;",
+         "what the walls take does not deepen the front"),
+        ("std::min(one.height, below_um - top)", "one.height",
+         "only walls beside the electrode widen"),
+        ("p_.current_power) *", "0.0) *", "a greater current cuts wider"),
+        ("p_.wall_debris * debris *", "p_.wall_debris *", "debris widens the walls"),
+        ("last.volume += section_mm2 * here / 1000;", "last.volume += area_ * here / 1000;",
+         "the front is as wide as its overcut"),
+    ),
+    *breaks_of(
+        "testbench/plant/sinker.cpp", CAVITY,
+        ("    // What the walls lose is debris as well.\n    debris_ += thickness",
+         "    debris_ += 0.5 * thickness", "debris is all that was removed"),
+    ),
+)
