@@ -30,11 +30,6 @@ LINK = (
          "a jog needs Idle or Jog"),
     ),
     *breaks_of(
-        "softcore/firmware/app/status.c", JOG,
-        ("meter_rests() && !machine_machining() &&", "meter_rests() &&",
-         "no jog with the discharge on"),
-    ),
-    *breaks_of(
         "softcore/firmware/interp/jog_words.c", JOG,
         ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
          "no jog leads beyond the limits"),
