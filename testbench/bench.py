@@ -184,13 +184,13 @@ def reaction_times():
 def clearing_times():
     """Rows on the electrode: from the sample that completes a short until it is clear of it.
 
-    With the velocity feed-forward as the machine has it, and in the plain loop.
+    In the plain loop, as delivered, and with the whole velocity feed-forward.
     """
     tape = load(TAPES / "sink_shallow_deep.nc")
     usual = machines.load("sinker")
-    plain = Machine(usual.name, usual.tables | {
-        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 0}})
-    for machine, loop in (usual, "as delivered"), (plain, "plain loop"):
+    fed = Machine(usual.name, usual.tables | {
+        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 100}})
+    for machine, loop in (usual, "as delivered"), (fed, "feed-forward"):
         with _native(trace=True, machine=machine.tables) as native:
             job = Run(machine, tape, Piped(native))
             job.execute()

@@ -250,7 +250,7 @@ SETTINGS: tuple[Setting, ...] = (
     _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
          "than the contact of electrode and work along the path.", guards=False),
-    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (100, 0, 100),
+    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (0, 0, 100),
          "loop", "Share of the path's speed that goes to the drives at once, beside the position "
          "loop. 100: in even motion the axes follow without lag. 0: the plain loop of the first "
          "patent, in which an axis moves only as far as it lags."),

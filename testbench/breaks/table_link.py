@@ -30,11 +30,6 @@ LINK = (
          "a jog needs Idle or Jog"),
     ),
     *breaks_of(
-        "softcore/firmware/app/status.c", JOG,
-        ("meter_rests() && !machine_machining() &&", "meter_rests() &&",
-         "no jog with the discharge on"),
-    ),
-    *breaks_of(
         "softcore/firmware/interp/jog_words.c", JOG,
         ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
          "no jog leads beyond the limits"),
@@ -121,8 +116,9 @@ LINK = (
         ("        ignored += resumes + retracts;\n        return;\n",
          "        ignored += resumes + retracts;\n",
          "single bytes do not move a guarded machine", "unit/firmware/test_lines.py"),
-        ("    if (!is_free(f))\n        return;\n    if (hold_came)", "    (void)is_free(f);\n"
-         "    if (hold_came)", "a locked machine does not resume", "unit/firmware/test_lines.py"),
+        ("    if (!is_free(f) || jog_active())\n        return; /* a jog",
+         "    (void)is_free(f);\n    if (jog_active())\n        return; /* a jog",
+         "a locked machine does not resume", "unit/firmware/test_lines.py"),
         ("machine_machining() || hal_motion_read().moving", "hal_motion_read().moving",
          "what guards stays while machining", f"{MACHINE} unit/firmware/test_depth_series.py"),
         ("machine_machining() || hal_motion_read().moving", "machine_machining()",
@@ -162,7 +158,7 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/app/override.c", OVERRIDE,
-        ("    if (gap_serves())", "    if (0)", "a servo keeps its feed"),
+        ("gap_serves() || jog_active()", "jog_active()", "a servo keeps its feed"),
         ("    hal_release_override();\n", "", "overrides end with the program"),
     ),
     *breaks_of(
@@ -209,7 +205,7 @@ LINK = (
          "a locked machine runs no tape"),
         ("work.machining_on && by_hand", "work.machining_on && !by_hand",
          "a line by hand is refused before it does anything", MACHINE),
-        ("        if (!path_at_front())\n            return false; /*",
+        ("        if (!path_at_front() || jog_active())\n            return false; /*",
          "        if (at != STAGE_READ)\n"
          "            return false; /*", "a tape waits for the line before it"),
         ("    execute_abort();\n", "", "an abort ends what is carried out",

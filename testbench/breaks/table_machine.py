@@ -79,15 +79,16 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", BOTH,
-        ("    machine_stop();\n    program_abort();\n    machine_take", "    program_abort();\n"
-         "    machine_take", "after an alarm motion has to be allowed anew"),
+        ("    machine_stop();\n    jog_stop();\n    program_abort();\n    machine_take",
+         "    jog_stop();\n    program_abort();\n    machine_take",
+         "after an alarm motion has to be allowed anew"),
         ("    program_abort();\n    machine_take_alarm();", "    machine_take_alarm();",
          "an alarm ends the program"),
         ("    if (machine_locked())\n        return fault_at(f, FAULT_LOCKED",
          "    if (machine_locked() && !machine_position_lost())\n"
          "        return fault_at(f, FAULT_LOCKED", "a locked machine takes no position"),
-        ("program_running() || !path_at_front())\n        return",
-         "program_running())\n        return",
+        ("program_running() || !path_at_front() || jog_active())\n        return",
+         "program_running() || jog_active())\n        return",
          "a machine that moves takes no position"),
         ("    events_drop();\n    path_begin", "    path_begin", "old events are dropped"),
         ("if (open && !rests)", "if (open && rests)", "a reset in motion is an alarm"),

@@ -46,8 +46,9 @@ def netlist() -> str:
 
     Its memory is the smallest board's, so that every block fits ``DEVICE``.
     """
-    size = min(board.memory_size for board in BOARDS.values())
-    top, outside = simulated(BOARD.clock_hz, memory_size=size)
+    smallest = min(BOARDS.values(), key=lambda board: board.memory_size)
+    top, outside = simulated(BOARD.clock_hz, memory_size=smallest.memory_size,
+                             memory_banks=smallest.memory_banks)
     return rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False,
                          platform=SimpleNamespace(device="LFE5U"))
 

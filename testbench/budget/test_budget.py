@@ -34,7 +34,7 @@ BUDGETS = {
     "interlock":     Cells(lut4=297,  ccu2c=65,  ff=194,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "mean_level":    Cells(lut4=34,   ccu2c=59,  ff=79,   ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=333,  ccu2c=0,   ff=46,   ram=0,  bram=99, dsp=0),
+    "memory":        Cells(lut4=420,  ccu2c=0,   ff=58,   ram=0,  bram=91, dsp=0),
     "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=890,  ccu2c=185, ff=758,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=268,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
@@ -47,7 +47,7 @@ BUDGETS = {
     "sampler":       Cells(lut4=51,   ccu2c=4,   ff=71,   ram=0,  bram=0,  dsp=0),
     "short":         Cells(lut4=112,  ccu2c=53,  ff=76,   ram=0,  bram=0,  dsp=0),
     "sleep":         Cells(lut4=27,   ccu2c=9,   ff=16,   ram=0,  bram=0,  dsp=0),
-    "uart":          Cells(lut4=270,  ccu2c=57,  ff=124,  ram=8,  bram=1,  dsp=0),
+    "uart":          Cells(lut4=270,  ccu2c=57,  ff=125,  ram=8,  bram=1,  dsp=0),
     "watchdog":      Cells(lut4=53,   ccu2c=64,  ff=57,   ram=0,  bram=0,  dsp=0),
 }
 

@@ -20,6 +20,7 @@ CHORDS = 40
 BOOTED_S = 0.3        # the greeting has been said, and nobody has heard it
 RADIUS_MM = 0.5
 LONG = "G01 X20 F300"       # of which a sender never sees the end
+CANCEL = b"\x85"             # ends a jog
 
 
 def start():
@@ -85,10 +86,26 @@ def test_a_sender_connects_streams_stops_and_goes_on(style):
 
 
 @pytest.mark.parametrize("style", STYLES)
+def test_a_sender_jogs_there_and_ends_a_jog_on_the_way(style):
+    with sending(style) as sender:
+        prepare(sender)
+        assert sender.ask("$J=G91 X1 F600")
+        sender.rest()
+        assert sender.place == pytest.approx((1, 0, 0), abs=NEAR_MM)
+        assert sender.ask("$J=G91 X100 F600")
+        sender.until(lambda: sender.place[0] > 2, "motion")
+        assert sender.state == "Jog"
+        sender.port.write(CANCEL)
+        sender.rest()
+        assert 2 < sender.place[0] < 20
+        assert sender.alarms == []
+
+
+@pytest.mark.parametrize("style", STYLES)
 def test_a_sender_understands_a_refusal_and_an_alarm(style):
     with sending(style) as sender:
         prepare(sender)
-        for line, number in (("$H", 5), ("$J=G91 X1 F100", 3), ("$C", 3), ("G41 D1", 20),
+        for line, number in (("$H", 5), ("$J=G91 X1", 22), ("$C", 3), ("G41 D1", 20),
                              ("$130=1", 3), ("G38.2 Z-1 F5", 20), ("C900", 133)):
             assert not sender.ask(line)
             assert sender.errors[-1][1].endswith(f"error:{number}"), line

@@ -30,7 +30,7 @@ def roam(stray, actions):
     assert stray.answers > actions / 2
     assert stray.moves > actions / 10
     assert stray.visits > actions / 50
-    assert stray.jogs > actions / 10
+    assert stray.jogs > actions / 20
 
 
 def on_the_firmware(seed, actions):

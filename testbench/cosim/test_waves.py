@@ -183,13 +183,13 @@ def test_states_and_places_agree_with_the_events(workdir):
     for event in job.events:
         kind = f"{event['event']} {event.get('phase', '')}".strip()
         if kind in wanted:
-            # A retraction's event has the clock of its order: the state follows one later.
+            # A retraction's event has the clock of its order: state and place are one later.
             clock = event["cycle"] + RESET
             late = event["event"] == "retraction_start"
             assert NAMES["state"][state[clock + late]] == wanted[kind]
             for axis, mm in event["pos"].items():
                 register = [value for at, value in waves.changes(f"motion.{axis}.FP")
-                            if at <= clock][-1]
+                            if at <= clock + late][-1]
                 assert register - (register >> 31 << 32) == round((mm - begin[axis]) * 10_000)
             seen.add(kind)
     assert seen == set(wanted)

@@ -128,7 +128,7 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G36 R-5 L1 H5 E5 Q.5",           "number", 5),
     ("G38.2 Z-1 F5",                   "refused", 1),
     ("G95 P0",                         "number", 5),
-    ("G95 P5",                         "number", 5),
+    ("G95 P6",                         "number", 5),
     ("G95 P2 C100",                    "condition", 1),    # without a reference
     ("C100 G95 P4 M03",                "condition", 6),
     ("G95",                            "missing", 1),

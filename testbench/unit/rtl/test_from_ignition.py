@@ -24,7 +24,8 @@ class Joined:
         top.submodules.pulses = self.pulses = pulses = PulseGenerator()
         top.submodules.discriminator = self.discriminator = judge = Discriminator()
         self.pin = Signal()                     # the gate at its pin
-        self.high, self.current = Signal(init=0), Signal()    # the comparators at theirs
+        # The comparators at theirs.
+        self.high, self.current = Signal(name="high"), Signal(name="current")
         seen = [Signal(2, name=f"seen_{n}") for n in range(BACK)]
         top.d.sync += [self.pin.eq(pulses.on), seen[0].eq(Cat(self.high, self.current))]
         top.d.sync += [after.eq(before) for before, after in pairwise(seen)]
