@@ -22,6 +22,7 @@ from softcore import image
 from softcore.tables.settings import named
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
+from testbench.cosim.netlist import compare
 from testbench.cosim.planning import plan_on
 from testbench.cosim.pulses import WAYS, clocks_a_pulse
 from testbench.cosim.short_blocks import BLOCK, first_pass, retrace
@@ -213,10 +214,20 @@ def resources():
                f"{cells.bram} DP16KD, {cells.dsp} MULT18{clock}")
 
 
+def netlist():
+    """Row on the motion after synthesis, of the device's cells, beside the Verilog."""
+    found = compare("controller.motion")
+    where = ("equal in every pin" if found.difference is None else
+             "NOT equal: {1} from clock {0} on".format(*found.difference))
+    yield (f"motion of {found.cells['LUT4']} LUT4, {found.cells['CCU2C']} CCU2C and "
+           f"{found.cells['TRELLIS_FF']} FF beside its Verilog: a jump and a short",
+           f"{where}, {found.clocks / 1e6:.1f} million clocks")
+
+
 SECTIONS = {"speed": simulation_speed, "environment": environment,
             "firmware": firmware_cost, "blocks": short_blocks,
             "pulses": path_pulses, "planning": planning, "reaction": reaction_times,
-            "clearing": clearing_times, "resources": resources}
+            "clearing": clearing_times, "netlist": netlist, "resources": resources}
 
 
 def main() -> None:
