@@ -79,7 +79,7 @@ def _introduction(host: str, at: int, token: str, port: str | None) -> list[str]
     told = [f"panel: http://{shown}:{at}{behind}"]
     if token:
         told.append("Whoever reaches this computer and has this address, with its token, can move "
-                    "the machine. Other names than its own must be given by --name.")
+                    "the machine. If others know this computer by another name, give it by --name.")
     else:
         told.append("Only programs on this computer can connect.")
     told.append("The machine is simulated." if port is None else f"The controller is at {port}.")

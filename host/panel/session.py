@@ -118,6 +118,7 @@ class Session:
         self._sent: Sent | None = None
         self._sent_said = ""        # the controller's message since that line was sent
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
+        self._typed: str | None = None      # the page that has sent a jog as a line
         self._start = False
         self._stop_s: float | None = None   # machine's time when the stop was pressed
         self._asked_s = self._modes_s = self._report_s = self._clock()
@@ -333,7 +334,10 @@ class Session:
             self._stop_s = self._wire.time_s()
             self.tell("stop: the feed is held; the program ends as soon as the axes rest.")
         elif name == "line":
-            self._lines.append(words[0].upper())
+            line = words[0].upper()
+            if line.startswith("$J="):
+                self._typed = page
+            self._lines.append(line)
         elif name == "jog":
             if self._jog is not None and self._jog[0] == page and self._jog[1].renew(*words):
                 return
@@ -360,6 +364,8 @@ class Session:
                 self.heard.ended = "stopped"
 
     def _tend_jog(self) -> None:
+        if self._typed is not None and self.sharing.holder != self._typed:
+            self._end_jog()     # nobody looks any more at what was typed
         if self._jog is None:
             return
         page, jog = self._jog
@@ -369,8 +375,8 @@ class Session:
             self._send(line)
 
     def _end_jog(self) -> None:
-        if self._jog is not None:
-            self._jog = None
+        if self._jog is not None or self._typed is not None:
+            self._jog = self._typed = None
             self._controller.realtime(CANCEL)
 
     def _tend_lines(self, now: float) -> None:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/lines.h"
 
+#include "hal/hal.h"
 #include "hal/regs.h"
 #include "link/crc.h"
 #include "link/frame.h"
@@ -75,6 +76,7 @@ typedef struct {
 static record newest, taken;    /* the lines accepted last and taken last; `there` if numbered */
 static bool guarded;
 static lines_counts counts;
+static uint64_t ended;      /* clock at which the last line that was kept has ended */
 
 static void begin(void) {
     end = head;
@@ -97,12 +99,14 @@ void lines_restart(void) {
 
 void lines_init(void) {
     counts = (lines_counts){0};
+    ended = 0;
     lines_restart();
 }
 
 bool lines_guarded(void) { return guarded; }
 bool lines_whole(void) { return !until_quiet; }
 lines_counts lines_count(void) { return counts; }
+uint64_t lines_ended(void) { return ended; }
 bool lines_wait(void) { return tail != head || overflowed; }
 uint32_t lines_free(void) { return ROOM - 1 - (end - tail); }
 
@@ -163,6 +167,7 @@ static bool keep(void) {
         begin();
         return false;
     }
+    ended = hal_cycle();
     queue[end++ % ROOM] = '\n';
     head = end;
     counts.accepted++;

@@ -45,6 +45,7 @@ typedef enum { LINES_NONE, LINES_TEXT, LINES_REFUSED } lines_kind;
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
 
 bool lines_wait(void);                  /* a line waits to be taken */
+uint64_t lines_ended(void);             /* clock at which the last good line ended */
 
 void lines_answer(const fault *f);      /* to the line taken last */
 

@@ -309,6 +309,22 @@ def test_silence_ends_it(machine):
     assert state(machine) == "Idle"
 
 
+def test_silence_ends_jogs_that_wait_in_the_queue(machine):
+    """The path takes 56 jogs. Those behind them have been received before the host fell silent."""
+    assert machine.line(assign("jog_silence_ms", 100))[-1] == "ok"
+    machine.library.gk_speed(10)
+    segment = b"$J=G91X.05F600\n"
+    for _ in range(60):
+        machine.send(segment)
+        machine.run(4)
+    machine.send(segment * 20)
+    machine.run(40)
+    before = machine.axes[0]
+    machine.run(3000)
+    assert 0 < before < machine.axes[0] <= before + 2000 + 100
+    assert state(machine) == "Idle"
+
+
 @pytest.mark.parametrize("noise", [b"\n", b"G91\n", b"~", b"\x91", b"\x00\xff", b"$\n"])
 def test_nothing_but_a_report_or_a_jog_breaks_the_silence(machine, noise):
     assert machine.line(assign("jog_silence_ms", 100))[-1] == "ok"

@@ -252,6 +252,18 @@ def test_a_jog_is_cancelled_and_no_segment_follows(serve, how):
     assert wire.bytes.count(HOLD) == (how == "hold")
 
 
+@pytest.mark.parametrize("leaves", [Session.gone, Session.let_go])
+def test_a_jog_that_was_typed_ends_with_its_page(serve, leaves):
+    wire = Script()
+    session = serve(wire)
+    session.take("a")
+    session.order("a", "line", "$j=g91 x100 f60")
+    until(lambda: jogs(wire), lambda: session.seen("a"))
+    assert CANCEL not in wire.bytes
+    leaves(session, "a")
+    until(lambda: CANCEL in wire.bytes)
+
+
 def test_a_controller_that_knows_no_jog_says_so_in_one_line(serve):
     wire = Script(refuses="$J=")
     session = _jogging(serve, wire)
