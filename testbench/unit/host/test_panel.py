@@ -274,6 +274,29 @@ def test_a_controller_that_knows_no_jog_says_so_in_one_line(serve):
         "$J=G91 G21 X0.1000 F60 is refused: this controller does not jog."]
 
 
+def test_the_firmware_jogs_as_long_as_the_button_is_pressed(serve):
+    board = Board(pulses_per_pass=20)
+    session = serve(board)
+    session.take("a")
+    session.order("a", "line", "$POSITION=HERE")
+    until(lambda: session.notice == "$POSITION=HERE: ok", lambda: session.seen("a"))
+    before = board.positions()
+
+    def pressed():
+        session.seen("a")
+        session.order("a", "jog", "X", -1, 600.0)
+
+    until(lambda: session.heard.state == "Jog", pressed)
+    until(lambda: board.positions()["x"] < before["x"] - 5000, pressed)
+    session.order("a", "jog_end")
+    until(lambda: session.heard.state == "Idle", lambda: session.seen("a"))
+    at = board.positions()
+    time.sleep(0.3)
+    assert board.positions() == at
+    assert all(at[axis] == before[axis] for axis in "yz")
+    assert at["x"] > before["x"] - 20_000, "it has gone on after the release"
+
+
 # ---- the session
 
 @pytest.mark.parametrize("order", [("hold",), ("resume",), ("retract",), ("stop",), ("arm",),
