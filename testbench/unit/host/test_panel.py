@@ -13,13 +13,11 @@ import pytest
 from host.errors import UserError
 from host.link.link import HOLD, RESET, STATUS, crc
 from host.machines.machine import Machine
-from host.panel.heard import CLASSES, Heard, condition_words, sentence
-from host.panel.outline import outline
+from host.panel.heard import Heard
 from host.panel.session import CANCEL, Job, Session
 from host.panel.sharing import LEASE_S, SILENT_S, Jog, Sharing
 from host.panel.wires import Remote
 from host.run.events import Scale
-from softcore.tables import events as table
 from softcore.tables.settings import named
 from testbench.live import serving
 from testbench.punch import TAPES
@@ -485,40 +483,3 @@ def test_an_alarm_stays_until_the_machine_is_unlocked():
     assert heard.ended == "alarm"
     heard.hear(REPORT.format(state="Idle", gap="0,0,0,0"), 0.2)
     assert heard.alarm is None
-
-
-def test_every_event_has_a_sentence():
-    place = {"line": 1, "pos": {"x": 0.0, "y": 0.0, "z": 0.0}, "t": 0.0, "cycle": 0}
-    values = {"cause": "short", "distance": 0.5, "reason": "cleared", "speed": 60.0, "limit": 1.0,
-              "phase": "low", "high": 600.0, "low": 60.0, "changeover": 0.1, "number": 130,
-              "ip": 6.0, "code": 8, "letter": "m", "class": 1, "measured": 2, "text": "Text."}
-    for event in table.EVENTS:
-        text = sentence({"event": event.name, **place, **values})
-        assert text[0].isupper()
-        assert text.endswith(".")
-    assert "6 IP (9 A), on 100 µs" in condition_words({"number": 130, "ip": 6.0})
-    assert condition_words({"number": 7, "ip": 6.0}).endswith("entered by G10")
-    assert len(CLASSES) == 4
-
-
-# ---- the path that a tape programs
-
-def test_an_outline_has_the_corners_of_the_tape():
-    lines = (TAPES / "wire_punch.nc").read_text().splitlines()
-    drawn = outline(lines)
-    corners = [(round(x, 3), round(y, 3)) for x, y, _, _ in drawn.points]
-    for corner in ((0.5, 0.0), (0.5, 0.4), (0.6, 0.5), (1.05, 0.5), (1.55, 0.5), (2.1, 0.5),
-                   (2.1, -0.3), (1.9, -0.5), (0.6, -0.5), (0.5, -0.4), (0.0, 0.0)):
-        assert corner in corners
-    assert len(drawn.rapid) == len(drawn.points)
-    hollow = [(x, y) for x, y, _, number in drawn.points if number == 20][:-1]
-    assert all(((x - 1.3) ** 2 + (y - 0.6) ** 2) ** 0.5 == pytest.approx(0.2693, abs=1e-3)
-               for x, y in hollow)
-    assert min(y for _, y in hollow) < 0.4      # it is hollow
-
-
-def test_an_outline_goes_round_a_full_circle_and_down_in_steps():
-    drawn = outline(["G91 G03 X0 Y0 Z-1 I-1", "(X9) G00 Z2", "G90 G10 X5", "G02 I1"])
-    assert min(x for x, *_ in drawn.points) == pytest.approx(-2.0)
-    assert max(x for x, *_ in drawn.points) == pytest.approx(2.0)
-    assert drawn.points[-1][2] == pytest.approx(1.0)
