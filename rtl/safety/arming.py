@@ -81,17 +81,19 @@ class Arming(wiring.Component):
             m.d.sync += self.held.eq(~self.button.steady)
 
         state = Signal(2, init=OPEN)
-        wait = Signal(range(closing + 1), init=closing)  # clocks until the contacts have closed
+        # Clocks until the contacts have closed, less one: then its sign, a register, arms. A
+        # comparison would be long before everything that depends on it.
+        wait = Signal(range(-1, closing), init=closing - 1)
         m.d.comb += [
             self.contactor.eq((state == CLOSED) & ~self.safe),
-            self.armed.eq((state == CLOSED) & (wait == 0)),
+            self.armed.eq((state == CLOSED) & wait[-1]),
         ]
         with m.If(self.safe | self.disarm):
-            m.d.sync += [state.eq(OPEN), wait.eq(closing)]
+            m.d.sync += [state.eq(OPEN), wait.eq(closing - 1)]
         with m.Elif(state == CLOSED):
-            with m.If(wait != 0):
+            with m.If(~wait[-1]):
                 m.d.sync += wait.eq(wait - 1)
         with m.Elif(pressed):
-            m.d.sync += [state.eq(CLOSED), wait.eq(closing)]
+            m.d.sync += [state.eq(CLOSED), wait.eq(closing - 1)]
 
         return m

@@ -24,7 +24,7 @@ BEYOND = (
 
 EQUIVALENT: tuple[Equivalent, ...] = (
     Equivalent(
-        Break("rtl/safety/arming.py", "state.eq(OPEN), wait.eq(closing)]", "state.eq(OPEN)]",
+        Break("rtl/safety/arming.py", "state.eq(OPEN), wait.eq(closing - 1)]", "state.eq(OPEN)]",
               ("testbench/unit/rtl/test_arming.py",), "the contacts' time begins anew"),
         "Only a closed contactor counts the time down, and only then is it looked at; the press "
         "that closes sets it, and reset does. So it is at its start whenever it counts."),

@@ -49,7 +49,7 @@ SAFETY = (
         "rtl/safety/arming.py", "unit/rtl/test_arming.py",
         ("(state == CLOSED) & ~self.safe", "state == CLOSED", "safe opens in its clock"),
         ("self.safe | self.disarm", "self.safe", "firmware can disarm"),
-        ("(state == CLOSED) & (wait == 0)", "state == CLOSED", "armed waits for the contacts"),
+        ("(state == CLOSED) & wait[-1]", "state == CLOSED", "armed waits for the contacts"),
         ("~self.held & ~self.button", "~self.button", "a press is an edge"),
         ("self.held = Signal(init=1)", "self.held = Signal()", "a button held at reset is none"),
         ("with m.Elif(pressed):", "with m.Else():", "it does not arm by itself"),
