@@ -48,7 +48,7 @@ def panel(*, machine: str, port: str | None, baud: int, clock_hz: int | None, se
 
     session = Session(chosen, connect)
     build(session, sorted(TAPES.glob("*.nc")))
-    app.add_middleware(Gate, token=token, names=names)
+    app.add_middleware(Gate, token=token, names=[*names, host])
     for text in _introduction(host, at, token, port):
         say(text)
 
@@ -72,8 +72,23 @@ def _free(host: str, port: int) -> None:
         raise UserError(f"{host}:{port} cannot be listened at: {why}.") from error
 
 
+def _address(everywhere: str) -> str:
+    """Return this computer's address as others see it, or its name if it is in no network.
+
+    A tablet finds the address; the name only if the network knows it.
+    """
+    family, outside = ((socket.AF_INET6, "2001:db8::1") if ":" in everywhere
+                       else (socket.AF_INET, "192.0.2.1"))    # reserved for documentation
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((outside, 9))     # sends nothing: it chooses the way out
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])
+
+
 def _introduction(host: str, at: int, token: str, port: str | None) -> list[str]:
-    shown = socket.gethostname() if host in ("0.0.0.0", "::") else host
+    shown = _address(host) if host in ("0.0.0.0", "::") else host
     shown = f"[{shown}]" if ":" in shown else shown
     behind = f"/?token={token}" if token else "/"
     told = [f"panel: http://{shown}:{at}{behind}"]

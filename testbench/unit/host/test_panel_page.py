@@ -2,6 +2,7 @@
 """Who may reach the panel, and its pictures."""
 
 import asyncio
+from urllib.parse import urlsplit
 from xml.etree import ElementTree
 
 import pytest
@@ -11,7 +12,7 @@ from host.panel import draw
 from host.panel.gate import COOKIE, Gate, is_local
 from host.panel.heard import CLASSES, Sample
 from host.panel.outline import Outline, outline
-from host.panel.panel import panel
+from host.panel.panel import _introduction, panel
 
 TOKEN = "a-token"
 SVG_LINES = "planned", "trail", "now"
@@ -108,6 +109,17 @@ def test_an_address_that_is_taken_is_told_in_one_sentence_before_anything_starts
         with pytest.raises(UserError, match=f"^{at} cannot be listened at: .*in use"):
             panel(machine="sinker", port=None, baud=1, clock_hz=None, seed=1, listen=at, names=[],
                   console=None)
+
+
+@pytest.mark.parametrize("everywhere", ["0.0.0.0", "::", "192.168.1.5", "shop-pc"])
+def test_the_address_that_is_printed_leads_through_the_gate(everywhere):
+    told = _introduction(everywhere, 8080, TOKEN, None)[0].removeprefix("panel: ")
+    address = urlsplit(told)
+    assert (address.port, address.query) == (8080, f"token={TOKEN}")
+    assert address.hostname not in ("0.0.0.0", "::")
+    start, _ = ask(Gate(behind, token=TOKEN, names=[everywhere]), query=address.query,
+                   host=address.netloc)
+    assert start["status"] == 303
 
 
 # ---- the pictures
