@@ -102,6 +102,7 @@ class Controller(wiring.Component):
         self.arming = Arming(clock_hz=clock_hz, strapped=arm_strapped)
         self.auxiliary = AuxiliaryFunctions()
         self.report = Report(registers=registers, letters=AXES)
+        self.stopped = Signal(init=1)   # ``safe``, a clock later
         super().__init__({
             "registers": In(wiring.Signature({name: Out(signature)
                                               for name, signature in registers.items()})),
@@ -139,7 +140,8 @@ class Controller(wiring.Component):
     def _motion(self, m):
         motion = self.motion
         m.d.comb += [
-            motion.safe.eq(self.safe), motion.hold.eq(self.hold), motion.abort.eq(self.abort),
+            # A contact that trips must not be a halt first: motion learns of it at once.
+            motion.safe.eq(self.stopped | self.gap.trip), motion.hold.eq(self.hold), motion.abort.eq(self.abort),
             motion.leaving.eq(self.interlock.leaving),
             motion.backpressure.eq(self.report.backpressure),
             motion.in_position.eq(self.drives.in_position), motion.cycle.eq(self.cycle),
@@ -191,7 +193,7 @@ class Controller(wiring.Component):
             self.gap_level.eq(power.level_out),
             self.gap_supply.eq(Cat(words.power_supply_voltage, words.power_supply_negative)),
 
-            gap.safe.eq(self.safe), gap.machining.eq(machining),
+            gap.safe.eq(self.stopped), gap.machining.eq(machining),
             gap.wanted.eq(registers.control_machining),
             gap.waiting.eq(~condition.latched | ~condition.settled),
             gap.in_position.eq(self.drives.in_position),
@@ -248,14 +250,16 @@ class Controller(wiring.Component):
             interlock.leave.eq(registers.leave_strobe), interlock.leave_key.eq(registers.leave),
             interlock.onto.eq(self.drives.onto),
 
-            self.safe.eq(interlock.safe),
-            registers.live.eq(interlock.live), registers.latched.eq(interlock.latched),
-            registers.status_safe.eq(interlock.safe), registers.status_first.eq(interlock.first),
+            self.safe.eq(interlock.safe), registers.status_safe.eq(self.stopped),
+            registers.latched.eq(interlock.latched), registers.status_first.eq(interlock.first),
             registers.status_simultaneous.eq(interlock.simultaneous),
             registers.status_blamed.eq(interlock.blamed),
             registers.limits_low.eq(interlock.at_low), registers.limits_high.eq(interlock.at_high),
             registers.limits_leaving.eq(interlock.leaving),
         ]
+        # Outputs are safe at once. Motion, the gap and firmware follow a clock later: on an FPGA
+        # the way from a cause through all of them is longer than a clock.
+        m.d.sync += [self.stopped.eq(self.safe), registers.live.eq(interlock.live)]
 
     def _report(self, m):
         """Events, in one queue."""

@@ -47,8 +47,9 @@ class BlockRam(wiring.Component):
     An access takes 2 clocks; further words of a burst take 1 clock each. A burst has up to
     ``BURST`` words and starts at a multiple of this; the caches read in bursts.
 
-    The parity of a word is checked in the clock of its ``ack``, when it is read or when some of its
-    bytes are written. A damaged word is reported at each access until all of it is written.
+    The parity of a word is checked when it is read and when some of its bytes are written; the
+    report comes in the clock after its ``ack``, for on an FPGA the block RAMs are slow and far
+    apart. A damaged word is reported at each access until all of it is written.
 
     The parities are in a memory of their own. The data are in block RAMs with rows of one bit,
     which have no ninth bit for a parity. These rows keep the multiplexers between block RAMs small:
@@ -73,7 +74,7 @@ class BlockRam(wiring.Component):
     ibus, dbus : In(BusSignature)
         Word accesses; only ``dbus`` writes, by bytes, and never in a burst.
     damaged : Out(1)
-        A word has the wrong parity: high in the clock of its ``ack``.
+        A word has the wrong parity: high in the clock after its ``ack``.
     place : Out(32)
         Address of that word, in bytes; of two words, the instruction's. Valid with ``damaged``.
 
@@ -106,7 +107,8 @@ class BlockRam(wiring.Component):
             m.submodules[name] = ram
         writes_to = [ram.write_port(granularity=8) for ram in rams]
         write_parity = parity.write_port()
-        found = []
+        writes, whole = Signal(), self.dbus.sel.all()
+        found, places = [], []
         # A transparent port at the write's address. Otherwise ECP5 needs a copy for each read port.
         for bus in (self.ibus, self.dbus):
             reads = [ram.read_port(transparent_for=(write,))
@@ -123,12 +125,20 @@ class BlockRam(wiring.Component):
                 bus.dat_r.eq(self._chosen(m, reads, address, bus.stb)),
             ]
             m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
-            found.append((bus.dat_r.xor() ^ read_parity.data) & bus.stb & bus.ack)
+            # The parity in two clocks: that of four bits each, then that of all.
+            sums, looked, place = Signal(9), Signal(), Signal.like(bus.adr)
+            unread = writes & whole if bus is self.dbus else C(0)
+            m.d.sync += [
+                sums.eq(Cat(*(bus.dat_r[at:at + 4].xor() for at in range(0, 32, 4)),
+                            read_parity.data)),
+                looked.eq(bus.stb & bus.ack & ~unread), place.eq(bus.adr),
+            ]
+            found.append(sums.xor() & looked)
+            places.append(place)
 
         # Written in the clock of the ack, when the old word is known. A write of some bytes changes
         # the parity only by the change of these bytes, so a wrong parity stays wrong.
         bus = self.dbus
-        writes, whole = Signal(), bus.sel.all()
         chosen = Cat(bit.replicate(8) for bit in bus.sel)
         m.d.comb += [
             writes.eq(bus.stb & bus.ack & bus.we),
@@ -140,8 +150,8 @@ class BlockRam(wiring.Component):
             *(write.en.eq(Mux(writes & self._within(bank, address), bus.sel, 0))
               for bank, write in enumerate(writes_to)),
             write_parity.en.eq(writes),
-            self.damaged.eq(found[0] | found[1] & ~(writes & whole)),
-            self.place.eq(Cat(C(0, 2), Mux(found[0], self.ibus.adr, bus.adr))),
+            self.damaged.eq(found[0] | found[1]),
+            self.place.eq(Cat(C(0, 2), Mux(found[0], *places))),
         ]
 
         return m

@@ -122,16 +122,17 @@ class ContactGuard(wiring.Component):
             with m.If(clear & (clears + 1 >= self.clear_needed)):
                 m.d.sync += known.eq(1)
 
-        lags = Signal(28)   # clocks for which the axes may still lag
+        # Clocks for which the axes may still lag, less one: at -1, by its sign alone, no more.
+        lags = Signal(signed(29), init=-1)
         with m.If(self.fast):
-            m.d.sync += lags.eq(self.lag_time)
-        with m.Elif(lags.any()):
+            m.d.sync += lags.eq(self.lag_time - 1)
+        with m.Elif(~lags[-1]):
             m.d.sync += lags.eq(lags - 1)
 
         m.d.comb += [
             self.wait.eq(self.off & ~self.away & ~known),
             self.contact.eq(looking & active & self.shorted & ~self.reverse
                             & (known | ~self.away)),
-            self.trip.eq(self.contact & (self.fast | lags.any())),
+            self.trip.eq(self.contact & (self.fast | ~lags[-1])),
         ]
         return m
