@@ -141,7 +141,8 @@ class Controller(wiring.Component):
         motion = self.motion
         m.d.comb += [
             # A contact that trips must not be a halt first: motion learns of it at once.
-            motion.safe.eq(self.stopped | self.gap.trip), motion.hold.eq(self.hold), motion.abort.eq(self.abort),
+            motion.safe.eq(self.stopped | self.gap.trip),
+            motion.hold.eq(self.hold), motion.abort.eq(self.abort),
             motion.leaving.eq(self.interlock.leaving),
             motion.backpressure.eq(self.report.backpressure),
             motion.in_position.eq(self.drives.in_position), motion.cycle.eq(self.cycle),

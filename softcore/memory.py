@@ -45,7 +45,8 @@ class BlockRam(wiring.Component):
     """Memory of the processor: instructions on one port, data on the other.
 
     An access takes 2 clocks; further words of a burst take 1 clock each. A burst has up to
-    ``BURST`` words and starts at a multiple of this; the caches read in bursts.
+    ``BURST`` words and starts at a multiple of this; the caches read in bursts. A write of some
+    bytes of a word takes 3 clocks: its parity needs that of the others, which are read first.
 
     The parity of a word is checked when it is read and when some of its bytes are written; the
     report comes in the clock after its ``ack``, for on an FPGA the block RAMs are slow and far
@@ -108,6 +109,7 @@ class BlockRam(wiring.Component):
         writes_to = [ram.write_port(granularity=8) for ram in rams]
         write_parity = parity.write_port()
         writes, whole = Signal(), self.dbus.sel.all()
+        others = Signal()   # a write of some bytes has read the word
         found, places = [], []
         # A transparent port at the write's address. Otherwise ECP5 needs a copy for each read port.
         for bus in (self.ibus, self.dbus):
@@ -124,10 +126,11 @@ class BlockRam(wiring.Component):
                 *(read.en.eq(bus.stb) for read in reads),
                 bus.dat_r.eq(self._chosen(m, reads, address, bus.stb)),
             ]
-            m.d.sync += bus.ack.eq(bus.stb & (~bus.ack | bus.more))
+            ready, unread = ((~bus.we | whole | others, writes & whole) if bus is self.dbus
+                             else (C(1), C(0)))
+            m.d.sync += bus.ack.eq(bus.stb & Mux(bus.ack, bus.more, ready))
             # The parity in two clocks: that of four bits each, then that of all.
             sums, looked, place = Signal(9), Signal(), Signal.like(bus.adr)
-            unread = writes & whole if bus is self.dbus else C(0)
             m.d.sync += [
                 sums.eq(Cat(*(bus.dat_r[at:at + 4].xor() for at in range(0, 32, 4)),
                             read_parity.data)),
@@ -136,17 +139,23 @@ class BlockRam(wiring.Component):
             found.append(sums.xor() & looked)
             places.append(place)
 
-        # Written in the clock of the ack, when the old word is known. A write of some bytes changes
-        # the parity only by the change of these bytes, so a wrong parity stays wrong.
+        # Written in the clock of the ack, when the sums of the old word are known. A write of some
+        # bytes changes the parity only by the change of these, so a wrong parity stays wrong.
         bus = self.dbus
-        chosen = Cat(bit.replicate(8) for bit in bus.sel)
+        m.d.sync += others.eq(bus.stb & bus.we & ~bus.ack)
+
+        def written(halves):
+            """Parity of what is written of a word; the sums of its halves of bytes are given."""
+            return Cat(halves[2 * at:2 * at + 2].xor() & bit
+                       for at, bit in enumerate(bus.sel)).xor()
+
+        new = Cat(bus.dat_w[at:at + 4].xor() for at in range(0, 32, 4))
         m.d.comb += [
             writes.eq(bus.stb & bus.ack & bus.we),
             write_parity.addr.eq(address),
             *(write.addr.eq(address) for write in writes_to),
             *(write.data.eq(bus.dat_w) for write in writes_to),
-            write_parity.data.eq((bus.dat_w & chosen).xor() ^ Mux(
-                whole, 0, (bus.dat_r & chosen).xor() ^ read_parity.data)),
+            write_parity.data.eq(written(new) ^ Mux(whole, 0, written(sums[:8]) ^ sums[8])),
             *(write.en.eq(Mux(writes & self._within(bank, address), bus.sel, 0))
               for bank, write in enumerate(writes_to)),
             write_parity.en.eq(writes),

@@ -71,20 +71,24 @@ class AuxiliaryFunctions(wiring.Component):
 
         def wait(state, *, until, strobe, then):
             with m.State(state):
+                with m.If(until):   # whether safe or not: a long way to many bits
+                    m.d.sync += waited.eq(0)
                 with m.If(self.safe):
                     m.d.sync += self.strobe.eq(0)
                     m.next = "Idle"
                 with m.Elif(until):
-                    m.d.sync += [self.strobe.eq(strobe), waited.eq(0)]
+                    m.d.sync += self.strobe.eq(strobe)
                     m.next = then
                 with m.Elif(late):
                     m.d.sync += [self.strobe.eq(0), self.timed_out.eq(1)]
                     m.next = "Idle"
 
         with m.FSM() as states:
-            with m.State("Idle"), m.If(self.send & (self.letter < LETTERS) & ~self.safe):
-                m.d.sync += [self.function.eq(self.code), letter.eq(self.letter), waited.eq(0)]
-                m.next = "Preparing"
+            with m.State("Idle"):
+                m.d.sync += waited.eq(0)
+                with m.If(self.send & (self.letter < LETTERS) & ~self.safe):
+                    m.d.sync += [self.function.eq(self.code), letter.eq(self.letter)]
+                    m.next = "Preparing"
             wait("Preparing", until=~self.fin, strobe=C(1, LETTERS) << letter, then="Asking")
             wait("Asking", until=self.fin, strobe=0, then="Ending")
             wait("Ending", until=~self.fin, strobe=0, then="Idle")

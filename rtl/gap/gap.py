@@ -219,6 +219,9 @@ class Gap(wiring.Component):
     def _voltage(self, m, removal):
         """Mean gap voltage, and its drop per unit distance."""
         registers, motion = self.registers.feed, self.motion
+        # Good: neither arc nor short, and the comparators see a main pulse. A clock later, for the
+        # gate depends on every cause of ``safe``, and the sums are wide.
+        m.d.sync += removal.burning.eq(self.on & self.current & ~self.arc & ~self.short)
         m.d.comb += [
             removal.on.eq(registers.control_measure & self.wanted),
             # A short, and the way back and forth, say nothing of the stock ahead.
@@ -227,8 +230,6 @@ class Gap(wiring.Component):
             removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
             removal.shares.eq(registers.control_shares),
             removal.share.eq(self.condition.feed_share),
-            # Good: neither arc nor short, and the comparators see a main pulse.
-            removal.burning.eq(self.on & self.current & ~self.arc & ~self.short),
             removal.reference.eq(self.condition.feed_reference_drop),
             removal.no_load.eq(self.condition.feed_no_load),
             removal.ratio_min.eq(registers.bounds_lowest),
