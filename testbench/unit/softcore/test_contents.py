@@ -21,6 +21,7 @@ WORDS, PARITY = 2048, 32   # words of a block; the parity as a column beside the
 MEMORIES = [
     (72 * 1024, False, [1]), (40 * 1024, False, [2]), (24 * 1024, False, [4]),
     (44 * 1024, True, [2, 9, 18]), (80 * 1024, True, [1, 4]), (4096, False, [18]),
+    (20 * 1024, True, [2, 9]),  # the first bank fills half of each of its blocks
 ]
 NAMES = [f"{size // 1024} KiB, rows of {' and '.join(map(str, rows))}"
          for size, _, rows in MEMORIES]
