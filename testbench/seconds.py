@@ -18,7 +18,7 @@ __all__ = ["BUDGET_S", "Measured", "cpu_s", "part_of", "table"]
 BUDGET_S: dict[str, int] = {
     "breaks": 25, "budget": 85, "cosim": 1300, "faults": 25, "formal": 125, "unit/firmware": 175,
     "unit/host": 235, "unit/plant": 25, "unit/project": 95, "unit/rtl": 525, "unit/simulators": 20,
-    "unit/softcore": 35}
+    "unit/softcore": 85}
 LONGEST = 12   # number of files in the table
 
 

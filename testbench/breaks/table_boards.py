@@ -1,11 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted breaks of what a person loads and wires by: the loader's orders, the doctor's words."""
+"""Planted breaks of what a person loads and wires by: bits, the loader's orders, the doctor."""
 
 from testbench.breaks.harness import breaks_of
 
 __all__ = ["BOARDS"]
 
 BOARDS = (
+    *breaks_of(
+        "softcore/contents.py", "unit/softcore/test_contents.py",
+        ("if len(image) > size:", "if len(image) >= size:", "an image may fill the memory"),
+        ("np.array(parities(image), np.uint8)", "data[:, 0]", "the parities are the firmware's"),
+        ("_columns(image + bytes(size - len(image)), banks)",
+         "_columns(image + placeholder(size)[len(image):], banks)", "no noise remains"),
+        ("(bank_sizes(depth) if banks else [(0, depth)])", "[(0, depth)]",
+         "banks are looked for one by one"),
+        ("wrong = np.flatnonzero(counted != 1)", "wrong = np.flatnonzero(counted > 1)",
+         "a piece that is missing is refused"),
+        ("wrong = np.flatnonzero(counted != 1)", "wrong = np.flatnonzero(counted == 0)",
+         "a piece in two places is refused"),
+        ("column.first + first} to", "first} to", "a piece is named by the memory's words"),
+        ("if len(words) != WORDS or words.max() >> WORD_BITS:", "if words.max() >> WORD_BITS:",
+         "a block has all its words"),
+        ("if len(words) != WORDS or words.max() >> WORD_BITS:", "if len(words) != WORDS:",
+         "a word has nine bits"),
+        ("        rows[:, one.lane] =", "        rows[:, 0] =", "each bit goes to its own lane"),
+        ("_piece(new[one.column].bits, one.start, one.rows)",
+         "_piece(new[one.column].bits, 0, one.rows)", "each piece gets its own words"),
+        ("    return WORD_BITS if row_bits % WORD_BITS == 0 else 8",
+         "    return WORD_BITS if row_bits in (1, 9, 18) else 8", "narrow rows have no ninth bit"),
+        ("ROWS = (1, 2, 4, 9, 18) ", "ROWS = (1, 2, 4, 9) ", "rows of every kind are found"),
+        ('f"{word:03x}"', 'f"{word:x}"', "a layout is written as it was read"),
+    ),
+    *breaks_of(
+        "softcore/build.py", "unit/project/test_build.py",
+        ("_versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):",
+         "_versions(LAYOUT_TOOLS), made[\"digest\"], _sha256(layout)):",
+         "other gateware has another layout"),
+        ("_versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):",
+         "kept[\"tools\"], _key(planned), _sha256(layout)):", "other tools make another layout"),
+        ("_versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):",
+         "_versions(LAYOUT_TOOLS), _key(planned), kept[\"sha256\"]):",
+         "a damaged layout is made anew"),
+        ("if not made.kept or not _is_packed(", "if not made.kept or _is_packed(",
+         "other firmware is put in"),
+        ("[FILLED if word == LAYOUT else word for word in command]", "command",
+         "what is packed is the layout with the firmware"),
+        ("            progress(\"the layout is kept, only the firmware is replaced\")",
+         "            pass", "it says that the layout is kept"),
+        ("    return text == _manifest_text(board, planned, image, made, bits)",
+         "    return text == _manifest_text(board, planned, image, made, bits) or bool(text)",
+         "a bitstream of another firmware is not kept"),
+    ),
     *breaks_of(
         "host/flash.py", "unit/host/test_flash.py",
         ('cable or target.cable, *where', 'target.cable, *where', "the cable asked for is used"),
