@@ -18,12 +18,12 @@ from softcore.build import Cells
 from testbench.budget import resources
 
 BUDGETS = {
-    "arming":        Cells(lut4=50,   ccu2c=23,  ff=44,   ram=0,  bram=0,  dsp=0),
+    "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=634,  ccu2c=314, ff=614,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
-    "contact":       Cells(lut4=66,   ccu2c=50,  ff=62,   ram=0,  bram=0,  dsp=0),
+    "contact":       Cells(lut4=66,   ccu2c=61,  ff=63,   ram=0,  bram=0,  dsp=0),
     "counters":      Cells(lut4=78,   ccu2c=64,  ff=64,   ram=0,  bram=0,  dsp=0),
     "discriminator": Cells(lut4=108,  ccu2c=88,  ff=174,  ram=0,  bram=0,  dsp=0),
     "distributor":   Cells(lut4=892,  ccu2c=715, ff=391,  ram=0,  bram=0,  dsp=0),
@@ -34,7 +34,7 @@ BUDGETS = {
     "interlock":     Cells(lut4=297,  ccu2c=65,  ff=194,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "mean_level":    Cells(lut4=34,   ccu2c=59,  ff=79,   ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=420,  ccu2c=0,   ff=58,   ram=0,  bram=91, dsp=0),
+    "memory":        Cells(lut4=420,  ccu2c=0,   ff=139,  ram=0,  bram=91, dsp=0),
     "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=890,  ccu2c=185, ff=758,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=268,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
