@@ -40,7 +40,7 @@ docs: venv     ## these pages as a site in build/docs; warnings are errors
 bench: install ## every figure of docs/results/figures.md; minutes
 	@.venv/bin/gapkeeper bench
 
-boards: venv   ## lay out every board; ten minutes each (BOARDS=)
+boards: venv   ## lay out every board; half an hour for each layout (BOARDS=)
 	@for board in $(BOARDS); do .venv/bin/gapkeeper build $$board || exit; done
 
 soak: install  ## runs of minutes to hours (TESTS=)

@@ -146,7 +146,7 @@ def _manifest(board: str, built: Path) -> dict[str, str]:
         bits = (built / "top.bit").read_bytes()
     except (OSError, ValueError) as error:
         raise UserError(f"there is no bitstream for {board} yet: make it with gapkeeper build "
-                        f"{board}, which takes some ten minutes.") from error
+                        f"{board}, which takes half an hour.") from error
     if hashlib.sha256(bits).hexdigest() != manifest.get("bitstream_sha256"):
         raise UserError(f"the bitstream for {board} is not the one of its manifest: delete "
                         f"{built} and build it again with gapkeeper build {board}.")
