@@ -4,10 +4,12 @@
 import secrets
 import socket
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from rich.console import Console
 
 from host.errors import UsageError, UserError
+from host.link.port import Port, PortError
 from host.link.serve import split_address
 from host.machines import machine as machines
 from host.panel.gate import Gate, is_local
@@ -38,6 +40,8 @@ def panel(*, machine: str, port: str | None, baud: int, clock_hz: int | None, se
     chosen = machines.load(machine)
     host, at = split_address(listen, PORT)
     _free(host, at)
+    if port is not None:
+        _require_port(port, baud)
     token = "" if is_local(host) else secrets.token_urlsafe(16)
     clock_hz = clock_hz or chosen.clock_hz
 
@@ -70,6 +74,13 @@ def _free(host: str, port: int) -> None:
     except (OSError, OverflowError) as error:
         why = (getattr(error, "strerror", None) or str(error)).partition(" (while ")[0]
         raise UserError(f"{host}:{port} cannot be listened at: {why}.") from error
+
+
+def _require_port(port: str, baud: int) -> None:
+    """Refuse a name that is no port here. One that is only silent or in use may be so later."""
+    if "://" not in port:
+        with suppress(PortError):
+            Port(port, baud).close()
 
 
 def _address(everywhere: str) -> str:

@@ -111,6 +111,14 @@ def test_an_address_that_is_taken_is_told_in_one_sentence_before_anything_starts
                   console=None)
 
 
+@pytest.mark.parametrize(("port", "told"), [
+    ("/dev/null", "/dev/null is no serial port"), ("/dev/nosuch", "there is no port /dev/nosuch")])
+def test_a_name_that_is_no_port_is_told_before_anything_starts(port, told):
+    with pytest.raises(UserError, match=f"^{told}"):
+        panel(machine="sinker", port=port, baud=9600, clock_hz=None, seed=1,
+              listen="127.0.0.1:0", names=[], console=None)
+
+
 @pytest.mark.parametrize("everywhere", ["0.0.0.0", "::", "192.168.1.5", "shop-pc"])
 def test_the_address_that_is_printed_leads_through_the_gate(everywhere):
     told = _introduction(everywhere, 8080, TOKEN, None)[0].removeprefix("panel: ")
