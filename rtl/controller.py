@@ -170,6 +170,9 @@ class Controller(wiring.Component):
         machining = Signal()
         m.d.comb += machining.eq(registers.control_machining & self.arming.armed & ~self.abort
                                  & ~self.interlock.leaving)
+        # The gap follows a clock later, as with ``safe``; pulses are off in the clock of a change.
+        discharging = Signal()
+        m.d.sync += discharging.eq(machining)
         jumps = AXES[self.jump_axis] if self.jump_axis < self.axes else None
         position = getattr(self.registers, f"axis_{jumps}").position if jumps else 0
         words = condition.words
@@ -194,7 +197,7 @@ class Controller(wiring.Component):
             self.gap_level.eq(power.level_out),
             self.gap_supply.eq(Cat(words.power_supply_voltage, words.power_supply_negative)),
 
-            gap.safe.eq(self.stopped), gap.machining.eq(machining),
+            gap.safe.eq(self.stopped), gap.machining.eq(discharging),
             gap.wanted.eq(registers.control_machining),
             gap.waiting.eq(~condition.latched | ~condition.settled),
             gap.in_position.eq(self.drives.in_position),

@@ -122,6 +122,10 @@ class PulseGenerator(wiring.Component):
 
         m.d.comb += self.between.eq(~pulse & (~self.enable | ~ready | (remaining > 1) | self.live))
 
+        # Read in every clock of an off-time: so they do not wait for ``enable``, which is late.
+        with m.If(~pulse):
+            m.d.sync += [level.eq(self.level), burning.eq(self.on_time)]
+
         m.d.sync += ready.eq(1)
         with m.If(~self.enable | ~ready | (pulse & ends)):
             m.d.sync += [pulse.eq(0), waiting.eq(0), remaining.eq(off)]
@@ -131,8 +135,6 @@ class PulseGenerator(wiring.Component):
             m.d.sync += [
                 pulse.eq(1),
                 probe.eq(self.sensing),
-                level.eq(self.level),
-                burning.eq(self.on_time),
                 waiting.eq(~self.sensing & (self.wait_time != 0)),
                 remaining.eq(Mux(self.sensing, self.sense_on,
                                  Mux(self.wait_time != 0, self.wait_time, self.on_time))),

@@ -28,6 +28,8 @@ class SettlingContract(wiring.Component):
     sensing: In(1)
     look: In(1)
     on_time: In(20)
+    wait_time: In(20)
+    ignited: In(1)
     off_time: In(20)
     sense_on: In(16)
     sense_off: In(16)
@@ -51,8 +53,8 @@ class SettlingContract(wiring.Component):
             power.latched.eq(settling.latched), power.settled.eq(settling.settled),
             power.reference.eq(reference), power.short.eq(1),
             *(getattr(power, name).eq(getattr(self, name)) for name in (
-                "machining", "sensing", "look", "on_time", "off_time", "sense_on", "sense_off",
-                "current")),
+                "machining", "sensing", "look", "on_time", "wait_time", "ignited", "off_time",
+                "sense_on", "sense_off", "current")),
         ]
         with m.If(switch.take):
             m.d.sync += [supply.eq(self.supply), reference.eq(self.reference)]
