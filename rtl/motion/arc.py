@@ -5,6 +5,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.lib.arithmetic import sum_or_difference
+
 __all__ = ["FINE", "ArcDistributor", "ArcState"]
 
 FINE = 64  # parts of a pulse in which a piece lies about its centre
@@ -156,33 +158,33 @@ class ArcDistributor(wiring.Component):
         pace_before = Signal.like(pace)
         m.d.sync += pace_before.eq(pace - self.change)
         with m.If(self.pulse):
-            m.d.sync += remainder.eq(Mux(self.reverse, remainder - (pace_before << 1),
-                                         remainder + (pace << 1)))
             m.d.sync += pace.eq(Mux(self.reverse, pace_before, pace + self.change))
         due = Signal()
         m.d.comb += due.eq(Mux(back, remainder < -self.divisor, remainder >= self.divisor))
         with m.If(stage[0]):
             m.d.sync += major.eq(due)
-            with m.If(due):
-                whole = self.divisor << 1
-                m.d.sync += remainder.eq(Mux(back, remainder + whole, remainder - whole))
+        addend = Mux(stage[0], self.divisor, Mux(self.reverse, pace_before, pace)) << 1
+        with m.If(self.pulse | (stage[0] & due)):
+            m.d.sync += remainder.eq(sum_or_difference(
+                remainder, addend, Mux(stage[0], ~back, self.reverse)))
 
         along_before, across_before = Signal.like(along), Signal.like(across)
         m.d.sync += [along_before.eq(along - 2 * fine), across_before.eq(across - 2 * fine)]
         with m.If(stage[1] & major):
-            m.d.sync += error.eq(Mux(back, error - along_before, error + along))
             m.d.sync += along.eq(Mux(back, along_before, along + 2 * fine))
 
         # The midpoint is half a minor step away; the quarter corrects for the curvature.
         slope, middle = Signal.like(across), Signal.like(error)
         m.d.comb += [
             slope.eq(Mux(back, across_before, across)),
-            middle.eq(Mux(back, error - (slope >> 1), error + (slope >> 1)) - fine // 4),
+            middle.eq(sum_or_difference(error, slope >> 1, back).as_signed() - fine // 4),
         ]
         with m.If(stage[2]):
             m.d.sync += minor.eq(major & ((middle < 0) ^ ~taken.outward ^ back))
+        step = Mux(stage[3], slope, Mux(back, along_before, along))
+        with m.If((stage[1] & major) | (stage[3] & minor)):
+            m.d.sync += error.eq(sum_or_difference(error, step, back))
         with m.If(stage[3] & minor):
-            m.d.sync += error.eq(Mux(back, error - slope, error + slope))
             m.d.sync += across.eq(Mux(back, across_before, across + 2 * fine))
 
         for axis in range(self.axes):

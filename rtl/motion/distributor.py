@@ -5,6 +5,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.lib.arithmetic import sum_or_difference
+
 __all__ = ["LineDistributor", "Travel"]
 
 
@@ -105,14 +107,13 @@ class LineDistributor(wiring.Component):
             steps = Signal(name=f"steps_{axis}")
             m.d.comb += steps.eq(Mux(back, remainder < -self.length, remainder >= self.length))
             m.d.sync += self.pi[axis].eq(0)
-            with m.If(self.pulse & ~self.other[axis]):
-                twice = travel.magnitude << 1
-                m.d.sync += remainder.eq(Mux(self.reverse, remainder - twice, remainder + twice))
+            operand = Signal(self.width + 2, name=f"operand_{axis}")
+            m.d.comb += operand.eq(Mux(second, self.length << 1, travel.magnitude << 1))
+            moved = sum_or_difference(remainder, operand, Mux(second, ~back, self.reverse))
+            with m.If((self.pulse & ~self.other[axis]) | (second & steps)):
+                m.d.sync += remainder.eq(moved)
             with m.If(second & steps):
-                whole = self.length << 1
-                m.d.sync += remainder.eq(Mux(back, remainder + whole, remainder - whole))
-                m.d.sync += self.pi[axis].eq(1)
-                m.d.sync += self.pi_reverse[axis].eq(back ^ travel.negative)
+                m.d.sync += [self.pi[axis].eq(1), self.pi_reverse[axis].eq(back ^ travel.negative)]
             with m.If(self.restart):
                 m.d.sync += remainder.eq(0)
 

@@ -5,6 +5,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.lib.arithmetic import sum_or_difference
+
 __all__ = ["PathPulseGenerator"]
 
 
@@ -84,7 +86,7 @@ class PathPulseGenerator(wiring.Component):
         with m.If(fire):
             m.d.sync += self.ps.eq(1)
             m.d.sync += spacing.eq(self.SPACING - 1)
-            m.d.sync += self.command.eq(Mux(self.reverse, self.command - 1, self.command + 1))
+            m.d.sync += self.command.eq(sum_or_difference(self.command, C(1), self.reverse))
         with m.If(self.load):
             m.d.sync += [self.ps.eq(0), due.eq(0), phase.eq(0), self.command.eq(self.load_value)]
 

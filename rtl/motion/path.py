@@ -6,6 +6,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
+from rtl.lib.arithmetic import sum_or_difference
 from rtl.motion.arc import ArcState
 from rtl.motion.distributor import Travel
 
@@ -203,18 +204,18 @@ class SegmentWindow(wiring.Component):
             m.d.sync += [self.fast_ahead.eq(self.fast_ahead_new),
                          self.fast_behind.eq(self.fast_behind_new)]
 
+        moved = sum_or_difference(self.position, C(1), self.reverse)
+        moved_again = sum_or_difference(position_again, C(1), ~self.reverse)
         with m.If(self.pulse):
+            m.d.sync += [
+                self.position.eq(moved), position_again.eq(moved_again),
+                offset.eq(sum_or_difference(offset, C(1), self.reverse)),
+                offset_again.eq(sum_or_difference(offset_again, C(1), ~self.reverse)),
+            ]
             with m.If(~self.reverse):
-                m.d.sync += [self.position.eq(self.position + 1), offset.eq(offset + 1),
-                             position_again.eq(position_again - 1),
-                             offset_again.eq(offset_again - 1)]
                 with m.If(at_front):
-                    m.d.sync += [self.front.eq(self.position + 1),
-                                 front_again.eq(position_again - 1)]
+                    m.d.sync += [self.front.eq(moved), front_again.eq(moved_again)]
             with m.Else():
-                m.d.sync += [self.position.eq(self.position - 1), offset.eq(offset - 1),
-                             position_again.eq(position_again + 1),
-                             offset_again.eq(offset_again + 1)]
                 with m.If(at_start):
                     m.d.comb += fetch.eq(1)
                     m.d.sync += [self.slot.eq(self.slot - 1), slot_again.eq(slot_again + 1),

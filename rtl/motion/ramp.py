@@ -5,6 +5,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.lib.arithmetic import sum_or_difference
+
 __all__ = ["Ramp"]
 
 
@@ -172,9 +174,7 @@ class Ramp(wiring.Component):
         span = Signal.like(braking)
         after = Signal.like(braking)
         m.d.comb += span.eq(Mux(slowing, quarters, upper) >> shift)
-        # One adder adds or subtracts: to subtract, the operand is inverted and a carry added.
-        inverted = span ^ slowing.replicate(len(span))
-        m.d.comb += after.eq((Cat(slowing, braking) + Cat(slowing, inverted)) >> 1)
+        m.d.comb += after.eq(sum_or_difference(braking, span, slowing))
         # The parity is made of the next value of the rate, not of the register.
         changes = Signal()
         changed = Signal(32)
