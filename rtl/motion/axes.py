@@ -44,6 +44,8 @@ class Axes(wiring.Component):
         See ``rtl.motion.motion``.
     forward : In(signed(16)) x axes
         Velocity feed-forward; see ``rtl.motion.feed_forward``.
+    ahead : In(1)
+        It is in force.
     left_low, left_high : In(axes)
         Limit switches that the axis is leaving: no pulses further onto them.
     enc_a, enc_b : In(axes)
@@ -92,7 +94,7 @@ class Axes(wiring.Component):
             **{name: In(count) for name in ("pi", "pi_reverse", "downwards", "left_low",
                                             "left_high", "enc_a", "enc_b")},
             "mark": In(1),
-            "forward": In(signed(FORWARD_BITS)).array(count),
+            "forward": In(signed(FORWARD_BITS)).array(count), "ahead": In(1),
             **{name: Out(count) for name in ("dac", "dac_negative", "step", "dir", "drive_enable",
                                              *self.FAULTS, "damaged", "damaged_bounds")},
             "in_position": Out(1), "onto": Out(1),
@@ -144,6 +146,7 @@ class Axes(wiring.Component):
             axis.safe.eq(self.safe),
             axis.adopt.eq(own.adopt_strobe),
             axis.forward.eq(self.forward[index]),
+            axis.ahead.eq(self.ahead),
             axis.mark.eq(self.mark),
             # The lag tells from which side an axis comes. The segment does not: it may leave this
             # axis at rest, or move it the other way. Only an axis without lag takes the direction

@@ -96,9 +96,12 @@ class Axis(wiring.Component):
     accepted in any clock, also while ``safe``. FP comes from the encoder or, with ``mode_step``,
     from the step pulses sent: Er is then the queue of steps, and DAC and encoder are not used.
 
-    The velocity command is the sum of Er and ``forward``, limited to +-32767 pulses, in 2**-15 of
-    full scale. So the DAC saturates at a quarter of the error counter's range; the alarm comes at
-    the end of that range. ``forward`` is no part of Er: nothing else reads it.
+    The velocity command is Er in the plain loop. With feed-forward, ``ahead``, it is Er plus
+    ``forward`` less the lag that the drive has anyway: its speed in the supervision's model times
+    4 ms. So the drive moves as if the path's speed were given to it alone, stops at the end of the
+    command and not beyond it, and Er corrects only what the drive does otherwise. The command is
+    limited to +-32767 pulses, in 2**-15 of full scale: the DAC saturates at a quarter of the error
+    counter's range; the alarm comes at the end of that range. ``forward`` is no part of Er.
 
     The coder is supervised whenever the velocity command is in force, whatever the settings; see
     ``Supervision``: its model of the drive gets the same sum as the DAC. With ``mode_step`` there
@@ -106,7 +109,7 @@ class Axis(wiring.Component):
 
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
-    errors. From ``forward`` to ``dac`` it takes 2. ``safe`` takes ``dac`` and ``step`` low in 1
+    errors. From ``forward`` to ``dac`` it takes 3. ``safe`` takes ``dac`` and ``step`` low in 1
     clock. From an edge of the encoder to ``fp``: ``Encoder``, 3.
 
     ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
@@ -138,6 +141,8 @@ class Axis(wiring.Component):
         Second phase.
     forward : In(signed(16))
         Velocity feed-forward, in pulses of Er; 0 at rest. See ``FeedForward``.
+    ahead : In(1)
+        The feed-forward is in force, also at rest.
     safe : In(1)
         No output.
     adopt : In(1)
@@ -224,6 +229,7 @@ class Axis(wiring.Component):
             "enc_a":             In(1),
             "enc_b":             In(1),
             "forward":           In(signed(FORWARD_BITS)),
+            "ahead":             In(1),
             "safe":              In(1),
             "adopt":             In(1),
             "mark":              In(1),
@@ -309,11 +315,13 @@ class Axis(wiring.Component):
                     + counter.error[-1]),
             negative.eq(counter.error[-1]),
         ]
-        # The velocity command: Er and the feed-forward.
-        total = Signal(signed(self.error_bits + 1))
-        told = Signal(self.error_bits)
+        # The velocity command: Er and the feed-forward, less the lag that the drive has anyway.
+        led = Signal(signed(len(supervision.lag) + 1))
+        total = Signal(signed(self.error_bits + 2))
+        told = Signal(self.error_bits + 1)
         backwards = Signal()
-        m.d.comb += total.eq(counter.error + self.forward)
+        m.d.sync += led.eq(self.forward - Mux(self.ahead, supervision.lag, 0))
+        m.d.comb += total.eq(counter.error + led)
         m.d.sync += [
             told.eq((total ^ total[-1].replicate(len(total))) + total[-1]),
             backwards.eq(total[-1]),

@@ -71,6 +71,8 @@ class FeedForward(wiring.Component):
         Place on the arc, as ``ArcDistributor`` has it.
     speed : Out(signed(16)) x axes
         In pulses of Er.
+    ahead : Out(1)
+        There is a feed-forward: the ``lead`` that was taken over is not 0. 1 clock after that.
 
     Raises
     ------
@@ -105,6 +107,7 @@ class FeedForward(wiring.Component):
             "along": In(signed(34)),
             "across": In(signed(34)),
             "speed": Out(signed(FORWARD_BITS)).array(axes),
+            "ahead": Out(1),
         })
 
     def elaborate(self, platform):
@@ -116,7 +119,7 @@ class FeedForward(wiring.Component):
         in_force = Signal(self.LEAD)
         before = Signal(2)     # ``ready``, one and two clocks ago
         settled = self.ready & before.all()
-        m.d.sync += before.eq(Cat(self.ready, before))
+        m.d.sync += [before.eq(Cat(self.ready, before)), self.ahead.eq(in_force.any())]
 
         # The path's speed: the rate for every bit of the lead, from the top one on.
         rate, bits = Signal(self.RATE), Signal(self.LEAD)

@@ -78,6 +78,8 @@ class Motion(wiring.Component):
         Axes that the segment leads down.
     forward : Out(signed(16)) x axes
         Velocity feed-forward of the axes.
+    ahead : Out(1)
+        It is in force.
     mark : Out(1)
         A retraction has ended: the axes note their overshoot from here.
     entered : Out(1)
@@ -114,7 +116,7 @@ class Motion(wiring.Component):
                                         "in_position")},
             "cycle": In(32),
             "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
-            "forward": Out(signed(FORWARD_BITS)).array(axes),
+            "forward": Out(signed(FORWARD_BITS)).array(axes), "ahead": Out(1),
             "mark": Out(1), "entered": Out(1), "event": Out(Happened),
             **{f"damaged_{what}": Out(1)
                for what in ("word", "segment", "place", "pulses", "rate")},
@@ -198,6 +200,7 @@ class Motion(wiring.Component):
             *(getattr(ahead, name).eq(getattr(self.distributor, name))
               for name in ("pace", "along", "across")),
             *(mine.eq(its) for mine, its in zip(self.forward, ahead.speed, strict=True)),
+            self.ahead.eq(ahead.ahead),
         ]
 
     def _window(self, m, load, drop):

@@ -67,8 +67,8 @@ class Supervision(wiring.Component):
       pulses a stretch ends whatever its time. So a lost coder is found after some pulses, however
       slow the axis is. A wrong gain setting trips the axis in motion; it never hides a lost coder.
     * *Edges.* When 512 ticks have passed since 16 pulses were commanded, without a change of the
-      commanded direction and without rest, both phases have an edge in every 64 to 128 pulses that
-      are commanded (up to 191 where a stretch ends after more than 128).
+      commanded direction and without rest, both phases have an edge in every 80 to 144 pulses that
+      are commanded (up to 207 where a stretch ends after more than 128).
     * *Rate.* In 32 ticks no more than ``fastest`` pulses of either direction come.
 
     When a check fails, a more exact finding replaces it if there is one: ``SILENT``, ``PHASE_A`` or
@@ -112,6 +112,9 @@ class Supervision(wiring.Component):
         Clear the finding.
     check : Out(Check)
         The finding.
+    lag : Out(signed(17))
+        How far the model's drive is behind a command at its present speed: the way of its lag, in
+        pulses, rounded down. Changes 20 clocks after ``tick``.
 
     Raises
     ------
@@ -160,6 +163,7 @@ class Supervision(wiring.Component):
             "on":         In(1),
             "clear":      In(1),
             "check":      Out(Check),
+            "lag":        Out(signed(self.PACE + 1 - self.FRACTION + self.LAG)),
         })
 
     def elaborate(self, platform):
@@ -180,14 +184,16 @@ class Supervision(wiring.Component):
 
         came = self._came(m)
         speed = self._model(m, at, valid, came)
+        with m.If(at["take"]):
+            m.d.sync += self.lag.eq(speed >> (self.FRACTION - self.LAG))
         down = speed[-1]
         pace = _size(speed)
         over = self._misfit(m, at, valid, speed, pace, came)
-        fails, against, lively, silent = self._stretch(m, at, valid, pace, down, came)
+        fails, against, lively, silent, missing = self._stretch(m, at, valid, pace, down, came)
         rated = self._rate(m, valid)
 
         found = Signal(Check)
-        with m.If(~lively.any()):
+        with m.If(silent):
             m.d.comb += found.eq(Check.SILENT)
         with m.Elif(~lively[0]):
             m.d.comb += found.eq(Check.PHASE_A)
@@ -205,7 +211,7 @@ class Supervision(wiring.Component):
         with m.Elif(self.check == Check.NONE):
             with m.If(rated):
                 m.d.sync += self.check.eq(Check.RATE)
-            with m.Elif(at["judge"] & valid & self.on & (over | fails | silent)):
+            with m.Elif(at["judge"] & valid & self.on & (over | fails | missing)):
                 m.d.sync += self.check.eq(found)
 
         return m
@@ -277,7 +283,7 @@ class Supervision(wiring.Component):
         return excess > self.allowance << self.COARSE
 
     def _stretch(self, m, at, valid, pace, down, came):
-        """Share fails, pulses came against, phases with edges, and whether edges are missing."""
+        """Share fails; pulses came against; phases with edges; none has any; edges are missing."""
         way, back, side = self.way, self.back, self.side  # 2**-12 pulse; pulses in its direction
         time = Signal(self.MEMORY + 1)  # ticks, up to its top bit
         pulses = way[self.FRACTION:]
@@ -325,7 +331,11 @@ class Supervision(wiring.Component):
         m.d.comb += lively.eq(fresh | stale)
 
         against = (back < -(1 << self.BEGUN)) & pulses[self.BEGUN:].any()
-        return ends & (few | many), against, lively, lasting & ~lively.all()
+        # A phase may have its last edge just before the end of a span, the other one just after it.
+        # Well within a span a phase that goes on alone has had an edge in it.
+        within = pulses[self.BEGUN:self.LIVELY].any()
+        silent = Mux(within, ~lively.all() & ~fresh.any(), ~lively.any())
+        return ends & (few | many), against, lively, silent, lasting & within & ~lively.all()
 
     def _rate(self, m, valid):
         """Whether too many pulses came."""

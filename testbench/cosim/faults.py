@@ -85,6 +85,8 @@ def tripped(session: Session, cause: str) -> dict:
     """A fault in the middle of a cut: safe in time, named, latched, and no restart by itself."""
     force, value, settings, clocks, said, kept = FAULTS[cause]
     job = _machining(session, *settings)
+    if cause == "following_moving":
+        job.run(session.clock_hz // 10)     # until the axis lags by all of its lag
     begun = session.cycle
     session.set(force, value)
     alarm = job.alarm()

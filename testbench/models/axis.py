@@ -48,7 +48,8 @@ class Axis:
     following_stopped: bool = False
     following_moving: bool = False
     seen: int = 0  # Er, one clock old
-    told: int = 0  # ... with the feed-forward of that clock
+    led: int = 0   # feed-forward, one clock old, less the lag of the drive
+    told: int = 0  # both together, one clock old
 
     @property
     def resting(self) -> bool:
@@ -60,12 +61,13 @@ class Axis:
             return (-1 if self.step_dir.dir else 1) * self.step_dir.taken
         return -self.pulse if mode_reverse else self.pulse
 
-    def tick(self, *, pi=0, forward=0, a=0, b=0, safe=False, adopt=False, mark=None,
+    def tick(self, *, pi=0, forward=0, ahead=False, a=0, b=0, safe=False, adopt=False, mark=None,
              follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
              mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1) -> None:
         """Go on by one clock; ``mark`` is None, or whether the travel at the mark was down."""
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe
+        lag = self.supervision.lag if ahead else 0
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
             standing=abs(self.seen) <= window, fp=fp,
@@ -85,7 +87,7 @@ class Axis:
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error
-        self.told = self.seen + forward
+        self.told, self.led = self.seen + self.led, forward - lag
         self.counter.tick(pi, fp, adopt)
         if mark is not None:
             self.overshoot.set(self.counter.commanded, mark)

@@ -50,6 +50,7 @@ class Supervision:
     fastest: int = 2458
     check: str = "none"
     total: int = 0       # speed times 128
+    lag: int = 0         # way of the drive's lag at that speed, pulses
     misfit: int = 0
     memory: int = 0
     down: bool = False
@@ -121,10 +122,12 @@ class Supervision:
             self.stretch = Stretch()
             self.odd = False
         silent = PHASES - self.fresh - self.stale
-        if not (bad or fails or (self.lasting and silent)):
+        within = stretch.pulses % 64 >= 16
+        if not (bad or fails or (self.lasting and within and silent)):
             return None
         if silent:
-            return "silent" if silent == PHASES else f"phase {min(silent)}"
+            both = not self.fresh if within else silent == PHASES
+            return "silent" if both else f"phase {min(silent)}"
         if stretch.came < -16 and stretch.pulses >= 16:
             return "against"
         return "share" if fails else "model"
@@ -142,6 +145,8 @@ class Supervision:
             self.odd = self.lasting = False
         if self.since == WAY:
             self._go()
+        if self.since == AGED:
+            self.lag = self.speed // 32
         if self.since == AGED and self.valid:
             if self.stretch.pulses >= 16:
                 self.stretch.ticks = min(512, self.stretch.ticks + 1)

@@ -24,8 +24,8 @@ class Bench:
         self.place = 0  # place of the motor, in encoder edges
         self.overshoot = deque([0] * 3, maxlen=3)
 
-    async def clock(self, ctx, *, pi=0, forward=0, move=0, safe=False, adopt=False, mark=None,
-                    stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
+    async def clock(self, ctx, *, pi=0, forward=0, ahead=False, move=0, safe=False, adopt=False,
+                    mark=None, stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
                     times=(2, 2, 2), window=1, tick=False, gain=0):
         """Go on by one clock and compare every output."""
         dut, axis = self.dut, self.axis
@@ -33,7 +33,7 @@ class Bench:
         a, b = CYCLE[self.place % 4]
         for signal, value in (
                 (dut.pi, pi != 0), (dut.pi_reverse, pi < 0), (dut.enc_a, a), (dut.enc_b, b),
-                (dut.forward, forward),
+                (dut.forward, forward), (dut.ahead, ahead),
                 (dut.safe, safe), (dut.adopt, adopt), (dut.mark, mark is not None),
                 (dut.mark_reverse, bool(mark)), (dut.follow_stopped, stopped),
                 (dut.follow_moving, moving), (dut.mode_step, mode_step),
@@ -46,7 +46,7 @@ class Bench:
         assert ctx.get(dut.fp) == abs(fp)
         assert not fp or ctx.get(dut.fp_reverse) == (fp < 0)
         self.overshoot.append(axis.overshoot.furthest)
-        axis.tick(pi=pi, forward=forward, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
+        axis.tick(pi=pi, forward=forward, ahead=ahead, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
                   follow_stopped=stopped, follow_moving=moving, mode_step=mode_step,
                   mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain)
         await ctx.tick()
@@ -85,7 +85,8 @@ def test_follows_the_model(simulate, rng, dac, mode):
             lean = (-1, 0, 1, 0)[clock // 200 % 4]
             busy = clock % 300 < 200
             await bench.clock(
-                ctx, **mode, **limits, forward=forward, window=(1, 9, 0)[clock // 100 % 3],
+                ctx, **mode, **limits, forward=forward, ahead=clock % 1300 > 400,
+                window=(1, 9, 0)[clock // 100 % 3],
                 times=(rng.randrange(4), rng.randrange(4), 3),
                 pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
                 move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
