@@ -5,8 +5,8 @@ from softcore.registers import Block, Field, registers, value
 
 __all__ = ["SCOPE"]
 
-SCOPE = Block(name="scope", base=0xB80, doc="The gap oscilloscope; see ``rtl.gap.scope``. Trigger and "
-              "``after`` may change only while it does not run.", registers=registers(
+SCOPE = Block(name="scope", base=0xB80, doc="The gap oscilloscope; see ``rtl.gap.scope``. The "
+              "trigger and ``after`` may change only while it does not run.", registers=registers(
     ("order", "Orders to it.", (
         Field(name="arm", bits=1, access="w", doc="Empty the ring and record."),
         Field(name="stop", bits=1, access="w", doc="Stop at once."),

@@ -61,9 +61,10 @@ static void tell_state(void) {
     hal_scope_state now = hal_scope_read();
     bool full = now.recording == HAL_SCOPE_FULL;
     char text[6 * TEXT_NUMBER];
-    size_t length = text_print(text, sizeof text, "SCOPE:%s,%u,%u,%u,%u", WORDS[now.recording],
+    size_t length = text_print(text, sizeof text, "SCOPE:%s,%u,%u,%u,%u,%u", WORDS[now.recording],
                                hal_scope_depth(), now.count,
-                               full ? now.count - 1 - now.after : 0u, now.time);
+                               full ? now.count - 1 - now.after : 0u, now.time,
+                               hal_clock_hz());
     tell(text, length);
 }
 

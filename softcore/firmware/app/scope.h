@@ -9,9 +9,9 @@
    Triggers: NOW, SHORT (Ss), RETRACTION; OPEN, OK, ARC, SHORTED (a pulse of that class); RISE and
    FALL (the voltage crosses `level`, in 1/4096 of the converter's range).
 
-   The state is `[SCOPE:state,depth,count,trigger,time*CRC]`: idle, armed, triggered or full; entries
-   of the ring, and in it; of a full record the number of the trigger's entry, and the lower 32 bits
-   of the clock count in its clock.
+   The state is `[SCOPE:state,depth,count,trigger,time,hz*CRC]`: idle, armed, triggered or full;
+   entries of the ring, and in it; of a full record the number of the trigger's entry, and the lower
+   32 bits of the clock count in its clock; the clock's frequency.
 
    Entries are `[SCOPE@first:entries*CRC]`, up to SCOPE_ENTRIES in a line. An entry has 36 bits, the
    registers `entry` and, above it, `entry_rest`, in 6 characters of 6 bits: `0` plus their value,

@@ -617,7 +617,7 @@ _Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
 
-/* The gap oscilloscope; see ``rtl.gap.scope``. Trigger and ``after`` may change only while it does not run. */
+/* The gap oscilloscope; see ``rtl.gap.scope``. The trigger and ``after`` may change only while it does not run. */
 typedef volatile struct {
     uint32_t order; /* Orders to it. */
     uint32_t trigger; /* What is waited for. */

@@ -79,14 +79,14 @@ def test_arms_with_a_trigger(machine, words, source, classes, level, before):
 
 
 def test_tells_the_state(machine):
-    assert state(machine) == ("idle", DEPTH, 0, 0, 0)
+    assert state(machine) == ("idle", DEPTH, 0, 0, 0, 2_000_000)
     machine.line("$SCOPE=SHORT")
     assert machine.line("$SCOPE=FORCE") == ["ok"]
     assert state(machine)[0] == "triggered"
     assert machine.line("$SCOPE=STOP") == ["ok"]
     assert state(machine)[0] == "idle"
     fill(machine, count=50, after=10)
-    assert state(machine) == ("full", DEPTH, 50, 39, 2**32 - 7)
+    assert state(machine) == ("full", DEPTH, 50, 39, 2**32 - 7, 2_000_000)
 
 
 @pytest.mark.parametrize(("first", "count", "sizes"), [
