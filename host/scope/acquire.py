@@ -150,6 +150,10 @@ class Acquisition:
                     for k, digit in enumerate(digits[at:at + 6]))
         return True
 
+    def waits_for(self, line: str) -> bool:
+        """Whether the answer to this line is still to come."""
+        return bool(line) and self._under_way == line
+
     def answered(self, answer: str, message: str = "") -> None:
         """Take the answer to the last line: ``ok``, or an error with the controller's sentence.
 

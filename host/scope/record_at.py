@@ -14,6 +14,8 @@ from host.words import counted
 
 __all__ = ["acquire", "record_at", "told"]
 
+EMPTY_S = 0.3       # wait for the answer to an empty line
+
 
 def record_at(url: str, trigger: str, *, before: int, auto_s: float | None, targets: list[Path],
               baud: int, console: Console) -> None:
@@ -66,7 +68,7 @@ def acquire(pipe: BytePipe, wanted: Acquisition, *, auto_s: float | None = None,
     rest, message = b"", ""
     forced = False
     pipe.write(b"\n")               # ends whatever an earlier program has left open
-    skip = True                     # its answer
+    skip = True                     # its answer, if it gets one: on a guarded link it does not
     try:
         while wanted.record is None:
             now = pipe.time_s()
@@ -74,13 +76,13 @@ def acquire(pipe: BytePipe, wanted: Acquisition, *, auto_s: float | None = None,
                 if not forced:
                     wanted.force()
                 forced = True
+            skip = skip and now - began < EMPTY_S
             if not skip and (line := wanted.line(now)) is not None:
                 pipe.write(line.encode() + b"\n")
                 sent_s = now
                 show(f"waiting for the trigger: {TRIGGERS[wanted.trigger.word][1]}"
                      if wanted.state == "armed" else f"the oscilloscope is {wanted.state}")
-            if now - (began if sent_s is None else sent_s) > ANSWER_TIMEOUT_S and (
-                    skip or sent_s is not None):
+            if sent_s is not None and now - sent_s > ANSWER_TIMEOUT_S:
                 raise LinkError("nobody answers: the controller is off, the cable is off, or the "
                                 "baud rate is another.")
             *lines, rest = (rest + pipe.read(POLL_S)).split(b"\n")

@@ -88,6 +88,7 @@ class Gap(wiring.Component):
         self.scope = GapScope(depth=scope_depth) if scope_depth else None
         self.short_detector = ShortDetector()
         self.voltage_valid = Signal()
+        self.converted = Signal()   # the converter ran in the last clock: a strobe of it is new
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
@@ -267,10 +268,19 @@ class Gap(wiring.Component):
         ]
 
     def _fluid(self, m, removal):
-        """Converter and fluid detector; return the converter's front end."""
+        """Converter and fluid detector; return the converter's front end.
+
+        It also runs for the oscilloscope, and then nothing else hears of it.
+        """
         registers = self.registers.fluid
         sampler = Sampler(clock_hz=self.clock_hz)
-        m.submodules.sampler = EnableInserter(registers.control_convert)(sampler)
+        runs = registers.control_convert | (0 if self.scope is None else self.scope.runs)
+        m.submodules.sampler = EnableInserter(runs)(sampler)
+        m.d.sync += self.converted.eq(runs)
+        fault = Signal()    # as it was when the converter ran for others last
+        was = Signal()
+        m.d.comb += fault.eq(Mux(registers.control_convert, sampler.fault, was))
+        m.d.sync += was.eq(fault)
         m.submodules.fluid = fluid = FluidDetector()
         m.d.comb += [
             self.adc_select.eq(sampler.adc_select), self.adc_clock.eq(sampler.adc_clock),
@@ -290,10 +300,10 @@ class Gap(wiring.Component):
             registers.status_class.eq(fluid.class_),
             *(getattr(registers, f"status_{name}").eq(getattr(fluid, name))
               for name in ("measured", "known", "broken_low", "broken_high", "disordered")),
-            registers.status_fault.eq(sampler.fault),
+            registers.status_fault.eq(fault),
         ]
         state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
-                    fluid.disordered, sampler.fault)
+                    fluid.disordered, fault)
         before = Signal(len(state))
         m.d.sync += before.eq(state)
         m.d.comb += self.fluid_news.eq(state != before)
@@ -306,7 +316,8 @@ class Gap(wiring.Component):
             *(getattr(scope, name).eq(getattr(discriminator, name))
               for name in ("high", "arc", "short", "current", "noise", "on", "sense", "sample",
                            "sample_sensing", "kind")),
-            scope.voltage.eq(sampler.voltage), scope.voltage_valid.eq(self.voltage_valid),
+            scope.voltage.eq(sampler.voltage), scope.voltage_valid.eq(sampler.voltage_valid
+                                                                        & self.converted),
             scope.shorted.eq(short.shorted), scope.state.eq(self.state),
             scope.cycle.eq(self.cycle),
             *(getattr(scope, name).eq(getattr(registers, f"order_{name}")

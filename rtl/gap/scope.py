@@ -125,6 +125,8 @@ class GapScope(wiring.Component):
         Entries after the trigger's, less than ``depth``; higher bits are ignored.
     recording : Out(Recording)
         State.
+    runs : Out(1)
+        It is armed or triggered.
     count : Out(16)
         Entries in the ring.
     time : Out(32)
@@ -163,6 +165,7 @@ class GapScope(wiring.Component):
     level: In(12)
     after: In(16)
     recording: Out(Recording)
+    runs: Out(1)
     count: Out(16)
     time: Out(32)
     choose: In(1)
@@ -181,7 +184,7 @@ class GapScope(wiring.Component):
         m = Module()
         bits = exact_log2(self.depth)
 
-        runs = Signal()
+        runs = self.runs
         m.d.comb += runs.eq((self.recording == Recording.ARMED)
                             | (self.recording == Recording.TRIGGERED))
 
