@@ -185,13 +185,14 @@ def reaction_times():
 def clearing_times():
     """Rows on the electrode: from the sample that completes a short until it is clear of it.
 
-    With the velocity feed-forward, as delivered, and in the plain loop.
+    With the velocity feed-forward, and in the plain loop.
     """
     tape = load(TAPES / "sink_shallow_deep.nc")
     usual = machines.load("sinker")
-    plain = Machine(usual.name, usual.tables | {
-        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 0}})
-    for machine, loop in (usual, "as delivered"), (plain, "plain loop"):
+    number = str(named("feed_forward").number)
+    for share, loop in (100, "feed-forward"), (0, "plain loop"):
+        machine = Machine(usual.name, usual.tables | {
+            "settings": usual.tables["settings"] | {number: share}})
         with _native(trace=True, machine=machine.tables) as native:
             job = Run(machine, tape, Piped(native))
             job.execute()
