@@ -27,9 +27,9 @@ from host.places import ROOT
 from host.run import clearing, simulation
 from host.run.run import Run, count_retractions
 from host.run.workpiece import Columns
+from host.scope.record import STATES
 from host.tape.tape import load
 from host.words import counted
-from rtl.motion.retraction import State
 from softcore.tables.settings import named
 
 __all__ = ["FIGURES", "LOOPS", "Trial", "beyond_um", "run", "shorts", "statistics", "table",
@@ -37,7 +37,7 @@ __all__ = ["FIGURES", "LOOPS", "Trial", "beyond_um", "run", "shorts", "statistic
 
 MACHINE, TAPE = "sinker", "sink_shallow_deep"
 LOOPS = {"feed-forward": 100, "plain loop": 0}      # and the setting ``feed_forward``
-BACK = State.RETRACTING.value, State.AT_LIMIT.value
+BACK = STATES.index("retracting"), STATES.index("at_limit")
 FIGURES = {
     "time_s": ("time on the machine, s", 2), "retractions": ("retractions", 1),
     "arcs": ("arcs", 0), "shorted_s": ("gap shorted (Ss), s", 3),
@@ -153,12 +153,11 @@ def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
             f"{one['median']:.2f}; {one['p99']:.2f}; {one['worst']:.2f}"
             if (one := row[link]) else "" for row in rows))
     for um in clearing.CLEAR_UM:
-        for title, value in (
-                (f"the drive alone, {um} µm, ms", lambda one: f"{one['drive']:.2f}"),
-                (f"{um} µm clear, times the drive alone",
-                 lambda one: "; ".join(f"{times:.2f}" for times in one["times"]))):
-            made.add_row(title, *(value(one) if (one := row[f"clear_{um}_um_ms"]) else ""
-                                  for row in rows))
+        cleared = [row[f"clear_{um}_um_ms"] for row in rows]
+        made.add_row(f"the drive alone, {um} µm, ms", *(
+            f"{one['drive']:.2f}" if one else "" for one in cleared))
+        made.add_row(f"{um} µm clear, times the drive alone", *(
+            "; ".join(f"{times:.2f}" for times in one["times"]) if one else "" for one in cleared))
     return made
 
 
