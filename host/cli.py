@@ -298,17 +298,17 @@ def plan(
 
 @app.command()
 def build(
-    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
-                                         help="Board, such as ulx3s.")],
+    boards: Annotated[list[str], typer.Argument(metavar="BOARD", show_default=False,
+                                                help="Boards, such as ulx3s.")],
 ) -> None:
-    """Build the bitstream for a board, firmware included.
+    """Build the bitstream for a board, firmware included; several boards two at a time.
 
     Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
     Everything goes to build/boards/BOARD/. The first build takes minutes. After a change of the
     firmware alone the layout is kept, and a build takes seconds.
     """
-    from host.bitstream import build_board
-    build_board(board, out)
+    from host.bitstream import build_boards
+    build_boards(boards, out)
 
 
 @app.command()

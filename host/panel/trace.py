@@ -55,7 +55,8 @@ def trace(record: Record, share: float = 1.0) -> str:
     height = top_of_lanes + LANE * (len(LANES) + 1) + 22
 
     def at(time_us: NDArray[np.float64]) -> NDArray[np.float64]:
-        return EDGE + (np.clip(time_us, low, high) - low) / (high - low) * (WIDTH - EDGE - RIGHT)
+        share = (np.clip(time_us, low, high) - low) / (high - low)
+        return np.asarray(EDGE + share * (WIDTH - EDGE - RIGHT), dtype=np.float64)
 
     begins = at(us)
     ends = np.append(begins[1:], at(us[-1:] + us[-1] - us[-2] if len(us) > 1 else us))

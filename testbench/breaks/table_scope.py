@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted breaks of the gap oscilloscope: what is recorded, when it triggers, and how it is read."""
+"""Planted breaks of the gap oscilloscope: what it records, when it triggers, how it is read."""
 
 from testbench.breaks.harness import breaks_of
 
@@ -57,7 +57,7 @@ SCOPE = (
         "host/scope/record.py", RECORD,
         ("return cls(clock_hz, trigger, cycle, clock - clock[trigger],",
          "return cls(clock_hz, trigger, cycle, clock,", "time counts from the trigger"),
-        ("            if at + 1 == len(self) or clocks[at + 1] > clock + 1:\n", "            if False:\n",
+        ("if at + 1 == len(self) or clocks[at + 1] > clock + 1:", "if False:",
          "a class lasts one clock in the waveform"),
     ),
 )

@@ -3,7 +3,6 @@
 
 import csv
 import ctypes
-import random
 import re
 
 import numpy as np
@@ -334,7 +333,8 @@ def test_the_command_writes_its_files_and_tells_what_is_in_them(tmp_path, rng):
 
 
 @pytest.mark.parametrize(("words", "says"), [
-    (["--trigger", "sparks"], '"sparks" is no trigger'), (["-o", "gap.txt"], "no name for a record"),
+    (["--trigger", "sparks"], '"sparks" is no trigger'),
+    (["-o", "gap.txt"], "no name for a record"),
     (["--port", "nowhere://"], "names no port")])
 def test_a_wrong_word_is_one_sentence(words, says):
     done = gapkeeper(*words)
