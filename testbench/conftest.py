@@ -25,7 +25,7 @@ SIM = pytest.StashKey[str]()       # simulator of a test
 # Objects made between two searches for garbage, and searches of a younger generation before one of
 # an older. A design has hundreds of thousands of objects that live as long as it does: with
 # Python's own thresholds, to look for garbage takes half of its elaboration.
-gc.set_threshold(50_000, 20, 50)
+gc.set_threshold(50_000, 10, 5)
 
 
 def pytest_addoption(parser):
