@@ -21,17 +21,17 @@ def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
         If the gateware has no such gear.
     """
     # As written: a pitch of 2.54 mm is 127/50, and no binary fraction nearby.
-    steps, travel = Fraction(str(drive.steps_per_turn)), Fraction(str(drive.mm_per_turn))
+    steps, travel = Fraction(str(drive.steps_per_turn)), Fraction(str(drive.pitch_mm))
     gear = steps / (travel * PULSES_PER_MM)
     if gear > 1:
         raise UsageError(
             f"machine {machine}: {axis} has {float(steps / travel):g} steps per mm "
-            f"({axis}.steps_per_turn, {axis}.mm_per_turn); the most are {PULSES_PER_MM}, a step "
+            f"({axis}.steps_per_turn, {axis}.pitch_mm); the most are {PULSES_PER_MM}, a step "
             "for each pulse of the path.")
     if gear.denominator > LARGEST_GEAR:
         raise UsageError(
             f"machine {machine}: the gear of {axis}, {gear.numerator} steps for {gear.denominator} "
-            f"pulses ({axis}.steps_per_turn, {axis}.mm_per_turn), needs more than {LARGEST_GEAR} "
+            f"pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than {LARGEST_GEAR} "
             "pulses; give a rounder number.")
     return gear
 

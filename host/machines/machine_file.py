@@ -79,7 +79,7 @@ class Drive(Table):
     steps_per_turn: float = _number("", (1, 1_000_000),
         "Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier, "
         "times the reduction. At most 10 000 per mm.", 10_000)
-    mm_per_turn: float = _number("mm", (0.01, 1000), "Travel of a turn: pitch of the screw.", 1)
+    pitch_mm: float = _number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
     reversed: float = _number("", SHARE,
         "1: the drive turns the other way, so its direction is inverted.", 0)
     backlash_um: float = _number("µm", (0, 819.1),

@@ -46,8 +46,8 @@ struct XParameters {
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
     // times the reduction. At most 10 000 per mm.
     double steps_per_turn = 10000.0;
-    // Travel of a turn: pitch of the screw. [mm]
-    double mm_per_turn = 1.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
     // Play between drive and axis. The controller makes up for it. [µm]
@@ -67,8 +67,8 @@ struct YParameters {
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
     // times the reduction. At most 10 000 per mm.
     double steps_per_turn = 10000.0;
-    // Travel of a turn: pitch of the screw. [mm]
-    double mm_per_turn = 1.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
     // Play between drive and axis. The controller makes up for it. [µm]
@@ -88,8 +88,8 @@ struct ZParameters {
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
     // times the reduction. At most 10 000 per mm.
     double steps_per_turn = 10000.0;
-    // Travel of a turn: pitch of the screw. [mm]
-    double mm_per_turn = 1.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
     // Play between drive and axis. The controller makes up for it. [µm]
@@ -418,7 +418,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"axis.step_gain_per_s", &p.axis.step_gain_per_s},
         {"x.output", &p.x.output},
         {"x.steps_per_turn", &p.x.steps_per_turn},
-        {"x.mm_per_turn", &p.x.mm_per_turn},
+        {"x.pitch_mm", &p.x.pitch_mm},
         {"x.reversed", &p.x.reversed},
         {"x.backlash_um", &p.x.backlash_um},
         {"x.highest_mm_min", &p.x.highest_mm_min},
@@ -426,7 +426,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"x.high_mm", &p.x.high_mm},
         {"y.output", &p.y.output},
         {"y.steps_per_turn", &p.y.steps_per_turn},
-        {"y.mm_per_turn", &p.y.mm_per_turn},
+        {"y.pitch_mm", &p.y.pitch_mm},
         {"y.reversed", &p.y.reversed},
         {"y.backlash_um", &p.y.backlash_um},
         {"y.highest_mm_min", &p.y.highest_mm_min},
@@ -434,7 +434,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"y.high_mm", &p.y.high_mm},
         {"z.output", &p.z.output},
         {"z.steps_per_turn", &p.z.steps_per_turn},
-        {"z.mm_per_turn", &p.z.mm_per_turn},
+        {"z.pitch_mm", &p.z.pitch_mm},
         {"z.reversed", &p.z.reversed},
         {"z.backlash_um", &p.z.backlash_um},
         {"z.highest_mm_min", &p.z.highest_mm_min},

@@ -10,7 +10,7 @@ namespace {
 // The tables of the three axes are alike.
 template <typename Table>
 OwnDrive own_drive(const Table& table, double pulses_per_mm) {
-    return {pulses_per_mm * table.mm_per_turn / table.steps_per_turn,
+    return {pulses_per_mm * table.pitch_mm / table.steps_per_turn,
             table.backlash_um / 1000 * pulses_per_mm, table.reversed != 0};
 }
 

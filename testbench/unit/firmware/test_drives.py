@@ -66,6 +66,7 @@ def test_other_settings_of_the_axes_leave_gear_and_position(machine):
     machine.library.gk_drive_words(0, words)
     for name in ("window", "step_width_ns", "follow_moving", "highest_speed_x", "loop_gain"):
         assert machine.line(assign(name, 100)) == ["ok"]
+    assert machine.line(assign("gear_steps_x", 10_000)) == ["ok"]   # as it was
     again = (ctypes.c_uint32 * 5)()
     machine.library.gk_drive_words(0, again)
     assert list(again) == list(words), "the steps are not counted anew"
