@@ -76,9 +76,8 @@ def test_other_settings_of_the_axes_leave_gear_and_position(machine):
 def test_more_steps_than_pulses_are_never_in_force(machine):
     assert machine.line(assign("gear_pulses_y", 640)) == ["ok"]
     assert drive(machine, "y") == (0, 10_000, 10_000, 0)
-    said, answer = machine.line("$POSITION=HERE")
-    assert said == "[MSG:the gear of Y has more steps ($521) than pulses ($524).]"
-    assert answer == error_line("setting")
+    assert machine.line("$POSITION=HERE") == [
+        "[MSG:the gear of Y has more steps ($521) than pulses ($524).]", error_line("setting")]
     assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
     # Whichever of the two comes first, the pair is in force when it fits.
     assert machine.line(assign("gear_steps_y", 41)) == ["ok"]
