@@ -20,7 +20,7 @@ from testbench.budget import resources
 BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
-    "axis_z":        Cells(lut4=779,  ccu2c=382, ff=647,  ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=779,  ccu2c=382, ff=683,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=61,  ff=63,   ram=0,  bram=0,  dsp=0),
@@ -28,7 +28,7 @@ BUDGETS = {
     "discriminator": Cells(lut4=108,  ccu2c=88,  ff=174,  ram=0,  bram=0,  dsp=0),
     "distributor":   Cells(lut4=575,  ccu2c=398, ff=395,  ram=0,  bram=0,  dsp=0),
     "feed":          Cells(lut4=60,   ccu2c=66,  ff=69,   ram=0,  bram=0,  dsp=0),
-    "feed_forward":  Cells(lut4=507,  ccu2c=82,  ff=339,  ram=0,  bram=0,  dsp=0),
+    "feed_forward":  Cells(lut4=530,  ccu2c=82,  ff=340,  ram=0,  bram=0,  dsp=0),
     "feed_mode":     Cells(lut4=311,  ccu2c=92,  ff=259,  ram=0,  bram=0,  dsp=0),
     "fluid":         Cells(lut4=110,  ccu2c=32,  ff=60,   ram=0,  bram=0,  dsp=0),
     "interlock":     Cells(lut4=297,  ccu2c=65,  ff=194,  ram=0,  bram=0,  dsp=0),
