@@ -172,6 +172,7 @@ def controller_options(board: Board, platform: Platform) -> dict:
     latch = CHAIN_CLOCKS if (CHAIN.name, 0) in platform.resources else DIRECT_CLOCKS
     return {
         "arm_strapped": board.arm_strapped, "dac_kind": board.dac,
+        "scope_depth": board.scope_depth,
         "latch_clocks": latch + ceil(board.supply_settle_us * 1e-6 * board.clock_hz),
         "reference_rc_us": board.reference_rc_us,
         "level_max": level_max(board.current_max_a, board.supply_step_a),

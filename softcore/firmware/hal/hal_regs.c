@@ -232,6 +232,30 @@ void hal_gap_counts(uint32_t counts[4]) {
 
 bool hal_shorted(void) { return GAP->status & GAP_STATUS_SHORTED_MASK; }
 
+uint32_t hal_scope_depth(void) { return SCOPE->depth; }
+void hal_scope_arm(const hal_scope_trigger *trigger) {
+    SCOPE->order = PUT(1, SCOPE_ORDER_STOP);
+    SCOPE->trigger = PUT(trigger->source, SCOPE_TRIGGER_SOURCE) |
+                     PUT(trigger->classes, SCOPE_TRIGGER_CLASSES) |
+                     PUT(trigger->level, SCOPE_TRIGGER_LEVEL);
+    SCOPE->after = trigger->after;
+    SCOPE->order = PUT(1, SCOPE_ORDER_ARM);
+}
+void hal_scope_order(hal_scope_ordered order) {
+    SCOPE->order = order == HAL_SCOPE_STOP ? SCOPE_ORDER_STOP_MASK : SCOPE_ORDER_FORCE_MASK;
+}
+hal_scope_state hal_scope_read(void) {
+    uint32_t status = SCOPE->status;
+    return (hal_scope_state){.recording = GET(status, SCOPE_STATUS_RECORDING),
+                             .count = GET(status, SCOPE_STATUS_COUNT),
+                             .after = SCOPE->after, .time = SCOPE->time - 1};
+}
+void hal_scope_choose(uint32_t place) { SCOPE->place = place; }
+uint64_t hal_scope_next(void) {
+    uint32_t low = SCOPE->entry;
+    return (uint64_t)SCOPE->entry_rest << 32 | low;
+}
+
 void hal_discriminate(const hal_discriminator *rules) {
     GAP->settle = rules->settle;
     GAP->confirm = rules->confirm;
@@ -393,8 +417,19 @@ void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t 
     AXIS(axis)->window = window;
 }
 
-void hal_axis_mode(unsigned axis, bool step, bool reverse) {
-    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE);
+void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
+    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE) |
+                       PUT(swap, AXIS_MODE_SWAP);
+}
+
+/* A gear 1:1 is written as such, so that both parts fit 16 bits. */
+void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
+    uint32_t n = steps == pulses ? 1 : steps;
+    AXIS(axis)->gear = PUT(n, AXIS_GEAR_STEPS) | PUT(pulses - steps, AXIS_GEAR_REST);
+}
+
+void hal_axis_backlash(unsigned axis, uint32_t pulses) {
+    AXIS(axis)->backlash = PUT(pulses, AXIS_BACKLASH_SIZE);
 }
 
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {

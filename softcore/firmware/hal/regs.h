@@ -541,6 +541,8 @@ typedef volatile struct {
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t gain; /* Velocity gain of the position loop, for the supervision of the coder; see ``rtl.motion.supervision``. [2**-20 pulse/tick per pulse] */
+    uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
+    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -556,6 +558,8 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 _Static_assert(offsetof(axis_regs, low) == 0x2c, "");
 _Static_assert(offsetof(axis_regs, high) == 0x30, "");
 _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
+_Static_assert(offsetof(axis_regs, gear) == 0x38, "");
+_Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
 #define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
 #define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
@@ -566,6 +570,8 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_MODE_STEP_MASK 0x00000001u
 #define AXIS_MODE_REVERSE_SHIFT 1
 #define AXIS_MODE_REVERSE_MASK 0x00000002u
+#define AXIS_MODE_SWAP_SHIFT 2
+#define AXIS_MODE_SWAP_MASK 0x00000004u
 #define AXIS_STEP_TIME_WIDTH_SHIFT 0
 #define AXIS_STEP_TIME_WIDTH_MASK 0x000000ffu
 #define AXIS_STEP_TIME_SPACE_SHIFT 8
@@ -586,6 +592,14 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_STATUS_BEYOND_HIGH_MASK 0x00000040u
 #define AXIS_GAIN_VALUE_SHIFT 0
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
+#define AXIS_GEAR_STEPS_SHIFT 0
+#define AXIS_GEAR_STEPS_MASK 0x0000ffffu
+#define AXIS_GEAR_REST_SHIFT 16
+#define AXIS_GEAR_REST_MASK 0xffff0000u
+#define AXIS_BACKLASH_SIZE_SHIFT 0
+#define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
+#define AXIS_BACKLASH_TAKEN_UP_SHIFT 13
+#define AXIS_BACKLASH_TAKEN_UP_MASK 0x03ffe000u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
 /* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */
@@ -616,6 +630,77 @@ _Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_STATUS_SETTLED_SHIFT 10
 #define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
+
+/* The gap oscilloscope; see ``rtl.gap.scope``. The trigger and ``after`` may change only while it does not run. */
+typedef volatile struct {
+    uint32_t order; /* Orders to it. */
+    uint32_t trigger; /* What is waited for. */
+    uint32_t after; /* Entries that follow the trigger's, less than ``depth``. */
+    const uint32_t status; /* State of it. */
+    const uint32_t depth; /* Size of the ring; 0: this build has no oscilloscope. */
+    const uint32_t time; /* Clock count in the clock after the trigger's. [clock] */
+    uint32_t place; /* Choose an entry to be read, 0 for the oldest. */
+    const uint32_t entry; /* The chosen entry. */
+    const uint32_t entry_rest; /* The rest of the chosen entry. Reading it chooses the next entry. */
+} scope_regs;
+_Static_assert(offsetof(scope_regs, order) == 0x0, "");
+_Static_assert(offsetof(scope_regs, trigger) == 0x4, "");
+_Static_assert(offsetof(scope_regs, after) == 0x8, "");
+_Static_assert(offsetof(scope_regs, status) == 0xc, "");
+_Static_assert(offsetof(scope_regs, depth) == 0x10, "");
+_Static_assert(offsetof(scope_regs, time) == 0x14, "");
+_Static_assert(offsetof(scope_regs, place) == 0x18, "");
+_Static_assert(offsetof(scope_regs, entry) == 0x1c, "");
+_Static_assert(offsetof(scope_regs, entry_rest) == 0x20, "");
+#define SCOPE_ORDER_ARM_SHIFT 0
+#define SCOPE_ORDER_ARM_MASK 0x00000001u
+#define SCOPE_ORDER_STOP_SHIFT 1
+#define SCOPE_ORDER_STOP_MASK 0x00000002u
+#define SCOPE_ORDER_FORCE_SHIFT 2
+#define SCOPE_ORDER_FORCE_MASK 0x00000004u
+#define SCOPE_TRIGGER_SOURCE_SHIFT 0
+#define SCOPE_TRIGGER_SOURCE_MASK 0x00000007u
+#define SCOPE_TRIGGER_CLASSES_SHIFT 3
+#define SCOPE_TRIGGER_CLASSES_MASK 0x000001f8u
+#define SCOPE_TRIGGER_LEVEL_SHIFT 9
+#define SCOPE_TRIGGER_LEVEL_MASK 0x001ffe00u
+#define SCOPE_AFTER_VALUE_SHIFT 0
+#define SCOPE_AFTER_VALUE_MASK 0x0000ffffu
+#define SCOPE_STATUS_RECORDING_SHIFT 0
+#define SCOPE_STATUS_RECORDING_MASK 0x00000003u
+#define SCOPE_STATUS_COUNT_SHIFT 2
+#define SCOPE_STATUS_COUNT_MASK 0x0003fffcu
+#define SCOPE_DEPTH_VALUE_SHIFT 0
+#define SCOPE_DEPTH_VALUE_MASK 0x0000ffffu
+#define SCOPE_PLACE_VALUE_SHIFT 0
+#define SCOPE_PLACE_VALUE_MASK 0x0000ffffu
+#define SCOPE_ENTRY_STAMP_SHIFT 0
+#define SCOPE_ENTRY_STAMP_MASK 0x000001ffu
+#define SCOPE_ENTRY_VOLTAGE_SHIFT 9
+#define SCOPE_ENTRY_VOLTAGE_MASK 0x001ffe00u
+#define SCOPE_ENTRY_SAMPLED_SHIFT 21
+#define SCOPE_ENTRY_SAMPLED_MASK 0x00200000u
+#define SCOPE_ENTRY_HIGH_SHIFT 22
+#define SCOPE_ENTRY_HIGH_MASK 0x00400000u
+#define SCOPE_ENTRY_ARC_SHIFT 23
+#define SCOPE_ENTRY_ARC_MASK 0x00800000u
+#define SCOPE_ENTRY_SHORT_SHIFT 24
+#define SCOPE_ENTRY_SHORT_MASK 0x01000000u
+#define SCOPE_ENTRY_CURRENT_SHIFT 25
+#define SCOPE_ENTRY_CURRENT_MASK 0x02000000u
+#define SCOPE_ENTRY_NOISE_SHIFT 26
+#define SCOPE_ENTRY_NOISE_MASK 0x04000000u
+#define SCOPE_ENTRY_ON_SHIFT 27
+#define SCOPE_ENTRY_ON_MASK 0x08000000u
+#define SCOPE_ENTRY_SENSE_SHIFT 28
+#define SCOPE_ENTRY_SENSE_MASK 0x10000000u
+#define SCOPE_ENTRY_PULSE_SHIFT 29
+#define SCOPE_ENTRY_PULSE_MASK 0xe0000000u
+#define SCOPE_ENTRY_REST_SHORTED_SHIFT 0
+#define SCOPE_ENTRY_REST_SHORTED_MASK 0x00000001u
+#define SCOPE_ENTRY_REST_STATE_SHIFT 1
+#define SCOPE_ENTRY_REST_STATE_MASK 0x0000000eu
+#define SCOPE ((scope_regs *)0x80000b80u)
 
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
 typedef volatile struct {

@@ -122,6 +122,8 @@ void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are press
 void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis does not make */
 void gk_check_found(uint32_t axis, uint32_t check); /* the result of hal_axis_check */
 void gk_axis_words(uint32_t axis, int32_t words[3]); /* soft limits and gain, as written */
+/* Mode, gear (steps, pulses) and backlash as written, and how often the gear was written. */
+void gk_drive_words(uint32_t axis, uint32_t words[5]);
 /* The ramp as written: start rate and acceleration, those of the way back, and the lead. */
 void gk_ramp_words(uint32_t words[5]);
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
@@ -153,6 +155,15 @@ void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 /* hal_feed_mode, with the first references after window, and the other words at the end. */
 void gk_feed_mode_read(uint32_t words[14]);
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
+/* The oscilloscope: what was written, and what is read. Entries have 36 bits. */
+#define GK_SCOPE 64
+typedef struct {
+    uint32_t depth, source, classes, level, after, recording, count, time;
+    uint64_t entries[GK_SCOPE];
+} gk_scope;
+
+void gk_scope_read(gk_scope *words);
+void gk_scope_write(const gk_scope *words);
 void gk_watch(bool closed, bool asks); /* calls would be too early; its interrupt is pending */
 uint32_t gk_answers(void);      /* answers to that interrupt since boot */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */
