@@ -20,7 +20,7 @@ from testbench.budget import resources
 BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
-    "axis_z":        Cells(lut4=634,  ccu2c=314, ff=614,  ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=779,  ccu2c=382, ff=647,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=61,  ff=63,   ram=0,  bram=0,  dsp=0),
