@@ -55,6 +55,13 @@ void execute_init(void) {
     execute_resynchronise();
 }
 
+__attribute__((noinline)) void execute_put_places(const uint32_t *kept) {
+    __builtin_memcpy(state.systems, kept, PLAN_KEPT * sizeof *kept);
+    __builtin_memcpy(state.offset, state.systems[state.system], sizeof state.offset);
+    plan_edit(&state);
+    output_frame(state.offset);
+}
+
 void execute_resynchronise(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         state.position[axis] = hal_axis_command(axis);

@@ -5,6 +5,11 @@
 #include "base/settings.h"
 #include "link/output.h"
 
+/* Compiled for size: this runs seldom. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 /* Rows of a list: grbl's settings come before ours, so that numbers ascend. */
 #define ROWS (GRBL_ROWS + SETTINGS)
 /* Types and formats of values as in grblHAL. */
@@ -71,3 +76,7 @@ bool listing_begin_one(uint32_t number) {
     end = row + 1;
     return true;
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -5,9 +5,15 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
+/* Compiled for size: this runs seldom. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
 
 static uint32_t values[SETTINGS];
+static uint32_t edition;
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
 static travel_range limits;
@@ -112,9 +118,11 @@ void settings_renew(void) {
     write_fluid();
 }
 
-void settings_init(void (*between)(void)) {
+void settings_init(void (*stored)(void), void (*between)(void)) {
     for (unsigned i = 0; i < SETTINGS; i++)
         values[i] = SETTINGS_TABLE_ROWS[i].initial;
+    edition++;
+    stored();
     apply_detector();
     between();
     apply_motion();
@@ -168,12 +176,24 @@ bool settings_of_gap(uint32_t number) {
     return group == GROUP_GAP || group == GROUP_DETECTOR;
 }
 
-bool settings_set(uint32_t number, uint32_t value) {
+uint32_t settings_edition(void) { return edition; }
+
+bool settings_differs(setting which) { return values[which] != SETTINGS_TABLE_ROWS[which].initial; }
+
+bool settings_load(uint32_t number, uint32_t value) {
     setting which = settings_find(number);
     if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||
         value > SETTINGS_TABLE_ROWS[which].highest)
         return false;
     values[which] = value;
+    edition++;
+    return true;
+}
+
+bool settings_set(uint32_t number, uint32_t value) {
+    if (!settings_load(number, value))
+        return false;
+    setting which = settings_find(number);
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (SETTINGS_TABLE_ROWS[which].group) {
     case GROUP_DETECTOR: apply_detector(); break;
@@ -206,6 +226,10 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
     return settings_set(number, value) ||
            fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", number);
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif
 
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_acceleration(void) { return acceleration; }
