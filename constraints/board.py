@@ -91,8 +91,8 @@ CHAIN = Pad("chain", "o", 3, "Shift registers (data, shift clock, latch clock) f
 
 
 # Two inputs of the flash memory that must be high, where the board connects them to the device.
-KEEP = Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory: always high, which "
-           "is inactive.")
+KEEP = Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory: always high, "
+           "which is inactive.")
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def contents(region: bytes) -> dict[int, list[int]] | None:
             sequence, kind, part, parts, words = found
             begun[sequence, part] = words
             if part == parts - 1 and all((sequence, one) in begun for one in range(parts)):
-                newest[kind] = sum((begun[sequence, one] for one in range(parts)), [])
+                newest[kind] = [word for one in range(parts) for word in begun[sequence, one]]
     return newest
 
 

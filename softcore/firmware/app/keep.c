@@ -6,13 +6,13 @@
 #include "app/execute.h"
 #include "app/jog.h"
 #include "app/machine.h"
+#include "app/meter.h"
 #include "app/program.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "base/watch.h"
 #include "gap/condition_check.h"
 #include "gap/gap.h"
-#include "hal/hal.h"
 #include "link/output.h"
 #include "store/flash.h"
 #include "store/journal.h"
@@ -134,7 +134,7 @@ static bool load_row(const uint32_t *from) {
         !is_bool(from, offsetof(condition_row, from_ignition)))
         return false;
     __builtin_memcpy(&row, from, sizeof row);
-    return condition_check(&row) && conditions_enter(&row, true);
+    return condition_check_row(&row) && conditions_enter(&row, true);
 }
 
 void keep_load_gap(void) {
@@ -211,7 +211,7 @@ bool keep_step(void) {
             editions[kind] = edition(kind);
             journal_note(kind);
         }
-    if (!journal_waits() || machine_machining() || hal_motion_read().moving)
+    if (!journal_waits() || machine_machining() || !meter_rests())
         return false;
     bool more = journal_step();
     if (journal_now() == JOURNAL_FAILED) {
@@ -228,7 +228,7 @@ void keep_restore(char what, uint32_t length, fault *f) {
         fault_at(f, FAULT_COMMAND, 0, "$RST takes $ (settings), # (offsets and places) or * (all)");
         return;
     }
-    if (program_running() || machine_machining() || jog_active() || hal_motion_read().moving) {
+    if (program_running() || machine_machining() || jog_active() || !meter_rests()) {
         fault_at(f, FAULT_BUSY, 0, "$RST has to wait until the machine stands and no program runs");
         return;
     }

@@ -35,7 +35,7 @@ static bool levels(const condition_row *r) {
            r->open_v * r->open_percent * GAP_SHARE_PERCENT > r->arc_v * 10000u;
 }
 
-bool condition_check(const condition_row *r) {
+bool condition_check_row(const condition_row *r) {
     uint32_t level;
     if (!conditions_level(r, &level) || !pulse(r) || !levels(r) || !r->step ||
         !instead_of(r->counting, SET_SERVO_MODE) || !instead_of(r->window, SET_SERVO_WINDOW) ||

@@ -5,4 +5,4 @@
 
 #include "gap/conditions.h"
 
-bool condition_check(const condition_row *row);
+bool condition_check_row(const condition_row *row);
