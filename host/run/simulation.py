@@ -191,8 +191,8 @@ def _contents(memory: Path | None) -> bytes | None:
     except OSError as error:
         raise UserError(f"{memory} cannot be read: {error.strerror}.") from error
     if len(contents) != SIMULATED_JOURNAL.size:
-        raise UsageError(f"{memory} is not what a flash memory holds: it has {len(contents)} bytes, "
-                         f"not {SIMULATED_JOURNAL.size}.")
+        raise UsageError(f"{memory} is not what a flash memory holds: it has {len(contents)} "
+                         f"bytes, not {SIMULATED_JOURNAL.size}.")
     return contents
 
 
