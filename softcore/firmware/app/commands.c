@@ -15,6 +15,7 @@
 #include "app/override.h"
 #include "app/profile.h"
 #include "app/program.h"
+#include "app/scope.h"
 #include "app/status.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
@@ -263,10 +264,8 @@ static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
     for (unsigned kind = 0; kind < sizeof LISTS / sizeof *LISTS; kind++)
-        if (says(line, length, LISTS[kind])) {
-            listing_begin((listing_kind)kind);
-            return true;
-        }
+        if (says(line, length, LISTS[kind]))
+            return listing_begin((listing_kind)kind), true;
     return false;
 }
 
@@ -305,6 +304,12 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             answer_with(&f);
         return;
     }
+    if (length > 5 && says(line, 6, "$SCOPE")) {
+        uint32_t first, end;
+        if (!scope_line(line, length, &first, &end, &f) || !end)
+            return answer_with(&f);
+        return listing_begin_scope(first, end);
+    }
     if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);
     else if (says(line, length, "$POSITION=HERE"))
@@ -322,7 +327,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
