@@ -453,7 +453,8 @@ def _axis(index: int, letter: str) -> Block:
          _value(12, "Error.", unit="pulse", init=1)),
         ("mode", "Output of the axis.", (
             Field(name="step", bits=1, doc="Step/direction; feedback is the step pulses."),
-            Field(name="reverse", bits=1, doc="Encoder counts the other way."))),
+            Field(name="reverse", bits=1, doc="Encoder counts the other way."),
+            Field(name="swap", bits=1, doc="Drive turns the other way."))),
         ("step_time", "Shape of step pulses.", (
             Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
             Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
@@ -479,6 +480,15 @@ def _axis(index: int, letter: str) -> Block:
         ("gain", "Velocity gain of the position loop, for the supervision of the coder; see "
          "``rtl.motion.supervision``.",
          _value(14, "Gain.", unit="2**-20 pulse/tick per pulse", guarded=True)),
+        ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
+         "count of steps anew; see ``rtl.motion.gear``.", (
+            Field(name="steps", bits=16, init=1, doc="n.", unit="step"),
+            Field(name="rest", bits=16, doc="m - n.", unit="pulse")), "write"),
+        ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
+         "up; see ``rtl.motion.backlash``.", (
+            Field(name="size", bits=13, doc="Backlash.", unit="pulse"),
+            Field(name="taken_up", bits=13, access="r", unit="pulse",
+                  doc="The drive stands so far further down than the axis.")), "write"),
     ))
 
 

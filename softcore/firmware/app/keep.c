@@ -237,6 +237,7 @@ void keep_restore(char what, uint32_t length, fault *f) {
         watch_between();
         gap_settings();
         watch_between();
+        machine_lose_position(); /* drives may count otherwise now */
     }
     if (all || what == '#') {
         uint32_t none[PLAN_KEPT] = {0};

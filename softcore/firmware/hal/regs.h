@@ -566,6 +566,8 @@ typedef volatile struct {
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t gain; /* Velocity gain of the position loop, for the supervision of the coder; see ``rtl.motion.supervision``. [2**-20 pulse/tick per pulse] */
+    uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
+    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -581,6 +583,8 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 _Static_assert(offsetof(axis_regs, low) == 0x2c, "");
 _Static_assert(offsetof(axis_regs, high) == 0x30, "");
 _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
+_Static_assert(offsetof(axis_regs, gear) == 0x38, "");
+_Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
 #define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
 #define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
@@ -591,6 +595,8 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_MODE_STEP_MASK 0x00000001u
 #define AXIS_MODE_REVERSE_SHIFT 1
 #define AXIS_MODE_REVERSE_MASK 0x00000002u
+#define AXIS_MODE_SWAP_SHIFT 2
+#define AXIS_MODE_SWAP_MASK 0x00000004u
 #define AXIS_STEP_TIME_WIDTH_SHIFT 0
 #define AXIS_STEP_TIME_WIDTH_MASK 0x000000ffu
 #define AXIS_STEP_TIME_SPACE_SHIFT 8
@@ -611,6 +617,14 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_STATUS_BEYOND_HIGH_MASK 0x00000040u
 #define AXIS_GAIN_VALUE_SHIFT 0
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
+#define AXIS_GEAR_STEPS_SHIFT 0
+#define AXIS_GEAR_STEPS_MASK 0x0000ffffu
+#define AXIS_GEAR_REST_SHIFT 16
+#define AXIS_GEAR_REST_MASK 0xffff0000u
+#define AXIS_BACKLASH_SIZE_SHIFT 0
+#define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
+#define AXIS_BACKLASH_TAKEN_UP_SHIFT 13
+#define AXIS_BACKLASH_TAKEN_UP_MASK 0x03ffe000u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
 /* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */

@@ -375,6 +375,9 @@ def test_rst_takes_back_what_grbl_does_and_keeps_that(memory, line, settings, of
     machine = booted(memory)
     machine.unlock()
     assert machine.line(line) == ["[MSG:Restoring defaults]", "ok"]
+    lost = machine.line("G00 X0.1")[-1].startswith("error:")
+    assert lost is not settings, "drives may count otherwise with other settings"
+    assert machine.line("$POSITION=HERE") == ["ok"]
     machine.run(ERASED)
     for _ in range(2):
         assert listed(machine, SPEED) == (700 if settings else initial,)
