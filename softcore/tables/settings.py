@@ -256,8 +256,8 @@ SETTINGS: tuple[Setting, ...] = (
          "than the contact of electrode and work along the path.", guards=False),
     _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (0, 0, 100),
          "loop", "Share of the path's speed that goes to the drives at once, beside the position "
-         "loop. 100: an axis lags only as far as its drive does by itself. 0: the plain loop of the "
-         "first patent, in which an axis moves only as far as it lags."),
+         "loop. 100: an axis lags only as far as its drive does by itself. 0: the plain loop of "
+         "the first patent, in which an axis moves only as far as it lags."),
     _set(470, "back_acceleration_mm_s2", "way back: acceleration (0 as forward)", "mm/s2",
          (0, 0, 100_000), "motion", "Acceleration along the path on the way back, above "
          "`${back_start_speed_um_s}`. 0: that of `${acceleration_mm_s2}`."),
