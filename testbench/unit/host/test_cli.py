@@ -43,8 +43,6 @@ def program(workdir):
     (["experiment", "removal"], ["--seeds", "--way", "--out"]),
     (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock", "--port",
                "--baud", "--at-start", "--no-arm", "--reset", "--scope", "--flash"]),
-    (["scope"], ["--port", "--trigger", "retraction", "rise=V", "--before", "--auto", "-o", ".fst",
-                  "--baud", "not reset"]),
     (["simulate"], ["--tcp", "--pty", "--machine", "--arm", "--seed", "--clock", "--flash"]),
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),

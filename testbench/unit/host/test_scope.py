@@ -332,6 +332,13 @@ def test_the_command_writes_its_files_and_tells_what_is_in_them(tmp_path, rng):
     assert (wire.scope().source, wire.scope().level) == (4, 40 * 4096 // 100)
 
 
+def test_help_names_every_option():
+    told_ = CliRunner().invoke(app, ["scope", "--help"], env={"COLUMNS": "100"}).output
+    for word in ("--port", "--trigger", "retraction", "rise=V", "--before", "--auto", "-o", ".fst",
+                 "--baud", "not reset"):
+        assert word in told_, word
+
+
 @pytest.mark.parametrize(("words", "says"), [
     (["--trigger", "sparks"], '"sparks" is no trigger'),
     (["-o", "gap.txt"], "no name for a record"),
