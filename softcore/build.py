@@ -23,7 +23,7 @@ from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import boards
-from constraints.board import CHAIN, CHAINED, PADS, Board
+from constraints.board import CHAIN, CHAINED, KEEP, PADS, Board
 from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.contents import placeholder, with_firmware
@@ -154,7 +154,9 @@ class BoardTop(Top):
         ports = {pad.name: platform.request(pad.name, 0, dir="-")
                  for pad in (*pads, *([CHAIN] if chained else []))}
         self.clock_hz = board.clock_hz
-        super().__init__(soc, SimpleNamespace(**ports), clock=Signal(), locked=Signal())
+        self.flash_clock = Signal()
+        super().__init__(soc, SimpleNamespace(flash_clock=self.flash_clock, **ports),
+                         clock=Signal(), locked=Signal())
 
     def elaborate(self, platform):
         m = super().elaborate(platform)
@@ -164,6 +166,11 @@ class BoardTop(Top):
                                      clock_hz=self.clock_hz)
         m.d.comb += [pll.source.eq(crystal.i), self.clock.eq(pll.clock),
                      self.locked.eq(pll.locked)]
+        # The clock of the memory that the device loads its bitstream from.
+        m.submodules.mclk = Instance("USRMCLK", i_USRMCLKI=self.flash_clock, i_USRMCLKTS=0)
+        if (KEEP.name, 0) in platform.resources:
+            m.submodules.keep = keep = io.Buffer("o", platform.request(KEEP.name, 0, dir="-"))
+            m.d.comb += keep.o.eq(~0)
         return m
 
 
@@ -185,6 +192,7 @@ def plan(board: Board) -> BuildPlan:
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, memory_banks=board.memory_banks,
               image=placeholder(board.memory_size), build=int(digest()[:8], 16),
+              journal=board.flash.journal,
               **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(

@@ -20,7 +20,7 @@ from testbench.budget import resources
 BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
-    "axis_z":        Cells(lut4=779,  ccu2c=382, ff=647,  ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=774,  ccu2c=384, ff=647,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=61,  ff=63,   ram=0,  bram=0,  dsp=0),
@@ -40,7 +40,7 @@ BUDGETS = {
     "power":         Cells(lut4=297,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=210,  ccu2c=133, ff=209,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=1931, ccu2c=0,   ff=2298, ram=0,  bram=2,  dsp=0),
+    "registers":     Cells(lut4=2086, ccu2c=0,   ff=2445, ram=0,  bram=2,  dsp=0),
     "removal":       Cells(lut4=535,  ccu2c=144, ff=277,  ram=0,  bram=0,  dsp=0),
     "report":        Cells(lut4=330,  ccu2c=12,  ff=398,  ram=62, bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),
