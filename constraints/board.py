@@ -15,7 +15,8 @@ from amaranth.build import Platform
 
 from constraints.wires import CONFIGURATION_SITES, Wire, unloaded_high
 
-__all__ = ["CHAIN", "CHAINED", "PADS", "POWER", "Board", "Header", "Pad", "unsafe_unloaded"]
+__all__ = ["CHAIN", "CHAINED", "KEEP", "PADS", "POWER", "Board", "Flash", "Header", "Journal",
+           "Pad", "unsafe_unloaded"]
 
 AXES = 3
 
@@ -73,6 +74,10 @@ PADS = (
     Pad("auxiliary_code", "o", 16, "Code of an M, S or T function."),
     Pad("auxiliary_strobe", "o", 3, "The strobe of its letter."),
     Pad("safe", "o", doc="The interlock holds the outputs: a lamp."),
+    Pad("flash_select", "o", doc="Serial flash memory of the board: select."),
+    Pad("flash_command", "o", doc="Its input. Its clock leaves the device by a pin of its own, "
+        "which is in no list: the one for loading the bitstream."),
+    Pad("flash_data", "i", doc="Its output."),
 )
 
 # Outputs that put power on the machine, or move it, while they are active.
@@ -83,6 +88,31 @@ POWER = frozenset({"drive_enable", "contactor", "gap_on", "gap_sense", "gap_leve
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
 CHAIN = Pad("chain", "o", 3, "Shift registers (data, shift clock, latch clock) for "
             + ", ".join(f"`{name}`" for name in CHAINED) + ".")
+
+
+# Two inputs of the flash memory that must be high, where the board connects them to the device.
+KEEP = Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory: always high, "
+           "which is inactive.")
+
+
+@dataclass(frozen=True)
+class Journal:
+    """The region of a flash memory that the firmware's journal may use, in bytes.
+
+    It is the only one that the controller ever writes. ``base`` and ``size`` are whole sectors.
+    """
+
+    base: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Flash:
+    """The serial flash memory of a board: its part, its bytes, and the region of the journal."""
+
+    part: str
+    size: int
+    journal: Journal
 
 
 @dataclass(frozen=True)
@@ -139,6 +169,8 @@ class Board:
         Its headers, for the drawing.
     sites : dict
         Site of the device for each pin of the headers.
+    flash : Flash
+        The flash memory that it loads its bitstream from.
     """
 
     name: str
@@ -150,6 +182,7 @@ class Board:
     wires: tuple[Wire, ...]
     headers: tuple[Header, ...]
     sites: dict[str, str]
+    flash: Flash
     memory_banks: bool = False
     scope_depth: int = 4096
     arm_strapped: bool = False

@@ -22,13 +22,14 @@ from pathlib import Path
 from amaranth.build import Attrs, Clock, Connector, Pins, Resource
 from amaranth.vendor import LatticeECP5Platform
 
-from constraints.board import CHAIN, PADS, Board, Header
+from constraints.board import CHAIN, PADS, Board, Flash, Header, Journal
 from constraints.machine_wires import machine_wires
 from constraints.wires import Wire, resource
 
 __all__ = ["BOARDS"]
 
 HEADER = ("header", 0)
+ON_CARD = "no wire: it is on the card"
 # Sites by header: pins 5 to 14, 17 and 18, 23 to 30. The others are supply and ground.
 SITES_OF = {
     "P2": "K18 L2 T18 C18 R17 R18 M17 P17 U18 T17 P18 U17 N18 N17 L20 M18 K20 L18 G20 J20",
@@ -92,8 +93,14 @@ WIRES = (
     Wire("adc_data", "P2.30", "converter", "pulled down: no answer reads as no voltage",
          "the gap voltage reads zero: a servo by voltage retracts"),
 
+    # The memory that holds the bitstream. Its clock is the device's own (MCLK).
+    Wire("flash_select", "R2", "memory", "low selects", ON_CARD, header=False, low=True,
+         pull="UP", hold="board"),
+    Wire("flash_command", "W2", "memory", "plain", ON_CARD, header=False, pull="UP"),
+    Wire("flash_data", "V2", "memory", "plain", ON_CARD, header=False, pull="UP"),
+
     # The lamp of the card.
-    Wire("safe", "L2", "lamp", "low is lit", "no wire: it is on the board", header=False, low=True,
+    Wire("safe", "L2", "lamp", "low is lit", ON_CARD, header=False, low=True,
          pull="NONE", drive_ma=4),
 )
 DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN)}
@@ -125,5 +132,7 @@ BOARDS = (
     Board("colorlight_i9", "Colorlight i9 v7.2", _ColorlightI9, clock_hz=50_000_000,
           memory_size=180_224, memory_banks=True, scope_depth=512, wires=WIRES, sites=SITES,
           headers=tuple(map(_header, SITES_OF)),
+          # 8 MB, of which the bitstream has the first 2.
+          flash=Flash("W25Q64JV", 1 << 23, Journal(0x60_0000, 0x1_0000)),
           pin_list=Path(__file__).with_name("colorlight_i9.lpf")),
 )

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from amaranth_boards import ulx3s
 
-from constraints.board import CHAIN, PADS, Board, Header
+from constraints.board import CHAIN, KEEP, PADS, Board, Flash, Header, Journal
 from constraints.machine_wires import machine_wires
 from constraints.wires import Wire, resource
 
@@ -72,10 +72,18 @@ WIRES = (
     Wire("adc_command", "R16", "converter", "plain", ON_BOARD, header=False, pull="UP"),
     Wire("adc_data", "U16", "converter", "plain", ON_BOARD, header=False, pull="UP"),
 
+    # The memory that holds the bitstream. Its clock is the device's own (MCLK).
+    Wire("flash_select", "R2", "memory", "low selects", ON_BOARD, header=False, low=True,
+         pull="UP", hold="board"),
+    Wire("flash_command", "W2", "memory", "plain", ON_BOARD, header=False, pull="UP"),
+    Wire("flash_data", "V2", "memory", "plain", ON_BOARD, header=False, pull="UP"),
+    Wire("flash_keep", "Y2 W1", "memory", "high lets the memory work", ON_BOARD, header=False,
+         pull="UP"),
+
     # LED 0.
     Wire("safe", "B2", "lamp", "high is lit", ON_BOARD, header=False, pull="NONE", drive_ma=4),
 )
-DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN)}
+DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN, KEEP)}
 RESOURCES = [resource(wire, DIRECTIONS[wire.pad], HEADER) for wire in WIRES]
 
 
@@ -107,10 +115,14 @@ class _Ulx3s45F(_WithPads, ulx3s.ULX3S_45F_Platform):
 
 PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the device only
 
+# W25Q128JV or IS25LP128F, 16 MB. The bitstream has its first 2 MB, and other programs of the board
+# may have the next: the journal is far above both.
+FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24, Journal(0xE0_0000, 0x1_0000))
+
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
-          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
+          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH),
     Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180_224,
-          memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES,
-          headers=HEADERS, sites=SITES),
+          memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS,
+          sites=SITES, flash=FLASH),
 )

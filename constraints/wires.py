@@ -62,6 +62,7 @@ KINDS = {
                       "time constant of the board's file (`reference_rc_us`)."),
     "relay": Kind("relay drivers", "24 V relays behind shift registers with 3.3 V inputs and an "
                   "output enable."),
+    "memory": Kind("flash memory", "nothing: it is on the board."),
     "lamp": Kind("lamp", "nothing: it is on the board."),
 }
 

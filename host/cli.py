@@ -9,15 +9,15 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from typer.core import TyperCommand
 
 from host.errors import DONE, FAULT, UsageError, UserError
 from host.experiments.commands import experiment_app
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
+from host.options import FlashFile, WithTcp
 from host.places import ROOT
 from host.scope.commands import RunScope, record_gap
 from host.tape.commands import tape_app
@@ -32,19 +32,6 @@ app = typer.Typer(
     rich_markup_mode="markdown")
 app.add_typer(tape_app, name="tape")
 app.add_typer(experiment_app, name="experiment")
-
-
-class WithTcp(TyperCommand):
-    """A command whose ``--tcp`` may stand without an address."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Give a bare ``--tcp`` the address that it stands for."""
-        given: list[str] = []
-        for index, word in enumerate(args):
-            given.append(word)
-            if word == "--tcp" and (index + 1 == len(args) or args[index + 1].startswith("-")):
-                given.append("")
-        return super().parse_args(ctx, given)
 
 
 AT_PORT = "With --port"   # heading of the options of --port
@@ -110,6 +97,7 @@ def run(
              "slower one the firmware cannot keep up with its watchdog. With --port: the clock of "
              "the controller there, by which its events count time.",
     )] = None,
+    memory: FlashFile = None,
     port: Annotated[str | None, typer.Option(
         metavar="URL", show_default=False, rich_help_panel=AT_PORT,
         help="Run the tape on the controller at a port instead: /dev/ttyUSB0, socket://HOST:PORT, "
@@ -142,8 +130,9 @@ def run(
     """
     if port is not None:
         from host.run.session import run_tape_at
-        if waves or seed != 1:
-            raise UsageError("--seed and --waves are for the simulated machine: a port has none.")
+        if waves or seed != 1 or memory:
+            raise UsageError("--seed, --waves and --flash are for the simulated machine: a port "
+                             "has none.")
         raise typer.Exit(run_tape_at(port, tape, baud=baud, machine=machine,
                                      folder=None if folder is None else Path(folder),
                                      mdi=mdi or [], until_s=until, clock_hz=clock,
@@ -156,7 +145,7 @@ def run(
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),
                               mdi=mdi or [], until_s=until, clock_hz=clock, scope=scope,
-                              console=out))
+                              flash=memory, console=out))
 
 
 app.command("scope")(record_gap)
@@ -180,6 +169,7 @@ def simulate(
     clock: Annotated[int | None, typer.Option(
         min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
         show_default="the machine file's", help="Clock of the controller, as of `run`.")] = None,
+    memory: FlashFile = None,
 ) -> None:
     """Simulate a controller and its machine, so that any program may connect to them.
 
@@ -190,7 +180,8 @@ def simulate(
     from host.run.live import simulate as live
     if pty and tcp is not None:
         raise UsageError("--tcp and --pty: the controller has one line only.")
-    live(machine=machine, tcp=tcp, pty=pty, arm=arm, seed=seed, clock_hz=clock, console=out)
+    live(machine=machine, tcp=tcp, pty=pty, arm=arm, seed=seed, clock_hz=clock, flash=memory,
+         console=out)
 
 
 @app.command()
@@ -216,6 +207,7 @@ def panel(
     clock: Annotated[int | None, typer.Option(
         min=LOWEST_CLOCK_HZ, max=HIGHEST_CLOCK_HZ, metavar="HZ",
         show_default="the machine file's", help="Clock of the controller, as of `run`.")] = None,
+    memory: FlashFile = None,
 ) -> None:
     """Serve the operator's page: watch, hold, resume, retract, jog, set and run in a browser.
 
@@ -223,8 +215,10 @@ def panel(
     emergency stop. Ctrl-C closes the panel: the machine is held, and the controller reset.
     """
     from host.panel.panel import panel as serve
+    if port is not None and memory is not None:
+        raise UsageError("--flash is for the simulated machine: a port has none.")
     serve(machine=machine, port=port, baud=baud, clock_hz=clock, seed=seed, listen=listen,
-          names=name or [], console=out)
+          names=name or [], flash=memory, console=out)
 
 
 @app.command()

@@ -18,7 +18,7 @@ __all__ = ["measure", "start"]
 
 
 def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | None, trace: bool,
-          progress: Callable[[str], None]) -> Any:
+          flash: bytes | None, progress: Callable[[str], None]) -> Any:
     """Switch a simulated machine on: ``testbench.native.start``.
 
     Raises
@@ -32,7 +32,7 @@ def start(*, machine: dict[str, Any], clock_hz: int, seed: int, waves: Path | No
         raise UserError("the simulated machine is not part of this installation: run gapkeeper "
                         f"from a clone of the project ({error}).") from error
     return start_native(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves, trace=trace,
-                        progress=progress)
+                        flash=flash, progress=progress)
 
 
 def measure() -> bool:

@@ -5,9 +5,11 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.pads import INPUTS, OUTPUTS
 
-__all__ = ["AXES", "pins"]
+__all__ = ["AXES", "SERIAL", "pins"]
 
 AXES = "xyz"
+# Of the processor: the link, and the flash memory.
+SERIAL = ("rx", "tx", "flash_select", "flash_clock", "flash_command", "flash_data")
 
 
 def pins():
@@ -24,7 +26,6 @@ def pins():
     ``dac`` has a density of ones proportional to the speed command, ``dac_negative`` its sign.
     ``safe`` says that the interlock holds the outputs in their safe state.
     """
-    serial = ("rx", "tx")
-    members = {name: In(width) for name, (width, _) in INPUTS.items() if name not in serial}
+    members = {name: In(width) for name, (width, _) in INPUTS.items() if name not in SERIAL}
     return members | {name: Out(width, init=init) for name, (width, init) in OUTPUTS.items()
-                      if name not in serial}
+                      if name not in SERIAL}

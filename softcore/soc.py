@@ -5,10 +5,12 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from constraints.board import Journal
 from rtl.controller import Controller
 from rtl.members import pins
 from softcore.cpu import VexRiscv
 from softcore.csr import RegisterFile, interfaces
+from softcore.flash import SECTOR, FlashPort
 from softcore.memory import BlockRam
 from softcore.notice import FaultNotice
 from softcore.regmap import BLOCKS, OWNED
@@ -43,6 +45,8 @@ class Soc(wiring.Component):
         The memory is in banks, which saves block RAMs.
     image : bytes
         Firmware.
+    journal : Journal or None
+        Region of the flash memory for the journal.
     build : int
         Digest of the sources, for the register ``build``.
     options : dict
@@ -56,18 +60,34 @@ class Soc(wiring.Component):
         Serial input, idle high.
     tx : Out(1)
         Serial output, idle high.
+    flash_select, flash_clock, flash_command : Out(1), flash_data : In(1)
+        The flash memory, see ``softcore.flash``.
+
+    Raises
+    ------
+    ValueError
+        If the journal does not consist of whole sectors, 2 to 255.
     """
 
     def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = MEMORY_SIZE,
-                 memory_banks: bool = False, image: bytes = b"", build: int = 0, **options):
+                 memory_banks: bool = False, image: bytes = b"", build: int = 0,
+                 journal: Journal | None = None, **options):
+        if journal and (journal.base % SECTOR or journal.size % SECTOR
+                        or not 2 <= journal.size // SECTOR <= 255):
+            raise ValueError(f"a journal has 2 to 255 whole sectors of {SECTOR} bytes, not "
+                             f"{journal.size} bytes from {journal.base:#x} on")
         self.clock_hz = clock_hz
         self.build = build
         self.cpu = VexRiscv()
         self.memory = BlockRam(size=memory_size, image=image, banks=memory_banks)
         self.registers = RegisterFile(BLOCKS)
         self.uart = Uart(divisor=link_divisor)
+        self.flash = FlashPort(clock_hz=clock_hz)
+        self.journal = journal
         self.controller = Controller(registers=interfaces(OWNED), clock_hz=clock_hz, **options)
-        super().__init__({"hold": In(1), "rx": In(1, init=1), "tx": Out(1, init=1)} | pins())
+        super().__init__({"hold": In(1), "rx": In(1, init=1), "tx": Out(1, init=1),
+                          "flash_select": Out(1), "flash_clock": Out(1), "flash_command": Out(1),
+                          "flash_data": In(1)} | pins())
 
     def elaborate(self, platform):
         m = Module()
@@ -140,6 +160,17 @@ class Soc(wiring.Component):
         for name, port in link.signature.members.items():
             outer, inner = getattr(link, name), getattr(uart, name.removeprefix("status_"))
             m.d.comb += inner.eq(outer) if port.flow is Out else outer.eq(inner)
+
+        m.submodules.flash = flash = self.flash
+        memory, region = registers.fields.flash, self.journal
+        m.d.comb += [
+            flash.start.eq(memory.send_strobe), flash.send.eq(memory.send),
+            memory.status_busy.eq(flash.busy), memory.status_received.eq(flash.received),
+            self.flash_select.eq(memory.select), self.flash_clock.eq(flash.clock),
+            self.flash_command.eq(flash.command), flash.data.eq(self.flash_data),
+            memory.region_first.eq(region.base // SECTOR if region else 0),
+            memory.region_sectors.eq(region.size // SECTOR if region else 0),
+        ]
 
         m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),
                      uart.taken.eq(notice.held), uart.notice_data.eq(notice.data),

@@ -11,9 +11,11 @@ from amaranth import *
 from amaranth.back import rtlil, verilog
 from amaranth.lib import io, wiring
 
-from rtl.members import pins
+from constraints.board import Journal
+from rtl.members import SERIAL, pins
 from rtl.pads import INPUTS, OUTPUTS, Pads
 from softcore.cpu import VexRiscv
+from softcore.flash import SECTOR
 from softcore.sleep import GATE
 from softcore.soc import Soc
 
@@ -22,6 +24,7 @@ __all__ = ["Top", "digest", "simulated", "simulation_netlist",
 
 ROOT = Path(__file__).parents[1]
 SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
+SIMULATED_JOURNAL = Journal(0xE0_0000, 16 * SECTOR)  # as on the ULX3S
 
 
 def digest() -> str:
@@ -75,7 +78,9 @@ class Top(Elaboratable):
         for name, port in pins().items():
             inner, outer = getattr(soc, name), getattr(pads, name)
             m.d.comb += inner.eq(outer) if port.flow is wiring.In else outer.eq(inner)
-        m.d.comb += [soc.rx.eq(pads.rx), pads.tx.eq(soc.tx)]
+        for name in SERIAL:
+            inner, outer = getattr(soc, name), getattr(pads, name)
+            m.d.comb += inner.eq(outer) if name in INPUTS else outer.eq(inner)
         return m
 
     def _wired_reset(self, m):
@@ -114,7 +119,8 @@ def simulated(clock_hz: int, **options) -> tuple[Top, dict]:
         **{name: io.SimulationPort("o", width, name=name) for name, (width, _) in OUTPUTS.items()})
     outside = {name: (getattr(ports, name).i, None) for name in INPUTS}
     outside |= {name: (getattr(ports, name).o, None) for name in OUTPUTS}
-    soc = Soc(clock_hz=clock_hz, link_divisor=SIMULATED_DIVISOR, **options)
+    soc = Soc(clock_hz=clock_hz, link_divisor=SIMULATED_DIVISOR, journal=SIMULATED_JOURNAL,
+              **options)
     clock, good = Signal(name="clk"), Signal(name="power_good")
     outside |= {"clk": (clock, None), "power_good": (good, None)}
     return Top(soc, ports, clock, good), outside

@@ -10,6 +10,8 @@ from softcore.image import host_library
 from softcore.tables.events import numbered
 from softcore.tables.faults import FAULTS
 from testbench.models.arc import Piece
+from testbench.native.build import flash_library
+from testbench.native.flash import Flash
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
@@ -167,16 +169,32 @@ class Arc:
         return start, words.piece()
 
 
+class Memory(Flash):
+    """A flash memory of its own, for ``Controller``."""
+
+    def __init__(self, *, seed: int = 1, clock_hz: int = 2_000_000):
+        code = ctypes.CDLL(str(flash_library()))
+        super().__init__(code, 0)
+        self.handle = code.flash_create(seed, clock_hz)
+
+    def __del__(self):
+        self.library.flash_free(self.handle)
+
+
 class Controller:
     """The whole firmware on the model machine of ``hal_host.c``.
 
-    A pass of the main loop counts 1000 clocks. Lines that came are in ``lines``; acknowledgements
+    A pass of the main loop counts 1000 clocks. ``memory`` is its flash memory; without one there is
+    one that forgets. Lines that came are in ``lines``; acknowledgements
     of frames in ``marks``.
     """
 
     def __init__(self, *, clock_hz=2_000_000, pulses_per_mm=10_000, jump_axis=2,
-                 sanitize="undefined"):
+                 sanitize="undefined", memory: Memory | None = None):
         self.library = library(sanitize)
+        self.memory = memory
+        order = memory and ctypes.cast(memory.library.flash_order, ctypes.c_void_p)
+        self.library.gk_flash(order, ctypes.c_void_p(memory and memory.handle))
         self.lines, self.marks = [], []
         self._open = bytearray()
         self._full = Expander()

@@ -5,6 +5,7 @@ import secrets
 import socket
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from pathlib import Path
 
 from rich.console import Console
 
@@ -24,7 +25,7 @@ TAPES = ROOT / "tapes"
 
 
 def panel(*, machine: str, port: str | None, baud: int, clock_hz: int | None, seed: int,
-          listen: str, names: Sequence[str], console: Console) -> None:
+          listen: str, names: Sequence[str], console: Console, flash: Path | None = None) -> None:
     """Serve the page until Ctrl-C."""
     try:
         from nicegui import app, ui
@@ -48,7 +49,7 @@ def panel(*, machine: str, port: str | None, baud: int, clock_hz: int | None, se
     def connect(tell: Callable[[str], None]) -> Wire:
         if port is not None:
             return Remote(port, chosen, baud=baud, clock_hz=clock_hz, say=tell)
-        return Bench(chosen, clock_hz=clock_hz, seed=seed, say=tell)
+        return Bench(chosen, clock_hz=clock_hz, seed=seed, say=tell, flash=flash)
 
     session = Session(chosen, connect)
     build(session, sorted(TAPES.glob("*.nc")))

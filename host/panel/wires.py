@@ -7,6 +7,7 @@ clock, as that of ``gapkeeper simulate`` does, and has its button ``arm`` on the
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 
 from host.link.link import BytePipe
@@ -72,10 +73,11 @@ class Bench:
 
     simulated = True
 
-    def __init__(self, machine: Machine, *, clock_hz: int, seed: int, say: Say) -> None:
+    def __init__(self, machine: Machine, *, clock_hz: int, seed: int, say: Say,
+                 flash: Path | None = None) -> None:
         self.clock_hz = clock_hz
         self._machine = simulation.start(machine, clock_hz=clock_hz, seed=seed, waves=None,
-                                         trace=False, progress=say)
+                                         trace=False, progress=say, flash=flash)
         self._cable = _Cable()
         self._live = Live(self._machine, self._cable, self._paced)
         self.pace = ""

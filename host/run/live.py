@@ -9,6 +9,7 @@ enough; if it is not, a message says so.
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 
 from rich.console import Console
@@ -130,7 +131,7 @@ class Live:
 
 
 def simulate(*, machine: str, tcp: str | None, pty: bool, arm: bool, seed: int,
-             clock_hz: int | None, console: Console) -> None:
+             clock_hz: int | None, console: Console, flash: Path | None = None) -> None:
     """Switch a simulated machine on, let clients connect, and go on until Ctrl-C."""
     def say(text: str) -> None:
         console.print(text, soft_wrap=True, markup=False)
@@ -139,7 +140,7 @@ def simulate(*, machine: str, tcp: str | None, pty: bool, arm: bool, seed: int,
     line: Line = Pty(say) if pty else Tcp(*split_address(tcp or ""), say)
     try:
         machine_on = simulation.start(chosen, clock_hz=clock_hz or chosen.clock_hz, seed=seed,
-                                      waves=None, trace=False, progress=say)
+                                      waves=None, trace=False, progress=say, flash=flash)
         try:
             live = Live(machine_on, line, say, arm=arm)
             for text in _introduction(chosen.name, line, arm):

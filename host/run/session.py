@@ -53,7 +53,7 @@ CONTROLLERS = ("kind", "pulses_per_mm", *DRIVES, "settings")
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
              mdi: list[str], until_s: float | None, clock_hz: int | None, scope: str | None,
-             console: Console) -> int:
+             console: Console, flash: Path | None = None) -> int:
     """Run a tape on a simulated machine, write its folder, print the result; return the status."""
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
@@ -62,7 +62,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
-                                      waves=folder if waves else None)
+                                      waves=folder if waves else None, flash=flash)
         began = time.perf_counter()
         job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, scope=wanted,
                   watch=Watch(console, status, chosen))

@@ -41,14 +41,16 @@ class Native(Protocol):
     def cavity(self) -> Columns: ...
     def cavity_with(self, numbers: dict[str, float]) -> Columns: ...
     def keep_discharges(self) -> None: ...
+    def power_off(self) -> bytes: ...
     def close(self) -> None: ...
 
 
 class Simulation:
     """A simulated machine as a pipe of bytes with a clock; see ``host.link.link.BytePipe``."""
 
-    def __init__(self, native: Native) -> None:
+    def __init__(self, native: Native, memory: Path | None = None) -> None:
         self._native = native
+        self._memory = memory
         self.clock_hz = native.clock_hz
         self.byte_s = native.byte_clocks / native.clock_hz  # that a byte takes on the line
 
@@ -160,21 +162,53 @@ class Simulation:
         return self._native.cavity_with(numbers)
 
     def close(self) -> None:
-        """End the simulation and its files."""
+        """Switch the controller off, which ends the simulation and its files.
+
+        Raises
+        ------
+        UserError
+            If the file of the flash memory cannot be written.
+        """
+        memory, self._memory = self._memory, None
+        contents = self._native.power_off() if memory else b""
         self._native.close()
+        if memory:
+            try:
+                memory.write_bytes(contents)
+            except OSError as error:
+                raise UserError(f"{memory}: what the flash memory holds cannot be written: "
+                                f"{error.strerror}.") from error
+
+
+def _contents(memory: Path | None) -> bytes | None:
+    """What the flash memory's file holds; None if there is no such file yet."""
+    if memory is None or not memory.exists():
+        return None
+    from softcore.top import SIMULATED_JOURNAL
+    try:
+        contents = memory.read_bytes()
+    except OSError as error:
+        raise UserError(f"{memory} cannot be read: {error.strerror}.") from error
+    if len(contents) != SIMULATED_JOURNAL.size:
+        raise UsageError(f"{memory} is not what a flash memory holds: it has {len(contents)} "
+                         f"bytes, not {SIMULATED_JOURNAL.size}.")
+    return contents
 
 
 def start(machine: Machine, *, clock_hz: int, seed: int, waves: Path | None,
-          progress: Progress, trace: bool = True) -> Simulation:
+          progress: Progress, trace: bool = True, flash: Path | None = None) -> Simulation:
     """Switch a simulated machine on; builds it first where it has changed.
+
+    ``flash`` is a file with the contents of its flash memory, which ``close`` writes; without one,
+    or if there is no such file yet, the memory is fresh.
 
     ``trace`` says whether samples of the run are kept: 100 MB for some ten minutes. ``progress`` is
     called with a sentence before every long step.
     """
     try:
         return Simulation(door.start(machine=machine.tables, clock_hz=clock_hz, seed=seed,
-                                     waves=waves, trace=trace,
-                                     progress=progress))
+                                     waves=waves, trace=trace, flash=_contents(flash),
+                                     progress=progress), flash)
     except ValueError as error:
         raise UsageError(f"machine {machine.name}: {error}.") from error
     except RuntimeError as error:  # of a compiler or Verilator, with pages of output

@@ -10,10 +10,12 @@ from testbench.breaks.table_panel import PANEL
 from testbench.breaks.table_plant import PLANT
 from testbench.breaks.table_safety import SAFETY
 from testbench.breaks.table_scope import SCOPE
+from testbench.breaks.table_storage import STORAGE
 
 __all__ = ["EQUIVALENT", "SHORT", "TABLE"]
 
-TABLE: tuple[Break, ...] = SAFETY + MOTION + MACHINE + LINK + PANEL + PLANT + BOARDS + SCOPE
+TABLE: tuple[Break, ...] = (
+    SAFETY + MOTION + MACHINE + LINK + PANEL + PLANT + BOARDS + SCOPE + STORAGE)
 
 WINDOW = ("testbench/unit/firmware/test_path.py::test_window_moves_under_a_moving_machine",
           "testbench/unit/firmware/test_path.py::test_window_holds_what_is_commanded")

@@ -37,7 +37,7 @@ BUDGETS = {
     "memory":        Cells(lut4=420,  ccu2c=0,   ff=139,  ram=0,  bram=91, dsp=0),
     "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=775,  ccu2c=110, ff=758,  ram=0,  bram=2,  dsp=0),
-    "power":         Cells(lut4=268,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
+    "power":         Cells(lut4=297,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=210,  ccu2c=133, ff=209,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
     "registers":     Cells(lut4=2086, ccu2c=0,   ff=2445, ram=0,  bram=2,  dsp=0),

@@ -23,6 +23,7 @@ module bench;
   wire [2:0] gap_reference;
   wire [15:0] auxiliary_code;
   wire gap_on, gap_sense, contactor, adc_select, adc_clock, adc_command, safe, tx;
+  wire flash_select, flash_clock, flash_command;
 
   gapkeeper controller(
     .clk(clk), .tx(tx), .rx(to[0]),
@@ -30,14 +31,15 @@ module bench;
     .gap_high(to[7]), .gap_arc(to[8]), .gap_short(to[9]), .gap_current(to[10]),
     .estop(to[11]), .fluid_low(to[12]), .fin(to[13]),
     .drive_fault(to[16:14]), .limit_low(to[19:17]), .limit_high(to[22:20]),
-    .gap_noise(to[23]), .adc_data(to[24]), .arm(to[25]), .power_good(to[26]),
+    .gap_noise(to[23]), .adc_data(to[24]), .arm(to[25]), .power_good(to[26]), .flash_data(to[27]),
     .dac(dac), .dac_negative(dac_negative), .step(step), .dir(dir), .drive_enable(drive_enable),
     .contactor(contactor), .gap_on(gap_on), .gap_level(gap_level), .gap_sense(gap_sense),
     .gap_reference(gap_reference), .gap_supply(gap_supply),
     .adc_select(adc_select), .adc_clock(adc_clock), .adc_command(adc_command),
+    .flash_select(flash_select), .flash_clock(flash_clock), .flash_command(flash_command),
     .auxiliary_code(auxiliary_code), .auxiliary_strobe(auxiliary_strobe), .safe(safe));
 
-  wire [63:0] from = {8'b0, contactor, adc_command, adc_clock, adc_select, gap_supply, gap_reference, tx, safe,
+  wire [63:0] from = {5'b0, flash_command, flash_clock, flash_select, contactor, adc_command, adc_clock, adc_select, gap_supply, gap_reference, tx, safe,
                       auxiliary_code, auxiliary_strobe, gap_level, gap_sense, gap_on, drive_enable,
                       dir, step, dac_negative, dac};
 

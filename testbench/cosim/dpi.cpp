@@ -58,7 +58,8 @@ uint64_t packed(const plant::ToController& to, bool rx) {
            static_cast<uint64_t>(to.drive_fault) << 14 |
            static_cast<uint64_t>(to.limit_low) << 17 | static_cast<uint64_t>(to.limit_high) << 20 |
            static_cast<uint64_t>(to.gap_noise) << 23 | static_cast<uint64_t>(to.adc_data) << 24 |
-           static_cast<uint64_t>(to.arm) << 25 | static_cast<uint64_t>(to.power_good) << 26;
+           static_cast<uint64_t>(to.arm) << 25 | static_cast<uint64_t>(to.power_good) << 26 |
+           static_cast<uint64_t>(to.flash_data) << 27;
 }
 
 }  // namespace
@@ -153,6 +154,9 @@ unsigned long long bench_clock(unsigned long long word) {
     from.adc_clock = static_cast<uint8_t>(pins.take(1));
     from.adc_command = static_cast<uint8_t>(pins.take(1));
     from.contactor = static_cast<uint8_t>(pins.take(1));
+    from.flash_select = static_cast<uint8_t>(pins.take(1));
+    from.flash_clock = static_cast<uint8_t>(pins.take(1));
+    from.flash_command = static_cast<uint8_t>(pins.take(1));
     uint8_t rx;
     station->step(from, tx, inputs, rx);
     const bool stop = station->clock == station->stop_at;

@@ -19,8 +19,8 @@ from testbench.native import compiling, controller, probes
 from testbench.native.compiling import BUILD
 from testbench.native.signals import RECORDED
 
-__all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flat", "library", "model", "options",
-           "plant_library", "station", "verilog"]
+__all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flash_library", "flat", "library",
+           "model", "options", "plant_library", "station", "verilog"]
 
 Progress = Callable[[str], None]
 Options = Mapping[str, object]      # of the controller, by name, as ``rtl.controller`` has them
@@ -29,7 +29,7 @@ HERE = Path(__file__).parent
 PLANT = HERE.parent / "plant"
 STATION = [*(PLANT / f"{name}.cpp"
              for name in ("plant", "gap", "sinker", "cavity", "wire_gap", "wire", "workpiece")),
-           HERE / "station.cpp"]
+           HERE / "station.cpp", HERE / "flash.cpp"]
 NO_AXIS = 15    # number of the jump axis of a machine that has none
 USUAL_LEVEL = level_max(CURRENT_MAX_A, IP_MA / 1000)    # of a controller without options
 USUAL_RC_US = 200.0     # of the references, of a controller without options
@@ -143,6 +143,17 @@ def library(clock_hz: int, progress: Progress = lambda _: None, options: Options
 
     key = compiling.digest(made.name, probes.header(RECORDED), sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
+
+
+def flash_library() -> Path:
+    """Path of a library of the flash memory alone, for the firmware on this computer."""
+    def build(folder):
+        made = compiling.objects([HERE / "flash.cpp"], folder, [*STANDARD, f"-I{PLANT}"])
+        compiling.link(made, ["-shared"], folder / "flash.so")
+
+    key = compiling.digest(compiling.COMPILE, tools.compiler().command, tools.compiler().version,
+                           sources=[HERE / "flash.cpp", PLANT / "flash.hpp", PLANT / "random.hpp"])
+    return compiling.kept(BUILD / f"flash-{key}", build) / "flash.so"
 
 
 def plant_library() -> Path:

@@ -31,6 +31,9 @@ plant::FromController outputs(const Controller& controller) {
     from.adc_select = static_cast<uint8_t>(controller.adc_select());
     from.adc_clock = static_cast<uint8_t>(controller.adc_clock());
     from.adc_command = static_cast<uint8_t>(controller.adc_command());
+    from.flash_select = static_cast<uint8_t>(controller.flash_select());
+    from.flash_clock = static_cast<uint8_t>(controller.flash_clock());
+    from.flash_command = static_cast<uint8_t>(controller.flash_command());
     from.auxiliary_strobe = static_cast<uint8_t>(controller.auxiliary_strobe());
     from.auxiliary_code = static_cast<uint16_t>(controller.auxiliary_code());
     from.contactor = static_cast<uint8_t>(controller.contactor());
@@ -49,6 +52,7 @@ void apply(Controller& controller, const plant::ToController& to, uint8_t rx) {
     controller.set_gap_current(to.gap_current);
     controller.set_gap_noise(to.gap_noise);
     controller.set_adc_data(to.adc_data);
+    controller.set_flash_data(to.flash_data);
     controller.set_estop(to.estop);
     controller.set_drive_fault(to.drive_fault);
     controller.set_limit_low(to.limit_low);

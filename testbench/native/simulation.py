@@ -11,7 +11,7 @@ import numpy as np
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from softcore.soc import MEMORY_SIZE
-from softcore.top import SIMULATED_DIVISOR
+from softcore.top import SIMULATED_DIVISOR, SIMULATED_JOURNAL
 from testbench.native import waves as waveforms
 from testbench.native.build import library, options
 from testbench.native.probes import PROBES
@@ -80,11 +80,23 @@ class Simulation(Session):
         The built library; made from the sources if not given.
     image : Path or None
         Firmware; compiled from the sources if not given.
+    flash : bytes or None
+        What the flash memory's region of the journal holds; blank if not given. ``power_off``
+        returns it.
+
+    Raises
+    ------
+    ValueError
+        If ``flash`` has another length than the region.
     """
 
     def __init__(self, *, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
                  trace: bool = True, progress: Callable[[str], None] = lambda _: None,
-                 code: Path | None = None, image: Path | None = None):
+                 code: Path | None = None, image: Path | None = None,
+                 flash: bytes | None = None):
+        if flash is not None and len(flash) != SIMULATED_JOURNAL.size:
+            raise ValueError(f"the flash memory's journal has {SIMULATED_JOURNAL.size} bytes, and "
+                             f"{len(flash)} were given")
         with ThreadPoolExecutor(1) as pool:     # the two compilations are independent
             compiled = pool.submit(target_image, progress=progress) if image is None else None
             code = code or library(clock_hz, progress, options(machine))
@@ -97,6 +109,8 @@ class Simulation(Session):
         super().__init__(self._code, self._code.gk_station(self._handle), machine=machine,
                          clock_hz=clock_hz)
         self.load(image.read_bytes())
+        if flash is not None:
+            self.flash.write(SIMULATED_JOURNAL.base, flash)
         if trace:
             self._code.gk_trace_period(self._handle, max(1, round(TRACE_S * clock_hz)))
         if waves is not None:
@@ -125,6 +139,11 @@ class Simulation(Session):
         self._walls = self.cavity()
         self._code.gk_free(self._handle)
         self._handle = None
+
+    def power_off(self) -> bytes:
+        """Cut the power of the flash memory now; return what its region of the journal holds."""
+        self.flash.cut(self.cycle)
+        return self.flash.read(SIMULATED_JOURNAL.base, SIMULATED_JOURNAL.size)
 
     @property
     def cycle(self) -> int:
@@ -269,10 +288,11 @@ class Simulation(Session):
 
 
 def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
-          trace: bool = True, progress: Callable[[str], None] = lambda _: None) -> Simulation:
+          trace: bool = True, flash: bytes | None = None,
+          progress: Callable[[str], None] = lambda _: None) -> Simulation:
     """Switch a simulated machine on; builds changed parts first.
 
     The parameters are those of ``Simulation``.
     """
     return Simulation(machine=machine, clock_hz=clock_hz, seed=seed, waves=waves, trace=trace,
-                      progress=progress)
+                      flash=flash, progress=progress)

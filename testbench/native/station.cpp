@@ -10,6 +10,7 @@ int station_set(Station* s, const char* name, double value) { return s->machine.
 int station_get(Station* s, const char* name, double* value) {
     return s->machine.get(name, *value);
 }
+plant::Flash* station_flash(Station* s) { return &s->machine.flash(); }
 uint64_t station_clock(Station* s) { return s->clock; }
 int32_t station_count(Station* s, int axis) { return s->machine.count(axis); }
 // Returns whether there is a clock to run.

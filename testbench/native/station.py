@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from host.machines.machine_file import WORDS
+from testbench.native.flash import Flash
 
 __all__ = ["AXES", "Session", "parameters"]
 
@@ -28,6 +29,7 @@ _FUNCTIONS = {
     "station_count": (ctypes.c_int32, [_POINTER, ctypes.c_int]),
     "station_arm": (ctypes.c_int, [_POINTER, _UNSIGNED, ctypes.c_int]),
     "station_send": (None, [_POINTER, ctypes.c_char_p, _UNSIGNED]),
+    "station_flash": (_POINTER, [_POINTER]),
     "station_waiting": (_UNSIGNED, [_POINTER]),
     "station_receive": (None, [_POINTER, ctypes.c_char_p]),
     "station_send_broken": (None, [_POINTER, ctypes.c_uint8]),
@@ -112,6 +114,7 @@ class Session:
         self._station_library = library
         self._station = station
         self.clock_hz = clock_hz
+        self.flash = Flash(library, library.station_flash(station))
         for name, value in parameters(machine | {"clock_hz": clock_hz}):
             self.set(name, value)
 

@@ -18,7 +18,7 @@ OwnDrive own_drive(const Table& table, double pulses_per_mm) {
 
 Plant::Plant(uint64_t seed)
     : parameters_(by_name(p_)), lines_(seed), sinker_(seed, p_, gap_forces_),
-      wire_(seed, p_, gap_forces_) {
+      wire_(seed, p_, gap_forces_), flash_(seed) {
     auto& p = parameters_;
     p["force.short"] = &gap_forces_.short_;
     p["force.gap_um"] = &gap_forces_.gap_um;
@@ -43,6 +43,7 @@ Plant::Plant(uint64_t seed)
     p["force.encoder_open"] = &lines_.force.open;
     p["force.encoder_a_noise"] = &lines_.force.a_noise;
     p["force.encoder_noise_hz"] = &lines_.force.noise_hz;
+    p["force.flash_absent"] = &force_flash_absent_;
     p["force.gate_stuck"] = &force_gate_stuck_;
     p["force.comparator_cut"] = &force_comparator_cut_;
     p["force.comparator_dead"] = &force_comparator_dead_;
@@ -145,6 +146,7 @@ void Plant::configure() {
     fluid_low_ = force_fluid_low_ != 0;
     faults();
     lines_.configure(p_.clock_hz);
+    flash_.configure(p_.clock_hz);
     stuck_ = static_cast<unsigned>(force_gate_stuck_);
     wires_cut_ = static_cast<unsigned>(force_comparator_cut_);
     wires_dead_ = static_cast<unsigned>(force_comparator_dead_);

@@ -9,6 +9,7 @@
 
 #include "coder.hpp"
 #include "converter.hpp"
+#include "flash.hpp"
 #include "motor.hpp"
 #include "outside.hpp"
 #include "parameters.hpp"
@@ -26,13 +27,14 @@ struct FromController {
     uint8_t gap_on = 0, gap_sense = 0, gap_level = 0;
     uint8_t gap_reference = 0, gap_supply = 0, adc_select = 0, adc_clock = 0, adc_command = 0;
     uint8_t contactor = 0, auxiliary_strobe = 0, safe = 1;
+    uint8_t flash_select = 0, flash_clock = 0, flash_command = 0;
     uint16_t auxiliary_code = 0;
 };
 
 struct ToController {
     uint8_t enc_a = 0, enc_b = 0;
     uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0, gap_noise = 0;
-    uint8_t adc_data = 0;
+    uint8_t adc_data = 0, flash_data = 1;
     uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
     uint8_t arm = 0, power_good = 1;
 };
@@ -75,6 +77,12 @@ public:
                               [this](unsigned channel) { return sample(channel); });
             to.adc_data = converter_.data() && force_converter_silent_ == 0;
         }
+        const unsigned memory = from.flash_select | static_cast<unsigned>(from.flash_clock) << 1;
+        if (memory != memory_) {
+            memory_ = memory;
+            flash_.pins(from.flash_select, from.flash_clock, from.flash_command, now_);
+            to.flash_data = flash_.data() || force_flash_absent_ != 0;
+        }
         if (++phase_ == clocks_per_tick_)
             tick(from);
         coders(to);
@@ -98,6 +106,7 @@ public:
     int32_t count(int axis) const { return axes_[axis].count(); }
     double speed(int axis) const { return axes_[axis].speed(); }      // mm/s
     double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
+    Flash& flash() { return flash_; }
     const Gap& gap() const { return *gap_; }
     // Levels of the comparators behind their filters: open, arc, short.
     double reference_v(int which) const { return filters_[which].volts(); }
@@ -155,7 +164,7 @@ private:
     // Forced by tests: masks by axis, or 0 and 1.
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
-           force_arm_ = 0, force_brown_out_ = 0;
+           force_arm_ = 0, force_brown_out_ = 0, force_flash_absent_ = 0;
     // The gate that is stuck; and the wires of comparators, 1 that of the short level, 2 that of
     // the current: a cut wire reads as constraints/ulx3s.py says, a dead one as if all were well.
     enum Stuck { NONE, MAIN, SENSING, SHORTED };
@@ -167,11 +176,12 @@ private:
     WireGap wire_;
     Gap* gap_ = &sinker_;  // the gap for the machine's kind
     Converter converter_;
+    Flash flash_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick
     Filter filters_[3];
     double reference_one_v_ = 0;
-    unsigned serial_ = 0;
+    unsigned serial_ = 0, memory_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
     unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;

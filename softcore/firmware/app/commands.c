@@ -8,6 +8,7 @@
 #include "app/image_watch.h"
 #include "app/jog.h"
 #include "app/jogging.h"
+#include "app/keep.h"
 #include "app/listing.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -111,7 +112,6 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
         {"J", "a jog begins with $J=", FAULT_COMMAND},
         {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
          FAULT_COMMAND},
-        {"RST", "$RST is not in this version; settings are as built after power-on", FAULT_COMMAND},
         {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe", FAULT_COMMAND},
         {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on", FAULT_COMMAND},
     };
@@ -267,10 +267,8 @@ static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
     for (unsigned kind = 0; kind < sizeof LISTS / sizeof *LISTS; kind++)
-        if (says(line, length, LISTS[kind])) {
-            listing_begin((listing_kind)kind);
-            return true;
-        }
+        if (says(line, length, LISTS[kind]))
+            return listing_begin((listing_kind)kind), true;
     return false;
 }
 
@@ -311,11 +309,12 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     }
     if (length > 5 && says(line, 6, "$SCOPE")) {
         uint32_t first, end;
-        if (!scope_line(line, length, &first, &end, &f) || !end)
-            return answer_with(&f);
-        return listing_begin_scope(first, end);
+        (void)scope_line(line, length, &first, &end, &f); /* refused: f says why, and end is 0 */
+        return end ? listing_begin_scope(first, end) : answer_with(&f);
     }
-    if (says(line, length, "$POSITION=HERE"))
+    if (length > 4 && says(line, 5, "$RST="))
+        keep_restore(line[5], length, &f);
+    else if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
         return unlock();
@@ -330,7 +329,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -414,6 +413,7 @@ bool commands_serve(void) {
             return false;
         greets = false;
         output_line("Grbl 1.1h ['$' for help]"); /* our own name is in `$I` */
+        keep_tell();
     } else if (reports) {
         status_tell();
         reported = !status_wanted();

@@ -17,6 +17,11 @@
 #include "path/path.h"
 #include "roughing/result.h"
 
+/* Compiled for size: this runs seldom, or is short. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
     PART_BEFORE,        /* wait for the front, if something acts before the motion */
@@ -53,6 +58,13 @@ void execute_init(void) {
     sent = false;
     plan_start(&state);
     execute_resynchronise();
+}
+
+__attribute__((noinline)) void execute_put_places(const uint32_t *kept) {
+    __builtin_memcpy(state.systems, kept, PLAN_KEPT * sizeof *kept);
+    __builtin_memcpy(state.offset, state.systems[state.system], sizeof state.offset);
+    plan_edit(&state);
+    output_frame(state.offset);
 }
 
 void execute_resynchronise(void) {
@@ -371,3 +383,7 @@ execute_result execute_step(fault *f) {
         return at == was ? EXECUTE_WAIT : EXECUTE_MORE;
     return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -11,6 +11,10 @@ typedef enum {
     EXECUTE_MORE, EXECUTE_WAIT, EXECUTE_DONE, EXECUTE_END, EXECUTE_FAULT
 } execute_result;
 
+/* Put the members of the modal state that outlive power-off (plan.h): work offsets, the places of G28
+   and G30, wire offsets. The offset of G92 does not outlive it, as in grbl, and is taken back. */
+void execute_put_places(const uint32_t *kept);
+
 void execute_init(void);
 bool execute_start(void);           /* prepare modal state, retraction memory and path for a new
                                        tape; call again until it returns true */

@@ -6,6 +6,7 @@
 #include "app/events.h"
 #include "app/image_watch.h"
 #include "app/jogging.h"
+#include "app/keep.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/motion_watch.h"
@@ -67,9 +68,11 @@ void main_loop_boot(void) {
     units_init(hal_clock_hz(), hal_pulses_per_mm());
     output_init();
     pet();
-    settings_init(pet);
+    keep_open(pet);
+    settings_init(keep_load_settings, pet);
     pet();
     gap_init();
+    keep_load_gap();
     pet();
     events_init();
     path_init();
@@ -78,10 +81,12 @@ void main_loop_boot(void) {
     meter_init();
     image_watch_init();
     program_init();
+    keep_load_places();
     jogging_init();
     roughing_init();
     output_frame(program_offset());
     pet();
+    keep_begin(pet);
     hal_interrupts(true);
     commands_init();
 }
@@ -127,7 +132,8 @@ static bool watch_over(unsigned task) {
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};
-    return gap_watch(&view);
+    bool keeps = keep_step();
+    return gap_watch(&view) || keeps;
 }
 
 static bool look(unsigned task) { return watch_over(task) || step(task); }

@@ -5,9 +5,15 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
+/* Compiled for size: this runs seldom. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
 
 static uint32_t values[SETTINGS];
+static uint32_t edition;
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
 static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
@@ -143,9 +149,11 @@ void settings_renew(void) {
     write_fluid();
 }
 
-void settings_init(void (*between)(void)) {
+void settings_init(void (*stored)(void), void (*between)(void)) {
     for (unsigned i = 0; i < SETTINGS; i++)
         values[i] = SETTINGS_TABLE_ROWS[i].initial;
+    edition++;
+    stored();
     apply_detector();
     between();
     apply_motion();
@@ -206,14 +214,27 @@ bool settings_of_drive(uint32_t number) {
                                 which == SET_STEP_AXES);
 }
 
-bool settings_set(uint32_t number, uint32_t value) {
+uint32_t settings_edition(void) { return edition; }
+
+bool settings_differs(setting which) { return values[which] != SETTINGS_TABLE_ROWS[which].initial; }
+
+bool settings_load(uint32_t number, uint32_t value) {
     setting which = settings_find(number);
     if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||
         value > SETTINGS_TABLE_ROWS[which].highest)
         return false;
-    if (values[which] == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES)
-        return true;
     values[which] = value;
+    edition++;
+    return true;
+}
+
+bool settings_set(uint32_t number, uint32_t value) {
+    setting which = settings_find(number);
+    uint32_t before = which < SETTINGS ? values[which] : 0;
+    if (!settings_load(number, value))
+        return false;
+    if (before == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES)
+        return true;
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (SETTINGS_TABLE_ROWS[which].group) {
     case GROUP_DETECTOR: apply_detector(); break;
@@ -247,6 +268,10 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
     return settings_set(number, value) ||
            fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", number);
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif
 
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_acceleration(void) { return acceleration; }

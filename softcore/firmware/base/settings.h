@@ -9,9 +9,14 @@
 #include "base/settings_table.h"
 #include "base/travel.h"
 
-/* Set initial values and write them to the gateware. This takes long, so `between` is called
-   between the parts. */
-void settings_init(void (*between)(void));
+/* Set initial values, call `stored`, which may replace them by settings_load, and write all to the
+   gateware. This takes long, so `between` is called between the parts. */
+void settings_init(void (*stored)(void), void (*between)(void));
+bool settings_load(uint32_t number, uint32_t value);    /* false as settings_set */
+
+/* Does a setting differ from its initial value? And a number that every change changes. */
+bool settings_differs(setting which);
+uint32_t settings_edition(void);
 
 /* Write the registers again that the gateware guards: a bit in one of them may have flipped. */
 void settings_renew(void);

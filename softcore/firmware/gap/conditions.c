@@ -5,12 +5,18 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
+/* Compiled for size: this runs seldom. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 static const condition_row BUILT_IN[] = {CONDITIONS_BUILT_IN};
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
 /* A row of the tape hides a row with the same number that was entered by hand. */
 static condition_row entered[CONDITIONS_ENTERED];
 static enum { FREE, BY_HAND, BY_TAPE } origin[CONDITIONS_ENTERED];
+static uint32_t edition;        /* of those by hand */
 
 /* Index of an entered row; CONDITIONS_ENTERED if there is none. */
 static unsigned place(uint32_t number, unsigned from) {
@@ -38,11 +44,18 @@ static void forget(unsigned from) {
             origin[at] = FREE;
 }
 
+const condition_row *conditions_by_hand(unsigned at) {
+    return origin[at] == BY_HAND ? &entered[at] : 0;
+}
+
+uint32_t conditions_edition(void) { return edition; }
+
 void conditions_start(void) { forget(BY_TAPE); }
 
 void conditions_reset(void) {
     forget(BY_TAPE);
     forget(BY_HAND);
+    edition++;
 }
 
 condition_row conditions_draft(uint32_t number) {
@@ -94,6 +107,7 @@ bool conditions_enter(const condition_row *row, bool by_hand) {
         return false;
     entered[at] = *row;
     origin[at] = by_hand ? BY_HAND : BY_TAPE;
+    edition += by_hand;
     return true;
 }
 
@@ -139,3 +153,7 @@ bool conditions_seen(const condition_row *row) {
     fault unused;
     return conditions_judge(row, 0, &unused);
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -52,6 +52,17 @@ bool conditions_enter(const condition_row *row, bool by_hand);
    current. A row entered by hand with that number replaces it, as for C and G10. */
 condition_row conditions_planned(uint32_t ip);
 
+/* The row in a place that was entered by hand; a null pointer if there is none. And a number that
+   every change of such rows changes. */
+const condition_row *conditions_by_hand(unsigned place);
+uint32_t conditions_edition(void);
+
+/* Ranges of G10 C: pulses (on-time, wait), off-time, open voltage. */
+#define CONDITIONS_PULSE_US 2000    /* on_max_s of rtl/controller.py, which no register exceeds */
+#define CONDITIONS_OFF_US 20000
+#define CONDITIONS_OPEN_V_LOWEST 20
+#define CONDITIONS_OPEN_V_HIGHEST 300
+
 /* Current of a row in steps of the power supply (a setting). False if no step is within 1/100 IP of
    it, or if the gateware does not allow it. */
 bool conditions_level(const condition_row *row, uint32_t *level);

@@ -6,6 +6,11 @@
 #include "gap/feed_modes.h"
 #include "hal/hal.h"
 
+/* Compiled for size: this runs seldom, or is short. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
 #define REFERENCE_FULL_V 100    /* voltage at the gap for the full scale of a reference */
 #define REFERENCE_STEPS 1024
 #define DELAY_LIMIT ((1u << 16) - 1)    /* clocks */
@@ -19,14 +24,23 @@ static const gap_class SECOND_PATENT[GAP_CLASSES] = {
 
 static gap_class classes[GAP_CLASSES];
 static gap_class kept[GAP_CLASSES];     /* without the rows that a tape has entered */
+static uint32_t edition;                /* of those */
 static condition_row row;       /* the condition in force */
 static uint32_t step_ma;        /* of the power supply at the last C or G39 P1 */
 static bool conditioned;        /* a condition is in force */
 static unsigned fluid;          /* class in force */
 
-void in_force_init(void) {
+void in_force_forget_classes(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
         classes[i] = kept[i] = SECOND_PATENT[i];
+    edition++;
+}
+
+const gap_class *in_force_kept_class(unsigned number) { return &kept[number]; }
+uint32_t in_force_edition(void) { return edition; }
+
+void in_force_init(void) {
+    in_force_forget_classes();
     conditioned = false;
     fluid = 0;
 }
@@ -35,8 +49,10 @@ gap_class in_force_class(unsigned number) { return classes[number]; }
 
 void in_force_enter_class(unsigned number, const gap_class *c, bool by_hand) {
     classes[number] = *c;
-    if (by_hand)
-        kept[number] = *c;
+    if (!by_hand)
+        return;
+    kept[number] = *c;
+    edition++;
 }
 
 void in_force_start(void) {
@@ -139,3 +155,7 @@ void in_force_apply(void) {
     if (conditioned)
         feed_modes_condition(&row, classes[fluid].share_percent);
 }
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

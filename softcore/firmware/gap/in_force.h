@@ -23,6 +23,9 @@ void in_force_init(void);                       /* no condition, class 0, its pr
 gap_class in_force_class(unsigned number);
 void in_force_enter_class(unsigned number, const gap_class *row, bool by_hand);
 void in_force_start(void);
+const gap_class *in_force_kept_class(unsigned number);  /* by hand, or the first */
+uint32_t in_force_edition(void);    /* a number that every change of them changes */
+void in_force_forget_classes(void);
 
 unsigned in_force_fluid(void);                  /* the class in force */
 bool in_force_set_fluid(unsigned number);       /* true if the class has changed */

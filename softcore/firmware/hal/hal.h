@@ -55,6 +55,16 @@ uint32_t hal_waiting(void);     /* entries in the receive queue */
 bool hal_transmit_ready(void);
 void hal_transmit(uint8_t byte);
 
+/* Serial flash memory: exchange a byte, in which the processor waits for some 20 clocks (70 on a
+   board). Its region for the journal, in sectors of 4096 bytes. */
+typedef struct {
+    uint32_t first, sectors;    /* sectors 0: there is none */
+} hal_flash_region;
+
+hal_flash_region hal_flash_region_read(void);
+void hal_flash_select(bool on);
+uint8_t hal_flash_exchange(uint8_t byte);
+
 /* Path window; see the block `path` of the register reference. */
 typedef struct {
     uint32_t pace;              /* of the major axis; see rtl.motion.arc */

@@ -80,6 +80,22 @@ uint32_t hal_waiting(void) { return LINK->waiting; }
 bool hal_transmit_ready(void) { return LINK->status & LINK_STATUS_READY_MASK; }
 void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
 
+hal_flash_region hal_flash_region_read(void) {
+    uint32_t word = FLASH->region;
+    return (hal_flash_region){GET(word, FLASH_REGION_FIRST), GET(word, FLASH_REGION_SECTORS)};
+}
+
+void hal_flash_select(bool on) { FLASH->select = on; }
+
+uint8_t hal_flash_exchange(uint8_t byte) {
+    uint32_t word;
+    FLASH->send = byte;
+    do
+        word = FLASH->status;
+    while (word & FLASH_STATUS_BUSY_MASK);
+    return (uint8_t)GET(word, FLASH_STATUS_RECEIVED);
+}
+
 static void write_arc_state(const hal_arc_state *state) {
     PATH->slot_data = state->pace;
     PATH->slot_data = (uint32_t)state->error;

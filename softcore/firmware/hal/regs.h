@@ -32,6 +32,31 @@ _Static_assert(offsetof(system_regs, sleep) == 0x1c, "");
 #define SYSTEM_SLEEP_VALUE_MASK 0x0000ffffu
 #define SYSTEM ((system_regs *)0x80000000u)
 
+/* Serial flash memory, which keeps the journal; see ``softcore.flash``. */
+typedef volatile struct {
+    uint32_t send; /* Exchange a byte with the memory. Does nothing while ``busy``. */
+    uint32_t select; /* Select the memory, around the bytes of a command. */
+    const uint32_t status; /* State of the exchange. */
+    const uint32_t region; /* The journal's region of the memory: nothing else is ever written. */
+} flash_regs;
+_Static_assert(offsetof(flash_regs, send) == 0x0, "");
+_Static_assert(offsetof(flash_regs, select) == 0x4, "");
+_Static_assert(offsetof(flash_regs, status) == 0x8, "");
+_Static_assert(offsetof(flash_regs, region) == 0xc, "");
+#define FLASH_SEND_VALUE_SHIFT 0
+#define FLASH_SEND_VALUE_MASK 0x000000ffu
+#define FLASH_SELECT_VALUE_SHIFT 0
+#define FLASH_SELECT_VALUE_MASK 0x00000001u
+#define FLASH_STATUS_RECEIVED_SHIFT 0
+#define FLASH_STATUS_RECEIVED_MASK 0x000000ffu
+#define FLASH_STATUS_BUSY_SHIFT 8
+#define FLASH_STATUS_BUSY_MASK 0x00000100u
+#define FLASH_REGION_FIRST_SHIFT 0
+#define FLASH_REGION_FIRST_MASK 0x0000ffffu
+#define FLASH_REGION_SECTORS_SHIFT 16
+#define FLASH_REGION_SECTORS_MASK 0x00ff0000u
+#define FLASH ((flash_regs *)0x80000080u)
+
 /* Bytes to and from the host; see ``softcore.link_decoder``. */
 typedef volatile struct {
     const uint32_t receive; /* Oldest entry of the receive queue. Reading takes it. */

@@ -5,8 +5,6 @@
 #include "base/units.h"
 #include "gap/feed_modes.h"
 
-#define PULSE_LONGEST_US 2000   /* on_max_s of rtl/controller.py, which no register exceeds */
-
 /* Compiled for size: few blocks have these words. */
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
@@ -91,17 +89,17 @@ static bool ignition(context *c, uint32_t on_us, condition_row *row) {
     uint32_t from = row->from_ignition, wait = row->wait_us;
     const word *longest = block_has(c->b, 'B') ? BLOCK_WORD(c->b, 'B') : 0;
     if (!words_whole(c, 'A', 0, 1, "where the on-time counts from", &from) ||
-        !words_whole(c, 'B', 0, PULSE_LONGEST_US, "the longest wait for the ignition", &wait))
+        !words_whole(c, 'B', 0, CONDITIONS_PULSE_US, "the longest wait for the ignition", &wait))
         return false;
     if (longest && !from)
         return fault_at(c->f, FAULT_TABLE, longest->column,
                         "the longest wait B needs A1, the on-time from the ignition");
     row->from_ignition = from;
     row->wait_us = from ? (uint16_t)wait : 0;
-    if (from && on_us + (row->wait_us ? row->wait_us : on_us) > PULSE_LONGEST_US)
+    if (from && on_us + (row->wait_us ? row->wait_us : on_us) > CONDITIONS_PULSE_US)
         return fault_at(c->f, FAULT_TABLE, longest ? longest->column : 0,
                         "the on-time P and the wait B (without B as long as P) must not be above "
-                        "%u us together", (uint32_t)PULSE_LONGEST_US);
+                        "%u us together", (uint32_t)CONDITIONS_PULSE_US);
     return true;
 }
 
@@ -116,10 +114,10 @@ bool gap_words_condition(context *c, bool mdi) {
     condition_row row = conditions_draft(block_name(c->b, 'C'));
     uint32_t on = row.on_us, off = row.off_us, rest = row.rest_us, open = row.open_v,
              percent = row.open_percent, counts[3] = {row.dame, row.open, row.ok};
-    if (!current(c, &row) || !words_whole(c, 'P', 1, PULSE_LONGEST_US, "the on-time", &on) ||
-        !words_whole(c, 'Q', 1, 20000, "the off-time", &off) ||
-        !words_whole(c, 'R', 0, 20000, "the rest after an arc", &rest) ||
-        !words_whole(c, 'E', 20, 300, "the open voltage", &open) ||
+    if (!current(c, &row) || !words_whole(c, 'P', 1, CONDITIONS_PULSE_US, "the on-time", &on) ||
+        !words_whole(c, 'Q', 1, CONDITIONS_OFF_US, "the off-time", &off) ||
+        !words_whole(c, 'R', 0, CONDITIONS_OFF_US, "the rest after an arc", &rest) ||
+        !words_whole(c, 'E', CONDITIONS_OPEN_V_LOWEST, CONDITIONS_OPEN_V_HIGHEST, "the open voltage", &open) ||
         !words_whole(c, 'H', 1, 99, "the open level", &percent) || !presets(c, counts) ||
         !rules(c, &row) || !ignition(c, on, &row))
         return false;

@@ -2,6 +2,7 @@
 /* The meaning of a block: the modal state of a program, and what a block does. */
 #pragma once
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "base/move.h"
@@ -38,14 +39,19 @@ typedef struct {
     /* Only G10, G28.1, G30.1, G36, G37 and G38 change the members below. Two states with the same
        edition have the same values in them. */
     uint32_t edition;
-    int32_t systems[PLAN_SYSTEMS][HAL_AXES];    /* work offsets */
-    uint16_t wires_given;           /* bit by number */
-    int32_t wires[PLAN_WIRES];
     retraction_memory memory;
     retraction_jump jump;
+    /* The members from here on outlive power-off: PLAN_KEPT words, as the journal has them. */
+    int32_t systems[PLAN_SYSTEMS][HAL_AXES];    /* work offsets */
     int32_t places[PLAN_PLACES][HAL_AXES];  /* of G28 and G30, in the machine frame */
+    int32_t wires[PLAN_WIRES];
+    uint16_t wires_given;           /* bit by number */
     bool stored[PLAN_PLACES];
 } modal;
+
+#define PLAN_KEPT ((PLAN_SYSTEMS + PLAN_PLACES) * HAL_AXES + PLAN_WIRES + 1)
+_Static_assert(offsetof(modal, systems) + PLAN_KEPT * 4 == offsetof(modal, stored) + PLAN_PLACES,
+               "the kept members follow each other");
 
 /* Copy a state. The members behind `edition` are skipped if both states have the same edition:
    copying them would take half the time of a short block. */

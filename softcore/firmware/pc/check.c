@@ -43,7 +43,7 @@ static void nothing(void) {}
 
 static void prepare(void) {
     units_init(judged.clock_hz, judged.pulses_per_mm);
-    settings_init(nothing);
+    settings_init(nothing, nothing);
     for (unsigned i = 0; i < assignments; i++)
         settings_set(assigned[i].number, assigned[i].value);
     if (!judged.travel) {       /* no machine is given: its supply has the steps of the setting */

@@ -254,6 +254,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     pets = unwatched = answers = 0;
     host_gap_boot();
     host_image_boot();
+    host_flash_boot();
     expected_pet = 0xa5;
     main_loop_boot();
 }

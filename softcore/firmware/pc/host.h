@@ -81,6 +81,7 @@ void gk_boot(uint32_t clock_hz, uint32_t pulses_per_mm, uint32_t jump_axis);
 void gk_level_limit(uint32_t level);     /* highest level of the current, 20 after gk_boot */
 void host_gap_boot(void);       /* called by gk_boot, as the other host_..._boot */
 void host_image_boot(void);
+void host_flash_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */
 void host_gap_arm(int32_t depth);       /* switch the condition at this depth */
 void host_clock_boot(void);
@@ -175,6 +176,11 @@ void gk_sleep_says(uint8_t byte);   /* a byte that comes over the link in the ne
 /* Settings that guard the machine: whether low fluid trips; for each axis, the following errors at
    rest and in motion. */
 void gk_guards(uint32_t words[7]);
+/* A flash memory, which survives gk_boot: `order` gets `handle`, the clock, and 0 deselect, 1 select
+   or 2 exchange a byte. Without one (0) a blank memory answers that forgets what is written. */
+typedef uint8_t (*gk_flash_order)(void *handle, uint64_t clock, uint32_t order, uint8_t byte);
+void gk_flash(gk_flash_order order, void *handle);
+void gk_flash_region(uint32_t first, uint32_t sectors); /* sectors of 4096 bytes */
 /* Words, at most 256, that take the place of the firmware in memory, and the digest for them. */
 void gk_image(const uint32_t *words, uint32_t count, uint32_t digest);
 uint32_t gk_unwatched(void);    /* tasks that began before the watchdog's first key */

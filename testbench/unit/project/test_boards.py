@@ -11,7 +11,7 @@ import pytest
 from amaranth.build import Platform
 
 from constraints import wires
-from constraints.board import CHAIN, CHAINED, PADS, POWER, unsafe_unloaded
+from constraints.board import CHAIN, CHAINED, KEEP, PADS, POWER, unsafe_unloaded
 from constraints.wires import unloaded_high, unloaded_v
 from rtl import pads
 from softcore import build, top
@@ -50,7 +50,7 @@ def placed(pin_list):
 def test_pads_are_those_of_the_machine():
     for table, direction in ((pads.INPUTS, "i"), (pads.OUTPUTS, "o")):
         assert {pad.name: pad.width for pad in PADS if pad.direction == direction} == {
-            name: width for name, (width, _) in table.items()}
+            name: width for name, (width, _) in table.items() if name != "flash_clock"}
     assert (CHAINED, CHAIN.width) == (pads.CHAINED, pads.CHAIN_PINS)
 
 
@@ -65,6 +65,8 @@ def test_every_pad_has_its_pins(board, pin_list):
     wanted = {(pad.name, bit) for pad in PADS for bit in range(pad.width)
               if not (chained and pad.name in CHAINED)}
     wanted |= {(CHAIN.name, bit) for bit in range(CHAIN.width) if chained}
+    wanted |= {(KEEP.name, bit) for bit in range(KEEP.width)
+               if (KEEP.name, 0) in platform.resources}
     assert set(placed(pin_list)) == wanted | {(platform.default_clk, 0)}
 
 

@@ -22,13 +22,14 @@ SOURCES = image.SOURCES
 # From a room to those below it. `hal` is the interface and its registers; `pc`, the model of the
 # hardware for computers, may use every room.
 BELOW = {
-    "pc": {"app", "link", "interp", "path", "gap", "roughing", "base", "hal"},
-    "app": {"link", "interp", "path", "gap", "roughing", "base", "hal"},
+    "pc": {"app", "link", "interp", "path", "gap", "roughing", "store", "base", "hal"},
+    "app": {"link", "interp", "path", "gap", "roughing", "store", "base", "hal"},
     "interp": {"roughing", "gap", "base", "hal"},
     "roughing": {"gap", "base", "hal"},
     "link": {"base", "hal"},
     "path": {"base", "hal"},
     "gap": {"base", "hal"},
+    "store": {"hal"},
     "base": {"hal"},
     "hal": set(),
 }

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from constraints import ulx3s
-from constraints.board import CHAIN, PADS
+from constraints.board import CHAIN, KEEP, PADS
 from host import alarms
 from host.run.events import EventError, Scale, parse
 from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
@@ -300,17 +300,17 @@ def test_a_condition_is_changed_in_one_place():
 
 
 def test_a_pin_is_changed_in_one_place():
-    pads = altered((*PADS, CHAIN), "estop", doc="The red button.")
+    pads = altered((*PADS, CHAIN, KEEP), "estop", doc="The red button.")
     row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
     assert row[:5] == ["`estop`", "in", "J1 GP12 (G3)", "yes", "LVCMOS33, pull down"]
     assert row[5].startswith("The red button. A closed contact ")
 
 
 def test_the_page_of_pins_has_every_pad_of_the_board():
-    assert all(pad.doc.endswith(".") for pad in (*PADS, CHAIN))
+    assert all(pad.doc.endswith(".") for pad in (*PADS, CHAIN, KEEP))
     page = pins_page(ulx3s.BOARDS)
     resources = ulx3s.BOARDS[0].platform().resources
-    for pad in (*PADS, CHAIN):
+    for pad in (*PADS, CHAIN, KEEP):
         if (pad.name, 0) in resources:
             assert len(cells(page, f"`{pad.name}`")[2].split(", ")) == pad.width, pad.name
     assert cells(page, "`rx`")[1:4] == ["in", "M1", ""]

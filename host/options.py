@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Options that several commands of the command line share."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+__all__ = ["FlashFile", "WithTcp"]
+
+FlashFile = Annotated[Path | None, typer.Option(
+    "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",
+    help="Keep what the simulated controller's flash memory holds (settings, offsets, conditions, "
+         "fluid classes) in this file, from one power-on to the next. A missing file is made.")]
+
+
+class WithTcp(TyperCommand):
+    """A command whose ``--tcp`` may stand without an address."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Give a bare ``--tcp`` the address that it stands for."""
+        given: list[str] = []
+        for index, word in enumerate(args):
+            given.append(word)
+            if word == "--tcp" and (index + 1 == len(args) or args[index + 1].startswith("-")):
+                given.append("")
+        return super().parse_args(ctx, given)

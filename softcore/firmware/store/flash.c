@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "store/flash.h"
+
+#include "hal/hal.h"
+
+/* Compiled for size: nothing here hurries. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
+#endif
+
+enum { READ = 0x03, STATUS = 0x05, WRITE_ENABLE = 0x06, PROGRAM = 0x02, ERASE = 0x20,
+       WAKE = 0xab, IDENTIFY = 0x9f };
+#define STATUS_BUSY 1u
+
+static hal_flash_region region;
+static uint32_t identity;
+
+uint8_t flash_byte(uint8_t byte) { return hal_flash_exchange(byte); }
+void flash_end(void) { hal_flash_select(false); }
+uint32_t flash_identity(void) { return identity; }
+unsigned flash_sectors(void) { return region.sectors; }
+
+static void command(uint8_t code) {
+    hal_flash_select(true);
+    flash_byte(code);
+}
+
+static void order(uint8_t code) {
+    command(code);
+    flash_end();
+}
+
+/* `sector` counts from the region's first. */
+static void command_at(uint8_t code, unsigned sector, unsigned at) {
+    uint32_t address = (region.first + sector % region.sectors) * FLASH_SECTOR + at;
+    command(code);
+    flash_byte((uint8_t)(address >> 16));
+    flash_byte((uint8_t)(address >> 8));
+    flash_byte((uint8_t)address);
+}
+
+bool flash_open(void) {
+    region = hal_flash_region_read();
+    identity = 0;
+    if (!region.sectors)
+        return false;
+    flash_byte(0xff); /* clocks while nothing is selected: the first ones may not come through */
+    order(WAKE);
+    command(IDENTIFY);
+    for (unsigned i = 0; i < 3; i++)
+        identity = identity << 8 | flash_byte(0);
+    flash_end();
+    uint32_t maker = identity >> 16, size = identity & 0xff; /* of 2**size bytes */
+    return (maker == 0xef || maker == 0x9d || maker == 0xc8) && size < 25 &&
+           (region.first + region.sectors) * FLASH_SECTOR <= 1u << size;
+}
+
+bool flash_busy(void) {
+    command(STATUS);
+    bool busy = flash_byte(0) & STATUS_BUSY;
+    flash_end();
+    return busy;
+}
+
+void flash_read(unsigned sector, unsigned at) { command_at(READ, sector, at); }
+
+void flash_program(unsigned sector, unsigned at) {
+    order(WRITE_ENABLE);
+    command_at(PROGRAM, sector, at);
+}
+
+void flash_erase(unsigned sector) {
+    order(WRITE_ENABLE);
+    command_at(ERASE, sector, 0);
+    flash_end();
+}
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted breaks of the journal, and of the port to its flash memory."""
+
+from testbench.breaks.harness import breaks_of
+
+__all__ = ["STORAGE"]
+
+JOURNAL = "unit/firmware/test_journal.py"
+STORAGE = (
+    *breaks_of(
+        "softcore/firmware/store/journal.c", JOURNAL,
+        ("of.words[of.count] == ~value", "true", "a page without its check is none"),
+        ("come && come == of.parts", "come", "a record without its last page is none"),
+        ("(!any || of.sequence > sequence)", "!any", "the newest sector counts"),
+        ("    if (has_changed()) {\n        /* Parts", "    if (false) {\n        /* Parts",
+         "parts of two states make no record"),
+        ("        if (!renewing)\n            sector =", "        sector =",
+         "the sector before stays until the new one is whole"),
+        ("begin_record(kind + 1 < JOURNAL_KINDS ? kind + 1 : OPENING)",
+         "begin_record(kind + 1 < JOURNAL_KINDS - 1 ? kind + 1 : OPENING)",
+         "a new sector has all kinds"),
+        ("    if (digest == stored[kind])", "    if (false)", "an equal value is not written"),
+        ("++failures > FAILURES", "++failures > 1000u", "a memory that keeps nothing is told"),
+        ("of.bytes[at] && same;", "of.bytes[at] || same;", "a page is read back"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/keep.c", JOURNAL,
+        ("machine_machining() || !meter_rests())\n        return false;", "false)\n"
+         "        return false;", "nothing is written while the machine works"),
+        ("return condition_check_row(&row) && conditions_enter", "return conditions_enter",
+         "a condition is checked"),
+        ("places_sound(part))", "(places_sound(part) || part))", "offsets are checked"),
+        ("    told = true;\n", "", "it is told once"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/settings.c", JOURNAL,
+        ("    if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
+         "        value > SETTINGS_TABLE_ROWS[which].highest)", "    if (which == SETTINGS)",
+         "a kept setting has the range of its entry"),
+    ),
+    *breaks_of(
+        "softcore/flash.py", "unit/softcore/test_flash.py",
+        ("rises[-1]", "rises[0]", "the bit is taken when it is there"),
+        ("self.start & ~self.busy", "self.start", "a start meanwhile does nothing"),
+    ),
+)
