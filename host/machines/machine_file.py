@@ -73,7 +73,7 @@ class Drive(Table):
     table, and each of its numbers, may be left out.
     """
 
-    output: Literal["velocity", "step"] = Field("velocity",
+    output: Literal["velocity", "step"] = Field(default="velocity",
         description="What drives the axis: `velocity`, a velocity command with a coder of 10 000 "
         "edges per mm on the motor; or `step`, steps and direction, without a coder.")
     steps_per_turn: float = _number("", (1, 1_000_000),
