@@ -287,10 +287,8 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     char c = length > 1 ? line[1] : '\0';
     if (begins_list(line, length))
         return; /* answered at the end of the list */
-    if (length == 2 && c == '#') {
-        offset_row = 0;
-        return;
-    }
+    if (length == 2 && c == '#')
+        return (void)(offset_row = 0);
     if (length > 2 && says(line, 3, "$J=")) {
         if (!jogging_allowed(&f))
             refusal = f;
@@ -298,10 +296,8 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             line_open = program_jog(line, length);
         return; /* answered when it has been judged */
     }
-    if (c == 'B') {
-        roughing_line(line + 2, length - 2);
-        return; /* answered when it has been carried out */
-    }
+    if (c == 'B')
+        return roughing_line(line + 2, length - 2); /* answered when it has been carried out */
     if (length > 3 && says(line, 4, "$ES=")) {
         if (!begins_words(line, length, &f))
             answer_with(&f);
