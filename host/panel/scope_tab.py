@@ -3,16 +3,13 @@
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from host.errors import UsageError
+from host.panel.frame import Frame
 from host.scope.acquire import BEFORE, CROSSES, MOST_BEFORE, TRIGGERS, Trigger
 from host.scope.record import PULSES
-
-if TYPE_CHECKING:
-    from host.panel.tabs import Frame
 
 __all__ = ["SHARES", "ScopeTab"]
 
@@ -24,7 +21,7 @@ STATES = {"idle": "Not armed.", "armed": "Armed: waits for the trigger.",
 class ScopeTab:
     """The tab; ``share`` is the part of the record that the page shows, around the trigger."""
 
-    def __init__(self, page: "Frame") -> None:
+    def __init__(self, page: Frame) -> None:
         self.page, self.scope = page, page.session.scope
         ui.label("Voltage, comparators and pulse classes around a trigger. The picture is in "
                  "place of the strips, as long as this tab is open.").classes("soft")

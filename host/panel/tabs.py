@@ -5,13 +5,14 @@ import json
 import tempfile
 from html import escape
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from nicegui import events, run, ui
 
 from host.errors import UserError
+from host.panel.frame import Frame
 from host.panel.scope_tab import ScopeTab
-from host.panel.session import Job, Session
+from host.panel.session import Job
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
 __all__ = ["Tabs", "field_text", "html"]
@@ -32,21 +33,6 @@ def field_text(value: float, digits: int) -> str:
     """A number with a fixed number of digits and a true minus sign."""
     text = f"{value:.{digits}f}"
     return text.replace("-", MINUS if float(text) else "")
-
-
-class Frame(Protocol):
-    """The page that the tabs are on."""
-
-    session: Session
-
-    def order(self, name: str, *words: Any) -> bool:
-        """Order something; return whether it was taken."""
-
-    def locked(self, element: Any) -> Any:
-        """Grey an element on a page that watches; return it."""
-
-    def changed(self, key: str, value: Any) -> bool:
-        """Whether a value differs from that of the last look; keep it."""
 
 
 class Tabs:

@@ -111,8 +111,9 @@ class PulseGenerator(wiring.Component):
 
         off = Signal(21)
         ends = Signal()
-        m.d.comb += off.eq(Mux(probe, self.sense_off, self.off_time)
-                           + Mux(self.on & self.abnormal, self.off_extra, 0))
+        # Both sums are there before ``enable``, which is late: only the choice waits for it.
+        plain = Mux(probe, self.sense_off, self.off_time)
+        m.d.comb += off.eq(Mux(self.on & self.abnormal, plain + self.off_extra, plain))
         m.d.comb += [
             lights.eq(pulse & waiting & self.ignited),
             left.eq(Mux(lights, burning, remaining)),

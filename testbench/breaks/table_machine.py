@@ -112,9 +112,9 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/path/history.c", "unit/firmware/test_drives.py",
-        ("        move->highest = line_bound(move);\n", "", "no axis exceeds its speed on a line"),
-        ("arc_bound(block, highest_rate(&b->arc))", "highest_rate(&b->arc)",
-         "nor on an arc"),
+        ("(uint64_t)part * most > room", "(uint64_t)part * most > 2 * room",
+         "no axis exceeds its speed on a line"),
+        ("own && own < most && (axis", "own && 2 * own < most && (axis", "nor on an arc"),
         ("        s->tight = move->highest != 0;\n", "", "slow before a slower axis"),
     ),
     *breaks_of(

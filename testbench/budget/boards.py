@@ -4,7 +4,7 @@
 ``python -m testbench.budget.boards BOARD...`` reads what ``gapkeeper build`` has left and lays
 nothing out. A figure that is more than ``CHANGE`` away from its budget, to either side, is told
 with both figures, and the exit status is 1. A smaller or faster layout gets a new budget too, so
-that the gain is not lost unseen.
+that the gain is not lost unseen. So does a board that has no budget yet: its figures are told.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from softcore.build import BUILD, MANIFEST
+from softcore.build import BOARDS, BUILD, MANIFEST
 
 __all__ = ["BUDGETS", "CHANGE", "BoardBudget", "changes", "main"]
 
@@ -51,10 +51,12 @@ def changes(name: str, manifest: dict[str, Any]) -> list[str]:
 
     ``manifest`` is that of ``softcore.build``.
     """
-    budget = BUDGETS[name]
+    budget = BUDGETS.get(name)
     found = BoardBudget(**{field: manifest["cells"][field] for field in
                            ("luts", "ff", "bram", "dsp")},
                         mhz=min(clock["reached"] for clock in manifest["clocks_mhz"].values()))
+    if budget is None:
+        return [f"{name}: no budget yet, measured is {found}"]
     said = []
     for field in fields(BoardBudget):
         now, then = getattr(found, field.name), getattr(budget, field.name)
@@ -66,7 +68,7 @@ def changes(name: str, manifest: dict[str, Any]) -> list[str]:
 def main(folder: Path = BUILD) -> None:
     """Judge the boards that are named on the command line, built in ``folder``."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("boards", nargs="+", choices=BUDGETS, metavar="BOARD")
+    parser.add_argument("boards", nargs="+", choices=BOARDS, metavar="BOARD")
     said = []
     for name in parser.parse_args().boards:
         said += changes(name, json.loads((folder / name / MANIFEST).read_text(encoding="utf-8")))

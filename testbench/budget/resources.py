@@ -18,7 +18,7 @@ from types import SimpleNamespace
 
 from amaranth.back import rtlil
 
-from softcore.build import BOARDS, STAT, SYNTHESIS, Cells, build, run_tool
+from softcore.build import BOARDS, SMALL_MEMORIES, STAT, SYNTHESIS, Cells, build, run_tool
 from softcore.cpu import VexRiscv
 from softcore.top import simulated
 
@@ -81,7 +81,8 @@ def blocks(text: str) -> dict[str, str]:
 def _kept(what, text, measure):
     """Result of ``measure(folder)``, kept by content under ``build/budget``."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    name = hashlib.sha256(f"{what}{DEVICE}{SYNTHESIS}{text}".encode()).hexdigest()[:20]
+    key = f"{what}{DEVICE}{SYNTHESIS}{SMALL_MEMORIES}{text}"
+    name = hashlib.sha256(key.encode()).hexdigest()[:20]
     kept = BUILD / f"{name}.json"
     if not kept.exists():
         with tempfile.TemporaryDirectory(dir=BUILD) as folder:
@@ -93,13 +94,14 @@ def _kept(what, text, measure):
 
 
 def _synthesise(text, folder):
-    core = "read_verilog core.v\n" if r"cell \VexRiscv" in text else ""
-    if core:
+    core = memories = ""
+    if r"cell \VexRiscv" in text:
+        core, memories = "read_verilog core.v\n", f"{SMALL_MEMORIES}\n"
         (folder / "core.v").write_text(VexRiscv.source().read_text())
     (folder / "block.il").write_text(text)
     (folder / "block.ys").write_text(
-        f"{core}read_rtlil block.il\nsynth_ecp5 {SYNTHESIS} -top block -json block.json\n"
-        f"{STAT}\n")
+        f"{core}read_rtlil block.il\n{memories}synth_ecp5 {SYNTHESIS} -top block "
+        f"-json block.json\n{STAT}\n")
     run_tool(["yosys", "-q", "block.ys"], folder)
     return asdict(Cells.counted((folder / "stat.json").read_text()))
 

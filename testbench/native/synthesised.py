@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from softcore import top
-from softcore.build import SYNTHESIS
+from softcore.build import SMALL_MEMORIES, SYNTHESIS
 from softcore.image import target_image
 from testbench import tools
 from testbench.native import build, compiling, controller, ecp5
@@ -30,6 +30,7 @@ SYNTHESISE = """
 {processor}
 read_rtlil controller.il
 read_verilog -lib gate.v
+{memories}
 synth_ecp5 {options} -top {part}
 select {part}
 write_rtlil -selected netlist.il
@@ -73,6 +74,7 @@ def netlist(clock_hz: int, part: str = "") -> Path:
     """
     image = b"" if part else target_image().read_bytes()
     script = SYNTHESISE.format(processor="" if part else "read_verilog processor.v",
+                               memories="" if part else SMALL_MEMORIES,
                                options=SYNTHESIS, part=f"{TOP}.soc.{part}" if part else TOP)
 
     def make(folder):

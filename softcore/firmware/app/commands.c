@@ -305,9 +305,8 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     }
     if (length > 5 && says(line, 6, "$SCOPE")) {
         uint32_t first, end;
-        if (!scope_line(line, length, &first, &end, &f) || !end)
-            return answer_with(&f);
-        return listing_begin_scope(first, end);
+        (void)scope_line(line, length, &first, &end, &f); /* refused: f says why, and end is 0 */
+        return end ? listing_begin_scope(first, end) : answer_with(&f);
     }
     if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);

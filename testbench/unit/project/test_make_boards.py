@@ -101,14 +101,20 @@ def test_a_change_beyond_five_percent_is_told_with_both_figures(monkeypatch, cha
     assert boards.changes("one", manifest(**changed)) == said
 
 
+def test_a_board_without_a_budget_is_told_with_its_figures(monkeypatch):
+    monkeypatch.delitem(boards.BUDGETS, "one", raising=False)
+    assert boards.changes("one", manifest()) == [f"one: no budget yet, measured is {BUDGET}"]
+
+
 def test_the_command_fails_with_the_figures(workdir, monkeypatch, capsys):
-    for name, found in (("one", manifest()), ("two", manifest(luts=30_000))):
+    first, second, *_ = NAMES
+    for name, found in ((first, manifest()), (second, manifest(luts=30_000))):
         monkeypatch.setitem(boards.BUDGETS, name, BUDGET)
         (workdir / name).mkdir(exist_ok=True)
         (workdir / name / "manifest.json").write_text(json.dumps(found))
-    for names, status in ((["one"], 0), (["one", "two"], 1)):
+    for names, status in (([first], 0), ([first, second], 1)):
         monkeypatch.setattr(sys, "argv", ["boards", *names])
         with pytest.raises(SystemExit) as end:
             boards.main(workdir)
         assert end.value.code == status
-    assert capsys.readouterr().err == "two: luts 30000, budget 20000 (+50.0%)\n"
+    assert capsys.readouterr().err == f"{second}: luts 30000, budget 20000 (+50.0%)\n"
