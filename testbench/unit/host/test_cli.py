@@ -44,14 +44,12 @@ def program(workdir):
     (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock", "--port",
                "--baud", "--at-start", "--no-arm", "--reset", "--scope", "--flash"]),
     (["scope"], ["--port", "--trigger", "retraction", "rise=V", "--before", "--auto", "-o", ".fst",
-                  "--baud", "not reset"]),
+                 "--baud", "not reset"]),
     (["simulate"], ["--tcp", "--pty", "--machine", "--arm", "--seed", "--clock", "--flash"]),
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),
-    (["tape", "decode"], ["-o"]),
-    (["tape", "check"], ["firmware", "--mdi"]),
-    (["build"], ["BOARD", "bitstream"]),
-    (["bench"], ["table"]),
+    (["tape", "decode"], ["-o"]), (["tape", "check"], ["firmware", "--mdi"]),
+    (["build"], ["BOARD", "bitstream"]), (["bench"], ["table"]),
 ])
 def test_help_names_everything(command, words):
     result = gapkeeper(*command, "--help")
