@@ -53,7 +53,7 @@ class Gap(wiring.Component):
         Gates of both sources; the classes of the last pulses are out of date (``rtl.power.power``).
     high, arc, short, current, noise : In(1)
         Comparators: above the open level, below the arc level, below the short level, current
-        flows, the discharge has high frequencies.
+        flows (``sense`` lowers its threshold), the discharge has high frequencies.
     reference : Out(3)
         Streams that set the first three levels.
     adc_select, adc_clock, adc_command : Out(1), adc_data : In(1)
@@ -132,6 +132,7 @@ class Gap(wiring.Component):
               for name in ("arc", "short", "current", "high", "noise")),
             *(getattr(discriminator, name).eq(getattr(registers, name))
               for name in ("blanking", "settle", "confirm")),
+            discriminator.short_delay.eq(registers.short_current),
             *(getattr(registers, name).eq(getattr(discriminator, name))
               for name in ("open_count", "ok_count", "dame_count", "short_count")),
             registers.status_last.eq(discriminator.last),
