@@ -91,9 +91,9 @@ class Run:
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (guards of the machine that settings have switched off),
-    ``short_by`` (what tells a short: voltage, current, mean or "mean,current"), and ``offset``: program zero at the start of the tape, in the machine's frame, in millimetres by
-    axis. A G92 of the tape does not change ``offset``. Events are in the frame that is in force
-    when they happen.
+    ``short_by`` (what tells a short: voltage, current, mean or "mean,current"), and ``offset``:
+    program zero at the start of the tape, in the machine's frame, in millimetres by axis. A G92 of
+    the tape does not change ``offset``. Events are in the frame that is in force when they happen.
     """
 
     machine: Machine

@@ -95,7 +95,8 @@ def summary_of_controller(job: Run, controller: Controller, trace: Columns) -> S
         "outcome": job.outcome, "alarm": job.alarm, "time_s": round(controller.time_s(), 3),
         "discharges": controller.discharges(), "retractions": count_retractions(job.events),
         "pos": positions, "max_depth_mm": _depth(trace, positions),
-        "guards_off": job.guards_off, "short_by": job.short_by, "port": controller.port.url, "clock_hz": controller.clock_hz, "unknown": UNKNOWN,
+        "guards_off": job.guards_off, "short_by": job.short_by,
+        "port": controller.port.url, "clock_hz": controller.clock_hz, "unknown": UNKNOWN,
         "versions": _versions(),
     }
 

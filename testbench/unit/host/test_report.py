@@ -30,7 +30,8 @@ SUMMARY = {
     "outcome": "end", "alarm": None, "time_s": 1.0, "cycles": 2_000_000, "wall_s": 0.5,
     "cycles_per_s": 4_000_000, "discharges": {"open": 1, "ok": 2, "dame": 3, "short": 4},
     "retractions": {"count": 2, "short": 1, "jump": 0, "operator": 1}, "pos": {"z": -1.0},
-    "max_depth_mm": 1.0, "pressed_mm": 0.0, "removed_mm3": 4.5, "guards_off": [], "short_by": "voltage", "seed": 3,
+    "max_depth_mm": 1.0, "pressed_mm": 0.0, "removed_mm3": 4.5, "guards_off": [],
+    "short_by": "voltage", "seed": 3,
     "clock_hz": 2_000_000, "removal_scale": 250,
     "versions": {"gapkeeper": "0.1.0"},
 }

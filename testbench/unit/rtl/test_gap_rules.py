@@ -193,9 +193,9 @@ def test_a_short_goes_by_what_is_set(simulate, gate, current, short):
 
     async def bench(ctx):
         registers = dut.registers.gap
-        for signal, value in ((dut.machining, 1), (dut.short, short), (registers.blanking, BLANKING),
-                              (registers.short_ratio_needed, 3), (registers.short_ratio_window, 5),
-                              (registers.clear_needed, 1)):
+        for signal, value in ((dut.machining, 1), (dut.short, short),
+                              (registers.blanking, BLANKING), (registers.clear_needed, 1),
+                              (registers.short_ratio_needed, 3), (registers.short_ratio_window, 5)):
             ctx.set(signal, value)
         for by_current in (1, 0, 1, 0):
             ctx.set(registers.short_current, 6 * by_current)
