@@ -14,6 +14,7 @@
 #include "app/override.h"
 #include "app/profile.h"
 #include "app/program.h"
+#include "app/scope.h"
 #include "app/status.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
@@ -305,6 +306,12 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             answer_with(&f);
         return;
     }
+    if (length > 5 && says(line, 6, "$SCOPE")) {
+        uint32_t first, end;
+        if (!scope_line(line, length, &first, &end, &f) || !end)
+            return answer_with(&f);
+        return listing_begin_scope(first, end);
+    }
     if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
@@ -320,7 +327,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
