@@ -25,8 +25,9 @@ check: venv    ## lint, types and every quick test: the loop while you work
 	@$(MAKE) --no-print-directory lint
 	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick --sim amaranth $(TESTS)
 
+# A test checks the types: so both cores are at work meanwhile.
 test: install  ## every test but the long ones (soak); decides whether a change lands (TESTS=)
-	@$(MAKE) --no-print-directory lint
+	@$(PY) -m ruff check
 	@$(PY) -m pytest -n $(JOBS) --dist worksteal $(TESTS)
 
 lint: venv     ## unused names, order of imports, docstrings; types of the host

@@ -120,8 +120,8 @@ class Board:
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
     scope_depth : int
-        Entries of the gap oscilloscope (``rtl.gap.scope``), a power of two; 0 for none. 1024 take
-        2 block RAMs of 18 kbit.
+        Entries of the gap oscilloscope (``rtl.gap.scope``), a power of two; 0 for none. 512 take
+        a block RAM of 18 kbit.
     dac : str
         How the velocity command leaves: ``"sigma_delta"``, or ``"pwm"`` with a period of 1024
         clocks (``rtl.motion.dac``).

@@ -38,8 +38,8 @@ def machine_file() -> str:
         "# A machine's file", "",
         "`gapkeeper run --machine FILE` reads a machine from a TOML file; see "
         "[Describe your machine](../how-to/describe-a-machine.md). Every number below must be "
-        "given, but for those of the other machines, and nothing else may stand in the file. Both "
-        "ends of a range are allowed.", "",
+        "given, but for those of the other machines and of the tables `[x]`, `[y]` and `[z]`, and "
+        "nothing else may stand in the file. Both ends of a range are allowed.", "",
         *_rows(dict(MACHINES), "")]
     for name in dict.fromkeys(name for file in MACHINES.values() for name in file.model_fields):
         tables = {machine: table for machine, file in MACHINES.items()

@@ -218,7 +218,7 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
      "this time. Contact with the discharge off trips the interlock in this time.",
      _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
     ("short_current", "A pulse counts as shorted for Ss by the current, if that flows with a "
-     "shorter ignition delay; 0: by the voltage. See ``rtl.gap.discriminator``.",
+     "shorter ignition delay; 0: by the voltage. See ``rtl.gap.conduction``.",
      _value(16, "Clocks.", unit="clock")),
 ))
 
@@ -442,7 +442,8 @@ def _axis(index: int, letter: str) -> Block:
          _value(12, "Error.", unit="pulse", init=1)),
         ("mode", "Output of the axis.", (
             Field(name="step", bits=1, doc="Step/direction; feedback is the step pulses."),
-            Field(name="reverse", bits=1, doc="Encoder counts the other way."))),
+            Field(name="reverse", bits=1, doc="Encoder counts the other way."),
+            Field(name="swap", bits=1, doc="Drive turns the other way."))),
         ("step_time", "Shape of step pulses.", (
             Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
             Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
@@ -468,6 +469,15 @@ def _axis(index: int, letter: str) -> Block:
         ("gain", "Velocity gain of the position loop, for the supervision of the coder; see "
          "``rtl.motion.supervision``.",
          _value(14, "Gain.", unit="2**-20 pulse/tick per pulse", guarded=True)),
+        ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
+         "count of steps anew; see ``rtl.motion.gear``.", (
+            Field(name="steps", bits=16, init=1, doc="n.", unit="step"),
+            Field(name="rest", bits=16, doc="m - n.", unit="pulse")), "write"),
+        ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
+         "up; see ``rtl.motion.backlash``.", (
+            Field(name="size", bits=13, doc="Backlash.", unit="pulse"),
+            Field(name="taken_up", bits=13, access="r", unit="pulse",
+                  doc="The drive stands so far further down than the axis.")), "write"),
     ))
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures shared by every test: the seed, the simulator and where the waves go."""
 
+import gc
 import random
 import re
 from pathlib import Path
@@ -20,6 +21,11 @@ tools.use_packaged()
 BUILD = Path(__file__).parents[1] / "build"
 BEGAN = pytest.StashKey[float]()   # CPU seconds of the process when a test began
 SIM = pytest.StashKey[str]()       # simulator of a test
+
+# Objects made between two searches for garbage, and searches of a younger generation before one of
+# an older. A design has hundreds of thousands of objects that live as long as it does: with
+# Python's own thresholds, to look for garbage takes half of its elaboration.
+gc.set_threshold(50_000, 10, 5)
 
 
 def pytest_addoption(parser):
@@ -45,6 +51,16 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("quick")
         if marker := FOLDERS.get(place.parts[1]):
             item.add_marker(marker)
+
+
+def pytest_collection_finish():
+    """Keep what lives as long as the run out of every search for garbage.
+
+    The tests alone are a quarter of a million objects. Tests under cocotb look for garbage twice,
+    each in a fork of its own, which would copy them, too.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -17,9 +17,9 @@ SLOW = frozenset({
     "firmware/test_path", "firmware/test_planned", "firmware/test_realtime_bytes",
     "firmware/test_tables", "host/test_cli", "host/test_experiment_removal", "host/test_live",
     "host/test_report", "host/test_roughing", "host/test_staircase", "host/test_subprograms",
-    "plant/test_gap", "plant/test_ignition", "project/test_boards", "rtl/test_axis",
-    "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_dac", "rtl/test_fluid",
-    "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
+    "plant/test_gap", "plant/test_ignition", "project/test_boards", "project/test_types",
+    "rtl/test_axis", "rtl/test_condition_switch", "rtl/test_constant_removal", "rtl/test_dac",
+    "rtl/test_fluid", "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
     "rtl/test_retraction", "rtl/test_retraction_contact", "rtl/test_retraction_ramps",
     "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision",
     "simulators/test_whole_tests", "softcore/test_contents_of_layouts"})

@@ -10,7 +10,8 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
-from host.machines.machine_file import MACHINES, STEPS, WORDS, bounds, entries
+from host.machines.drives import of_drives
+from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, bounds, entries
 from softcore.tables.conditions import level_max
 from softcore.tables.settings import named, of_number
 
@@ -165,8 +166,12 @@ class Machine:
 
     @property
     def settings(self) -> dict[str, int]:
-        """The controller's settings, as ``$number=value``."""
-        return dict(self.tables.get("settings", {}))
+        """The controller's settings, as ``$number=value``.
+
+        Those that follow from the tables of the axes come first; ``[settings]`` wins over them.
+        """
+        derived = of_drives(self.name, {axis: self.tables.get(axis, {}) for axis in DRIVES})
+        return derived | dict(self.tables.get("settings", {}))
 
 
 def built_in() -> list[str]:
@@ -206,5 +211,6 @@ def load(name: str) -> Machine:
     tables = _upon_base(path.stem, _tables(path))
     _check(path.stem, tables)
     machine = Machine(path.stem, tables)
+    _ = machine.settings    # refuses a gear that there is not
     _check_current(machine)
     return machine

@@ -13,13 +13,14 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 from pydantic.fields import FieldInfo
 
-__all__ = ["HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES", "STEPS", "WORDS", "MachineFile",
-           "SinkerFile", "Table", "WireFile", "bounds", "entries"]
+__all__ = ["DRIVES", "HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES", "STEPS", "WORDS", "Drive",
+           "MachineFile", "SinkerFile", "Table", "WireFile", "bounds", "entries"]
 
 # Below this range the firmware cannot keep up with its watchdog; no device runs above it.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
 
 STEPS = 16  # of the stock's width, at most
+DRIVES = "xyz"  # tables of single axes
 
 # Ranges within which the controller works and the plant's formulas are defined (they divide by most
 # numbers).
@@ -27,9 +28,14 @@ SHARE, ANY, DIVISOR, SHAPE = (0, 1), (0, 10**9), (0.001, 10**9), (0.1, 10)
 SPEED_UP, OHM_CM = (0.001, 1_000_000), (1, 10**12)
 
 
-def _number(unit: str, bounds: tuple[float, float], meaning: str) -> Any:
-    """A number of a machine, both of its bounds allowed. ``unit`` is ``""`` for a pure number."""
-    return Field(ge=bounds[0], le=bounds[1], description=meaning,
+def _number(unit: str, bounds: tuple[float, float], meaning: str,
+            default: float | None = None) -> Any:
+    """A number of a machine, both of its bounds allowed. ``unit`` is ``""`` for a pure number.
+
+    With a ``default`` it may be left out.
+    """
+    return Field(... if default is None else default, ge=bounds[0], le=bounds[1],
+                 description=meaning,
                  json_schema_extra={"unit": unit})
 
 
@@ -58,6 +64,30 @@ class Axis(Table):
     brake_mm_s2: float = _number("mm/s²", (1, 1_000_000), "Deceleration with the drive disabled.")
     step_gain_per_s: float = _number("1/s", (1, 100_000),
         "Gain of the position loop of a stepping drive, if the axis is driven by step pulses.")
+
+
+class Drive(Table):
+    """One axis where it differs from the others: its output, gear, play, speed and travel.
+
+    From this table the controller's settings of the axis follow; `[settings]` wins over it. A
+    table, and each of its numbers, may be left out.
+    """
+
+    output: Literal["velocity", "step"] = Field("velocity",
+        description="What drives the axis: `velocity`, a velocity command with a coder of 10 000 "
+        "edges per mm on the motor; or `step`, steps and direction, without a coder.")
+    steps_per_turn: float = _number("", (1, 1_000_000),
+        "Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier, "
+        "times the reduction. At most 10 000 per mm.", 10_000)
+    pitch_mm: float = _number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
+    reversed: float = _number("", SHARE,
+        "1: the drive turns the other way, so its direction is inverted.", 0)
+    backlash_um: float = _number("µm", (0, 819.1),
+        "Play between drive and axis. The controller makes up for it.", 0)
+    highest_mm_min: float = _number("mm/min", (0, 60_000),
+        "Highest speed that the controller lets the axis have; 0: no own bound.", 0)
+    low_mm: float = _number("mm", (-20_000, 0), "Lower soft limit, in the machine frame.", -299)
+    high_mm: float = _number("mm", (0, 20_000), "Upper soft limit.", 299)
 
 
 class Gap(Table):
@@ -339,8 +369,8 @@ class MachineFile(Table):
         "Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates "
         "faster.")
     pulses_per_mm: float = _number("1/mm", (10_000, 10_000),
-        "Pulses of a millimetre, for which the gateware is built; a pulse is an edge of the coder, "
-        "too.")
+        "Pulses of a millimetre of the path, for which the gateware is built. A pulse is an edge "
+        "of the coder, too; a step has its own size, see `[x]`.")
     tick_us: float = _number("µs", (1, 100), "Step of the slow physics: motors, debris, shorts.")
     removal_scale: float = _number("", SPEED_UP,
         "Number of real discharges for which each simulated one stands. Flushing goes as much "
@@ -349,6 +379,9 @@ class MachineFile(Table):
         "Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at "
         "most, are what the gateware is built for, and no register exceeds them.")
     axis: Axis
+    x: Drive = Drive()
+    y: Drive = Drive()
+    z: Drive = Drive()
     fluid: Fluid
     source: Source
     comparator: Comparator
@@ -391,6 +424,7 @@ MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile
 # Words of a file, in the plant's order, numbered from 0. A file without a kind is a sinker's.
 WORDS: dict[str, tuple[str, ...]] = {
     "kind": tuple(MACHINES), "axis.dac": get_args(Axis.model_fields["dac"].annotation),
+    **{f"{axis}.output": get_args(Drive.model_fields["output"].annotation) for axis in DRIVES},
     "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
 
 

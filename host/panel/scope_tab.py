@@ -48,7 +48,7 @@ class ScopeTab:
                                        f'no-caps data-testid="scope-{order}"').classes(kind)
                 page.locked(button.style("flex:1;padding:4px 6px"))
         self.state = ui.label().props('data-testid="scope-state"')
-        self.share = ui.select(SHARES, value=1.0, label="shown, around the trigger").props(
+        self.share = ui.select(SHARES, value=0.05, label="shown, around the trigger").props(
             'dense outlined data-testid="share"').style("width:100%;margin:8px 0")
         self.facts = ui.html(sanitize=False).classes("facts").props('data-testid="scope-facts"')
         ui.button("Save as gap.csv", color=None, on_click=self._save).props(

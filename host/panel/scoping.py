@@ -45,7 +45,7 @@ class Scoping:
         """The line under way will not be answered: begin its record anew."""
         self._under_way = ""
         if self._wanted is not None:
-            self._wanted, self._trigger = None, self._wanted.trigger
+            self._trigger, self._wanted = self._wanted.trigger, None
 
     def arm(self, trigger: Trigger, *, again: bool) -> None:
         """Arm; ``again`` after each record too."""

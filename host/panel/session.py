@@ -282,9 +282,9 @@ class Session:
             self.simulated = wire.simulated
         self._controller.await_greeting()
         if wire.simulated:
-            for line in ("$X", "$POSITION=HERE",
+            for line in ("$X",
                          *(f"${number}={value}" for number, value in self.machine.settings.items()),
-                         self.machine.start_line):
+                         "$POSITION=HERE", self.machine.start_line):
                 self._controller.command(line)
         self._controller.command("$$")
         with self.lock:

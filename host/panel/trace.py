@@ -52,16 +52,18 @@ def trace(record: Record, share: float = 1.0) -> str:
     us = record.time_us
     low, high = us[0] * share, max(us[-1] * share, us[0] * share + 1e-3)
     top_of_lanes = TOP + HIGH + 14
-    height = top_of_lanes + LANE * len(LANES) + 22
+    height = top_of_lanes + LANE * (len(LANES) + 1) + 22
 
     def at(time_us: NDArray[np.float64]) -> NDArray[np.float64]:
-        return EDGE + (np.clip(time_us, low, high) - low) / (high - low) * (WIDTH - EDGE - RIGHT)
+        share = (np.clip(time_us, low, high) - low) / (high - low)
+        return np.asarray(EDGE + share * (WIDTH - EDGE - RIGHT), dtype=np.float64)
 
     begins = at(us)
     ends = np.append(begins[1:], at(us[-1:] + us[-1] - us[-2] if len(us) > 1 else us))
     shown = ends > begins
     volts = record.volts[record.samples]
     most = next((end for end in VOLTS if end >= np.max(volts, initial=0.0)), VOLTS[-1])
+    row_of = {name: top_of_lanes + LANE * (row + 1) for row, (name, _) in enumerate(LANES)}
     parts = [f'<rect class="field" x="{EDGE}" y="{TOP}" width="{WIDTH - EDGE - RIGHT}" '
              f'height="{HIGH}"/>']
     parts += [f'<rect class="back" x="{a:.1f}" y="{TOP}" width="{b - a:.1f}" height="{HIGH}"/>'
@@ -69,7 +71,7 @@ def trace(record: Record, share: float = 1.0) -> str:
     for kind, pulses in _pulses(record).items():
         first, last = np.array(pulses).T
         inside = begins[last] > begins[first]
-        path = "".join(f"M{a:.1f} {TOP + HIGH:.0f}H{b:.1f}v-9H{a:.1f}Z" for a, b in _spans(
+        path = "".join(f"M{a:.1f} {top_of_lanes:.0f}H{b:.1f}v11H{a:.1f}Z" for a, b in _spans(
             inside, begins[first], begins[last]))
         parts.append(f'<path class="pulse class-{kind}" d="{path}"/>')
     for value in (0.0, most / 2, most):
@@ -82,8 +84,9 @@ def trace(record: Record, share: float = 1.0) -> str:
                  / most * HIGH, strict=True)
     parts.append(line_of(points, "volts thin") if seen.any() else text_of(
         (EDGE + WIDTH) / 2, TOP + HIGH / 2, "no sample of the voltage", "middle"))
-    for row, (name, title) in enumerate(LANES):
-        y = top_of_lanes + LANE * row
+    parts.append(text_of(EDGE - 5, top_of_lanes + 10, "class", "end"))
+    for name, title in LANES:
+        y = row_of[name]
         path = "".join(f"M{a:.1f} {y + 2:.0f}H{max(b, a + NEAR):.1f}v8H{a:.1f}Z" for a, b in _spans(
             record.levels[name] & shown, begins, ends))
         parts += [f'<line class="grid" x1="{EDGE}" x2="{WIDTH - RIGHT}" y1="{y + 10}" '

@@ -194,13 +194,14 @@ class Run:
                 self.simulation.press_arm(self.link.status)
         else:
             self.simulation.press_arm()
+        # Before the position: one that changes a drive loses it.
+        for number, value in self.machine.settings.items():
+            self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
         if self.at_start:
             self.link.command("$POSITION=HERE")
         elif "Lost" in self.link.status():
             raise UsageError("the controller does not know where its axes are: give --at-start, or "
                              "--mdi '$POSITION=HERE' if what it counts is true.")
-        for number, value in self.machine.settings.items():
-            self._enter(f"${number}={value}", f"machine {self.machine.name}: settings.{number}")
         if self.at_start:
             self.link.command(self.machine.start_line)
         for line in self.mdi:

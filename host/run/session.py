@@ -21,6 +21,7 @@ from host.link.link import check_line
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
+from host.machines.machine_file import DRIVES
 from host.run import report, simulation
 from host.run.controller import Controller
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
@@ -47,7 +48,7 @@ FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.h
 # Time between lines of progress if the output is no terminal.
 QUIET_STEP_S = 10.0
 # Entries of a machine's file that a real controller needs too; all others describe the simulation.
-CONTROLLERS = ("kind", "pulses_per_mm", "settings")
+CONTROLLERS = ("kind", "pulses_per_mm", *DRIVES, "settings")
 
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,

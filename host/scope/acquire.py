@@ -18,7 +18,7 @@ __all__ = ["TRIGGERS", "Acquisition", "Trigger"]
 # Word of the command line: that of the controller's line, and the meaning.
 TRIGGERS = {
     "now": ("NOW", "at once"),
-    "short": ("SHORT", "Ss rises: a short"),
+    "short": ("SHORT", "Ss rises"),
     "arc": ("ARC", "a pulse was an arc (dame)"),
     "retraction": ("RETRACTION", "a retraction starts"),
     "open": ("OPEN", "a pulse was open"),

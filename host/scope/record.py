@@ -5,6 +5,7 @@ import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,7 @@ class Record:
     @property
     def time_us(self) -> NDArray[np.float64]:
         """Time from the trigger, µs."""
-        return self.clock * (1e6 / self.clock_hz)
+        return np.asarray(self.clock * (1e6 / self.clock_hz), dtype=np.float64)
 
     @property
     def samples(self) -> Numbers:
@@ -171,7 +172,8 @@ class Record:
                 yield clock + 1, "trigger", 0
 
     @staticmethod
-    def _names(ffi, lib, writer, name, bits, words):  # type: ignore[no-untyped-def]
+    def _names(ffi: Any, lib: Any, writer: Any, name: str, bits: int,
+               words: tuple[str, ...]) -> Any:
         """Write a table of names; return its number in the file."""
         literals = [ffi.new("char[]", word.encode()) for word in words]
         values = [ffi.new("char[]", f"{value:0{bits}b}".encode()) for value in range(len(words))]

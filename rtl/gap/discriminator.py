@@ -43,16 +43,8 @@ class Discriminator(wiring.Component):
     Sensing pulses carry too little current for any of this: they are ``SHORT`` if ``short`` was
     high in the last clock, else ``OPEN``.
 
-    For Ss a pulse counts as shorted by the voltage or by the current. By the voltage, with
-    ``short_delay`` 0, it is one of class ``SHORT``. By the current it is one of either source in
-    which current flows without an ignition delay: in its last clock ``current`` was high, and in
-    every clock before it but those of the blanking and the first ``short_delay`` ones. So a
-    discharge that ignites in these counts as shorted, too; and a ``short_delay`` shorter than the
-    blanking acts as that. The class goes by the voltage either way.
-
     ``ignited`` says in the same clock that the main pulse has ignited. ``shorted_now`` says in the
-    same clock that the pulse is shorted so far: by the voltage that it is past its blanking and
-    settling, and ``short`` is high; by the current the rule above. ``abnormal``
+    same clock that the pulse is past its blanking and settling, and ``short`` is high. ``abnormal``
     says that in a main pulse ``short`` or ``arc`` has been high for ``confirm`` clocks in a row,
     this one included; 0 counts as 1. The counters and ``last`` follow main pulses only, one clock
     after the sample; counters wrap.
@@ -62,9 +54,7 @@ class Discriminator(wiring.Component):
 
     Ref: the class scheme (open, normal, arc, short by voltage and ignition delay): doi
     10.1177/0954405414543488; arcs burn below 15 to 20 V, shorts below 10 to 15 V. Arcs have no high
-    frequencies: ASME J. Eng. Ind. 102 (3), 1980, p. 189. Ss by the conduction current: first patent
-    (retraction from the tape). What tells a short's current from a discharge's, the ignition delay,
-    is ours.
+    frequencies: ASME J. Eng. Ind. 102 (3), 1980, p. 189.
 
     Members
     -------
@@ -75,7 +65,7 @@ class Discriminator(wiring.Component):
     arc, short : In(1)
         Gap voltage below the arc level, and below the short level.
     current : In(1)
-        Gap current above its threshold; in a sensing pulse, above the threshold of these.
+        Gap current above its threshold.
     noise : In(1)
         The discharge has high frequencies.
     blanking : In(16)
@@ -84,9 +74,6 @@ class Discriminator(wiring.Component):
         In clocks.
     delay_least : In(16)
         Shortest ignition delay of a good discharge, in clocks.
-    short_delay : In(16)
-        0: Ss goes by the voltage. Else by the current, and a shorter ignition delay is none, in
-        clocks.
     use_current, use_delay, use_noise : In(1)
         Criteria in use.
     from_ignition : In(1)
@@ -98,7 +85,7 @@ class Discriminator(wiring.Component):
     sample_sensing : Out(1)
         It was a sensing pulse. Valid with ``sample``.
     sample_shorted : Out(1)
-        It counts as shorted for Ss. Valid with ``sample``.
+        ``kind`` is ``SHORT``. Valid with ``sample``.
     ignited : Out(1)
         The main pulse has ignited, in this clock or before.
     shorted_now : Out(1)
@@ -122,7 +109,6 @@ class Discriminator(wiring.Component):
     settle: In(8)
     confirm: In(8)
     delay_least: In(16)
-    short_delay: In(16)
     use_current: In(1)
     use_delay: In(1)
     use_noise: In(1)
@@ -187,9 +173,8 @@ class Discriminator(wiring.Component):
                        & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
             self.ignited.eq(burning),
             settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
+            self.shorted_now.eq(settled & self.short),
         ]
-        self._shorts(m, same=same, past=past, settled=settled,
-                     delayed=since(self.short_delay, "delayed"))
         m.d.sync += [lit.eq(burning), was_settled.eq(settled & self.on)]
         with m.If(burning):
             m.d.sync += burnt.eq(burnt + 1)
@@ -221,7 +206,7 @@ class Discriminator(wiring.Component):
         arc = Signal()
         m.d.sync += [
             valid.eq(past),
-            short.eq(settled & self.short),
+            short.eq(self.shorted_now),
             arc.eq(settled & self.arc),
         ]
 
@@ -230,6 +215,7 @@ class Discriminator(wiring.Component):
         m.d.comb += [
             self.sample.eq(valid & ~same),
             self.sample_sensing.eq(before[1]),
+            self.sample_shorted.eq(short),
             suspect.eq((self.use_delay | self.use_noise) & (early | ~self.use_delay)
                        & ~(heard & self.use_noise)),
         ]
@@ -253,18 +239,3 @@ class Discriminator(wiring.Component):
                         m.d.sync += count.eq(count + 1)
 
         return m
-
-    def _shorts(self, m, *, same, past, settled, delayed):
-        """Whether the pulse counts as shorted for Ss, in this clock and in the last one.
-
-        ``delayed`` is high from the clock on that follows the first ``short_delay``.
-        """
-        flowing = Signal()      # in every clock from the start on, as far as it has come
-        flowed = Signal()
-        begun = Signal()        # the start was before this clock, if the pulse is the same
-        m.d.comb += [
-            flowing.eq(self.current & (flowed | ~(same & begun))),
-            self.shorted_now.eq(Mux(self.short_delay == 0, settled & self.short, past & flowing)),
-        ]
-        m.d.sync += [begun.eq(past & delayed), flowed.eq(flowing),
-                     self.sample_shorted.eq(self.shorted_now)]

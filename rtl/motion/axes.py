@@ -70,10 +70,11 @@ class Axes(wiring.Component):
     FAULTS = ("error_saturated", "encoder", "following_stopped", "following_moving", "coder",
               "travel")
     SETTINGS = ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
-                "step_time_width", "step_time_space", "step_time_setup", "gain")
+                "mode_swap", "step_time_width", "step_time_space", "step_time_setup", "gain",
+                "gear_steps", "gear_rest", "gear_strobe", "backlash_size", "backlash_strobe")
     BOUNDS = ("low", "high", "follow_stopped", "follow_moving", "gain")
-    REPORTS = ("command", "position", "error", "overshoot", "status_saturated", "status_illegal",
-               "status_check")
+    REPORTS = ("command", "position", "error", "overshoot", "backlash_taken_up",
+               "status_saturated", "status_illegal", "status_check")
 
     def __init__(self, *, registers: Mapping[str, wiring.Signature], letters: str, clock_hz: int,
                  pulses_per_mm: int, dac: str, fastest_mm_s: float):

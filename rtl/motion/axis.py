@@ -5,11 +5,12 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.motion.backlash import BACKLASH_BITS, Backlash
 from rtl.motion.dac import Dac, check_modulator
 from rtl.motion.encoder import Encoder
 from rtl.motion.error_counter import ErrorCounter
 from rtl.motion.feed_forward import FORWARD_BITS
-from rtl.motion.step_dir import StepDir
+from rtl.motion.gear import GEAR_BITS, Gear
 from rtl.motion.supervision import GAIN_BITS, Supervision
 
 __all__ = ["Axis"]
@@ -94,7 +95,8 @@ class Axis(wiring.Component):
     ``command``, ``position`` and ``error`` are those of ``ErrorCounter``:
     ``command == position + error`` in every clock in which ``status_saturated`` is low. Pi is
     accepted in any clock, also while ``safe``. FP comes from the encoder or, with ``mode_step``,
-    from the step pulses sent: Er is then the queue of steps, and DAC and encoder are not used.
+    from the ``Gear``: Er is then the queue of the pulses whose steps are not sent yet, and DAC and
+    encoder are not used. Either way ``Backlash`` stands between, and has its own pulses in FP.
 
     The velocity command is the sum of Er and ``forward``, limited to +-32767 pulses, in 2**-15 of
     full scale. So the DAC saturates at a quarter of the error counter's range; the alarm comes at
@@ -110,7 +112,8 @@ class Axis(wiring.Component):
     clock. From an edge of the encoder to ``fp``: ``Encoder``, 3.
 
     ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
-    does not touch the mark of the overshoot, which is a position.
+    does not touch the mark of the overshoot, which is a position, nor gear and backlash. Without
+    ``mode_step`` the gear does not count.
 
     Parameters
     ----------
@@ -156,6 +159,12 @@ class Axis(wiring.Component):
         Step/direction instead of DAC and encoder.
     mode_reverse : In(1)
         The encoder counts the other way.
+    mode_swap : In(1)
+        The drive turns the other way: ``dir`` and ``dac_negative`` are inverted.
+    gear_steps, gear_rest : In(16), gear_strobe : In(1)
+        n and m - n of the ``Gear``; the strobe begins to count with them.
+    backlash_size : In(13), backlash_strobe : In(1)
+        See ``Backlash``; the strobe clears.
     step_time_width : In(8)
         See ``StepDir``; so are the next two.
     step_time_space : In(8)
@@ -163,7 +172,7 @@ class Axis(wiring.Component):
     step_time_setup : In(8)
         In clocks.
     tick : In(1), gain : In(14)
-        See ``Supervision``.
+        See ``Supervision``; ``Backlash`` makes a pulse a tick.
     command : Out(signed(travel))
         Sum of Pi, in pulses.
     position : Out(signed(travel))
@@ -192,12 +201,14 @@ class Axis(wiring.Component):
         Step pulse.
     dir : Out(1)
         Its direction, high for down.
+    backlash_taken_up : Out(13)
+        See ``Backlash``.
     fp : Out(1)
-        Feedback pulse.
+        Feedback pulse, those of the backlash included.
     fp_reverse : Out(1)
         Its direction, high for down. Valid while ``fp`` is high.
     in_position : Out(1)
-        Er is no further from 0 than ``window``.
+        Er is no further from 0 than ``window``, and the backlash is taken up.
 
     Raises
     ------
@@ -233,6 +244,12 @@ class Axis(wiring.Component):
             "window":            In(12),
             "mode_step":         In(1),
             "mode_reverse":      In(1),
+            "mode_swap":         In(1),
+            "gear_steps":        In(GEAR_BITS, init=1),
+            "gear_rest":         In(GEAR_BITS),
+            "gear_strobe":       In(1),
+            "backlash_size":     In(BACKLASH_BITS),
+            "backlash_strobe":   In(1),
             "step_time_width":   In(8),
             "step_time_space":   In(8),
             "step_time_setup":   In(8),
@@ -252,6 +269,7 @@ class Axis(wiring.Component):
             "dac_negative":      Out(1),
             "step":              Out(1),
             "dir":               Out(1),
+            "backlash_taken_up": Out(BACKLASH_BITS),
             "fp":                Out(1),
             "fp_reverse":        Out(1),
             "in_position":       Out(1),
@@ -263,11 +281,13 @@ class Axis(wiring.Component):
                                                             travel=self.travel)
         m.submodules.encoder = encoder = Encoder()
         m.submodules.dac = dac = Dac(self.dac_modulator)
-        m.submodules.step_dir = step_dir = StepDir()
+        m.submodules.gear = gear = Gear()
+        m.submodules.backlash = backlash = Backlash()
         m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
         m.submodules.supervision = supervision = self.supervision
 
         adopt = Signal()
+        moved, moved_reverse = Signal(), Signal()   # pulse of the drive
         m.d.comb += [
             adopt.eq(self.adopt & self.safe),
 
@@ -276,18 +296,33 @@ class Axis(wiring.Component):
             encoder.clear.eq(adopt | self.mode_step),
             self.status_illegal.eq(encoder.illegal),
 
-            step_dir.pending.eq(counter.error != 0),
-            step_dir.negative.eq(counter.error < 0),
-            step_dir.width.eq(self.step_time_width),
-            step_dir.space.eq(self.step_time_space),
-            step_dir.setup.eq(self.step_time_setup),
-            step_dir.safe.eq(self.safe | ~self.mode_step),
-            self.step.eq(step_dir.step),
-            self.dir.eq(step_dir.dir),
+            gear.pending.eq(counter.error != 0),
+            gear.negative.eq(counter.error < 0),
+            gear.steps.eq(self.gear_steps),
+            gear.rest.eq(self.gear_rest),
+            gear.clear.eq(self.gear_strobe | ~self.mode_step),
+            gear.width.eq(self.step_time_width),
+            gear.space.eq(self.step_time_space),
+            gear.setup.eq(self.step_time_setup),
+            gear.safe.eq(self.safe | ~self.mode_step),
+            self.step.eq(gear.step),
+            self.dir.eq(gear.dir ^ self.mode_swap),
 
-            self.fp.eq(Mux(self.mode_step, step_dir.taken, encoder.fp)),
-            self.fp_reverse.eq(Mux(self.mode_step, step_dir.dir,
-                                   encoder.fp_reverse ^ self.mode_reverse)),
+            moved.eq(Mux(self.mode_step, gear.fp, encoder.fp)),
+            moved_reverse.eq(Mux(self.mode_step, gear.fp_reverse,
+                                 encoder.fp_reverse ^ self.mode_reverse)),
+
+            backlash.size.eq(self.backlash_size),
+            backlash.tick.eq(self.tick),
+            backlash.pi.eq(self.pi),
+            backlash.pi_reverse.eq(self.pi_reverse),
+            backlash.moved.eq(moved),
+            backlash.moved_reverse.eq(moved_reverse),
+            backlash.safe.eq(self.safe),
+            backlash.clear.eq(self.backlash_strobe),
+            self.backlash_taken_up.eq(backlash.taken_up),
+            self.fp.eq(backlash.fp),
+            self.fp_reverse.eq(backlash.fp_reverse),
 
             counter.pi.eq(self.pi),
             counter.pi_reverse.eq(self.pi_reverse),
@@ -319,10 +354,10 @@ class Axis(wiring.Component):
             backwards.eq(total[-1]),
         ]
         m.d.comb += [
-            self.in_position.eq(size <= self.window),
+            self.in_position.eq((size <= self.window) & backlash.done),
 
             dac.magnitude.eq(Mux(told[FULL_SCALE_BITS:].any(), FULL_SCALE, told)),
-            dac.reverse.eq(backwards),
+            dac.reverse.eq(backwards ^ self.mode_swap),
             dac.safe.eq(self.safe | self.mode_step),
             self.dac.eq(dac.pulse),
             self.dac_negative.eq(dac.negative),
@@ -340,8 +375,8 @@ class Axis(wiring.Component):
             supervision.size.eq(dac.magnitude),
             supervision.negative.eq(backwards),
             supervision.standing.eq(self.in_position),
-            supervision.fp.eq(self.fp),
-            supervision.fp_reverse.eq(self.fp_reverse),
+            supervision.fp.eq(moved),
+            supervision.fp_reverse.eq(moved_reverse),
             supervision.a.eq(encoder.a_level),
             supervision.b.eq(encoder.b_level),
             supervision.on.eq(~self.safe & ~self.mode_step),

@@ -11,9 +11,10 @@ __all__ = ["StepDir"]
 class StepDir(wiring.Component):
     """Shape of the step pulses, one for each pulse stored in a signed counter outside.
 
-    The queue of steps is that counter (the axis' own Er): ``pending`` and ``negative`` say whether
-    it holds any and which way, and each ``taken`` must bring it one nearer to zero in the next
-    clock. So a step is either stored there or sent, and none is lost or sent twice.
+    The queue of steps is that counter (the axis' own Er, by way of its ``Gear``): ``pending`` and
+    ``negative`` say whether it holds any and which way, and each ``taken`` must bring it one nearer
+    to zero in the next clock. So a step is either stored there or sent, and none is lost or sent
+    twice.
 
     ``step`` is high for ``width`` clocks and then low for at least ``space``; ``dir`` changes only
     while ``step`` is low, ``space`` clocks or more after it fell and ``setup`` or more before it
@@ -42,6 +43,8 @@ class StepDir(wiring.Component):
         To the drive.
     dir : Out(1)
         To the drive, high for down.
+    takes : Out(1)
+        A step begins in the next clock.
     taken : Out(1)
         A step has begun: high in the first clock of ``step``. Its direction is ``dir``.
     """
@@ -54,6 +57,7 @@ class StepDir(wiring.Component):
     safe: In(1)
     step: Out(1)
     dir: Out(1)
+    takes: Out(1)
     taken: Out(1)
 
     def elaborate(self, platform):
@@ -68,6 +72,7 @@ class StepDir(wiring.Component):
         with m.Elif(self.step):
             m.d.sync += [self.step.eq(0), remaining.eq(self.space)]
         with m.Elif(self.pending & (self.dir == self.negative)):
+            m.d.comb += self.takes.eq(1)
             m.d.sync += [self.step.eq(1), self.taken.eq(1), remaining.eq(self.width)]
         with m.Elif(self.pending):
             m.d.sync += [self.dir.eq(self.negative), remaining.eq(self.setup)]

@@ -51,12 +51,15 @@ GRBL_SETTINGS: tuple[GrblSetting, ...] = (
     _constant(22, "homing", 0, "There is none: move to the mark, then `$POSITION=HERE`."),
     _constant(32, "laser mode", 0, "There is none."),
     *(GrblSetting(number=100 + k, title=f"resolution of {axis}", unit="step/mm",
-                  source="resolution", axis=k, meaning="A pulse of the path is 0.1 µm.")
+                  source="resolution", axis=k,
+                  follows=(f"gear_steps_{axis.lower()}", f"gear_pulses_{axis.lower()}"),
+                  meaning="Steps of an axis with step/direction output, by its gear; pulses of any "
+                  "other, 10 000.")
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=110 + k, title=f"highest speed of {axis}", unit="mm/min", source="speed",
-                  axis=k, follows=("highest_speed_mm_min",),
+                  axis=k, follows=("highest_speed_mm_min", f"highest_speed_{axis.lower()}"),
                   meaning="`${highest_speed_mm_min}`, which limits the speed along the path, but "
-                  "at most what the clock allows.")
+                  f"at most what the clock allows and `${{highest_speed_{axis.lower()}}}`.")
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=120 + k, title=f"acceleration of {axis}", unit="mm/s2",
                   source="acceleration", axis=k, follows=("acceleration_mm_s2",),

@@ -18,6 +18,9 @@ FIRST = 400
 LARGEST_ERROR = (1 << 17) - 1   # pulses: range of the gateware's error counter
 LARGEST_GAIN = 400              # 1/s: what the gateware's model of the drive can express
 FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmware
+PULSES_PER_MM = 10_000          # of the path
+LARGEST_GEAR = 1 << 16
+LARGEST_BACKLASH = (1 << 13) - 1    # pulses
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
 # Groups of settings, with their headings on the page. When a setting changes, the firmware applies
@@ -26,13 +29,14 @@ GROUPS = {
     "detector": "Shorts, pulses and sensing",
     "motion": "Speeds and short bursts",
     "axes": "Axes and coders",
+    "drives": "Drives: gear, direction and backlash",
     "travel": "Travel",
     "loop": "Position loop and arcs",
     "side": "Machine side",
     "gap": "Classes of pulses, servo, fluid and feed",
     "program": "Programs and power supply",
 }
-Group = Literal["detector", "motion", "axes", "travel", "loop", "side", "gap", "program"]
+Group = Literal["detector", "motion", "axes", "drives", "travel", "loop", "side", "gap", "program"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,6 +283,35 @@ SETTINGS: tuple[Setting, ...] = (
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
          "level of the comparators waits at least so long. The times of the board are never "
          "shortened."),
+    *(_set(520 + k, f"gear_steps_{axis.lower()}", f"gear of {axis}: steps", "steps",
+           (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
+           f"Electronic gear of {axis} with step/direction output: so many steps for "
+           f"`${{gear_pulses_{axis.lower()}}}` pulses. A mm has 10 000 pulses: while that setting "
+           "is 10 000, this one is the steps per mm. Steps are rounded to the nearest, by the "
+           "count of pulses alone. After a change the position is lost; it is not accepted with "
+           "more steps than pulses.")
+      for k, axis in enumerate("XYZ")),
+    *(_set(523 + k, f"gear_pulses_{axis.lower()}", f"gear of {axis}: in so many pulses", "pulses",
+           (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
+           f"Pulses for `${{gear_steps_{axis.lower()}}}`, at least as many as steps. After a "
+           "change the position is lost.")
+      for k, axis in enumerate("XYZ")),
+    *(_set(526 + k, f"backlash_{axis.lower()}", f"backlash of {axis}", "pulses",
+           (0, 0, LARGEST_BACKLASH), "drives",
+           f"Play between drive and {axis}, a pulse being 0.1 µm. While {axis} goes down, the "
+           "drive stands further down by it. It is taken up at 3.1 mm/s, beside the motion. After "
+           "a change the position is lost, and the axis counts as having come up: so reference it "
+           "upwards.")
+      for k, axis in enumerate("XYZ")),
+    _set(529, "reversed_drives", "drives that turn the other way, mask", "", (0, 0, 7), "drives",
+         "Axes whose drive moves up at a command down: the sum of 1 for X, 2 for Y, 4 for Z. It "
+         "inverts the direction pin and the sign of the velocity command. After a change the "
+         "position is lost."),
+    *(_set(530 + k, f"highest_speed_{axis.lower()}", f"highest speed of {axis} (0 no own bound)",
+           "mm/min", (0, 0, 60_000), "motion",
+           f"The speed along the path is limited so that {axis} goes no faster, on the way back "
+           "and in jumps as well. An arc is limited by the slower axis of its plane.")
+      for k, axis in enumerate("XYZ")),
 )
 
 

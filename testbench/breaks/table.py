@@ -10,11 +10,12 @@ from testbench.breaks.table_motion import MOTION
 from testbench.breaks.table_panel import PANEL
 from testbench.breaks.table_plant import PLANT
 from testbench.breaks.table_safety import SAFETY
+from testbench.breaks.table_scope import SCOPE
 
 __all__ = ["EQUIVALENT", "SHORT", "TABLE"]
 
-TABLE: tuple[Break, ...] = (SAFETY + GAP + MOTION + MACHINE + LINK + PANEL + PLANT
-                           + BOARDS)
+TABLE: tuple[Break, ...] = (SAFETY + GAP + MOTION + MACHINE + LINK + PANEL + PLANT + BOARDS
+                           + SCOPE)
 
 WINDOW = ("testbench/unit/firmware/test_path.py::test_window_moves_under_a_moving_machine",
           "testbench/unit/firmware/test_path.py::test_window_holds_what_is_commanded")

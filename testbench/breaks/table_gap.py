@@ -70,7 +70,16 @@ GAP = (
     ),
     *breaks_of(
         "rtl/gap/gap.py", "unit/rtl/test_gap_rules.py",
-        ("discriminator.short_delay.eq(registers.short_current)", "discriminator.short_delay.eq(0)",
+        ("by_current.eq(registers.short_current != 0)", "by_current.eq(0)",
          "Ss goes by the current if that is set"),
+    ),
+    *breaks_of(
+        "rtl/gap/conduction.py", "unit/rtl/test_conduction.py",
+        ("self.current & (self.last |", "(self.last |", "a current that ends is no short"),
+        ("(self.last | ~(same & over))", "(self.last | ~(same & 0))",
+         "a discharge after a delay is no short"),
+        ("~(same & over)", "~over", "every pulse begins anew"),
+        ("(age == self.delay)", "(age == 1)", "the delay is as long as set"),
+        ("(gates != 0) & self.current", "self.current", "no conduction without a pulse"),
     ),
 )

@@ -169,6 +169,17 @@ LINK = (
          "    return false;\n    const", "who sets one is told what to set"),
     ),
     *breaks_of(
+        "softcore/firmware/app/commands.c", "unit/firmware/test_drives.py",
+        ("        if (loses)\n", "        if (false)\n", "a change of a drive loses the position"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
+        ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
+         "more steps than pulses are not in force"),
+        ("values[which] == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES", "false",
+         "the same value leaves the gear"),
+    ),
+    *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
         ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
          "        value > SETTINGS_TABLE_ROWS[which].highest",

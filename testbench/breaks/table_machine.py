@@ -106,6 +106,18 @@ MACHINE = (
          CEILING),
     ),
     *breaks_of(
+        "softcore/firmware/app/control.c", "unit/firmware/test_drives.py",
+        ("    if (!settings_gears(f))\n        return false;\n", "",
+         "no position with a gear that does not fit"),
+    ),
+    *breaks_of(
+        "softcore/firmware/path/history.c", "unit/firmware/test_drives.py",
+        ("        move->highest = line_bound(move);\n", "", "no axis exceeds its speed on a line"),
+        ("arc_bound(block, highest_rate(&b->arc))", "highest_rate(&b->arc)",
+         "nor on an arc"),
+        ("        s->tight = move->highest != 0;\n", "", "slow before a slower axis"),
+    ),
+    *breaks_of(
         "softcore/firmware/path/history.c", "unit/firmware/test_override.py",
         ("u->word[0] & RAPID ? rapid_factor : feed_factor", "feed_factor",
          "rapids have an override of their own"),

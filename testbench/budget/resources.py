@@ -44,11 +44,12 @@ class Resources:
 def netlist() -> str:
     """The controller as on a board but without the pads, as RTLIL with its hierarchy.
 
-    Its memory is the smallest board's, so that every block fits ``DEVICE``.
+    Its memory and its oscilloscope are the smallest board's, so that every block fits ``DEVICE``.
     """
     smallest = min(BOARDS.values(), key=lambda board: board.memory_size)
     top, outside = simulated(BOARD.clock_hz, memory_size=smallest.memory_size,
-                             memory_banks=smallest.memory_banks)
+                             memory_banks=smallest.memory_banks,
+                             scope_depth=smallest.scope_depth)
     return rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False,
                          platform=SimpleNamespace(device="LFE5U"))
 

@@ -21,12 +21,10 @@ __all__ = ["TOP", "program"]
 HERE = Path(__file__).parent
 TOP = "bench"
 
-# The clock in SystemVerilog needs coroutines.
-STANDARD = ["-std=c++20"]
 WORD = 64   # probes in a word of ``bench_watched``
 VERILATE = ["--timing", "--vpi", "--top-module", TOP]
 RUNTIME = [*verilated.RUNTIME, "verilated_timing.cpp", "verilated_vpi.cpp", "verilated_dpi.cpp"]
-OPTIONS = [*STANDARD, *verilated.includes(timing=True)]
+OPTIONS = verilated.includes(timing=True)
 
 
 def _readings() -> str:
@@ -67,7 +65,7 @@ def program(clock_hz: int, options: build.Options = build.USUAL,
         main = Path(cocotb_tools.config.share_dir) / "lib" / "verilator" / "verilator.cpp"
         own = compiling.objects([main, HERE / "dpi.cpp"], folder,
                                 [*OPTIONS, f"-I{folder}", f"-I{build.PLANT}", f"-I{build.HERE}"])
-        parts = [*verilated.model(folder, OPTIONS), *verilated.runtime(OPTIONS, RUNTIME),
+        parts = [*verilated.model(folder, OPTIONS), *verilated.runtime(RUNTIME),
                  *build.station(progress), *own]
         # Python finds the station's functions in the program itself.
         compiling.link(parts, [f"-L{libraries}", "-lcocotbvpi_verilator",

@@ -85,7 +85,8 @@ SCENARIOS = (
     Scenario(tapes.noisy_line),
     Scenario(tapes.hard_work),
     Scenario(programs.begins, {"on": "wire", "tape": "wire_slot", "until_s": 1.0}, "wire"),
-    *(Scenario(programs.begins, {"on": "wall", "tape": f"wire_finish_p{mode}", "until_s": 1.8},
+    # The feed mode is in force from 0.5 s on; the last event, after a retraction, is at 1.03 s.
+    *(Scenario(programs.begins, {"on": "wall", "tape": f"wire_finish_p{mode}", "until_s": 1.1},
                "wall") for mode in (2, 3, 4, 5)),
     Scenario(programs.planned_series),
     # To the first natural short, a jump, and the alarm; in both codes.

@@ -17,6 +17,8 @@ from host.tape.tape import load
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
+DEPTH_MM = 0.3      # of the short job
+
 
 def test_a_summary_tells_the_walls_of_the_cavity_that_was_cut():
     machine = machines.load("cavity")
@@ -42,11 +44,12 @@ def test_a_summary_tells_the_walls_of_the_cavity_that_was_cut():
 
 
 def test_a_short_job_of_the_experiment_consumes_what_its_cavity_opens():
-    record = run(Trial("staircase", 1, 0.5, 3))
-    planned = staircase_for(Trial("staircase", 1, 0.5, 3), read_all("copper", "steel"))
+    trial = Trial("staircase", seed=1, depth_mm=DEPTH_MM, parts=3)
+    record = run(trial)
+    planned = staircase_for(trial, read_all("copper", "steel"))
     assert record["outcome"] == "end"
     # The stock on the bottom stays: the program ends above the depth by it.
-    assert record["depth_mm"] == pytest.approx(0.5 - planned.bottom_um / 1000, abs=0.003)
+    assert record["depth_mm"] == pytest.approx(DEPTH_MM - planned.bottom_um / 1000, abs=0.003)
     walls = record["walls"]
     assert record["consumed_um"] == max(walls["opening_um"]) == record["swept_um"][0]
     assert 0 < walls["depth_mm"][-1] - record["depth_mm"] < 0.15    # by the gap

@@ -53,7 +53,9 @@ def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
 
 def test_the_full_current_comes_in_steps_of_half_an_ampere_and_no_more():
     half = machines.load("half")
-    with Simulation(machine=half.tables, clock_hz=half.clock_hz, seed=1, trace=False) as session:
+    # One controller is built for this and for ``test_dac.py``.
+    tables = half.tables | {"axis": half.tables["axis"] | {"dac": "pwm"}}
+    with Simulation(machine=tables, clock_hz=half.clock_hz, seed=1, trace=False) as session:
         refused = r"the current I must be 0 to 60 steps of the power supply, 500 mA each"
         job = Job(session, assign("current_step_ma", 500), "G10 C900 I20 P300 Q150",
                   watched=("gap_ma", "gap_level"))

@@ -7,10 +7,11 @@ are in the next.
 
 from dataclasses import dataclass, field
 
+from testbench.models.backlash import Backlash
 from testbench.models.dac import Dac
 from testbench.models.encoder import Encoder
 from testbench.models.error_counter import ErrorCounter
-from testbench.models.step_dir import StepDir
+from testbench.models.gear import Gear
 from testbench.models.supervision import Supervision
 
 FULL_SCALE = 32767
@@ -40,7 +41,8 @@ class Axis:
     counter: ErrorCounter = field(default_factory=ErrorCounter)
     encoder: Encoder = field(default_factory=Encoder)
     dac: Dac = field(default_factory=Dac)
-    step_dir: StepDir = field(default_factory=StepDir)
+    gear: Gear = field(default_factory=Gear)
+    backlash: Backlash = field(default_factory=Backlash)
     overshoot: Overshoot = field(default_factory=Overshoot)
     supervision: Supervision = field(default_factory=Supervision)
     pulse: int = 0  # of the encoder, not yet with the reversal
@@ -54,21 +56,35 @@ class Axis:
     def resting(self) -> bool:
         return self.quiet is None or self.quiet >= self.rest_clocks
 
+    def moved(self, *, mode_step: bool, mode_reverse: bool) -> int:
+        """Pulse of the drive in the clock to come: -1, 0 or +1."""
+        if mode_step:
+            return self.gear.pulse
+        return -self.pulse if mode_reverse else self.pulse
+
     def feedback(self, *, mode_step: bool, mode_reverse: bool) -> int:
         """FP of the clock to come: -1, 0 or +1."""
-        if mode_step:
-            return (-1 if self.step_dir.dir else 1) * self.step_dir.taken
-        return -self.pulse if mode_reverse else self.pulse
+        return self.backlash.pulse(self.moved(mode_step=mode_step, mode_reverse=mode_reverse))
+
+    def in_position(self, window: int, size: int = 0) -> bool:
+        """Whether the axis is in position, with a backlash of ``size``."""
+        return abs(self.seen) <= window and self.backlash.taken_up == self.backlash.goal(size)
 
     def tick(self, *, pi=0, forward=0, a=0, b=0, safe=False, adopt=False, mark=None,
              follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
-             mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1) -> None:
-        """Go on by one clock; ``mark`` is None, or whether the travel at the mark was down."""
+             mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1, backlash=0,
+             gear=None, swap=False) -> None:
+        """Go on by one clock.
+
+        ``mark`` is None, or whether the travel at the mark was down. ``gear`` is None, or n and m
+        of a gear that begins, and the backlash with it.
+        """
+        moved = self.moved(mode_step=mode_step, mode_reverse=mode_reverse)
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
-            standing=abs(self.seen) <= window, fp=fp,
+            standing=self.in_position(window, backlash), fp=moved,
             a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
             clear=adopt)
 
@@ -78,10 +94,13 @@ class Axis:
         self.quiet = 0 if pi else None if self.quiet is None else self.quiet + 1
 
         velocity = max(-FULL_SCALE, min(FULL_SCALE, self.told))
-        self.dac.tick(velocity, safe or mode_step)
+        self.dac.tick(-velocity if swap else velocity, safe or mode_step)
         width, space, setup = times
-        self.step_dir.tick(self.counter.error, width=width, space=space, setup=setup,
-                           safe=safe or not mode_step)
+        self.gear.tick(self.counter.error, width=width, space=space, setup=setup,
+                       safe=safe or not mode_step,
+                       clear=gear or (None if mode_step else (self.gear.n, self.gear.m)))
+        self.backlash.tick(size=backlash, tick=tick, pi=pi, moved=moved, safe=safe,
+                           clear=gear is not None)
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error

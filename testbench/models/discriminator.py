@@ -9,15 +9,10 @@ OPEN, OK, DAME, SHORT = range(4)
 
 @dataclass(frozen=True)
 class Sample:
-    """Class of a pulse, and whether it counts as shorted for Ss: by default one of class SHORT."""
+    """Class of a pulse."""
 
     kind: int
     sensing: bool
-    shorted: bool | None = None
-
-    def __post_init__(self):
-        if self.shorted is None:
-            object.__setattr__(self, "shorted", self.kind == SHORT)
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,6 @@ class Rules:
     use_delay: int = 0
     use_noise: int = 0
     from_ignition: int = 0
-    short_delay: int = 0
 
 
 @dataclass(frozen=True)
@@ -101,10 +95,6 @@ class Discriminator:
         return [] if ignition is None else self.pulse[ignition + rules.settle:]
 
     def _now(self, rules):
-        by_voltage, abnormal = self._levels(rules)
-        return self._conducts(rules) if rules.short_delay else by_voltage, abnormal
-
-    def _levels(self, rules):
         seen = self._readable(rules)
         if not seen:
             return False, False
@@ -114,30 +104,20 @@ class Discriminator:
         abnormal = self.source == "main" and run >= max(1, rules.confirm)
         return bool(seen[-1].short), abnormal
 
-    def _conducts(self, rules):
-        """Whether current flows without an ignition delay, as far as the pulse has gone."""
-        start = max(rules.short_delay, self._blanked(rules))
-        return (len(self.pulse) > self._blanked(rules) and bool(self.pulse[-1].current)
-                and all(clock.current for clock in self.pulse[start:]))
-
     def _classify(self, rules):
         if len(self.pulse) <= self._blanked(rules):
             return None
         sensing = self.source == "sense"
-        kind = self._kind(rules, sensing)
-        return Sample(kind, sensing, self._conducts(rules) if rules.short_delay else None)
-
-    def _kind(self, rules, sensing):
         seen = self._readable(rules)
         if seen and seen[-1].short:
-            return SHORT
+            return Sample(SHORT, sensing)
         ignition = self._ignition(rules)
         if sensing or ignition is None:
-            return OPEN
+            return Sample(OPEN, sensing)
         says = []
         if rules.use_delay:
             says.append(ignition < rules.delay_least)
         if rules.use_noise:
             says.append(not any(clock.noise for clock in self.pulse[ignition:]))
         bad = (seen and seen[-1].arc) or (says and all(says))
-        return DAME if bad else OK
+        return Sample(DAME if bad else OK, sensing)

@@ -9,7 +9,6 @@ from amaranth.lib import wiring
 
 from testbench import tools
 from testbench.native import compiling, verilated
-from testbench.native.build import STANDARD
 
 __all__ = ["component_library"]
 
@@ -34,10 +33,10 @@ def component_library(component: wiring.Component, driver: Path, *headers: Path)
         source = folder / "top.v"
         source.write_text(text)
         compiling.verilate(["--top-module", "top", source], folder)
-        options = [*STANDARD, *verilated.includes()]
+        options = verilated.includes()
         own = compiling.objects([driver], folder, [*options, f"-I{folder}", f"-I{HERE}",
                                                  *(f"-I{header.parent}" for header in headers)])
-        compiling.link([*verilated.model(folder, options), *verilated.runtime(options), *own],
+        compiling.link([*verilated.model(folder, options), *verilated.runtime(), *own],
                        ["-shared"], folder / "component.so")
 
     key = compiling.digest(text, verilated.KEY, tools.compiler().command,

@@ -15,7 +15,7 @@ from testbench.native.station import declare
 __all__ = ["difference", "pair_library"]
 
 VERILATE = ["--flatten", "--top-module", probes.TOP]
-OPTIONS = [*build.STANDARD, *verilated.includes()]
+OPTIONS = verilated.includes()
 _POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
 _FUNCTIONS = {
     "pair_create": (_POINTER, []),
@@ -80,7 +80,7 @@ def pair_library(clock_hz: int, options: build.Options = build.USUAL,
             [build.HERE / "pair.cpp"], folder,
             [*OPTIONS, f"-I{folder}", f"-I{driven}", f"-I{plain}", f"-I{build.PLANT}",
              f"-I{build.HERE}"])
-        compiling.link([*sorted(plain.glob("*.o")), *verilated.runtime(OPTIONS),
+        compiling.link([*sorted(plain.glob("*.o")), *verilated.runtime(),
                         *sorted(driven.glob("*.o")), *own], ["-shared"], folder / "pair.so")
 
     key = compiling.digest(plain.name, driven.name, _names(driven), sources=build.sources())

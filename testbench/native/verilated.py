@@ -3,6 +3,9 @@
 
 Verilator spreads a model over some thirty files, each of which reads the same headers for 1.6
 seconds. At -O1 the controller takes 15 CPU seconds as two units, and 63 file by file.
+
+The runtime is the same for all models: each of its files is compiled once, in one way. The
+coroutines of a model's own clocks need C++20.
 """
 
 from collections.abc import Sequence
@@ -14,8 +17,10 @@ from testbench.native import compiling
 
 __all__ = ["KEY", "RUNTIME", "includes", "model", "runtime"]
 
+STANDARD = ["-std=gnu++20"]
 RUNTIME = ["verilated.cpp", "verilated_threads.cpp"]
-# Of a model: -O2 takes twice as long to compile, and the clocks a second are the same.
+# Of a model and the runtime: -O2 takes half as long again to twice as long to compile, and the
+# clocks a second are the same.
 MODEL = ["-O1"]
 # What a build with Verilator depends on, besides its sources.
 KEY = (compiling.VERILATE, compiling.COMPILE, MODEL, version("verilator"))
@@ -25,18 +30,26 @@ def includes(*, timing: bool = False) -> list[str]:
     """Options to compile Verilator's runtime, and all that includes a model."""
     include = tools.verilator_root() / "include"
     off = ("COVERAGE", "SC", "TRACE", "TRACE_FST", "TRACE_VCD", "TRACE_SAIF")
-    return ["-DVERILATOR=1", *(f"-DVM_{what}=0" for what in off), f"-DVM_TIMING={int(timing)}",
-            f"-I{include}", f"-I{include / 'vltstd'}"]
+    return [*STANDARD, "-DVERILATOR=1", *(f"-DVM_{what}=0" for what in off),
+            f"-DVM_TIMING={int(timing)}", f"-I{include}", f"-I{include / 'vltstd'}"]
 
 
-def runtime(options: Sequence[str], names: Sequence[str] = RUNTIME) -> list[Path]:
-    """Object files of the runtime's C++ files ``names``, compiled with ``options``."""
-    sources = [tools.verilator_root() / "include" / name for name in names]
-    key = compiling.digest(KEY, names, options, tools.compiler().command,
-                           tools.compiler().version)
-    folder = compiling.kept(compiling.BUILD / f"runtime-{key}",
-                            lambda folder: compiling.objects(sources, folder, options))
-    return sorted(folder.glob("*.o"))
+def runtime(names: Sequence[str] = RUNTIME, options: Sequence[str] = (), *,
+            first: Sequence[str] = ()) -> list[Path]:
+    """Object files of the runtime's C++ files ``names``.
+
+    ``options`` are further ones of all the files, ``first`` of ``verilated.cpp`` alone.
+    """
+    def compiled(name):
+        source = tools.verilator_root() / "include" / name
+        chosen = [*includes(timing=True), *MODEL, *options, *(first if name == RUNTIME[0] else ())]
+        key = compiling.digest(KEY, name, chosen, tools.compiler().command,
+                               tools.compiler().version)
+        folder = compiling.kept(compiling.BUILD / f"runtime-{key}",
+                                lambda folder: compiling.objects([source], folder, chosen))
+        return folder / f"{source.stem}.o"
+
+    return [compiled(name) for name in names]
 
 
 def model(folder: Path, options: Sequence[str]) -> list[Path]:

@@ -46,6 +46,8 @@ def _start(name: str, machines: dict[str, type[Table]]) -> str:
         value = (tables.get(outer, {}) if outer else tables).get(inner)
         if value is not None:
             return repr(float(value))
+    if isinstance(default := _fields(machines)[name].default, int | float):
+        return repr(float(default))
     raise ValueError(f"no built-in machine has the number {name}")
 
 

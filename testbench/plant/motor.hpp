@@ -10,15 +10,24 @@
 
 namespace plant {
 
+// What an axis has of its own, from its table of the machine's file.
+struct OwnDrive {
+    double pulses_per_step = 1, backlash = 0;   // pulses
+    bool reversed = false;
+};
+
 // The speed loop closes the torque loop over an inertia:
 //   tau_i dA/dt = clamp((U - V) / tau_v, +-A_max) - A;  dV/dt = A;  dX/dt = V
 // with U the velocity command behind the DAC's filter, tau_f dU/dt = full_speed * density - U.
+// Between motor and axis there is play: the axis stays where it is until the motor has turned
+// through it. A motor that goes up pushes it at once, one that goes down after the backlash.
 // Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
 class Motor {
 public:
-    void configure(const AxisParameters& p, double pulses_per_mm, double clock_hz,
-                   unsigned clocks_per_tick) {
+    void configure(const AxisParameters& p, const OwnDrive& own, double pulses_per_mm,
+                   double clock_hz, unsigned clocks_per_tick) {
         p_ = p;
+        own_ = own;
         pulses_per_mm_ = pulses_per_mm;
         clocks_ = clocks_per_tick;
         dt_ = clocks_per_tick / clock_hz;
@@ -28,12 +37,12 @@ public:
     }
 
     // The DAC's pin, in every clock in which it is high.
-    void dac(bool negative) { sum_ += negative ? -1 : 1; }
+    void dac(bool negative) { sum_ += negative != own_.reversed ? -1 : 1; }
 
     // The step pin, on its rising edge.
     void step(bool down) {
         stepping_ = true;
-        target_ += down ? -1 : 1;
+        steps_ += down != own_.reversed ? -1 : 1;
     }
 
     // Once per tick: the speed of the next one.
@@ -41,7 +50,8 @@ public:
         double command = p_.full_speed_mm_s * sum_ / clocks_;
         sum_ = 0;
         if (stepping_)
-            command = (target_ - position_) / pulses_per_mm_ * p_.step_gain_per_s;
+            command = (static_cast<double>(steps_) * own_.pulses_per_step - position_) /
+                      pulses_per_mm_ * p_.step_gain_per_s;
         filtered_ += (command - filtered_) * filter_;
         if (enabled) {
             const double wanted = std::clamp((filtered_ - speed_) / (p_.speed_loop_ms * 1e-3),
@@ -61,6 +71,7 @@ public:
     // so that an axis at rest on an edge does not chatter.
     void clock() {
         position_ += advance_;
+        axis_ = std::clamp(axis_, position_, position_ + own_.backlash);
         if (position_ >= static_cast<double>(count_ + 1))
             ++count_;
         else if (position_ < static_cast<double>(count_) - 0.2)
@@ -68,8 +79,9 @@ public:
     }
 
     bool resting() const { return resting_; }
-    int32_t count() const { return count_; }          // pulses
-    double position() const { return position_; }     // pulses
+    int32_t count() const { return count_; }          // of the coder on the motor, pulses
+    int64_t steps() const { return steps_; }          // up less down
+    double position() const { return axis_; }         // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
     double command() const { return filtered_; }      // mm/s: U above
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
@@ -80,11 +92,14 @@ public:
 
 private:
     AxisParameters p_;
+    OwnDrive own_;
     double pulses_per_mm_ = 10000, dt_ = 8e-6, clock_s_ = 5e-7, filter_ = 0, torque_ = 0;
     unsigned clocks_ = 16;
     int sum_ = 0;
     bool stepping_ = false, resting_ = true;
-    double target_ = 0, filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0, position_ = 0;
+    int64_t steps_ = 0;
+    double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
+    double position_ = 0, axis_ = 0;    // of the motor and of the axis, pulses
     int32_t count_ = 0;
 };
 

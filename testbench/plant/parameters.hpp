@@ -10,6 +10,9 @@ namespace plant {
 
 enum class MachineKind { sinker, wire, cavity };  // `kind`
 enum class AxisDac { sigma_delta, pwm };  // `axis.dac`
+enum class XOutput { velocity, step };  // `x.output`
+enum class YOutput { velocity, step };  // `y.output`
+enum class ZOutput { velocity, step };  // `z.output`
 enum class StockKind { solid, wall, circle, rectangle };  // `stock.kind`
 
 struct AxisParameters {
@@ -34,6 +37,69 @@ struct AxisParameters {
     double brake_mm_s2 = 8000.0;
     // Gain of the position loop of a stepping drive, if the axis is driven by step pulses. [1/s]
     double step_gain_per_s = 300.0;
+};
+
+struct XParameters {
+    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
+    // the motor; or `step`, steps and direction, without a coder.
+    double output = 0;
+    // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
+    // times the reduction. At most 10 000 per mm.
+    double steps_per_turn = 10000.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
+    // 1: the drive turns the other way, so its direction is inverted.
+    double reversed = 0.0;
+    // Play between drive and axis. The controller makes up for it. [µm]
+    double backlash_um = 0.0;
+    // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
+    double highest_mm_min = 0.0;
+    // Lower soft limit, in the machine frame. [mm]
+    double low_mm = -299.0;
+    // Upper soft limit. [mm]
+    double high_mm = 299.0;
+};
+
+struct YParameters {
+    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
+    // the motor; or `step`, steps and direction, without a coder.
+    double output = 0;
+    // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
+    // times the reduction. At most 10 000 per mm.
+    double steps_per_turn = 10000.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
+    // 1: the drive turns the other way, so its direction is inverted.
+    double reversed = 0.0;
+    // Play between drive and axis. The controller makes up for it. [µm]
+    double backlash_um = 0.0;
+    // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
+    double highest_mm_min = 0.0;
+    // Lower soft limit, in the machine frame. [mm]
+    double low_mm = -299.0;
+    // Upper soft limit. [mm]
+    double high_mm = 299.0;
+};
+
+struct ZParameters {
+    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
+    // the motor; or `step`, steps and direction, without a coder.
+    double output = 0;
+    // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
+    // times the reduction. At most 10 000 per mm.
+    double steps_per_turn = 10000.0;
+    // Travel of a turn of the screw. [mm]
+    double pitch_mm = 1.0;
+    // 1: the drive turns the other way, so its direction is inverted.
+    double reversed = 0.0;
+    // Play between drive and axis. The controller makes up for it. [µm]
+    double backlash_um = 0.0;
+    // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
+    double highest_mm_min = 0.0;
+    // Lower soft limit, in the machine frame. [mm]
+    double low_mm = -299.0;
+    // Upper soft limit. [mm]
+    double high_mm = 299.0;
 };
 
 struct FluidParameters {
@@ -301,8 +367,8 @@ struct MachineParameters {
     // Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates
     // faster. [Hz]
     double clock_hz = 2000000.0;
-    // Pulses of a millimetre, for which the gateware is built; a pulse is an edge of the coder,
-    // too. [1/mm]
+    // Pulses of a millimetre of the path, for which the gateware is built. A pulse is an edge of
+    // the coder, too; a step has its own size, see `[x]`. [1/mm]
     double pulses_per_mm = 10000.0;
     // Step of the slow physics: motors, debris, shorts. [µs]
     double tick_us = 8.0;
@@ -318,6 +384,9 @@ struct MachineParameters {
     // Height of the electrode above the top of the workpiece when the program starts. [µm]
     double initial_gap_um = 100.0;
     AxisParameters axis;
+    XParameters x;
+    YParameters y;
+    ZParameters z;
     FluidParameters fluid;
     SourceParameters source;
     ComparatorParameters comparator;
@@ -349,6 +418,30 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"axis.filter_ms", &p.axis.filter_ms},
         {"axis.brake_mm_s2", &p.axis.brake_mm_s2},
         {"axis.step_gain_per_s", &p.axis.step_gain_per_s},
+        {"x.output", &p.x.output},
+        {"x.steps_per_turn", &p.x.steps_per_turn},
+        {"x.pitch_mm", &p.x.pitch_mm},
+        {"x.reversed", &p.x.reversed},
+        {"x.backlash_um", &p.x.backlash_um},
+        {"x.highest_mm_min", &p.x.highest_mm_min},
+        {"x.low_mm", &p.x.low_mm},
+        {"x.high_mm", &p.x.high_mm},
+        {"y.output", &p.y.output},
+        {"y.steps_per_turn", &p.y.steps_per_turn},
+        {"y.pitch_mm", &p.y.pitch_mm},
+        {"y.reversed", &p.y.reversed},
+        {"y.backlash_um", &p.y.backlash_um},
+        {"y.highest_mm_min", &p.y.highest_mm_min},
+        {"y.low_mm", &p.y.low_mm},
+        {"y.high_mm", &p.y.high_mm},
+        {"z.output", &p.z.output},
+        {"z.steps_per_turn", &p.z.steps_per_turn},
+        {"z.pitch_mm", &p.z.pitch_mm},
+        {"z.reversed", &p.z.reversed},
+        {"z.backlash_um", &p.z.backlash_um},
+        {"z.highest_mm_min", &p.z.highest_mm_min},
+        {"z.low_mm", &p.z.low_mm},
+        {"z.high_mm", &p.z.high_mm},
         {"fluid.drift_end_ohm_cm", &p.fluid.drift_end_ohm_cm},
         {"fluid.drift_s", &p.fluid.drift_s},
         {"fluid.cell_per_cm", &p.fluid.cell_per_cm},

@@ -5,6 +5,17 @@
 
 namespace plant {
 
+namespace {
+
+// The tables of the three axes are alike.
+template <typename Table>
+OwnDrive own_drive(const Table& table, double pulses_per_mm) {
+    return {pulses_per_mm * table.pitch_mm / table.steps_per_turn,
+            table.backlash_um / 1000 * pulses_per_mm, table.reversed != 0};
+}
+
+}  // namespace
+
 Plant::Plant(uint64_t seed)
     : parameters_(by_name(p_)), lines_(seed), sinker_(seed, p_, gap_forces_),
       wire_(seed, p_, gap_forces_) {
@@ -87,6 +98,9 @@ bool Plant::get(const std::string& name, double& value) {
         {"read.x_pulses", axes_[0].position()},
         {"read.y_pulses", axes_[1].position()},
         {"read.z_pulses", axes_[Z].position()},
+        {"read.x_steps", static_cast<double>(axes_[0].steps())},
+        {"read.y_steps", static_cast<double>(axes_[1].steps())},
+        {"read.z_steps", static_cast<double>(axes_[Z].steps())},
     };
     const auto reading = readings.find(name);
     if (reading == readings.end())
@@ -107,8 +121,10 @@ Cavity Plant::cavity_with(const std::map<std::string, double>& numbers) const {
 void Plant::configure() {
     clocks_per_tick_ =
         std::max(1u, static_cast<unsigned>(std::lround(p_.tick_us * p_.clock_hz / 1e6)));
-    for (auto& axis : axes_)
-        axis.configure(p_.axis, p_.pulses_per_mm, p_.clock_hz, clocks_per_tick_);
+    const OwnDrive own[AXES] = {own_drive(p_.x, p_.pulses_per_mm), own_drive(p_.y, p_.pulses_per_mm),
+                                own_drive(p_.z, p_.pulses_per_mm)};
+    for (int axis = 0; axis < AXES; ++axis)
+        axes_[axis].configure(p_.axis, own[axis], p_.pulses_per_mm, p_.clock_hz, clocks_per_tick_);
     gap_ = &sinker_;
     if (static_cast<MachineKind>(static_cast<int>(p_.kind)) == MachineKind::wire)
         gap_ = &wire_;

@@ -23,7 +23,9 @@ __all__ = ["PERIOD_NS", "TOP", "Emitted", "Place", "emit", "library"]
 
 TOP = "top"
 PERIOD_NS = 10   # of the clock
-OPTIONS = ["-std=c++20", "-DVL_USER_STOP", *verilated.includes()]
+OPTIONS = verilated.includes()
+# Verilator's own function would abort.
+STOPPING = ["-DVL_USER_STOP"]
 RUNTIME = [*verilated.RUNTIME, "verilated_vpi.cpp"]
 WAVES = ["-UVM_TRACE", "-DVM_TRACE=1", "-UVM_TRACE_VCD", "-DVM_TRACE_VCD=1"]
 # Every signal can be read and set: benches set registers, too. Failed assertions end the run.
@@ -31,7 +33,7 @@ VERILATE = ["--vpi", "--public-flat-rw", "--assert", "--top-module", TOP]
 # A block's C++ is one unit: reading the headers takes longest. At -O0 it takes as long to compile.
 MODEL = ["-O1"]
 
-# Verilator's own would abort: the engine looks at the number.
+# Instead of Verilator's own: the engine looks at the number.
 STOP = """extern "C" { int stopped = 0; }
 void vl_stop(const char* file, int line, const char*) {
     ++stopped;
@@ -160,7 +162,7 @@ def _build(text: str, folder: Path, *, waves: bool) -> None:
                             for path in [*sorted(folder.glob("Vtop*.cpp")), main]) + STOP)
     own = compiling.objects([unit], folder, [*options, *_headers(options), f"-I{folder}", *MODEL])
     libraries = Path(cocotb_tools.config.libs_dir)
-    compiling.link([*own, *verilated.runtime(options, runtime)],
+    compiling.link([*own, *verilated.runtime(runtime, WAVES if waves else (), first=STOPPING)],
                    ["-shared", f"-L{libraries}", "-lcocotbvpi_verilator",
                     f"-Wl,-rpath,{libraries}"], folder / "top.so")
     for path in [*folder.glob("*.o"), *folder.glob("Vtop*")]:
@@ -176,7 +178,7 @@ def library(text: str, *, waves: bool = False) -> Path:
         If a tool fails.
     """
     compiler = tools.compiler()
-    key = compiling.digest(text, waves, VERILATE, OPTIONS, STOP, MODEL, RUNTIME,
+    key = compiling.digest(text, waves, VERILATE, OPTIONS, STOPPING, STOP, MODEL, RUNTIME,
                            HEADERS, WAVES, verilated.KEY,
                            compiler.command, compiler.version, version("amaranth"),
                            version("cocotb"))

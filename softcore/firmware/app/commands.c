@@ -183,6 +183,7 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
     if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f))
         return;
     watch_between();
+    bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
     else if ((machine_machining() || hal_motion_read().moving) && settings_guard(number))
@@ -191,6 +192,8 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         watch_between(); /* conversions take divisions of 64 bits */
         if (settings_of_gap(number))
             gap_settings();
+        if (loses)
+            machine_lose_position();
     }
 }
 

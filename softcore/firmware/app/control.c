@@ -8,6 +8,7 @@
 #include "app/override.h"
 #include "app/program.h"
 #include "base/alarm.h"
+#include "base/settings.h"
 #include "base/watch.h"
 #include "link/tape.h"
 #include "path/path.h"
@@ -69,6 +70,8 @@ bool control_take_position(fault *f) {
         return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
     if (program_running() || !path_at_front() || jog_active())
         return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
+    if (!settings_gears(f))
+        return false;
     machine_know_position();
     return true;
 }

@@ -38,6 +38,7 @@ bool machine_goes(void) { return running && !held && !waits; }
 bool machine_position_lost(void) { return place != KNOWN; }
 
 void machine_know_position(void) { place = KNOWN; }
+void machine_lose_position(void) { place = 0; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {
     if ((moves || burns) && machine_position_lost())

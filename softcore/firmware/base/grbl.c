@@ -15,8 +15,8 @@ unsigned grbl_find(uint32_t number) {
 /* The value in thousandths of its unit. */
 static uint32_t thousandths(const grbl_table_row *row) {
     switch (row->source) {
-    case GRBL_RESOLUTION: return (uint32_t)units_pulses_of_um(1000) * 1000;
-    case GRBL_SPEED: return settings_highest_speed();
+    case GRBL_RESOLUTION: return settings_axis_resolution(row->value);
+    case GRBL_SPEED: return settings_axis_speed(row->value);
     case GRBL_ACCELERATION: return settings_get(SET_ACCELERATION_MM_S2) * 1000;
     default: return settings_travel_um(row->value);
     }

@@ -10,16 +10,18 @@
 static uint32_t values[SETTINGS];
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
+static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
 static uint64_t gain; /* of the position loop, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
 
-/* Rounded up, so that no time is 0. */
+/* At least the blanking, before whose end the comparator cannot have answered; never 0. */
 static uint32_t short_current(void) {
-    uint32_t ns = values[SET_SHORT_CURRENT_NS], clocks = units_clocks_of_ns(ns);
-    return ns && !clocks ? 1 : at_most(clocks, (1u << 16) - 1);
+    uint32_t ns = values[SET_SHORT_CURRENT_NS], blanking = values[SET_BLANKING_NS];
+    uint32_t clocks = at_most(units_clocks_of_ns(ns > blanking ? ns : blanking), (1u << 16) - 1);
+    return ns ? clocks + !clocks : 0;
 }
 
 static void apply_detector(void) {
@@ -58,6 +60,8 @@ static void apply_motion(void) {
     highest_speed = at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000,
                             units_speed_of_rate(UNITS_RATE_LIMIT));
     highest_rate = units_rate(highest_speed);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        axis_rate[axis] = units_rate(values[SET_HIGHEST_SPEED_X + axis] * 1000);
 }
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
@@ -90,11 +94,39 @@ static void write_errors(unsigned axis) {
                     values[SET_WINDOW]);
 }
 
+static void write_mode(unsigned axis) {
+    hal_axis_mode(axis, values[SET_STEP_AXES] >> axis & 1, values[SET_REVERSED_ENCODERS] >> axis & 1,
+                  values[SET_REVERSED_DRIVES] >> axis & 1);
+}
+
+static bool gear_fits(unsigned axis) {
+    return values[SET_GEAR_STEPS_X + axis] <= values[SET_GEAR_PULSES_X + axis];
+}
+
+bool settings_gears(fault *f) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        if (!gear_fits(axis))
+            return fault_at(f, FAULT_SETTING, 0, "the gear of %c has more steps ($%u) than pulses ($%u)",
+                            "XYZ"[axis], settings_number((setting)(SET_GEAR_STEPS_X + axis)),
+                            settings_number((setting)(SET_GEAR_PULSES_X + axis)));
+    return true;
+}
+
+/* Writing gear and backlash begins both anew: only after a change, which loses the position. A gear
+   that does not fit is not written; the position cannot be known again before it fits. */
+static void apply_drives(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        write_mode(axis);
+        if (gear_fits(axis))
+            hal_axis_gear(axis, values[SET_GEAR_STEPS_X + axis], values[SET_GEAR_PULSES_X + axis]);
+        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
+    }
+}
+
 static void apply_axes(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         write_errors(axis);
-        hal_axis_mode(axis, values[SET_STEP_AXES] >> axis & 1,
-                      values[SET_REVERSED_ENCODERS] >> axis & 1);
+        write_mode(axis);
         hal_axis_step_time(axis, at_most(units_clocks_of_ns(values[SET_STEP_WIDTH_NS]), 255),
                            at_most(units_clocks_of_ns(values[SET_STEP_SPACE_NS]), 255),
                            at_most(units_clocks_of_ns(values[SET_STEP_SETUP_NS]), 255));
@@ -128,6 +160,7 @@ void settings_init(void (*between)(void)) {
     between();
     apply_loop();
     apply_axes();
+    apply_drives();
     between();
     apply_travel();
     between();
@@ -181,11 +214,19 @@ bool settings_of_gap(uint32_t number) {
     return group == GROUP_GAP || group == GROUP_DETECTOR;
 }
 
+bool settings_of_drive(uint32_t number) {
+    setting which = settings_find(number);
+    return which < SETTINGS && (SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES ||
+                                which == SET_STEP_AXES);
+}
+
 bool settings_set(uint32_t number, uint32_t value) {
     setting which = settings_find(number);
     if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||
         value > SETTINGS_TABLE_ROWS[which].highest)
         return false;
+    if (values[which] == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES)
+        return true;
     values[which] = value;
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (SETTINGS_TABLE_ROWS[which].group) {
@@ -193,6 +234,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
     case GROUP_AXES: apply_axes(); break;
+    case GROUP_DRIVES: apply_drives(); break;
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */
@@ -244,6 +286,18 @@ uint32_t settings_curve_rate(uint32_t radius) {
 
 uint32_t settings_highest_speed(void) { return highest_speed; }
 uint32_t settings_highest_rate(void) { return highest_rate; }
+uint32_t settings_axis_rate(unsigned axis) { return axis_rate[axis]; }
+uint32_t settings_axis_speed(unsigned axis) {
+    uint32_t own = values[SET_HIGHEST_SPEED_X + axis] * 1000;
+    return own ? at_most(own, highest_speed) : highest_speed;
+}
+uint32_t settings_axis_resolution(unsigned axis) {
+    uint32_t most = (uint32_t)units_pulses_of_um(1000) * 1000;
+    return values[SET_STEP_AXES] >> axis & 1
+               ? (uint32_t)units_quotient((uint64_t)most * values[SET_GEAR_STEPS_X + axis],
+                                          values[SET_GEAR_PULSES_X + axis])
+               : most;
+}
 
 const travel_range *settings_travel(void) { return &limits; }
 uint32_t settings_travel_um(unsigned axis) { return values[SET_LOW_X_UM + axis] + upper_end_um(axis); }

@@ -35,6 +35,13 @@ bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of 
 /* Is it a setting of servo, fluid, feed or short detector? Call gap_settings after such a change. */
 bool settings_of_gap(uint32_t number);
 
+/* Has every gear at most one step a pulse? False with a fault. The two numbers of a gear are set one
+   after the other, so each alone is accepted. */
+bool settings_gears(fault *f);
+
+/* Is it a setting by whose change the drives and the counted positions part? */
+bool settings_of_drive(uint32_t number);
+
 /* Read a whole number at `at` and move `at` behind it; false if there is none. */
 bool settings_read_number(const char *line, uint32_t length, uint32_t *at, uint32_t *value);
 
@@ -47,6 +54,9 @@ uint32_t settings_start_rate(void);
 uint32_t settings_acceleration(void);
 uint32_t settings_highest_speed(void);  /* um/min */
 uint32_t settings_highest_rate(void);   /* the same as a rate */
+uint32_t settings_axis_rate(unsigned axis);     /* highest of an axis; 0 for no own bound */
+uint32_t settings_axis_speed(unsigned axis);    /* highest of an axis, um/min */
+uint32_t settings_axis_resolution(unsigned axis);   /* steps, or pulses, of a m */
 uint32_t settings_curve_rate(uint32_t radius);  /* highest rate on an arc; radius in pulses */
 const travel_range *settings_travel(void);      /* the soft limits */
 uint32_t settings_travel_um(unsigned axis);     /* distance between the soft limits of an axis */

@@ -78,18 +78,32 @@ typedef enum {
     SET_IGNITION_LAG_NS,
     SET_JOG_SILENCE_MS,
     SET_FOLLOW_US,
+    SET_GEAR_STEPS_X,
+    SET_GEAR_STEPS_Y,
+    SET_GEAR_STEPS_Z,
+    SET_GEAR_PULSES_X,
+    SET_GEAR_PULSES_Y,
+    SET_GEAR_PULSES_Z,
+    SET_BACKLASH_X,
+    SET_BACKLASH_Y,
+    SET_BACKLASH_Z,
+    SET_REVERSED_DRIVES,
+    SET_HIGHEST_SPEED_X,
+    SET_HIGHEST_SPEED_Y,
+    SET_HIGHEST_SPEED_Z,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 510u
+#define SETTINGS_LAST 532u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
     GROUP_DETECTOR,
     GROUP_MOTION,
     GROUP_AXES,
+    GROUP_DRIVES,
     GROUP_TRAVEL,
     GROUP_LOOP,
     GROUP_SIDE,

@@ -298,7 +298,9 @@ int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);
 uint32_t hal_axis_overshoot(unsigned axis);
 void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window);
-void hal_axis_mode(unsigned axis, bool step, bool reverse);
+void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap);
+void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses); /* begins to count steps anew */
+void hal_axis_backlash(unsigned axis, uint32_t pulses);     /* the axis counts as having come up */
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
 void hal_axis_adopt(unsigned axis);
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high); /* soft limits, pulses */

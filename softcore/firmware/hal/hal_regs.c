@@ -418,8 +418,19 @@ void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t 
     AXIS(axis)->window = window;
 }
 
-void hal_axis_mode(unsigned axis, bool step, bool reverse) {
-    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE);
+void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
+    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE) |
+                       PUT(swap, AXIS_MODE_SWAP);
+}
+
+/* A gear 1:1 is written as such, so that both parts fit 16 bits. */
+void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
+    uint32_t n = steps == pulses ? 1 : steps;
+    AXIS(axis)->gear = PUT(n, AXIS_GEAR_STEPS) | PUT(pulses - steps, AXIS_GEAR_REST);
+}
+
+void hal_axis_backlash(unsigned axis, uint32_t pulses) {
+    AXIS(axis)->backlash = PUT(pulses, AXIS_BACKLASH_SIZE);
 }
 
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {

@@ -308,7 +308,7 @@ typedef volatile struct {
     uint32_t short_mean; /* A short by the mean voltage below this; 0: by shorted pulses. It needs the converter. [1/4096 full scale] */
     uint32_t short_mean_time; /* Time of that mean; 0 for never. [clock] */
     uint32_t lag_time; /* After the ramp has come down to the start/stop speed, the axes may be faster for this time. Contact with the discharge off trips the interlock in this time. [clock] */
-    uint32_t short_current; /* A pulse counts as shorted for Ss by the current, if that flows with a shorter ignition delay; 0: by the voltage. See ``rtl.gap.discriminator``. [clock] */
+    uint32_t short_current; /* A pulse counts as shorted for Ss by the current, if that flows with a shorter ignition delay; 0: by the voltage. See ``rtl.gap.conduction``. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
@@ -545,6 +545,8 @@ typedef volatile struct {
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t gain; /* Velocity gain of the position loop, for the supervision of the coder; see ``rtl.motion.supervision``. [2**-20 pulse/tick per pulse] */
+    uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
+    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -560,6 +562,8 @@ _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 _Static_assert(offsetof(axis_regs, low) == 0x2c, "");
 _Static_assert(offsetof(axis_regs, high) == 0x30, "");
 _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
+_Static_assert(offsetof(axis_regs, gear) == 0x38, "");
+_Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
 #define AXIS_FOLLOW_STOPPED_VALUE_MASK 0x0003ffffu
 #define AXIS_FOLLOW_MOVING_VALUE_SHIFT 0
@@ -570,6 +574,8 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_MODE_STEP_MASK 0x00000001u
 #define AXIS_MODE_REVERSE_SHIFT 1
 #define AXIS_MODE_REVERSE_MASK 0x00000002u
+#define AXIS_MODE_SWAP_SHIFT 2
+#define AXIS_MODE_SWAP_MASK 0x00000004u
 #define AXIS_STEP_TIME_WIDTH_SHIFT 0
 #define AXIS_STEP_TIME_WIDTH_MASK 0x000000ffu
 #define AXIS_STEP_TIME_SPACE_SHIFT 8
@@ -590,6 +596,14 @@ _Static_assert(offsetof(axis_regs, gain) == 0x34, "");
 #define AXIS_STATUS_BEYOND_HIGH_MASK 0x00000040u
 #define AXIS_GAIN_VALUE_SHIFT 0
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
+#define AXIS_GEAR_STEPS_SHIFT 0
+#define AXIS_GEAR_STEPS_MASK 0x0000ffffu
+#define AXIS_GEAR_REST_SHIFT 16
+#define AXIS_GEAR_REST_MASK 0xffff0000u
+#define AXIS_BACKLASH_SIZE_SHIFT 0
+#define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
+#define AXIS_BACKLASH_TAKEN_UP_SHIFT 13
+#define AXIS_BACKLASH_TAKEN_UP_MASK 0x03ffe000u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
 
 /* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */

@@ -158,6 +158,33 @@ uint32_t history_oldest_length(void) {
     return length_of(line.delta);
 }
 
+/* The highest rate of a line on which no axis exceeds its own; 0 for no bound below the highest. */
+static uint32_t line_bound(const hal_segment *line) {
+    uint32_t most = settings_highest_rate(), bound = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t travel = line->delta[axis];
+        uint32_t part = travel < 0 ? 0u - (uint32_t)travel : (uint32_t)travel;
+        uint64_t room = (uint64_t)settings_axis_rate(axis) * line->length;
+        if (room && (uint64_t)part * most > room) {
+            most = (uint32_t)units_quotient(room, part);
+            bound = most = most ? most : 1;
+        }
+    }
+    return bound;
+}
+
+/* That of an arc: the lowest of the axes that it moves, and at most `most`. */
+static uint32_t arc_bound(uint32_t block, uint32_t most) {
+    move_plane plane = (move_plane)(unit_of(block + 1)->word[2] & ~SENSE);
+    unsigned normal = plane == PLANE_XY ? 2 : plane == PLANE_ZX ? 1 : 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        uint32_t own = settings_axis_rate(axis);
+        if (own && own < most && (axis != normal || DELTA(unit_of(block)->word[axis])))
+            most = own;
+    }
+    return most;
+}
+
 /* The highest rate on an arc. It is limited to the rate at which pieces can be made: the machine
    moves slower and evenly, and need not stop to wait for a piece. */
 static uint32_t highest_rate(const arc *a) {
@@ -197,7 +224,7 @@ static bow *bow_of(uint32_t block) {
         b->known = 1;
         unit *second = unit_of(block + 1);
         second->word[3] = (uint32_t)ARC_SECOND << 30 | arc_length(&b->arc);
-        b->highest = highest_rate(&b->arc);
+        b->highest = arc_bound(block, highest_rate(&b->arc));
         b->tight = b->highest < settings_highest_rate();
     }
     return 0;
@@ -225,6 +252,8 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             move->delta[axis] = DELTA(u->word[axis]);
         move->length = length_of(move->delta);
+        move->highest = line_bound(move);
+        s->tight = move->highest != 0;
         move->away = s->away = KIND(u->word[3]) == LINE_AWAY;
         direction_of(move, s->from);
         for (unsigned axis = 0; axis < HAL_AXES; axis++)

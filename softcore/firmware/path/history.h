@@ -31,8 +31,8 @@ typedef struct {
     path_place at;
     int32_t start;              /* coordinate where it begins */
     uint32_t length, rate;      /* path pulses; of the feed with the override, at most `bound` */
-    uint32_t bound;             /* highest rate that its curve allows, 0 for no bound */
-    bool tight;                 /* the highest speed is too much for its curve */
+    uint32_t bound;             /* highest rate that its curve and its axes allow, 0 for no bound */
+    bool tight;                 /* the highest speed is too much for its curve or an axis */
     bool corner;                /* the junction at its end is passed at the start/stop speed */
     bool slows;                 /* the same, but only forward, because the next feed is lower */
     bool away;                  /* leads away from the work */

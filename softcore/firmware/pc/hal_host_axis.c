@@ -7,6 +7,9 @@
 static int32_t limits[HAL_AXES][2];
 static uint32_t gains[HAL_AXES];
 static uint32_t ramp[5]; /* speed and acceleration, those of the way back, lead */
+static struct {
+    uint32_t mode, steps, pulses, backlash, begun;
+} drives[HAL_AXES];
 static hal_check check_found[HAL_AXES];
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
@@ -43,10 +46,21 @@ void gk_ramp_words(uint32_t words[5]) {
 
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }
 
-void hal_axis_mode(unsigned axis, bool step, bool reverse) {
-    (void)axis;
-    (void)step;
-    (void)reverse;
+void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
+    drives[axis].mode = step | (uint32_t)reverse << 1 | (uint32_t)swap << 2;
+}
+void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
+    drives[axis].steps = steps;
+    drives[axis].pulses = pulses;
+    drives[axis].begun++;
+}
+void hal_axis_backlash(unsigned axis, uint32_t pulses) { drives[axis].backlash = pulses; }
+void gk_drive_words(uint32_t axis, uint32_t words[5]) {
+    words[0] = drives[axis].mode;
+    words[1] = drives[axis].steps;
+    words[2] = drives[axis].pulses;
+    words[3] = drives[axis].backlash;
+    words[4] = drives[axis].begun;
 }
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
     (void)axis;

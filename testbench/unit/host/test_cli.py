@@ -17,16 +17,11 @@ from host.tape.codes import EIA
 from host.tape.tape import encode
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import named
+from testbench.command import gapkeeper
 from testbench.punch import TAPES
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 PROGRAM = "%\nG21 G90\nM02\n%\n"
-
-
-def gapkeeper(*arguments):
-    return subprocess.run([sys.executable, "-m", "host.cli", *map(str, arguments)],
-                          capture_output=True, text=True, timeout=600, check=False,
-                          env=os.environ | {"COLUMNS": "100"})
 
 
 @pytest.fixture
@@ -47,7 +42,9 @@ def program(workdir):
     (["experiment", "gap"], ["--seeds", "--depth", "--out"]),
     (["experiment", "removal"], ["--seeds", "--way", "--out"]),
     (["run"], ["--machine", "--seed", "--waves", "--out", "--mdi", "--until", "--clock", "--port",
-               "--baud", "--at-start", "--no-arm", "--reset"]),
+               "--baud", "--at-start", "--no-arm", "--reset", "--scope"]),
+    (["scope"], ["--port", "--trigger", "retraction", "rise=V", "--before", "--auto", "-o", ".fst",
+                 "--baud", "not reset"]),
     (["simulate"], ["--tcp", "--pty", "--machine", "--arm", "--seed", "--clock"]),
     (["tape"], ["encode", "decode", "check"]),
     (["tape", "encode"], ["--code", "iso|eia", "-o"]),
@@ -60,6 +57,14 @@ def test_help_names_everything(command, words):
     result = gapkeeper(*command, "--help")
     assert result.returncode == 0
     assert not [word for word in words if word not in result.stdout]
+
+
+def test_it_starts_in_a_process_of_its_own():
+    result = subprocess.run([sys.executable, "-m", "host.cli", "--help"], capture_output=True,
+                            text=True, timeout=600, check=False,
+                            env=os.environ | {"COLUMNS": "100"})
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout == gapkeeper("--help").stdout
 
 
 @pytest.mark.parametrize("name", ["send", "serve"])

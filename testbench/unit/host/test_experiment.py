@@ -2,9 +2,6 @@
 """``gapkeeper experiment fluid``: its figures on invented traces, its table, its refusals."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -26,6 +23,7 @@ from host.experiments.fluid import (
 )
 from host.machines import machine
 from rtl.motion.retraction import State
+from testbench.command import gapkeeper
 
 SMALL = machine.load("small")
 
@@ -162,8 +160,7 @@ def test_arms_have_lines_of_one_length():
     (["experiment", "fluid", "--out", __file__], "is a file"),
 ])
 def test_wrong_options_are_refused(arguments, message):
-    done = subprocess.run([sys.executable, "-m", "host.cli", *arguments], capture_output=True,
-                          text=True, timeout=60, check=False, env=os.environ | {"COLUMNS": "200"})
+    done = gapkeeper(*arguments, columns=200)
     assert done.returncode == 2
     assert message in done.stdout + done.stderr
     assert "Traceback" not in done.stderr

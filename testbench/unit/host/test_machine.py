@@ -3,6 +3,7 @@
 
 import re
 import tomllib
+from fractions import Fraction
 
 import pytest
 
@@ -14,14 +15,14 @@ from testbench.native.station import parameters
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 WIRE = (BUILT_IN / "wire.toml").read_text(encoding="utf-8")
 BASES = "base must be one of sinker, wire, cavity"
-NO_NUMBERS = {"kind", "axis.dac", "stock.kind", "stock.steps", "settings"}
+NO_NUMBERS = {*WORDS, "stock.steps", "settings"}
 
 # Unit by the end of a number's name, the longest that fits.
 UNITS = {
     "hz": "Hz", "um": "µm", "mm": "mm", "mm2": "mm²", "us": "µs", "ms": "ms", "s": "s", "v": "V",
     "a": "A", "ohm": "Ω", "ohm_cm": "Ω cm", "mm_s": "mm/s", "mm_s2": "mm/s²", "mm3_s": "mm³/s",
     "mm3_min_a": "mm³/(min A)", "um_a": "µm/A", "per_s": "1/s", "per_us": "1/µs", "per_um": "1/µm",
-    "per_cm": "1/cm", "per_mm": "1/mm",
+    "per_cm": "1/cm", "per_mm": "1/mm", "mm_min": "mm/min",
     "delay_square_us": "µs/µm²", "delay_linear_us": "µs/µm",    # of a formula's part
 }
 
@@ -97,10 +98,12 @@ def test_what_is_no_table_is_refused(workdir, table):
 
 @pytest.mark.parametrize("key", WORDS)
 def test_a_word_that_the_plant_does_not_know_is_refused(workdir, key):
-    path, name = workdir / "odd.toml", key.rpartition(".")[2]
+    path = workdir / "odd.toml"
+    table, _, name = key.rpartition(".")
+    head = rf"(^\[{table}\].*?" if table else "("
     for odd in ('"odd"', "3", "[]"):
-        path.write_text(re.sub(rf'^{name} = "{WORDS[key][key == "kind"]}"',
-                               f"{name} = {odd}", WIRE, flags=re.M))
+        path.write_text(re.sub(rf'{head}^{name}) = "{WORDS[key][key == "kind"]}"',
+                               rf"\1 = {odd}", WIRE, count=1, flags=re.M | re.S))
         with pytest.raises(UsageError,
                            match=rf"^machine odd: {key} must be one of {WORDS[key][0]}, .*, not "):
             load(str(path))
@@ -164,3 +167,49 @@ def test_the_program_begins_where_the_machine_stands(workdir):
     path.write_text(WIRE.replace("start_y_mm = 0.0", "start_y_mm = -0.25"))
     assert load(str(path)).start_mm == {"x": 0.0, "y": -0.25, "z": 0.0}
     assert load("sinker").start_mm == {"x": 0.0, "y": 0.0, "z": 0.1}
+
+
+STEPPING = ('base = "sinker"\n[{axis}]\noutput = "step"\nsteps_per_turn = {steps}\n'
+            'pitch_mm = {pitch}')
+
+
+@pytest.mark.parametrize(("steps", "pitch", "gear"), [
+    (3200, 5, (640, 10_000)),           # steps per mm
+    (50_000, 5, None),                  # a step for each pulse: the default
+    (3200, 3, (8, 75)),                 # 1066.67 steps per mm
+    (1600, 2.54, (16, 254)),            # 1/10 inch, as written
+    (200, 0.5, (400, 10_000)),
+])
+def test_the_gear_of_an_axis_is_exact(workdir, steps, pitch, gear):
+    path = workdir / "mine.toml"
+    path.write_text(STEPPING.format(axis="y", steps=steps, pitch=pitch))
+    settings = load(str(path)).settings
+    found = (settings.get("521", 10_000), settings.get("524", 10_000))
+    assert Fraction(*found) == Fraction(str(steps)) / Fraction(str(pitch)) / 10_000
+    assert settings["416"] == 2
+    assert found[0] <= found[1] <= 1 << 16
+    if gear and gear[1] == 10_000:
+        assert found == gear, "in steps per mm where it can be"
+
+
+@pytest.mark.parametrize(("steps", "pitch", "said"), [
+    (50_001, 5, "z has 10000.2 steps per mm (z.steps_per_turn, z.pitch_mm); the most are 10000, a "
+                "step for each pulse of the path."),
+    (3199, 7.003, "the gear of z, 3199 steps for 70030 pulses (z.steps_per_turn, z.pitch_mm), "
+                  "needs more than 65536 pulses; give a rounder number."),
+])
+def test_a_gear_that_there_is_not_is_refused(workdir, steps, pitch, said):
+    path = workdir / "mine.toml"
+    path.write_text(STEPPING.format(axis="z", steps=steps, pitch=pitch))
+    with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
+        load(str(path))
+
+
+def test_the_tables_of_the_axes_are_settings_of_the_controller(workdir):
+    path = workdir / "mine.toml"
+    path.write_text('base = "sinker"\n[x]\nbacklash_um = 12.34\nreversed = 1\n[z]\nlow_mm = -40\n'
+                    'high_mm = 80.5\nhighest_mm_min = 900\n[settings]\n460 = 41000\n')
+    assert load(str(path)).settings == {
+        "526": 123, "529": 1, "532": 900, "460": 41_000, "463": 80_500}, "[settings] wins"
+    assert load("sinker").settings == {}
+    assert load("wire").settings == load("wire").tables["settings"]

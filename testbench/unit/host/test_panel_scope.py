@@ -109,7 +109,8 @@ def paths(svg, kind):
     """From and to of every box of a path, in pixels."""
     tree = ElementTree.fromstring(svg)
     one, = (item for item in tree.iter() if item.get("class", "").endswith(kind))
-    return [tuple(map(float, box)) for box in re.findall(r"M([\d.]+) [\d.]+H([\d.]+)", one.get("d"))]
+    return [tuple(map(float, box))
+            for box in re.findall(r"M([\d.]+) [\d.]+H([\d.]+)", one.get("d"))]
 
 
 def test_a_trace_shows_pulses_levels_retraction_and_trigger_to_one_scale():

@@ -3,10 +3,7 @@
 
 import inspect
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -34,6 +31,7 @@ from rtl.controller import Controller
 from softcore.build import BOARDS
 from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from softcore.tables.settings import assign, named
+from testbench import command
 from testbench.firmware import ITEMS, Checker
 
 DATA = read_all("copper", "steel")
@@ -237,9 +235,7 @@ def test_other_steps_are_refused(step):
 
 
 def gapkeeper(*arguments):
-    return subprocess.run([sys.executable, "-m", "host.cli", "plan", *map(str, arguments)],
-                          capture_output=True, text=True, timeout=120, check=False,
-                          env=os.environ | {"COLUMNS": "120"})
+    return command.gapkeeper("plan", *arguments, columns=120)
 
 
 JOB = ["--electrode", "copper", "--workpiece", "steel", "--area", 70, "--undersize", 110,

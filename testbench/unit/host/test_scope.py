@@ -3,19 +3,21 @@
 
 import csv
 import ctypes
-import random
 import re
 
 import numpy as np
 import pytest
 import pywellen
+from typer.testing import CliRunner
 
+from host.cli import app
 from host.errors import UsageError, UserError
 from host.link.link import Link, LinkError
 from host.scope.acquire import TRIGGERS, Acquisition, Trigger
 from host.scope.record import COLUMNS, LEVELS, PULSES, STATES, Record, check, write
 from host.scope.record_at import acquire, told
 from testbench.firmware import Scope
+from testbench.live import serving
 from testbench.models import scope as model
 from testbench.unit.host.test_run_firmware import CLOCK_HZ, Firmware
 
@@ -297,6 +299,47 @@ def test_silence_is_told():
 
     with pytest.raises(LinkError, match="nobody answers"):
         acquire(Silent(), Acquisition(Trigger("now")))
+
+
+class Board(Scoped):
+    """The same as a machine that clients connect to."""
+
+    byte_s = 1e-5
+
+    def armed(self):
+        return True
+
+    def button_arm(self, down):
+        pass
+
+
+def gapkeeper(*arguments):
+    return CliRunner().invoke(app, ["scope", *map(str, arguments)])
+
+
+def test_the_command_writes_its_files_and_tells_what_is_in_them(tmp_path, rng):
+    wire = Board(rng)
+    files = tmp_path / "one.csv", tmp_path / "two.fst"
+    with serving(wire) as (url, _):
+        done = gapkeeper("--port", url, "--trigger", "rise=40", "--before", 25, "-o", files[0],
+                         "-o", files[1])
+    assert done.exit_code == 0, done.exception
+    told_, *names = done.output.splitlines()
+    assert told_.startswith("64 entries from")
+    assert names == [str(name) for name in files]
+    assert len(files[0].read_text().splitlines()) == DEPTH + 1
+    assert files[1].stat().st_size > 100
+    assert (wire.scope().source, wire.scope().level) == (4, 40 * 4096 // 100)
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["--trigger", "sparks"], '"sparks" is no trigger'),
+    (["-o", "gap.txt"], "no name for a record"),
+    (["--port", "nowhere://"], "names no port")])
+def test_a_wrong_word_is_one_sentence(words, says):
+    done = gapkeeper(*words)
+    assert isinstance(done.exception, UsageError)
+    assert says in str(done.exception)
 
 
 def test_an_array_of_a_record_is_of_whole_clocks(record):

@@ -186,6 +186,32 @@ def test_step_pulses_move_a_stepping_drive(plant):
     assert plant.positions()["y"] == plant.positions()["z"] == 0
 
 
+@pytest.mark.parametrize("turned", [False, True], ids=["", "reversed"])
+def test_an_axis_stays_until_its_motor_has_turned_through_the_play(plant, turned):
+    for name, value in {"steps_per_turn": 640, "pitch_mm": 1, "backlash_um": 50,
+                        "reversed": turned}.items():
+        plant.set(f"x.{name}", value)
+    for name in ("speed_loop_ms", "current_loop_ms", "filter_ms"):
+        plant.set(f"axis.{name}", 0.3)      # so that it does not swing
+
+    def go(steps):
+        for _ in range(abs(steps)):
+            plant.step(0b001, (steps < 0) != turned)
+            plant.run(400)
+            plant.step(0)
+            plant.run(400)
+        plant.run(HZ // 20)
+        return plant.get("read.x_pulses") / 15.625
+
+    play = 500 / 15.625     # in steps
+    assert go(100) == pytest.approx(100, abs=0.1)
+    assert go(-20) == pytest.approx(100, abs=0.1), "within the play"
+    assert go(-80) == pytest.approx(play, abs=0.1)
+    assert go(20) == pytest.approx(play, abs=0.1)
+    assert go(80) == pytest.approx(100, abs=0.1)
+    assert plant.get("read.x_steps") == 100
+
+
 def test_limit_switches_are_where_the_machine_says(plant):
     plant.set("side.limit_high_mm", 0.5)
     plant.density = 3000

@@ -10,6 +10,7 @@ from testbench.models import axis as model
 from testbench.models.dac import Dac, PulseWidth
 from testbench.models.encoder import CYCLE
 from testbench.models.error_counter import wrapped
+from testbench.models.gear import steps_of
 from testbench.models.supervision import CHECKS, Supervision
 from testbench.refusal import refuses
 from testbench.simulators.benches import settle
@@ -26,7 +27,8 @@ class Bench:
 
     async def clock(self, ctx, *, pi=0, forward=0, move=0, safe=False, adopt=False, mark=None,
                     stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
-                    times=(2, 2, 2), window=1, tick=False, gain=0):
+                    times=(2, 2, 2), window=1, tick=False, gain=0,
+                    backlash=0, gear=None, swap=False):
         """Go on by one clock and compare every output."""
         dut, axis = self.dut, self.axis
         self.place += move
@@ -39,8 +41,13 @@ class Bench:
                 (dut.follow_moving, moving), (dut.mode_step, mode_step),
                 (dut.mode_reverse, mode_reverse), (dut.step_time_width, times[0]),
                 (dut.step_time_space, times[1]), (dut.step_time_setup, times[2]),
-                (dut.window, window), (dut.tick, tick), (dut.gain, gain)):
+                (dut.window, window), (dut.tick, tick), (dut.gain, gain),
+                (dut.backlash_size, backlash), (dut.backlash_strobe, gear is not None),
+                (dut.gear_strobe, gear is not None), (dut.mode_swap, swap)):
             ctx.set(signal, value)
+        if gear:
+            ctx.set(dut.gear_steps, gear[0])
+            ctx.set(dut.gear_rest, gear[1] - gear[0])
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         await settle(ctx)
         assert ctx.get(dut.fp) == abs(fp)
@@ -48,7 +55,8 @@ class Bench:
         self.overshoot.append(axis.overshoot.furthest)
         axis.tick(pi=pi, forward=forward, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
                   follow_stopped=stopped, follow_moving=moving, mode_step=mode_step,
-                  mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain)
+                  mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain,
+                  backlash=backlash, gear=gear, swap=swap)
         await ctx.tick()
 
         counter = axis.counter
@@ -58,16 +66,19 @@ class Bench:
                 ("status_saturated", counter.saturated),
                 ("status_illegal", axis.encoder.illegal),
                 ("status_check", CHECKS.index(axis.supervision.check)),
-                ("overshoot", self.overshoot[1]), ("in_position", abs(axis.seen) <= window),
+                ("overshoot", self.overshoot[1]), ("backlash_taken_up", axis.backlash.taken_up),
+                ("in_position", axis.in_position(window, backlash)),
                 ("following_stopped", axis.following_stopped),
                 ("following_moving", axis.following_moving), ("dac", axis.dac.pulse),
-                ("dac_negative", axis.dac.negative), ("step", axis.step_dir.step),
-                ("dir", axis.step_dir.dir)):
+                ("dac_negative", axis.dac.negative),
+                ("step", axis.gear.step_dir.step), ("dir", axis.gear.step_dir.dir ^ swap)):
             assert ctx.get(getattr(dut, name)) == value, name
 
 
 @pytest.mark.parametrize("dac", ["sigma_delta", "pwm"])
-@pytest.mark.parametrize("mode", [{}, {"mode_reverse": True}, {"mode_step": True}], ids=str)
+@pytest.mark.parametrize("mode", [
+    {}, {"mode_reverse": True, "backlash": 9}, {"mode_step": True, "swap": True, "backlash": 5}],
+    ids=str)
 def test_follows_the_model(simulate, rng, dac, mode):
     # The allowance is so small that the supervision often finds something.
     dut = Axis(dac=dac, rest_clocks=10, allowance=3, fastest=200)
@@ -91,7 +102,8 @@ def test_follows_the_model(simulate, rng, dac, mode):
                 move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
                 safe=rng.random() < (0.05 if clock % 1000 < 400 else 0.001),
                 adopt=rng.random() < 0.05, mark=rng.choice((None,) * 20 + (False, True)),
-                tick=clock % 24 == 0, gain=16_000)
+                tick=clock % 24 == 0, gain=16_000,
+                gear=(rng.randint(1, 9), 9) if clock % 900 == 0 else None)
             found.add(bench.axis.supervision.check)
 
     simulate(dut, run)
@@ -121,6 +133,38 @@ def test_output_is_limited_below_the_counter(simulate):
         assert ctx.get(dut.command) == 131_086
 
     simulate(dut, run, deadline=3e-3)
+
+
+def test_a_geared_axis_with_backlash_returns_to_its_steps(simulate, rng):
+    """Er is ΣPi - ΣFP in every clock, and the drive stands at the count less the backlash."""
+    dut = Axis(rest_clocks=5)
+    axis = model.Axis(rest_clocks=5)
+    bench = Bench(dut, axis)
+    options = dict(mode_step=True, times=(1, 1, 2), backlash=6)
+    n, m = 3, 7
+
+    async def run(ctx):
+        await bench.clock(ctx, safe=True, gear=(n, m), **options)
+        steps, high, seen = 0, 0, {}
+        for way in (1, -1, -1, 1, -1, 1):
+            for _ in range(12):
+                for clock in range(40):
+                    await bench.clock(ctx, pi=way if clock == 0 else 0, tick=clock % 4 == 3,
+                                      **options)
+                    if ctx.get(dut.step) and not high:
+                        steps += -1 if ctx.get(dut.dir) else 1
+                    high = ctx.get(dut.step)
+                    assert ctx.get(dut.command) == ctx.get(dut.position) + ctx.get(dut.error)
+                assert ctx.get(dut.in_position)
+                place = ctx.get(dut.position) - ctx.get(dut.backlash_taken_up)
+                assert steps == steps_of(place, n, m)
+                assert seen.setdefault((way, ctx.get(dut.position)), steps) == steps
+        assert ctx.get(dut.position) == steps == 0
+        # From above, each place has the steps of one that is lower by the backlash.
+        assert all(steps == seen[1, place - 6] for (way, place), steps in seen.items()
+                   if way < 0 and (1, place - 6) in seen)
+
+    simulate(dut, run, deadline=2e-3)
 
 
 def test_step_axis_sends_every_pulse(simulate, rng):

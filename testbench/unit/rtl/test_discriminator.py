@@ -41,7 +41,7 @@ class Bench:
         if sample:
             assert ctx.get(dut.kind) == PulseClass(sample.kind)
             assert ctx.get(dut.sample_sensing) == sample.sensing
-            assert ctx.get(dut.sample_shorted) == sample.shorted
+            assert ctx.get(dut.sample_shorted) == (sample.kind == model.SHORT)
             self.samples.append(sample)
         if abnormal:
             self.abnormal.append(self.clocks)
@@ -54,8 +54,7 @@ def rules(rng):
         blanking=rng.choice((0, 0, 1, 2, 3, 5)), settle=rng.choice((0, 0, 1, 2, 4)),
         confirm=rng.choice((0, 1, 1, 2, 3)), delay_least=rng.choice((0, 2, 4, 7)),
         use_current=rng.random() < 0.2, use_delay=rng.random() < 0.4,
-        use_noise=rng.random() < 0.4, from_ignition=rng.random() < 0.5,
-        short_delay=rng.choice((0, 0, 1, 2, 4, 7)))
+        use_noise=rng.random() < 0.4, from_ignition=rng.random() < 0.5)
 
 
 def test_follows_the_model(simulate, rng):
@@ -84,10 +83,6 @@ def test_follows_the_model(simulate, rng):
         (kind, sensing) for kind in range(4) for sensing in (False, True)
         if not sensing or kind in (model.OPEN, model.SHORT)}
     assert {(kind, abnormal) for kind in range(1, 4) for abnormal in (False, True)} <= ends
-    # By the current any class may count as shorted, or not.
-    assert {(sample.kind, sample.sensing, sample.shorted) for sample in bench.samples} == {
-        (kind, sensing, shorted) for kind in range(4) for sensing in (False, True)
-        for shorted in (False, True) if not sensing or kind in (model.OPEN, model.SHORT)}
 
 
 # Per clock of a pulse: h high, a arc, s short, n noise, . a discharge.
@@ -140,33 +135,6 @@ def test_classes(simulate, rules, pulse, kind):
 
     simulate(bench.dut, run)
     assert bench.samples == ([] if kind is None else [model.Sample(kind, sensing=False)])
-
-
-# c: current, . none. The voltage is low all the time, as in a short.
-@pytest.mark.parametrize(("rules", "pulse", "shorted"), [
-    (Rules(short_delay=4), "......", 0), (Rules(short_delay=4), "cccccc", 1),
-    (Rules(short_delay=4), "....cc", 1), (Rules(short_delay=4), ".....c", 0),
-    (Rules(short_delay=4), "..c.cc", 1), (Rules(short_delay=4), "cccc.c", 0),
-    (Rules(short_delay=4), "ccccc.", 0), (Rules(short_delay=4), "c..", 0),
-    (Rules(short_delay=4), "..c", 1), (Rules(short_delay=4), "c", None),
-    (Rules(short_delay=1), "..cccc", 1), (Rules(short_delay=1), "...ccc", 0),
-    (Rules(short_delay=30), "cc...c", 1), (Rules(short_delay=30), "ccccc.", 0),
-    (Rules(short_delay=0), "......", 1),
-])
-@pytest.mark.parametrize("gate", ["on", "sense"])
-def test_shorted_by_the_current(simulate, rules, pulse, shorted, gate):
-    bench = Bench(rules)
-
-    async def run(ctx):
-        await bench.clock(ctx)
-        for letter in pulse:
-            await bench.clock(ctx, **{gate: 1}, short=1, current=letter == "c")
-        await bench.clock(ctx, current=1)
-        await bench.clock(ctx)
-
-    simulate(bench.dut, run)
-    assert [sample.shorted for sample in bench.samples] == ([] if shorted is None else [shorted])
-    assert all(sample.kind == model.SHORT for sample in bench.samples), "the class is the voltage's"
 
 
 @pytest.mark.parametrize(("confirm", "clock"), [(0, 4), (1, 4), (2, 5), (3, 9), (4, None)])

@@ -207,3 +207,35 @@ def test_a_short_goes_by_what_is_set(simulate, gate, current, short):
             assert ctx.get(dut.motion.shorted) == (current if by_current else short)
 
     simulate(dut, bench)
+
+
+def test_the_converter_runs_for_the_oscilloscope_and_nothing_else_hears_of_it(simulate):
+    """Its answers are wrong here: with the converter wanted they would be a fault."""
+    dut = made()
+    scope, fluid = dut.registers.scope, dut.registers.fluid
+    longest = 34 * 16 * 5
+
+    async def bench(ctx):
+        selected = 0
+        ctx.set(scope.after, 4000)
+        for wanted in (False, True):
+            ctx.set(scope.order_arm, not wanted)
+            ctx.set(scope.order_stop, wanted)
+            ctx.set(scope.order_strobe, 1)
+            ctx.set(fluid.control_convert, wanted)
+            await ctx.tick()
+            ctx.set(scope.order_strobe, 0)
+            for _ in range(longest):
+                await ctx.tick()
+                if not wanted:
+                    selected += ctx.get(dut.adc_select)
+                    assert not ctx.get(dut.fluid_news)
+                    assert not ctx.get(dut.voltage_valid)
+                    assert not ctx.get(fluid.status_fault)
+            if not wanted:
+                # Samples, up to the fourth wrong answer for the fluid cell.
+                assert ctx.get(scope.status_count) >= 15 * 4
+        assert selected
+        assert ctx.get(fluid.status_fault)
+
+    simulate(dut, bench)

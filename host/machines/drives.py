@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller's settings that follow from the tables of a machine's axes."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from host.errors import UsageError
+from host.machines.machine_file import Drive
+from softcore.tables.settings import LARGEST_GEAR, PULSES_PER_MM, named
+
+__all__ = ["of_drives"]
+
+
+def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
+    """Steps for each pulse of the path.
+
+    Raises
+    ------
+    UsageError
+        If the gateware has no such gear.
+    """
+    # As written: a pitch of 2.54 mm is 127/50, and no binary fraction nearby.
+    steps, travel = Fraction(str(drive.steps_per_turn)), Fraction(str(drive.pitch_mm))
+    gear = steps / (travel * PULSES_PER_MM)
+    if gear > 1:
+        raise UsageError(
+            f"machine {machine}: {axis} has {float(steps / travel):g} steps per mm "
+            f"({axis}.steps_per_turn, {axis}.pitch_mm); the most are {PULSES_PER_MM}, a step "
+            "for each pulse of the path.")
+    if gear.denominator > LARGEST_GEAR:
+        raise UsageError(
+            f"machine {machine}: the gear of {axis}, {gear.numerator} steps for {gear.denominator} "
+            f"pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than {LARGEST_GEAR} "
+            "pulses; give a rounder number.")
+    return gear
+
+
+def of_drives(machine: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
+    """Settings by number, as ``$number=value``, of the tables of the axes, by their letter.
+
+    Only what differs from a setting's default is given. A
+    backlash is rounded to pulses of 0.1 um.
+
+    Raises
+    ------
+    UsageError
+        If an axis needs a gear that there is not.
+    """
+    found: dict[str, int] = {}
+    stepping = swapped = 0
+
+    def give(name: str, value: int) -> None:
+        setting = named(name)
+        if value != setting.default:
+            found[str(setting.number)] = value
+
+    for index, (axis, table) in enumerate(tables.items()):
+        drive = Drive(**table)
+        swapped |= round(drive.reversed) << index
+        if drive.output == "step":
+            stepping |= 1 << index
+            gear = _gear(machine, axis, drive)
+            # In steps per mm, where that is whole.
+            scale = Fraction(PULSES_PER_MM, gear.denominator)
+            whole = int(scale) if scale.denominator == 1 else 1
+            give(f"gear_steps_{axis}", gear.numerator * whole)
+            give(f"gear_pulses_{axis}", gear.denominator * whole)
+        give(f"backlash_{axis}", round(drive.backlash_um * PULSES_PER_MM / 1000))
+        give(f"highest_speed_{axis}", round(drive.highest_mm_min))
+        give(f"low_{axis}_um", round(-1000 * drive.low_mm))
+        give(f"high_{axis}_um", round(1000 * drive.high_mm))
+    give("step_axes", stepping)
+    give("reversed_drives", swapped)
+    return found

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compensation of an axis's backlash, beside its error counter."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["BACKLASH_BITS", "Backlash"]
+
+BACKLASH_BITS = 13
+
+
+class Backlash(wiring.Component):
+    """Lets the drive stand further down by the backlash while the axis goes down.
+
+    ``taken_up`` is how far the drive is further down than the axis. It goes to ``size`` after a
+    command pulse down and to 0 after one up, by one pulse a ``tick``. For each pulse that it grows
+    the axis's error counter gets a feedback pulse up, and for each that it shrinks one down. The
+    drive then makes up for this pulse as for any other. So for the sum of the pulses ``moved`` of
+    the drive and that of the feedback pulses ``fp`` that the error counter gets
+
+        sum of moved = sum of fp - taken_up
+
+    in every clock, and the sum of ``fp`` is the place of the axis, on either side of the backlash.
+    A pulse of ``moved`` is passed on in its clock; one of the compensation waits for a clock
+    without.
+
+    After ``clear`` the drive counts as having come up: ``taken_up`` is 0, and no pulse is made. A
+    pulse of the compensation in that clock still reaches the error counter.
+
+    Proof: ``testbench/formal/test_backlash.py``.
+
+    Members
+    -------
+    size : In(13)
+        The backlash, in pulses. It changes with ``clear`` only.
+    tick : In(1)
+        One pulse may be made.
+    pi, pi_reverse : In(1)
+        Command pulse, and its direction: down.
+    moved, moved_reverse : In(1)
+        Pulse of the drive, from its coder or as a step, and its direction.
+    safe : In(1)
+        No pulse of the compensation from the next clock on.
+    clear : In(1)
+        Begin anew.
+    fp, fp_reverse : Out(1)
+        Feedback pulse for the error counter.
+    done : Out(1)
+        ``taken_up`` is where it is to be.
+    taken_up : Out(13)
+        The drive is so far further down, in pulses.
+    """
+
+    size: In(BACKLASH_BITS)
+    tick: In(1)
+    pi: In(1)
+    pi_reverse: In(1)
+    moved: In(1)
+    moved_reverse: In(1)
+    safe: In(1)
+    clear: In(1)
+    fp: Out(1)
+    fp_reverse: Out(1)
+    done: Out(1)
+    taken_up: Out(BACKLASH_BITS)
+
+    def __init__(self):
+        # For proofs: a pulse is to be made, in the next clock without one of the drive; and the
+        # direction of the last command pulse.
+        self.due = Signal()
+        self.down = Signal()
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        due, down = self.due, self.down
+        m.d.comb += [
+            self.done.eq(self.taken_up == Mux(down, self.size, 0)),
+            self.fp.eq(self.moved | due),
+            self.fp_reverse.eq(Mux(self.moved, self.moved_reverse, ~down)),
+        ]
+        with m.If(due & ~self.moved):
+            m.d.sync += [due.eq(0), self.taken_up.eq(self.taken_up + Cat(
+                1, (~down).replicate(BACKLASH_BITS - 1)))]  # +-1
+        with m.Elif(self.tick & ~self.done):
+            m.d.sync += due.eq(1)
+        # A pulse that is due is one of the old direction.
+        with m.If(self.safe | (self.pi & (self.pi_reverse != down))):
+            m.d.sync += due.eq(0)
+        with m.If(self.pi):
+            m.d.sync += down.eq(self.pi_reverse)
+        with m.If(self.clear):
+            m.d.sync += [due.eq(0), down.eq(0), self.taken_up.eq(0)]
+
+        return m

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Settings of the drives: gear, direction, backlash and highest speed of each axis."""
+
+import ctypes
+
+import pytest
+
+from softcore.tables.faults import error_line
+from softcore.tables.settings import LARGEST_GEAR, assign, named
+from testbench.firmware import Controller
+from testbench.travel import load
+
+CLOCK_HZ = 2_000_000
+MM_MIN = CLOCK_HZ * 60 / 10_000 / 2**32     # of a rate
+TOP = round(1800 / MM_MIN)                  # the highest speed, as a rate
+DRIVES = ("gear_steps_x", "gear_pulses_z", "backlash_y", "reversed_drives", "step_axes")
+
+
+@pytest.fixture
+def machine():
+    machine = Controller()
+    machine.unlock()
+    return machine
+
+
+def drive(machine, axis):
+    """Mode, steps, pulses and backlash of an axis as the gateware has them."""
+    words = (ctypes.c_uint32 * 5)()
+    machine.library.gk_drive_words("xyz".index(axis), words)
+    return tuple(words[:4])
+
+
+def lost(machine):
+    return "|Lost" in machine.line("?")[-1]
+
+
+def test_as_built_each_pulse_is_a_step(machine):
+    for axis in "xyz":
+        assert drive(machine, axis) == (0, 10_000, 10_000, 0)
+
+
+def test_what_is_set_reaches_the_axis(machine):
+    for name, value in {"step_axes": 5, "reversed_encoders": 2, "reversed_drives": 4,
+                        "gear_steps_x": 640, "gear_pulses_z": LARGEST_GEAR, "gear_steps_z": 3,
+                        "backlash_y": 8191}.items():
+        assert machine.line(assign(name, value)) == ["ok"]
+    assert drive(machine, "x") == (1, 640, 10_000, 0)
+    assert drive(machine, "y") == (2, 10_000, 10_000, 8191)
+    assert drive(machine, "z") == (5, 3, LARGEST_GEAR, 0)
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_a_change_loses_the_position_and_the_same_value_does_not(machine, name):
+    default = named(name).default
+    assert machine.line(assign(name, default)) == ["ok"]
+    assert not lost(machine)
+    assert machine.line(assign(name, default + 1 if name != "gear_steps_x" else 1)) == ["ok"]
+    assert lost(machine)
+    assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
+    assert machine.line("$POSITION=HERE") == ["ok"]
+    assert not lost(machine)
+
+
+def test_other_settings_of_the_axes_leave_gear_and_position(machine):
+    words = (ctypes.c_uint32 * 5)()
+    machine.library.gk_drive_words(0, words)
+    for name in ("window", "step_width_ns", "follow_moving", "highest_speed_x", "loop_gain"):
+        assert machine.line(assign(name, 100)) == ["ok"]
+    assert machine.line(assign("gear_steps_x", 10_000)) == ["ok"]   # as it was
+    again = (ctypes.c_uint32 * 5)()
+    machine.library.gk_drive_words(0, again)
+    assert list(again) == list(words), "the steps are not counted anew"
+    assert not lost(machine)
+
+
+def test_more_steps_than_pulses_are_never_in_force(machine):
+    assert machine.line(assign("gear_pulses_y", 640)) == ["ok"]
+    assert drive(machine, "y") == (0, 10_000, 10_000, 0)
+    assert machine.line("$POSITION=HERE") == [
+        "[MSG:the gear of Y has more steps ($521) than pulses ($524).]", error_line("setting")]
+    assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
+    # Whichever of the two comes first, the pair is in force when it fits.
+    assert machine.line(assign("gear_steps_y", 41)) == ["ok"]
+    assert drive(machine, "y") == (0, 41, 640, 0)
+    assert machine.line("$POSITION=HERE") == ["ok"]
+
+
+def test_senders_read_the_steps_of_a_mm(machine):
+    for name, value in {"step_axes": 3, "gear_steps_x": 640, "gear_steps_y": 3200,
+                        "gear_pulses_y": 30_000, "gear_steps_z": 5, "highest_speed_y": 700,
+                        "highest_speed_z": 60_000}.items():
+        assert machine.line(assign(name, value)) == ["ok"]
+    listed = dict(row[1:].split("=") for row in machine.line("$$", passes=2000) if "=" in row)
+    assert [listed[number] for number in ("100", "101", "102")] == [
+        "640.000", "1066.666", "10000.000"], "Z has no step output"
+    assert [listed[number] for number in ("110", "111", "112")] == [
+        "1800.000", "700.000", "1800.000"]
+
+
+OWN = {"x": 600, "y": 0, "z": 300}      # mm/min; Y has no own bound
+
+
+def fastest(machine, blocks):
+    """Of each segment loaded: axes' speeds in mm/min at the highest rate of it, by axis."""
+    load(machine, *blocks, "M02")
+    slots = [slot for number in range(64) if (slot := machine.slot(number)).length]
+    return [(slot, [min(slot.highest or TOP, TOP) * abs(travel) / slot.length * MM_MIN
+                    for travel in slot.delta]) for slot in slots]
+
+
+def test_no_axis_exceeds_its_own_speed_on_a_line(machine, rng):
+    for axis, speed in OWN.items():
+        assert machine.line(assign(f"highest_speed_{axis}", speed)) == ["ok"]
+    blocks = [f"X{rng.uniform(-2, 2):.4f} Y{rng.uniform(-2, 2):.4f} Z{rng.uniform(-2, 2):.4f}"
+              for _ in range(40)]
+    found = fastest(machine, ["G91 G01 F60", "Y1", "X1", "Z-1", *blocks])
+    assert len(found) > 40
+    assert len({slot.highest for slot, _ in found}) > 10
+    for slot, (x, y, z) in found:
+        assert x <= OWN["x"] * 1.0001
+        assert z <= OWN["z"] * 1.0001
+        if slot.highest:    # no slower than it has to be
+            assert max(x / OWN["x"], z / OWN["z"]) == pytest.approx(1, rel=1e-3)
+        else:
+            assert y == pytest.approx(1800 * abs(slot.delta[1]) / slot.length, rel=1e-3)
+
+
+@pytest.mark.parametrize(("plane", "slowest"), [("G17", 900), ("G18", 300), ("G19", 300)])
+def test_an_arc_is_limited_by_the_slower_axis_of_its_plane(plane, slowest):
+    machine = Controller(clock_hz=50_000_000)
+    machine.unlock()
+    for axis, speed in {"x": 900, "z": 300}.items():
+        assert machine.line(assign(f"highest_speed_{axis}", speed)) == ["ok"]
+    letters, centre = {"G17": ("XY", "I"), "G18": ("ZX", "K"), "G19": ("YZ", "J")}[plane]
+    machine.line(assign("arc_deviation_nm", 0))   # the bound of the lag is lower
+    load(machine, f"G91 {plane} G03 {letters[0]}-2 {letters[1]}2 {centre}-2 F60", "M02")
+    arcs = [slot.highest for number in range(64) if (slot := machine.slot(number)).arc]
+    assert arcs
+    assert {round(one * 25 * MM_MIN) for one in arcs} == {slowest}
+
+
+def test_where_axes_limit_the_speed_junctions_are_corners(machine):
+    """Before a slower segment the machine has to be slow, whatever the speed of the way back."""
+    assert machine.line(assign("highest_speed_x", 900)) == ["ok"]
+    load(machine, "G91 G01 F60", "Y1", "X.0001 Y1", "X1 Y1.01", "M02")
+    assert machine.bound("fast_ahead") == 20_000

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Unit tests of ``rtl.motion.backlash``, against the exact model, and around a drive with play."""
+
+from rtl.motion.backlash import Backlash
+from testbench.models import backlash as model
+from testbench.simulators.benches import settle
+
+
+class Bench:
+    """The block and its model; the sums of what goes in and out."""
+
+    def __init__(self, dut, size):
+        self.dut = dut
+        self.size = size
+        self.model = model.Backlash()
+        self.moved = self.fed = self.commanded = 0
+
+    async def clock(self, ctx, *, tick=False, pi=0, moved=0, safe=False, clear=False):
+        dut = self.dut
+        for signal, value in ((dut.size, self.size), (dut.tick, tick), (dut.pi, pi != 0),
+                              (dut.pi_reverse, pi < 0), (dut.moved, moved != 0),
+                              (dut.moved_reverse, moved < 0), (dut.safe, safe),
+                              (dut.clear, clear)):
+            ctx.set(signal, value)
+        await settle(ctx)
+        fp = ctx.get(dut.fp) * (-1 if ctx.get(dut.fp_reverse) else 1)
+        assert fp == self.model.pulse(moved)
+        assert ctx.get(dut.done) == (self.model.taken_up == self.model.goal(self.size))
+        self.model.tick(size=self.size, tick=tick, pi=pi, moved=moved, safe=safe, clear=clear)
+        await ctx.tick()
+        self.moved += moved
+        self.fed += fp
+        self.commanded += pi
+        if clear:
+            self.moved = self.fed
+        taken_up = ctx.get(dut.taken_up)
+        assert taken_up == self.model.taken_up
+        assert self.moved == self.fed - taken_up
+
+
+def test_follows_the_model_and_keeps_the_sums(simulate, rng):
+    dut = Backlash()
+    bench = Bench(dut, 0)
+
+    async def run(ctx):
+        for clock in range(6000):
+            begin = clock % 1500 == 0
+            if begin:
+                bench.size = (7, 0, 40, 8191)[clock // 1500]
+            await bench.clock(
+                ctx, tick=clock % 5 == 0 and rng.random() < 0.8,
+                pi=rng.choice((-1, 1)) if rng.random() < (0.2, 0.01)[clock // 300 % 2] else 0,
+                moved=rng.choice((0, 0, 1, -1, 1, 1)) if clock % 900 < 600 else 0,
+                safe=rng.random() < 0.01, clear=begin)
+
+    simulate(dut, run, deadline=1e-3)
+
+
+def test_an_axis_with_backlash_stands_at_its_count_both_ways(simulate):
+    """A drive that follows at once, and a table with play behind it."""
+    dut = Backlash()
+    play = 9
+    bench = Bench(dut, play)
+
+    async def run(ctx):
+        await bench.clock(ctx, clear=True)
+        table = places = 0
+        for way in (1, -1, 1, -1, -1, 1):
+            for _ in range(50):
+                await bench.clock(ctx, tick=True, pi=way)
+                for _ in range(8):
+                    # The drive makes up Er: the command less what the error counter got.
+                    er = bench.commanded - bench.fed
+                    await bench.clock(ctx, tick=True, moved=(er > 0) - (er < 0))
+                table = min(max(table, bench.moved), bench.moved + play)
+                if bench.model.taken_up == bench.model.goal(play):
+                    assert table == bench.commanded
+                    places += 1
+        assert places > 250
+        assert bench.fed == bench.commanded
+
+    simulate(dut, run, deadline=1e-3)
