@@ -42,7 +42,8 @@ PADS = (
     Pad("gap_high", "i", doc="Comparator: gap voltage above the open level."),
     Pad("gap_arc", "i", doc="Comparator: gap voltage below the arc level."),
     Pad("gap_short", "i", doc="Comparator: gap voltage below the short level."),
-    Pad("gap_current", "i", doc="Comparator: current flows in the gap."),
+    Pad("gap_current", "i", doc="Comparator: current flows in the gap. For shorts by the current "
+        "(setting 467) the driver of gap_sense must lower its level while that is on."),
     Pad("gap_noise", "i", doc="The discharge has high frequencies (optional detector)."),
     Pad("gap_reference", "o", 3, "References of the comparators, open, arc, short: density of "
         "ones."),

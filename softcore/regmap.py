@@ -231,6 +231,9 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("lag_time", "After the ramp has come down to the start/stop speed, the axes may be faster for "
      "this time. Contact with the discharge off trips the interlock in this time.",
      _value(28, "Clocks.", unit="clock", init=(1 << 28) - 1)),
+    ("short_current", "A pulse counts as shorted for Ss by the current, if that flows with a "
+     "shorter ignition delay; 0: by the voltage. See ``rtl.gap.conduction``.",
+     _value(16, "Clocks.", unit="clock")),
 ))
 
 POWER = Block(name="power", base=0x700, doc="Discharge pulses; see ``rtl.power``.",

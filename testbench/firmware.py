@@ -329,13 +329,13 @@ class Controller:
 
         ``counting`` is mode, window and weight; ``delay_least`` is in clocks.
         """
-        words = (ctypes.c_uint32 * 18)()
+        words = (ctypes.c_uint32 * 19)()
         self.library.gk_gap_read(words)
         names = ("servo", "period", "step", "convert", "lag_time")
         return {"reference": tuple(words[:3]), "presets": tuple(words[3:6]),
                 **dict(zip(names, words[6:11], strict=True)), "counting": tuple(words[11:14]),
                 "criteria": words[14], "delay_least": words[15], "short_mean": words[16],
-                "short_mean_time": words[17]}
+                "short_mean_time": words[17], "short_current": words[18]}
 
     @property
     def scope(self) -> Scope:

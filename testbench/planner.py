@@ -74,6 +74,14 @@ class Planner:
         taken = getattr(self.library, name)(*arguments, ctypes.byref(fault))
         return "" if taken else fault.text.decode()
 
+    def select(self, name: str) -> None:
+        """Put a pair of materials in force."""
+        self.library.basic_select(name.encode())
+
+    def forget(self) -> None:
+        """Forget all data."""
+        self.library.basic_forget()
+
     def depths(self, values_um: list[int]) -> str:
         """Begin anew; return the firmware's fault, or None."""
         return self._take("basic_depths", values_um)

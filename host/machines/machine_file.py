@@ -195,6 +195,8 @@ class Comparator(Table):
     short_level_v: float = _number("V", ANY, "Level below which the gap is shorted.")
     current_level_a: float = _number("A", ANY,
         "Level of the current, which sees what leaks through the fluid as well.")
+    sensing_level_a: float = _number("A", ANY,
+        "The same while the gate of the sensing source is on: that gate lowers the level.")
     reference_full_v: float = _number("V", (1, 1000),
         "Gap voltage that a reference pin stands for if it is always high, and full scale of the "
         "converter.")

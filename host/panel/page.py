@@ -260,6 +260,8 @@ class Page:
         off = heard.fields.get("Off")
         if off:
             rows.append(("guards off", off.replace(",", ", ")))
+        if told := heard.fields.get("Ss"):
+            rows.append(("shorts by", told.replace(",", ", ")))
         self.facts.set_content("".join(
             f'<span class="key">{key}</span><span class="value">{value}</span>'
             for key, value in rows))

@@ -18,7 +18,7 @@ __all__ = ["lines", "load"]
 
 
 def lines(data: Sequence[BasicData]) -> Iterator[str]:
-    """Yield the lines by which a host enters basic data of one pair of materials."""
+    """Yield the lines by which a host enters basic data of one pair, behind its name."""
     yield "$BD" + ",".join(map(exact, data[0].depth_mm))
     for one in data:
         yield f"$BA{exact(one.area_mm2)}"
@@ -28,7 +28,9 @@ def lines(data: Sequence[BasicData]) -> Iterator[str]:
 
 def load(electrode: str, workpiece: str, folder: Path, url: str, *, baud: int,
          console: Console) -> None:
-    """Enter all basic data of a pair of materials; the controller lists what it holds then.
+    """Enter all basic data of a pair of materials, and put it in force.
+
+    Data of other pairs stay. The controller lists what it holds then.
 
     Raises
     ------
@@ -37,7 +39,8 @@ def load(electrode: str, workpiece: str, folder: Path, url: str, *, baud: int,
         line, or holds other data afterwards.
     """
     data = read_all(electrode, workpiece, folder)
-    wanted, said = list(lines(data)), list[str]()
+    name = f"$BM{electrode}_{workpiece}".upper()
+    wanted, said = [name, *lines(data)], list[str]()
     machine = machines.load("sinker")   # its clock is of no account here
     port = Port(url, baud)
     try:
@@ -55,10 +58,22 @@ def load(electrode: str, workpiece: str, folder: Path, url: str, *, baud: int,
         port.close()
     held = [text.removeprefix("[MSG:").removesuffix("]") for text in said
             if text.startswith("[MSG:$B")]
-    if held != wanted:
+    if _of_pair(held, name) != wanted:
         raise UserError(f"the controller at {url} does not hold what was entered: it lists "
-                        f"{counted(len(held), 'line')} of {len(wanted)}, or others.")
+                        f"{counted(len(_of_pair(held, name)), 'line')} of {len(wanted)}, or "
+                        "others.")
     rows = sum(len(one.ip) for one in data)
+    others = [line.removeprefix("$BM") for line in held if line.startswith("$BM") and line != name]
     console.print(f"The controller at {url} holds {counted(rows, 'current')} of "
-                  f"{counted(len(data), 'area')}, {electrode} on {workpiece}: $BP plans with them.",
+                  f"{counted(len(data), 'area')}, {electrode} on {workpiece}: $BP plans with them."
+                  + (f" It also holds {', '.join(others)}." if others else ""),
                   soft_wrap=True, markup=False)
+
+
+def _of_pair(held: list[str], name: str) -> list[str]:
+    """Those of the listed lines that are of one pair: from its name to the next one's."""
+    if name not in held:
+        return []
+    begin = held.index(name)
+    end = next((at for at in range(begin + 1, len(held)) if held[at].startswith("$BM")), None)
+    return held[begin:end]

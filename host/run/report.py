@@ -12,6 +12,7 @@ from host import alarms
 from host.run import clearing, figures
 from host.run.events import Event
 from host.run.retractions import Retraction, collect, most_telling
+from host.run.run import VOLTAGE
 from host.run.summary import discharged
 from host.run.workpiece import Columns
 from softcore.tables.settings import of_number
@@ -30,6 +31,13 @@ MOVED_MM = 0.001    # more than the trembling of an axis at rest
 PRESSED_MM = 0.005  # contact alone is at most some micrometres; anything more was pushed in
 # The listing shows blocks and conditions, so the table of events leaves them out.
 QUIET = {"block"}
+SHORTS_BY = {
+    "voltage": "Shorts (Ss) by the gap voltage of each pulse.",
+    "current": "Shorts (Ss) by the current without an ignition delay.",
+    "mean": "Shorts (Ss) by the mean gap voltage; they end by the voltage of sensing pulses.",
+    "mean,current": "Shorts (Ss) by the mean gap voltage; they end by the current of sensing "
+                    "pulses.",
+}
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -76,6 +84,12 @@ def guards_off(summary: dict[str, Any]) -> str:
     """Sentence on guards of the machine that settings have switched off; empty if none is."""
     names = ", ".join(summary["guards_off"])
     return f"Switched off by settings: {names}." if names else ""
+
+
+def shorts_by(summary: dict[str, Any]) -> str:
+    """Sentence on what tells a short."""
+    # A summary of an earlier version has no word on it: there was only the voltage to go by.
+    return SHORTS_BY[summary.get("short_by", VOLTAGE)]
 
 
 def collision(summary: dict[str, Any]) -> str:
@@ -159,7 +173,8 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
         cause=alarms.cause(code), remedy=alarms.remedy(code),
         tiles=_tiles(summary, retractions, wire), listing=listing,
-        guards_off=guards_off(summary), collision=collision(summary), axes=axes, wire=wire,
+        guards_off=guards_off(summary), shorts_by=shorts_by(summary),
+        collision=collision(summary), axes=axes, wire=wire,
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
         staircase=figures.staircase(trace, events) if drawn else "",
         cavity=figures.cavity(summary["cavity"]) if "cavity" in summary else "",

@@ -45,6 +45,8 @@ SCOPE_S = 5.0      # longest wait for the rest of a record of the oscilloscope
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
+VOLTAGE = "voltage"  # what tells a short unless the status says otherwise
+
 STATUS_OF = {"end": DONE, "stopped": DONE, "alarm": ALARM, "rejected": REJECTED}
 
 
@@ -93,10 +95,10 @@ class Run:
     ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
-    None), ``events``, ``guards_off`` (guards of the machine that settings have switched off), and
-    ``offset``: program zero at the start of the tape, in the machine's frame, in millimetres by
-    axis. A G92 of the tape does not change ``offset``. Events are in the frame that is in force
-    when they happen.
+    None), ``events``, ``guards_off`` (guards of the machine that settings have switched off),
+    ``short_by`` (what tells a short: voltage, current, mean or "mean,current"), and ``offset``:
+    program zero at the start of the tape, in the machine's frame, in millimetres by axis. A G92 of
+    the tape does not change ``offset``. Events are in the frame that is in force when they happen.
     """
 
     machine: Machine
@@ -113,6 +115,7 @@ class Run:
     outcome: str | None = None
     alarm: dict[str, Any] | None = None
     guards_off: list[str] = field(default_factory=list)
+    short_by: str = VOLTAGE
 
     def __post_init__(self) -> None:
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
@@ -205,6 +208,7 @@ class Run:
             self._enter(line.upper(), f'the line "{line}" entered by hand')
         status = self.link.status()
         self.guards_off = [name for name in status.get("Off", "").split(",") if name]
+        self.short_by = status.get("Ss", VOLTAGE)
         if self.mdi or not self.at_start:  # a line by hand may have declared another zero
             places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))

@@ -7,6 +7,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.gap.conduction import Conduction
 from rtl.gap.contact import ContactGuard
 from rtl.gap.discriminator import Discriminator
 from rtl.gap.feed_mode import FeedCalculator, FeedMode
@@ -58,7 +59,7 @@ class Gap(wiring.Component):
         Gates of both sources; the classes of the last pulses are out of date (``rtl.power.power``).
     high, arc, short, current, noise : In(1)
         Comparators: above the open level, below the arc level, below the short level, current
-        flows, the discharge has high frequencies.
+        flows (``sense`` lowers its threshold), the discharge has high frequencies.
     reference : Out(3)
         Streams that set the first three levels.
     adc_select, adc_clock, adc_command : Out(1), adc_data : In(1)
@@ -153,12 +154,18 @@ class Gap(wiring.Component):
         ]
 
     def _shorts(self, m, discriminator, short, discharging):
-        """The short signal Ss."""
+        """The short signal Ss, from pulses shorted by the voltage or by the current."""
         registers, motion = self.registers.gap, self.motion
+        m.submodules.conduction = conduction = Conduction()
+        by_current = Signal()
         m.d.comb += [
             short.sample.eq(discriminator.sample),
-            short.sample_shorted.eq(discriminator.sample_shorted),
-            short.shorted_now.eq(discriminator.shorted_now),
+            conduction.on.eq(discriminator.on), conduction.sense.eq(discriminator.sense),
+            conduction.current.eq(self.current), conduction.delay.eq(registers.short_current),
+            by_current.eq(registers.short_current != 0),
+            short.sample_shorted.eq(Mux(by_current, conduction.last,
+                                        discriminator.sample_shorted)),
+            short.shorted_now.eq(Mux(by_current, conduction.now, discriminator.shorted_now)),
             short.needed.eq(registers.short_ratio_needed),
             short.window.eq(registers.short_ratio_window),
             short.duration.eq(registers.short_duration),

@@ -254,6 +254,13 @@ SETTINGS: tuple[Setting, ...] = (
     _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
          "than the contact of electrode and work along the path.", guards=False),
+    _set(467, "short_current_ns", "short: by current within this time (0 by voltage)", "ns",
+         (0, 0, 1_000_000), "detector", "Which pulses count as shorted, for a short and for "
+         "contact. 0: those with a voltage below the short level. Else those in which current "
+         "flows without an ignition delay, as in the detector of the first patent: within this "
+         "time from the start, or within `${blanking_ns}` if that is longer. A discharge that "
+         "ignites in it counts, too. For the sensing pulses the comparator of the current needs a "
+         "level of its own, below what they carry."),
     _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (0, 0, 100),
          "loop", "Share of the path's speed that goes to the drives at once, beside the position "
          "loop. 100: an axis lags only as far as its drive does by itself. 0: the plain loop of "

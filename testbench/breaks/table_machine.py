@@ -225,4 +225,12 @@ MACHINE = (
         "softcore/firmware/base/watch.h", PROGRAM,
         ("    if (hal_watch_open())\n", "", "no call comes too soon"),
     ),
+    *breaks_of(
+        "softcore/firmware/roughing/basic.c", "unit/firmware/test_staircase.py",
+        ("drop(first + at, 1)", "drop(at, 1)", "an area of the pair in force is taken out"),
+        ("*begin += pairs[at].area_count;", ";", "each pair plans with its own areas"),
+        ("return now + 1 >= pair_count ||", "return true ||", "areas are those of the last pair"),
+        ("    now = find(selected, &first);\n}\n\nvoid basic_forget", "}\n\nvoid basic_forget",
+         "the pair in force stays when another is taken out"),
+    ),
 )

@@ -22,6 +22,7 @@ BUDGETS = {
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
     "axis_z":        Cells(lut4=779,  ccu2c=384, ff=683,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=176,  ccu2c=114, ff=449,  ram=0,  bram=0,  dsp=0),
+    "conduction":    Cells(lut4=26,   ccu2c=8,   ff=20,   ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
     "contact":       Cells(lut4=66,   ccu2c=61,  ff=63,   ram=0,  bram=0,  dsp=0),
     "counters":      Cells(lut4=78,   ccu2c=64,  ff=64,   ram=0,  bram=0,  dsp=0),

@@ -14,8 +14,9 @@ from testbench.cosim.checks import check_reactions, check_return, check_returns,
 from testbench.cosim.job import HEIGHT_MM, MM, Data, Job, program
 from testbench.native.station import Session
 
-__all__ = ["above_start_speed", "at_corners", "before_first_point", "clearing_at_limit",
-           "during_readvance", "from_mdi", "limit_between_blocks", "never_clearing", "simple"]
+__all__ = ["above_start_speed", "at_corners", "before_first_point", "by_current",
+           "clearing_at_limit", "during_readvance", "from_mdi",
+           "limit_between_blocks", "never_clearing", "simple"]
 
 
 def pace(session: Session, mm_min: float) -> float:
@@ -254,4 +255,37 @@ def from_mdi(session: Session) -> dict:
     assert [(event["source"], event["limit"], event["speed"])
             for event in job.told("retraction_set")] == [
         ("mdi", 0.2, 900), ("tape", 0.1, 900), ("tape", 0.2, 900)]
+    return figures(job)
+
+
+def by_current(session: Session) -> dict:
+    """A short told by the current, as in the first patent: it begins, lasts and ends with that.
+
+    With the level of the wire machine's main pulses, a sensing pulse would not show the contact.
+    So the second short seems clear while it lasts, though its voltage is that of a short.
+    """
+    data = Data(speed=60, limit=0.05, high=120, low=30, changeover=0.02)
+    job = Job(session, assign("short_current_ns", 3000))
+    assert job.link.status()["Ss"] == "current"
+    job.start(program(data, "G01 X0.4 F120", condition=500))
+    job.reach(1000, pace(session, 120))
+    job.short(True)
+    at_limit(job)
+    assert job.probe("gap_status_shorted")
+    assert not job.told("retraction_end", reason="cleared")
+    job.short(False)
+    job.wait("resume")
+
+    job.reach(2500, pace(session, 120))
+    own = session.get("comparator.sensing_level_a")
+    session.set("comparator.sensing_level_a", session.get("comparator.current_level_a"))
+    job.short(True)
+    job.until(lambda: job.probe("gap_status_shorted"), "the second short")
+    job.until(lambda: not job.probe("gap_status_shorted"), "its end in contact")
+    job.short(False)
+    session.set("comparator.sensing_level_a", own)
+    job.finish()
+    ends = [event["reason"] for event in job.told("retraction_end")]
+    assert ends[1] == "cleared", ends
+    assert len(job.told("retraction_start", cause="short")) == len(job.told("retraction_end"))
     return figures(job)

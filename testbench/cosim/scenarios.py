@@ -52,6 +52,7 @@ SCENARIOS = (
     Scenario(retractions.never_clearing, {"speed": 1500}),
     Scenario(retractions.limit_between_blocks),
     Scenario(retractions.from_mdi),
+    Scenario(retractions.by_current, machine="wire"),
     Scenario(bursts.burst),
     Scenario(bursts.rapid),
     Scenario(bursts.ceiling_wins),

@@ -13,6 +13,7 @@ from host.machines.machine import Machine
 from host.run import simulation
 from host.run.run import Run
 from host.tape.tape import encode, load
+from softcore.tables.settings import assign
 from testbench.cosim.job import MM
 from testbench.cosim.wander import WATCHED, Train, places
 from testbench.models.wire_offset import Element, beside
@@ -35,16 +36,28 @@ N60 M02
 """
 
 
-def execute(tape, machine=MACHINE, watch=lambda run: None):
+def execute(tape, machine=MACHINE, watch=lambda run: None, lines=()):
     """Run a tape; the run and its simulation, which is closed."""
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                                   progress=print)
-    job = Run(machine, tape, machine_on, watch=watch)
+    job = Run(machine, tape, machine_on, mdi=list(lines), watch=watch)
     try:
         job.execute()
     finally:
         machine_on.close()
     return job, machine_on
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("ns", [0, 3000], ids=["voltage", "current"])
+def test_slot_is_cut_whatever_tells_a_short(ns):
+    job, _ = execute(load(TAPES / "wire_slot.nc"), lines=[assign("short_current_ns", ns)])
+    assert job.outcome == "end"
+    starts, ends = ([event for event in job.events if event["event"] == name]
+                    for name in ("retraction_start", "retraction_end"))
+    assert len(starts) == len(ends) > 2
+    assert {event["cause"] for event in starts} == {"short"}
+    assert {event["reason"] for event in ends} == {"cleared"}
 
 
 def test_slot_is_cut_to_program_end():

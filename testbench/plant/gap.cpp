@@ -47,7 +47,8 @@ void Gap::compare() {
     high_ = volts_ > high_v_;
     below_arc_ = volts_ < arc_v_;
     below_short_ = volts_ < short_v_;
-    conducting_ = current() > p_.comparator.current_level_a;
+    conducting_ = current() > (gate_ == Gate::sensing ? p_.comparator.sensing_level_a
+                                                      : p_.comparator.current_level_a);
 }
 
 void Gap::set_volts(double volts) {

@@ -161,6 +161,8 @@ struct ComparatorParameters {
     double short_level_v = 12.0;
     // Level of the current, which sees what leaks through the fluid as well. [A]
     double current_level_a = 0.5;
+    // The same while the gate of the sensing source is on: that gate lowers the level. [A]
+    double sensing_level_a = 0.5;
     // Gap voltage that a reference pin stands for if it is always high, and full scale of the
     // converter. [V]
     double reference_full_v = 100.0;
@@ -465,6 +467,7 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"comparator.arc_level_v", &p.comparator.arc_level_v},
         {"comparator.short_level_v", &p.comparator.short_level_v},
         {"comparator.current_level_a", &p.comparator.current_level_a},
+        {"comparator.sensing_level_a", &p.comparator.sensing_level_a},
         {"comparator.reference_full_v", &p.comparator.reference_full_v},
         {"comparator.reference_rc_us", &p.comparator.reference_rc_us},
         {"comparator.noise_miss", &p.comparator.noise_miss},

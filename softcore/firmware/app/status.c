@@ -103,11 +103,11 @@ __attribute__((noinline)) void status_tell(void) {
         hal_gap_counts(counts);
         settings_masked(masked, sizeof masked);
         watch_between();
-        text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s>",
+        text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
                    hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
-                   *masked ? "|Off:" : "", masked);
+                   *masked ? "|Off:" : "", masked, settings_short());
         watch_between();
         output_line("%s", report);
         part = PART_NONE;

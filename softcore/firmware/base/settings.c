@@ -23,6 +23,13 @@ static uint32_t deviation; /* 1/64 pulse */
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
 
+/* At least the blanking, before whose end the comparator cannot have answered; never 0. */
+static uint32_t short_current(void) {
+    uint32_t ns = values[SET_SHORT_CURRENT_NS], blanking = values[SET_BLANKING_NS];
+    uint32_t clocks = at_most(units_clocks_of_ns(ns > blanking ? ns : blanking), (1u << 16) - 1);
+    return ns ? clocks + !clocks : 0;
+}
+
 static void apply_detector(void) {
     hal_short_detector detector = {
         .needed = values[SET_SHORT_NEEDED],
@@ -33,6 +40,7 @@ static void apply_detector(void) {
         /* Codes of the converter, whose full scale is 100 V; rounded up, so that no preset is 0. */
         .mean = (values[SET_SHORT_MEAN_MV] * 128 + 3124) / 3125,
         .mean_time = at_most(units_clocks_of_us(values[SET_SHORT_MEAN_US]), (1u << 24) - 1),
+        .current = short_current(),
     };
     hal_short_write(&detector);
     hal_discriminator rules = {
@@ -198,6 +206,12 @@ void settings_masked(char *text, size_t size) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         if (values[SET_STEP_AXES] >> axis & 1)
             at += text_print(text + at, size - at, "%scoder %c", at ? "," : "", "XYZ"[axis]);
+}
+
+const char *settings_short(void) {
+    if (values[SET_SHORT_MEAN_MV])
+        return values[SET_SHORT_CURRENT_NS] ? "|Ss:mean,current" : "|Ss:mean";
+    return values[SET_SHORT_CURRENT_NS] ? "|Ss:current" : "";
 }
 
 bool settings_of_gap(uint32_t number) {

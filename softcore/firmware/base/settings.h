@@ -34,6 +34,7 @@ bool settings_guard(uint32_t number);
    that step axes do not have. The buffer needs SETTINGS_MASKED characters. */
 #define SETTINGS_MASKED 96
 void settings_masked(char *text, size_t size);
+const char *settings_short(void); /* what tells a short, as in the status; empty: the voltage */
 bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of range */
 
 /* Is it a setting of servo, fluid, feed or short detector? Call gap_settings after such a change. */

@@ -147,6 +147,7 @@ void hal_interrupts(bool events); /* of events; the first call also enables the 
 typedef struct {
     uint32_t needed, window, duration, clear, blanking; /* pulses, pulses, clocks, samples, clocks */
     uint32_t mean, mean_time;                           /* code (0: by pulses), clocks */
+    uint32_t current;                                   /* clocks (0: by the voltage) */
 } hal_short_detector;
 
 typedef struct {

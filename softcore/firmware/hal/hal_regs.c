@@ -235,6 +235,7 @@ void hal_short_write(const hal_short_detector *detector) {
     GAP->blanking = detector->blanking;
     GAP->short_mean = detector->mean;
     GAP->short_mean_time = detector->mean_time;
+    GAP->short_current = detector->current;
 }
 
 void hal_lag_time(uint32_t clocks) { GAP->lag_time = clocks; }

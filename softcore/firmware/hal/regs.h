@@ -333,6 +333,7 @@ typedef volatile struct {
     uint32_t short_mean; /* A short by the mean voltage below this; 0: by shorted pulses. It needs the converter. [1/4096 full scale] */
     uint32_t short_mean_time; /* Time of that mean; 0 for never. [clock] */
     uint32_t lag_time; /* After the ramp has come down to the start/stop speed, the axes may be faster for this time. Contact with the discharge off trips the interlock in this time. [clock] */
+    uint32_t short_current; /* A pulse counts as shorted for Ss by the current, if that flows with a shorter ignition delay; 0: by the voltage. See ``rtl.gap.conduction``. [clock] */
 } gap_regs;
 _Static_assert(offsetof(gap_regs, short_ratio) == 0x0, "");
 _Static_assert(offsetof(gap_regs, short_duration) == 0x4, "");
@@ -351,6 +352,7 @@ _Static_assert(offsetof(gap_regs, status) == 0x34, "");
 _Static_assert(offsetof(gap_regs, short_mean) == 0x38, "");
 _Static_assert(offsetof(gap_regs, short_mean_time) == 0x3c, "");
 _Static_assert(offsetof(gap_regs, lag_time) == 0x40, "");
+_Static_assert(offsetof(gap_regs, short_current) == 0x44, "");
 #define GAP_SHORT_RATIO_NEEDED_SHIFT 0
 #define GAP_SHORT_RATIO_NEEDED_MASK 0x0000003fu
 #define GAP_SHORT_RATIO_WINDOW_SHIFT 6
@@ -389,6 +391,8 @@ _Static_assert(offsetof(gap_regs, lag_time) == 0x40, "");
 #define GAP_SHORT_MEAN_TIME_VALUE_MASK 0x00ffffffu
 #define GAP_LAG_TIME_VALUE_SHIFT 0
 #define GAP_LAG_TIME_VALUE_MASK 0x0fffffffu
+#define GAP_SHORT_CURRENT_VALUE_SHIFT 0
+#define GAP_SHORT_CURRENT_VALUE_MASK 0x0000ffffu
 #define GAP ((gap_regs *)0x80000600u)
 
 /* Discharge pulses; see ``rtl.power``. */

@@ -115,6 +115,7 @@ void gk_opens(uint32_t count) { opens += count; }
 void hal_short_write(const hal_short_detector *detector) {
     gap.short_mean = detector->mean;
     gap.short_mean_time = detector->mean_time;
+    gap.short_current = detector->current;
 }
 void hal_lag_time(uint32_t clocks) { gap.lag_time = clocks; }
 void hal_gap_counts(uint32_t counts[4]) {

@@ -145,7 +145,7 @@ typedef struct {
    lag_time and those of the short (code, clocks) are those of the condition in force. */
 typedef struct {
     uint32_t reference[3], presets[3], servo, period, step, convert, lag_time, counting[3], criteria,
-        delay_least, short_mean, short_mean_time;
+        delay_least, short_mean, short_mean_time, short_current;
 } gk_gap;
 
 void gk_power_read(gk_power *words);

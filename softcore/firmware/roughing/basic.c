@@ -14,24 +14,94 @@ typedef struct {
     uint16_t undersize[BASIC_DEPTHS];   /* 0.1 um */
 } row;
 
-static uint32_t depths[BASIC_DEPTHS];   /* um */
+typedef struct {
+    char name[BASIC_NAME];
+    uint8_t depth_count, area_count;
+    uint32_t depths[BASIC_DEPTHS];      /* um */
+} pair;
+
+/* Pairs in the order in which they were entered; their areas and the rows of these follow each other
+   in the same order. */
+static pair pairs[BASIC_PAIRS];
 static uint32_t areas[BASIC_AREAS];     /* 1/100 mm2 */
 static uint8_t begins[BASIC_AREAS + 1]; /* first row of each area */
 static row rows[BASIC_ROWS];
-static unsigned depth_count, area_count;
+static unsigned pair_count, all_areas;
 
-static unsigned used(void) { return begins[area_count]; }
+static char selected[BASIC_NAME];
+static unsigned now;    /* the pair selected; pair_count if there are no data of it */
+static unsigned first;  /* its first area */
 
-/* Does the last area have too few currents? If so, sets the fault. */
+static unsigned used(void) { return begins[all_areas]; }
+static unsigned count_of(unsigned area) { return (unsigned)(begins[area + 1] - begins[area]); }
+
+/* Does the last area of the pair in force have too few currents? If so, sets the fault. */
 static bool lacks(fault *f) {
-    if (!area_count || basic_current_count(area_count - 1) >= 2)
+    unsigned count = basic_area_count();
+    if (!count || basic_current_count(count - 1) >= 2)
         return false;
     fault_at(f, FAULT_TABLE, 0, "basic data: the area of %u mm2 has %u of at least 2 currents",
-             areas[area_count - 1] / 100, basic_current_count(area_count - 1));
+             areas[first + count - 1] / 100, basic_current_count(count - 1));
     return true;
 }
 
-void basic_forget(void) { depth_count = area_count = begins[0] = 0; }
+static bool same(const char *one, const char *other) {
+    while (*one && *one == *other)
+        one++, other++;
+    return *one == *other;
+}
+
+static void copy(char *to, const char *from) {
+    while ((*to++ = *from++))
+        ;
+}
+
+/* The pair of that name, and its first area. */
+static unsigned find(const char *name, unsigned *begin) {
+    unsigned at = 0;
+    for (*begin = 0; at < pair_count && !same(pairs[at].name, name); at++)
+        *begin += pairs[at].area_count;
+    return at;
+}
+
+/* Take areas out, with their rows. */
+static void drop(unsigned at, unsigned count) {
+    uint8_t gone = begins[at + count] - begins[at];
+    for (unsigned i = begins[at]; i + gone < used(); i++) {
+        rows[i] = rows[i + gone];
+        watch_between();
+    }
+    for (; at + count < all_areas; at++) {
+        areas[at] = areas[at + count];
+        begins[at + 1] = begins[at + 1 + count] - gone;
+    }
+    all_areas -= count;
+}
+
+/* Take a pair out; the same one is selected afterwards. */
+static void remove_pair(unsigned at, unsigned begin) {
+    drop(begin, pairs[at].area_count);
+    for (pair_count--; at < pair_count; at++)
+        pairs[at] = pairs[at + 1];
+    now = find(selected, &first);
+}
+
+void basic_forget(void) { pair_count = all_areas = begins[0] = now = first = selected[0] = 0; }
+
+void basic_select(const char *name) {
+    copy(selected, name);
+    now = find(selected, &first);
+}
+
+const char *basic_selected(void) { return selected; }
+
+bool basic_remove(const char *name, fault *f) {
+    unsigned begin, at = find(name, &begin);
+    if (at == pair_count)
+        return fault_at(f, FAULT_TABLE, 0, "basic data: that pair is not among them");
+    remove_pair(at, begin);
+    return true;
+}
 
 bool basic_depths(const uint32_t *values, unsigned count, fault *f) {
     if (!count || count > BASIC_DEPTHS)
@@ -41,39 +111,58 @@ bool basic_depths(const uint32_t *values, unsigned count, fault *f) {
         if (values[i] > 1000000 || (i && values[i] <= values[i - 1]))
             return fault_at(f, FAULT_TABLE, 0,
                             "basic data: the depths must rise, to 1000 mm at most (number %u)", i + 1);
-    basic_forget();
-    for (; depth_count < count; depth_count++)
-        depths[depth_count] = values[depth_count];
+    if (now < pair_count)
+        remove_pair(now, first);
+    if (pair_count == BASIC_PAIRS)
+        return fault_at(f, FAULT_TABLE, 0,
+                        "basic data: no more than %u pairs of materials can be entered",
+                        (uint32_t)BASIC_PAIRS);
+    pair *new = &pairs[pair_count++];
+    copy(new->name, selected);
+    new->area_count = 0;
+    new->depth_count = (uint8_t)count;
+    for (unsigned i = 0; i < count; i++)
+        new->depths[i] = values[i];
     return true;
 }
 
+/* Areas and currents can be added to the last pair only. */
+static bool is_last(fault *f) {
+    return now + 1 >= pair_count ||
+           fault_at(f, FAULT_TABLE, 0, "basic data: another pair follows; begin this one with $BD");
+}
+
 bool basic_area(uint32_t area, fault *f) {
-    if (!depth_count)
+    unsigned count = basic_area_count();
+    if (now == pair_count)
         return fault_at(f, FAULT_TABLE, 0, "basic data: the depths come first");
-    if (lacks(f))
+    if (!is_last(f) || lacks(f))
         return false;
-    if (area_count == BASIC_AREAS)
+    if (all_areas == BASIC_AREAS)
         return fault_at(f, FAULT_TABLE, 0, "basic data: no more than %u areas can be entered",
                         (uint32_t)BASIC_AREAS);
-    if (!area || area > 10000000 || (area_count && area <= areas[area_count - 1]))
+    if (!area || area > 10000000 || (count && area <= areas[all_areas - 1]))
         return fault_at(f, FAULT_TABLE, 0, "basic data: the areas must rise, to 100000 mm2 at most");
-    areas[area_count++] = area;
-    begins[area_count] = begins[area_count - 1];
+    areas[all_areas++] = area;
+    begins[all_areas] = begins[all_areas - 1];
+    pairs[now].area_count++;
     return true;
 }
 
 bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault *f) {
-    if (!area_count)
+    if (!basic_area_count())
         return fault_at(f, FAULT_TABLE, 0, "basic data: an area comes before its currents");
-    unsigned held = basic_current_count(area_count - 1);
+    if (!is_last(f))
+        return false;
+    unsigned held = basic_current_count(basic_area_count() - 1);
     const row *last = held ? &rows[used() - 1] : 0;
     if (used() == BASIC_ROWS || held == BASIC_CURRENTS)
         return fault_at(f, FAULT_TABLE, 0,
                         "basic data: no more than %u currents of an area and %u of all can be entered",
                         (uint32_t)BASIC_CURRENTS, (uint32_t)BASIC_ROWS);
-    if (count != depth_count)
+    if (count != basic_depth_count())
         return fault_at(f, FAULT_TABLE, 0, "basic data: %u undersizes for %u depths", count,
-                        depth_count);
+                        basic_depth_count());
     if (!ip || ip > 6300 || (last && ip <= last->ip))
         return fault_at(f, FAULT_TABLE, 0, "basic data: the currents must rise, to IP 63 at most");
     for (unsigned i = 0; i < count; i++)
@@ -82,7 +171,7 @@ bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault
             return fault_at(f, FAULT_TABLE, 0,
                             "basic data: the undersize must rise with depth and current, to 6000 um "
                             "at most (number %u)", i + 1);
-    row *new = &rows[begins[area_count]++];
+    row *new = &rows[begins[all_areas]++];
     new->ip = (uint16_t)ip;
     for (unsigned i = 0; i < count; i++)
         new->undersize[i] = (uint16_t)undersize[i];
@@ -90,19 +179,13 @@ bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault
 }
 
 bool basic_drop(uint32_t area, fault *f) {
-    unsigned at = 0;
-    while (at < area_count && areas[at] != area)
+    unsigned at = 0, count = basic_area_count();
+    while (at < count && areas[first + at] != area)
         at++;
-    if (at == area_count)
+    if (at == count)
         return fault_at(f, FAULT_TABLE, 0, "basic data: that area is not among them");
-    uint8_t gone = begins[at + 1] - begins[at];
-    for (unsigned i = begins[at]; i + gone < used(); i++)
-        rows[i] = rows[i + gone];
-    for (; at + 1 < area_count; at++) {
-        areas[at] = areas[at + 1];
-        begins[at + 1] = begins[at + 2] - gone;
-    }
-    area_count--;
+    drop(first + at, 1);
+    pairs[now].area_count--;
     return true;
 }
 
@@ -123,40 +206,55 @@ static void append(char *text, size_t size, char separator, uint32_t value, uint
     }
 }
 
+/* Lines of a pair: its name, unless it has none, its depths, its areas and their currents. */
+static unsigned lines_of(const pair *one, unsigned begin) {
+    return (one->name[0] != '\0') + 1u + one->area_count + begins[begin + one->area_count] -
+           begins[begin];
+}
+
 bool basic_line(unsigned number, char *text, size_t size) {
-    if (!depth_count)
+    unsigned at = 0, area = 0, lines;
+    while (at < pair_count && number >= (lines = lines_of(&pairs[at], area))) {
+        number -= lines;
+        area += pairs[at++].area_count;
+    }
+    if (at == pair_count)
         return false;
+    const pair *one = &pairs[at];
+    if (one->name[0] && number-- == 0) {
+        text_print(text, size, "M%s", one->name);
+        return true;
+    }
     if (number == 0) {
         text_print(text, size, "D");
-        for (unsigned i = 0; i < depth_count; i++) {
-            append(text, size, i ? ',' : '\0', depths[i], 1000);
+        for (unsigned i = 0; i < one->depth_count; i++) {
+            append(text, size, i ? ',' : '\0', one->depths[i], 1000);
             watch_between();
         }
         return true;
     }
-    unsigned area = 0;
-    for (number--; area < area_count && number > basic_current_count(area); area++)
-        number -= basic_current_count(area) + 1;
-    if (area == area_count)
-        return false;
+    for (number--; number > count_of(area); area++)
+        number -= count_of(area) + 1;
     if (number == 0) {
         text_print(text, size, "A");
         append(text, size, '\0', areas[area], 100);
         return true;
     }
-    const row *one = &rows[begins[area] + number - 1];
+    const row *current = &rows[begins[area] + number - 1];
     text_print(text, size, "I");
-    append(text, size, '\0', one->ip, 100);
-    for (unsigned i = 0; i < depth_count; i++) {
-        append(text, size, ',', one->undersize[i], 10);
+    append(text, size, '\0', current->ip, 100);
+    for (unsigned i = 0; i < one->depth_count; i++) {
+        append(text, size, ',', current->undersize[i], 10);
         watch_between();
     }
     return true;
 }
 
 bool basic_ready(fault *f) {
-    if (!area_count)
-        return fault_at(f, FAULT_TABLE, 0, "basic data: none have been entered");
+    if (!basic_area_count())
+        return fault_at(f, FAULT_TABLE, 0, selected[0] ? "basic data: none of %s have been entered"
+                                                       : "basic data: none have been entered",
+                        selected);
     return !lacks(f);
 }
 
@@ -164,16 +262,16 @@ float __attribute__((noinline)) basic_number(uint32_t value, int32_t unit) {
     return (float)(int32_t)value / (float)unit;
 }
 
-unsigned basic_area_count(void) { return area_count; }
-unsigned basic_depth_count(void) { return depth_count; }
-unsigned basic_current_count(unsigned area) { return begins[area + 1] - begins[area]; }
-float basic_area_of(unsigned area) { return basic_number(areas[area], 100); }
-float basic_depth_of(unsigned depth) { return basic_number(depths[depth], 1000); }
+unsigned basic_area_count(void) { return now < pair_count ? pairs[now].area_count : 0; }
+unsigned basic_depth_count(void) { return now < pair_count ? pairs[now].depth_count : 0; }
+unsigned basic_current_count(unsigned area) { return count_of(first + area); }
+float basic_area_of(unsigned area) { return basic_number(areas[first + area], 100); }
+float basic_depth_of(unsigned depth) { return basic_number(pairs[now].depths[depth], 1000); }
 float basic_ip_of(unsigned area, unsigned current) {
-    return basic_number(rows[begins[area] + current].ip, 100);
+    return basic_number(rows[begins[first + area] + current].ip, 100);
 }
 float basic_undersize_of(unsigned area, unsigned current, unsigned depth) {
-    return basic_number(rows[begins[area] + current].undersize[depth], 10);
+    return basic_number(rows[begins[first + area] + current].undersize[depth], 10);
 }
 
 #ifdef __clang__

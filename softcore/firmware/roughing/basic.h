@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Basic data of the roughing planner for one pair of materials: the undersize that each current
-   needs at each depth, for a few areas. They are entered line by line in this order: the depths,
-   then for each area the area and its currents. The rules are those of tapes/basic/README.md. */
+/* Basic data of the roughing planner for a few pairs of materials: the undersize that each current
+   needs at each depth, for a few areas. They are entered line by line in this order: the pair's
+   name, the depths, then for each area the area and its currents. The rules are those of
+   tapes/basic/README.md. One pair is in force: lines enter its data, and the planner uses them. */
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
@@ -9,36 +10,47 @@
 
 #include "base/fault.h"
 
-#define BASIC_AREAS 8
+#define BASIC_PAIRS 4
+#define BASIC_NAME 24           /* characters of a pair's name, and its end */
+#define BASIC_AREAS 16          /* of all pairs */
 #define BASIC_DEPTHS 12
 #define BASIC_CURRENTS 16       /* of an area */
-#define BASIC_ROWS 80           /* currents of all areas: five whole ones */
+#define BASIC_ROWS 160          /* currents of all areas: ten whole ones */
 
+/* Forget the data of all pairs; that in force has no name then. */
 void basic_forget(void);
 
-/* Forget all data and set the depths, in um. */
+/* Put the pair of that name in force, whether there are data of it or not. */
+void basic_select(const char *name);
+const char *basic_selected(void);
+
+/* Take a pair out, with all its data. */
+bool basic_remove(const char *name, fault *f);
+
+/* Forget the data of the pair in force and set its depths, in um. It is the last of the pairs then.
+   Only areas of the last pair can be entered. */
 bool basic_depths(const uint32_t *depths, unsigned count, fault *f);
 
-/* Begin an area, in 1/100 mm2, larger than the one before. */
+/* Begin an area, in 1/100 mm2, larger than the one before of the pair. */
 bool basic_area(uint32_t area, fault *f);
 
 /* Add a current of the last area, in 1/100 IP, with its least undersize at each depth, in 0.1 um. */
 bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault *f);
 
-/* Take an area out, with its currents. */
+/* Take an area of the pair in force out, with its currents. */
 bool basic_drop(uint32_t area, fault *f);
 
-/* The lines that would enter the data again, by their number from 0, each without its `$B`. False
-   behind the last one. */
+/* The lines that would enter the data of all pairs again, by their number from 0, each without its
+   `$B`. False behind the last one. */
 bool basic_line(unsigned number, char *text, size_t size);
 
-/* Are there data, and are they complete? False with a fault. */
+/* Are there data of the pair in force, and are they complete? False with a fault. */
 bool basic_ready(fault *f);
 
 /* Convert a stored whole number: value / unit. */
 float basic_number(uint32_t value, int32_t unit);
 
-/* The data, in mm2, mm, IP and um. */
+/* The data of the pair in force, in mm2, mm, IP and um. */
 unsigned basic_area_count(void);
 unsigned basic_depth_count(void);
 unsigned basic_current_count(unsigned area);

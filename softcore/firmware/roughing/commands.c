@@ -17,7 +17,7 @@
 #define JOB_NUMBERS 5
 #define STEEPEST 6000       /* 1/100 degree */
 
-static enum { IDLE, READING, ENTERING, LISTING, PLANNING, TELLING } doing;
+static enum { IDLE, READING, ENTERING, LISTING, NAMING, NAMED, PLANNING, TELLING } doing;
 static uint32_t told;       /* lines of the result, or of the list */
 
 /* A line is taken, read and carried out in three passes of the main loop, to keep each of them
@@ -26,6 +26,7 @@ static const char *line;
 static uint32_t length;
 static uint32_t numbers[NUMBERS];
 static unsigned count;
+static char name[BASIC_NAME];   /* of a pair; empty without one */
 
 void roughing_init(void) {
     basic_forget();
@@ -41,7 +42,7 @@ static const struct {
     char name;
     uint8_t decimals[JOB_NUMBERS];
 } LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}},
-             {'F', {2}}, {'L', {0}}};
+             {'F', {2}}, {'L', {0}}, {'M', {0}}};
 
 /* Append a digit if it fits. Numbers with decimals become floats by way of signed numbers; only a
    seed may have all 32 bits. There is no division, as all digits of a line are read in one pass of
@@ -116,16 +117,39 @@ void roughing_line(const char *from, uint32_t characters) {
     doing = READING;
 }
 
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/* Read the name of a pair: letters, kept as capitals, digits, `_` and `-`. */
+static bool read_name(fault *f) {
+    unsigned at = 1;
+    for (; at < length && at < BASIC_NAME; at++) {
+        char c = line[at];
+        if (c >= 'a' && c <= 'z')
+            c -= 'a' - 'A';
+        if (!is_digit(c) && !(c >= 'A' && c <= 'Z') && c != '_' && c != '-')
+            break;
+        name[at - 1] = c;
+    }
+    name[at - 1] = '\0';
+    return at == length ||
+           fault_at(f, FAULT_SETTING, at + 3,
+                    "a pair has a name of at most %u letters, digits, _ and -",
+                    (uint32_t)BASIC_NAME - 1);
+}
+
 static bool read_line(fault *f) {
     uint32_t at = 1;
     unsigned kind = 0;
     while (kind < sizeof LINES / sizeof *LINES && (!length || LINES[kind].name != line[0]))
         kind++;
     if (kind == sizeof LINES / sizeof *LINES)
-        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them");
+        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BM, $BD, $BA and $BI; $BL lists them, $BF forgets them");
     count = 0;
-    if (length == 1 && (line[0] == 'L' || line[0] == 'F'))
+    name[0] = '\0';
+    if (length == 1 && (line[0] == 'L' || line[0] == 'F' || line[0] == 'M'))
         return true;
+    if (line[0] == 'M' || (line[0] == 'F' && !is_digit(line[1])))
+        return read_name(f);
     do {
         unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
         if (count == NUMBERS)
@@ -150,7 +174,9 @@ static roughing_step enter(bool program_runs, fault *f) {
     case 'I': basic_current(numbers[0], numbers + 1, count - 1, f); break;
     case 'F':
         if (count > 1)
-            fault_at(f, FAULT_SETTING, 0, "$BF takes one area, or none for all");
+            fault_at(f, FAULT_SETTING, 0, "$BF takes one area or one pair, or none for all");
+        else if (name[0])
+            basic_remove(name, f);
         else if (count)
             basic_drop(numbers[0], f);
         else
@@ -162,6 +188,12 @@ static roughing_step enter(bool program_runs, fault *f) {
         else
             doing = LISTING;
         told = 0;
+        break;
+    case 'M':
+        if (name[0])
+            basic_select(name);
+        else
+            doing = NAMING;
         break;
     default: begin(program_runs, f); break;
     }
@@ -229,6 +261,13 @@ roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *
         text_print(text, size, "$B");
         if (basic_line(told++, text + 2, size - 2))
             return ROUGHING_TELLS;
+        doing = IDLE;
+        return ROUGHING_ANSWERS;
+    case NAMING:
+        text_print(text, size, "$BM%s", basic_selected());
+        doing = NAMED;
+        return ROUGHING_TELLS;
+    case NAMED:
         doing = IDLE;
         return ROUGHING_ANSWERS;
     case PLANNING:

@@ -2,11 +2,13 @@
 /* Lines for the roughing planner. They are data of the machine and not part of a program, and they
    hold lists of numbers, which a block cannot have. So they begin with `$`, as settings do:
 
-   $BD0,0.5,1,2         depths in mm; this forgets all data entered before
+   $BMcopper_steel      the pair of materials that the lines below enter and plan with; $BM alone
+                        tells which it is. Without it the pair has no name
+   $BD0,0.5,1,2         depths in mm; this forgets all data of the pair entered before
    $BA50                an area in mm2
    $BI6,84,86,88,92     a current in IP, and the undersize that it needs at each depth, in um
-   $BL                  list the data, as the lines that would enter them again
-   $BF50                take the area of 50 mm2 out; $BF alone forgets all
+   $BL                  list the data of all pairs, as the lines that would enter them again
+   $BF50                take the area of 50 mm2 out, $BFcopper_steel a pair; $BF alone forgets all
    $BP70,110,15         plan: area, undersize, depth; gradient in degrees and seed may follow
 
    G39 P1 puts the last planned staircase in force (result.h).

@@ -246,6 +246,17 @@ def test_the_discharge_has_a_unit_distance_of_its_own(machine):
     assert machine.feed_mode["unit"] == 80
 
 
+@pytest.mark.parametrize(("ns", "clocks"), [
+    (0, 0), (1, 6), (3000, 6), (4000, 8), (1_000_000, 2000)])
+def test_a_short_by_the_current_is_told_to_the_gateware(machine, ns, clocks):
+    assert machine.gap["short_current"] == 0
+    assert machine.line(assign("short_current_ns", ns)) == ["ok"]
+    assert machine.gap["short_current"] == clocks
+    if ns == 1:
+        assert machine.line(assign("blanking_ns", 0)) == ["ok"]
+        assert machine.gap["short_current"] == 1, "no time is rounded to none"
+
+
 def test_a_short_by_the_mean_voltage_is_told_to_the_gateware_and_needs_the_converter(machine):
     assert (machine.gap["short_mean"], machine.gap["convert"]) == (0, 0)
     assert machine.line(assign("short_mean_mv", 5000)) == ["ok"]

@@ -261,6 +261,16 @@ def test_what_guards_the_machine_reaches_the_gateware(machine):
     assert words[0] == 1
 
 
+def test_what_tells_a_short_is_told_in_every_report(machine):
+    assert "|Ss" not in machine.line("?")[-1]
+    enter(machine, assign("short_current_ns", 3000))
+    assert machine.line("?")[-1].endswith("|Ss:current>")
+    enter(machine, assign("short_mean_mv", 5000))
+    assert machine.line("?")[-1].endswith("|Ss:mean,current>")
+    enter(machine, assign("short_current_ns", 0), assign("fluid_required", 0))
+    assert machine.line("?")[-1].endswith("|Off:fluid|Ss:mean>")
+
+
 def test_what_is_masked_is_told_in_every_report(machine):
     assert "|Off" not in machine.line("?")[-1]
     enter(machine, assign("fluid_required", 0), assign("no_progress_s", 0), assign("step_axes", 5))

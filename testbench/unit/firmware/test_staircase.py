@@ -3,6 +3,7 @@
 
 import random
 from dataclasses import replace
+from itertools import chain
 
 import pytest
 
@@ -170,18 +171,29 @@ def test_data_that_do_not_rise_are_refused(planner):
 
 
 def test_a_full_memory_is_told(planner):
-    assert planner.depths([0, 1000]) == ""
-    for area in range(8):
-        assert planner.area(100 + area) == ""
-        for ip in range(10):
-            assert planner.current(100 + ip, [400 + 2 * ip, 401 + 2 * ip]) == ""
-    full = "basic data: no more than 16 currents of an area and 80 of all can be entered"
+    planner.forget()
+    for pair, sizes in enumerate(((16, 16, 16, 16, 16), (16, 16, 16, 16, 15), (1,))):
+        planner.select(f"PAIR{pair}")
+        assert planner.depths([0, 1000]) == ""
+        for area, count in enumerate(sizes):
+            assert planner.area(100 + area) == ""
+            for ip in range(count):
+                assert planner.current(100 + ip, [400 + 2 * ip, 401 + 2 * ip]) == ""
+    full = "basic data: no more than 16 currents of an area and 160 of all can be entered"
     assert planner.current(200, [900, 901]) == full
-    assert planner.area(200) == "basic data: no more than 8 areas can be entered"
-    assert planner.depths([0]) == planner.area(100) == ""
-    for ip in range(16):
-        assert planner.current(100 + ip, [400 + ip]) == ""
-    assert planner.current(200, [900]) == full
+    planner.select("PAIR3")
+    assert planner.depths([0]) == ""
+    planner.select("PAIR4")
+    assert planner.depths([0]) == "basic data: no more than 4 pairs of materials can be entered"
+    planner.select("PAIR0")
+    assert planner.area(200) == "basic data: another pair follows; begin this one with $BD"
+    assert planner.depths([0]) == "", "its own data make room for it"
+    for area in range(10):
+        assert planner.area(100 + area) == ""
+        for ip in range(2):
+            assert planner.current(100 + ip, [400 + ip]) == ""
+    assert planner.area(200) == "basic data: no more than 16 areas can be entered"
+    planner.forget()
 
 
 # The lines that a host sends.
@@ -264,6 +276,48 @@ def test_an_area_is_taken_out_and_the_others_stay(machine):
     entered(machine, DATA[1:3])
 
 
+def other(data):
+    """Data of another pair: each current needs 10 um less."""
+    return [replace(one, undersize_um=tuple(tuple(round(value - 10, 1) for value in row)
+                                            for row in one.undersize_um)) for one in data]
+
+
+def test_several_pairs_are_held_and_each_plans_with_its_own_data(machine):
+    usual = machine.line("$BP70,110,15", 60_000)
+    assert machine.line("$BF", 100) == ["ok"]
+    pairs = {"COPPER_STEEL": DATA[1:3], "GRAPHITE_STEEL": other(DATA[1:4]),
+             "A-1": DATA[:2]}
+    assert machine.line("$BP70,110,15") == ["[MSG:basic data: none have been entered.]",
+                                            error_line("table")]
+    for name, data in pairs.items():
+        assert machine.line(f"$BM{name.lower()}", 100) == ["ok"]
+        entered(machine, data)
+    held = {name: [f"[MSG:{line}]" for line in (f"$BM{name}", *lines(data))]
+            for name, data in pairs.items()}
+    assert machine.line("$BL", 5000) == [*chain(*held.values()), "ok"]
+    said = {}
+    for name in ("GRAPHITE_STEEL", "COPPER_STEEL"):
+        assert machine.line(f"$BM{name}", 100) == ["ok"]
+        assert machine.line("$BM", 100) == [f"[MSG:$BM{name}]", "ok"]
+        said[name] = machine.line("$BP70,110,15", 60_000)
+    assert said["COPPER_STEEL"] == usual
+    assert said["GRAPHITE_STEEL"] != usual
+    # An area of the pair in the middle; then the first pair, while the middle one is in force.
+    assert machine.line("$BMGRAPHITE_STEEL", 100) == machine.line("$BF200", 100) == ["ok"]
+    held["GRAPHITE_STEEL"] = [f"[MSG:{line}]" for line in (
+        "$BMGRAPHITE_STEEL", *lines(pairs["GRAPHITE_STEEL"][:2]))]
+    assert machine.line("$BFcopper_steel", 100) == ["ok"]
+    assert machine.line("$BL", 5000) == [*held["GRAPHITE_STEEL"], *held["A-1"], "ok"]
+    assert machine.line("$BM", 100) == ["[MSG:$BMGRAPHITE_STEEL]", "ok"]
+    assert machine.line("$BP70,110,15", 60_000) == said["GRAPHITE_STEEL"]
+    # One that is not held has no data, and those of the others do not stand in for it.
+    assert machine.line("$BMCOPPER_STEEL", 100) == ["ok"]
+    assert machine.line("$BP70,110,15") == [
+        "[MSG:basic data: none of COPPER_STEEL have been entered.]", error_line("table")]
+    assert machine.line("$BF", 100) == machine.line("$BL", 100) == ["ok"]
+    entered(machine, DATA[1:3])
+
+
 def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
     machine.send(b"$BP70,110,15\n")
     assert machine.run(50) == []
@@ -272,19 +326,25 @@ def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
     assert machine.line("$BP70,110,15", 60_000)[-1] == "ok"
 
 
+NAME = "a pair has a name of at most 23 letters, digits, _ and -."
+COMMANDS = (
+    "basic data are entered with $BM, $BD, $BA and $BI; $BL lists them, $BF forgets them.")
 DIGITS = "a number with at most 3 digits behind the point is needed."
 
 
 @pytest.mark.parametrize(("line", "why"), [
-    ("$B", "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them."),
-    ("$BX1", "basic data are entered with $BD, $BA and $BI; $BL lists them, $BF forgets them."),
+    ("$B", COMMANDS),
+    ("$BX1", COMMANDS),
     ("$BD1,,2", f"MDI, character 6: {DIGITS}"),
     ("$BD0,1.2345", f"MDI, character 11: {DIGITS}"),
     ("$BA1,2", "$BA takes one area."),
     ("$BI1,2,3,4", "basic data: 3 undersizes for 12 depths."),
     ("$BD" + "1," * 20 + "1", "MDI, character 30: more than 13 numbers."),
     ("$BL1", "$BL takes no number."),
-    ("$BF50,100", "$BF takes one area, or none for all."),
+    ("$BF50,100", "$BF takes one area or one pair, or none for all."),
+    ("$BFGOLD", "basic data: that pair is not among them."),
+    ("$BMa b", f"MDI, character 5: {NAME}"),
+    ("$BM" + 24 * "A", f"MDI, character 27: {NAME}"),
     ("$BF51", "basic data: that area is not among them."),
     ("$BP70,110", "$BP needs area, undersize and depth; gradient and seed may follow."),
     ("$BP70,110,15,61", "the gradient is at most 60 degrees."),

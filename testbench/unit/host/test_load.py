@@ -41,6 +41,17 @@ def test_data_of_before_are_replaced(url):
         loading.load("copper", "steel", BASIC, url, baud=BAUD, console=Console(quiet=True))
 
 
+def test_two_pairs_of_materials_are_held_and_one_is_in_force(url, workdir, capsys):
+    for path in BASIC.glob("copper_steel_*.toml"):
+        text = path.read_text(encoding="utf-8").replace('"copper"', '"graphite"')
+        (workdir / path.name.replace("copper", "graphite")).write_text(text, encoding="utf-8")
+    for _ in range(2):
+        loading.load("copper", "steel", BASIC, url, baud=BAUD, console=Console(quiet=True))
+        loading.load("graphite", "steel", workdir, url, baud=BAUD, console=Console(width=200))
+        assert "graphite on steel: $BP plans with them. It also holds COPPER_STEEL." in (
+            capsys.readouterr().out)
+
+
 def test_a_controller_that_holds_less_is_noticed(url, monkeypatch):
     class Losing(Link):
         """A link that loses the lines of one current."""
@@ -51,7 +62,7 @@ def test_a_controller_that_holds_less_is_noticed(url, monkeypatch):
 
     monkeypatch.setattr(loading, "Link", Losing)
     with pytest.raises(UserError, match=rf"^the controller at {url} does not hold what was entered"
-                                        r": it lists 76 lines of 81, or others\.$"):
+                                        r": it lists 77 lines of 82, or others\.$"):
         loading.load("copper", "steel", BASIC, url, baud=BAUD, console=Console(quiet=True))
 
 

@@ -30,7 +30,8 @@ SUMMARY = {
     "outcome": "end", "alarm": None, "time_s": 1.0, "cycles": 2_000_000, "wall_s": 0.5,
     "cycles_per_s": 4_000_000, "discharges": {"open": 1, "ok": 2, "dame": 3, "short": 4},
     "retractions": {"count": 2, "short": 1, "jump": 0, "operator": 1}, "pos": {"z": -1.0},
-    "max_depth_mm": 1.0, "pressed_mm": 0.0, "removed_mm3": 4.5, "guards_off": [], "seed": 3,
+    "max_depth_mm": 1.0, "pressed_mm": 0.0, "removed_mm3": 4.5, "guards_off": [],
+    "short_by": "voltage", "seed": 3,
     "clock_hz": 2_000_000, "removal_scale": 250,
     "versions": {"gapkeeper": "0.1.0"},
 }
@@ -228,6 +229,16 @@ def test_same_run_gives_the_same_page():
 ])
 def test_every_outcome_has_its_page(changes, words):
     assert words in page(**changes)
+
+
+@pytest.mark.parametrize(("told", "said"), [
+    ("voltage", "by the gap voltage of each pulse."),
+    ("current", "by the current without an ignition delay."),
+    ("mean", "by the mean gap voltage; they end by the voltage of sensing pulses."),
+    ("mean,current", "by the mean gap voltage; they end by the current of sensing pulses."),
+])
+def test_what_tells_a_short_is_said(told, said):
+    assert f"Shorts (Ss) {said}" in page(short_by=told)
 
 
 def test_guards_that_are_switched_off_are_told():

@@ -112,7 +112,24 @@ def test_sensing_pulses_tell_a_leak_from_a_short(plant, fluid_ohm_cm, gap_um, sh
     plant.run(20)
     leak = fluid_ohm_cm * max(gap_um, 1) * 1e-4 / 0.1
     assert plant.get("read.gap_v") == pytest.approx(24 * leak / (leak + 24), rel=0.01)
-    assert plant.input("gap_short") == short
+    # With the same resistor 12 V are half an ampere.
+    assert plant.input("gap_short") == plant.input("gap_current") == short
+
+
+def test_the_sensing_source_has_a_level_of_current_of_its_own(plant):
+    plant.set("comparator.current_level_a", 2)
+    plant.set("force.short", 1)
+    for level, seen in ((0.5, 1), (1.0, 0)):        # a short takes 0.91 A
+        plant.set("comparator.sensing_level_a", level)
+        plant.drive(gap_sense=1)
+        plant.run(20)
+        assert plant.input("gap_current") == seen
+        plant.drive(gap_sense=0)
+        plant.run(20)
+        assert not plant.input("gap_current")
+    plant.drive(gap_on=1, gap_level=1)              # 1.5 A of the main source: its own level
+    plant.run(20)
+    assert not plant.input("gap_current")
 
 
 @pytest.mark.parametrize(("fluid_ohm_cm", "fall_us"), [(1e9, 0.2), (1e9, 100), (1e4, 100)])

@@ -126,6 +126,26 @@ def test_no_steps_at_the_reference_nor_in_another_mode(simulate, change):
     simulate(dut, run)
 
 
+@pytest.mark.parametrize(("name", "mean"), [("up", 0), ("down", 65535)])
+def test_a_step_that_is_due_does_not_come_once_it_is_held(simulate, name, mean):
+    """Held in each clock between two steps: also in that in which the next one is due."""
+    dut = FeedCalculator()
+    inputs = USUAL | {"mean": mean, "reference": 65535 - mean, "gain": model.HIGHEST}
+
+    async def run(ctx):
+        put(ctx, dut, model.ZERO, inputs)
+        await ctx.tick().repeat(500)
+        for clock in range(40):
+            ctx.set(dut.held, 0)
+            await ctx.tick().repeat(100 + clock)
+            ctx.set(dut.held, 1)
+            for _ in range(8):
+                await ctx.tick()
+                assert not ctx.get(getattr(dut, name))
+
+    simulate(dut, run)
+
+
 def test_mode_of_the_offset_with_the_gain_of_the_ratio_is_its_tangent(simulate):
     """With Vs = V0 - Es and K = F/Es, both modes are the same at Ex = Es, to the first order."""
     dut = FeedCalculator()

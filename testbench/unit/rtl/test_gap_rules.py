@@ -185,6 +185,30 @@ def test_a_short_is_found_while_the_outside_is_waited_for(simulate):
     simulate(dut, bench)
 
 
+@pytest.mark.parametrize("gate", ["on", "sense"])
+@pytest.mark.parametrize(("current", "short"), [(0, 1), (1, 0)], ids=["voltage", "current"])
+def test_a_short_goes_by_what_is_set(simulate, gate, current, short):
+    """The voltage says one thing and the current the other; either is set to count."""
+    dut = made()
+
+    async def bench(ctx):
+        registers = dut.registers.gap
+        for signal, value in ((dut.machining, 1), (dut.short, short),
+                              (registers.blanking, BLANKING), (registers.clear_needed, 1),
+                              (registers.short_ratio_needed, 3), (registers.short_ratio_window, 5)):
+            ctx.set(signal, value)
+        for by_current in (1, 0, 1, 0):
+            ctx.set(registers.short_current, 6 * by_current)
+            for _ in range(4):
+                for clock in range(PULSE + PAUSE):
+                    ctx.set(getattr(dut, gate), clock < PULSE)
+                    ctx.set(dut.current, current and clock > 1)
+                    await ctx.tick()
+            assert ctx.get(dut.motion.shorted) == (current if by_current else short)
+
+    simulate(dut, bench)
+
+
 def test_the_converter_runs_for_the_oscilloscope_and_nothing_else_hears_of_it(simulate):
     """Its answers are wrong here: with the converter wanted they would be a fault."""
     dut = made()
