@@ -11,6 +11,7 @@ STATUS = "unit/firmware/test_status.py"
 APPROACH = "unit/firmware/test_approach.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
+TOUCH = "unit/firmware/test_touch.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
@@ -18,6 +19,36 @@ MACHINE = (
         "softcore/firmware/app/machine.c", "unit/firmware/test_image_watch.py",
         ("    if (!image_watch_sound(f))\n        return false;\n", "",
          "a machine whose firmware is damaged stays locked"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/touch.c", TOUCH,
+        (" || halt->detail != EVENT_HALT_CONTACT", "", "another halt is an alarm"),
+        ("phase != TOUCH_LOOKS || ", "", "without a touch-off contact is an alarm"),
+        ("    path_note_work(true);\n", "", "after contact the way away is open"),
+        ("? TOUCH_FOUND : TOUCH_AT_START", "? TOUCH_FOUND : TOUCH_FOUND",
+         "contact at the start is an alarm"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/execute.c", TOUCH,
+        ("        begin_path();\n    }\n    touch_tell", "        if (work->stop) begin_path();\n    }\n"
+         "    touch_tell",
+         "what is left of a touch-off is forgotten"),
+        ("    touch_end();\n    state.side", "    state.side", "a reset ends a touch-off"),
+        ("found == TOUCH_LOOKS && work->touch_needed", "false", "G38.2 needs contact"),
+        ("found == TOUCH_LOOKS ? !arrived() : !events_idle()", "!arrived()",
+         "contact ends a touch-off"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/override.c", TOUCH,
+        (" || touch_now() != TOUCH_NONE", "", "no override scales a touch-off"),
+    ),
+    *breaks_of(
+        "softcore/firmware/interp/touch_words.c", TOUCH,
+        ("c->before->machining || c->p->machining_on", "c->p->machining_on",
+         "a touch-off needs the discharge off"),
+        ("c->before->machining || c->p->machining_on", "c->before->machining",
+         "... in its own block, too"),
+        ("c->p->speed <= most", "c->p->speed", "a touch-off is no faster than the axes can stop"),
     ),
     *breaks_of(
         "softcore/firmware/app/image_watch.c", "unit/firmware/test_image_watch.py",
@@ -186,7 +217,7 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/events.c", PROGRAM,
-        ("    case EVENT_HALT: machine_halted(", "    case EVENT_HALT: if (busy) machine_halted(",
+        ("if (!touch_takes(&r->event))", "if (!touch_takes(&r->event) && busy)",
          "a halt is an alarm"),
         ("        machine_tripped(r->", "        if (busy) machine_tripped(r->",
          "a trip is an alarm"),

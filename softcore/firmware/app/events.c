@@ -2,6 +2,7 @@
 #include "app/events.h"
 
 #include "app/machine.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -222,7 +223,10 @@ static void tell(const record *r) {
     case EVENT_RESUME:
         output_event(EVENT_WORD_RESUME, r->cycle, alarm_line(), r->event.encoder, "");
         break;
-    case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
+    case EVENT_HALT:
+        if (!touch_takes(&r->event))
+            machine_halted(r->event.detail, r->cycle, r->event.encoder);
+        break;
     case EVENT_SEGMENT:
         entry = *r;
         entered = path_entered_slot(r->event.slot);

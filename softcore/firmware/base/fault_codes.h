@@ -54,6 +54,8 @@ typedef enum {
     FAULT_NO_DISCHARGE = 150,
     FAULT_NO_PROGRESS = 151,
     FAULT_CONTACT = 152,
+    FAULT_NO_TOUCH = 173,
+    FAULT_TOUCHES = 174,
     FAULT_NOT_ARMED = 153,
     FAULT_POSITION_LOST = 154,
     FAULT_GUARD = 155,
@@ -78,6 +80,10 @@ typedef enum {
     "the servo would go back beyond the retractable limit or the ceiling or the soft limit"
 #define FAULT_TEXT_CONTACT \
     "contact with the discharge off; from here only a move away from the work is possible"
+#define FAULT_TEXT_NO_TOUCH \
+    "the end of a touch-off (G38.2) was reached without contact"
+#define FAULT_TEXT_TOUCHES \
+    "the electrode touches the work before the touch-off begins"
 #define FAULT_TEXT_NOT_ARMED \
     "the discharge is not armed: press the button ARM at the machine"
 #define FAULT_TEXT_POSITION_LOST \
@@ -111,4 +117,6 @@ typedef enum {
 #define FAULT_ALARMS \
     {FAULT_TRAVEL, 2}, \
     {FAULT_LIMIT, 1}, \
-    {FAULT_RESET, 3}
+    {FAULT_RESET, 3}, \
+    {FAULT_NO_TOUCH, 5}, \
+    {FAULT_TOUCHES, 4}

@@ -56,7 +56,7 @@ void plan_edit(modal *state);
 
 typedef enum {
     ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION, ACT_TABLE,
-    ACT_DEPTH_SERIES, ACT_PLANNED
+    ACT_DEPTH_SERIES, ACT_PLANNED, ACT_TOUCH
 } plan_act;
 
 typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
@@ -71,6 +71,7 @@ typedef struct {
     path_move corner;
     uint32_t corner_speed;
     plan_act act;
+    bool touch_needed;              /* of ACT_TOUCH: its end without contact is an alarm */
     uint64_t dwell;                 /* clocks */
     bool acts_before, acts_after;   /* something waits for the front, before or after the motion */
     bool changes_condition;
