@@ -265,11 +265,14 @@ FAULTS: tuple[Fault, ...] = (
     _fault(173, "no_touch", "machine", "the end of a touch-off (G38.2) was reached without contact",
            "The work is further away, the sensing source sees no contact, or the block has the "
            "wrong axis or sign.", "Check clamping, cables and the sensing source, and give the "
-           "block a longer way. Where no contact is no fault, use G38.3.", spoken=True,
+           "block a longer way. Where no contact is no fault, use G38.3. G38.4 gives the same "
+           "alarm if the electrode still touches at its end; G38.5 does not.", spoken=True,
            alarm=5),
     _fault(174, "touches", "machine", "the electrode touches the work before the touch-off begins",
            "A touch-off (G38.2, G38.3) was asked for in contact: there is no way to measure.",
-           "Send `$X`, move away from the work, and touch off again.", spoken=True, alarm=4),
+           "Send `$X`, move away from the work, and touch off again. G38.4 and G38.5 give the "
+           "same alarm the other way round: the electrode does not touch to begin with.",
+           spoken=True, alarm=4),
     _fault(153, "not_armed", "machine", "the discharge is not armed: press the button ARM at the "
            "machine",
            "After power-on, an alarm, a trip or a reset the discharge is not allowed until "

@@ -24,6 +24,8 @@ MACHINE = (
         "softcore/firmware/app/touch.c", TOUCH,
         (" || halt->detail != EVENT_HALT_CONTACT", "", "another halt is an alarm"),
         ("phase != TOUCH_LOOKS || ", "", "without a touch-off contact is an alarm"),
+        (" || (opens && fresh)", "", "a halt before the gap was seen closed is an alarm"),
+        ("fresh ? TOUCH_AT_START", "!fresh ? TOUCH_AT_START", "a way out must begin in contact"),
         ("    path_note_work(true);\n", "", "after contact the way away is open"),
         ("? TOUCH_FOUND : TOUCH_AT_START", "? TOUCH_FOUND : TOUCH_FOUND",
          "contact at the start is an alarm"),

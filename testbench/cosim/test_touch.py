@@ -14,6 +14,7 @@ X_UP = WIRE, 0, WIRE.tables["stock"]["edge_mm"] - WIRE.tables["wire"]["diameter_
 # A narrower gap conducts: the offset to calibrate.
 BEFORE_UM = SINKER.tables["gap"]["contact_um"]
 GAIN = 50               # of the position loop, 1/s
+OPEN_LATE_UM = 0.2      # at F2: three clear sensing pulses, and a pass of the firmware
 JITTER_UM = 0.3         # a period of the sensing pulses, and a pulse of the axis
 
 
@@ -25,9 +26,9 @@ def run(place, scenario, *arguments, seed=1, **options):
 
 
 @pytest.mark.parametrize(("place", "word", "feed"), [
-    (Z_DOWN, "Z-1", 10), (X_UP, "X1", 10),
-    *(pytest.param(place, word, feed, marks=pytest.mark.soak) for feed in (2, 30, 60)
-      for place, word in ((Z_DOWN, "Z-1"), (X_UP, "X1")))], ids=str)
+    pytest.param(place, word, feed, id=f"{place[0].name}-F{feed}",
+                 marks=() if feed == short else pytest.mark.soak)
+    for place, word, short in ((Z_DOWN, "Z-1", 10), (X_UP, "X1", 60)) for feed in (2, 10, 30, 60)])
 def test_the_place_of_contact_is_told(place, word, feed):
     found = run(place, touch.off, f"G38.2 {word} F{feed}")
     assert abs(found["error"] + BEFORE_UM) <= JITTER_UM, found
@@ -37,7 +38,16 @@ def test_the_place_of_contact_is_told(place, word, feed):
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak)
                                        for seed in range(2, 101))])
-@pytest.mark.parametrize("place", [Z_DOWN, pytest.param(X_UP, marks=pytest.mark.soak)], ids=str)
+@pytest.mark.parametrize("place", [pytest.param(Z_DOWN, id="sinker"),
+                                   pytest.param(X_UP, id="wire", marks=pytest.mark.soak)])
 def test_a_slow_second_touch_is_within_2_um(place, seed):
     error = run(place, touch.twice, way=-1 if place is Z_DOWN else 1, seed=seed)
     assert abs(error + BEFORE_UM) <= 2, error
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak)
+                                       for seed in range(2, 21))])
+def test_the_end_of_contact_is_told(seed):
+    found = run(Z_DOWN, touch.opens, seed=seed)
+    assert found["opened"] <= found["place"] <= found["opened"] + OPEN_LATE_UM, found
+    assert found["place"] <= found["stands"] <= found["place"] + 3, found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: touch-off (G38.2) on the simulated machines, against the true place of the work."""
+"""Scenarios: touch-off (G38.2 to G38.5) on the simulated machines, against the true place of the work."""
 
 import math
 import re
@@ -7,7 +7,7 @@ import re
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
-__all__ = ["off", "twice"]
+__all__ = ["off", "opens", "twice"]
 
 WATCHED = ("pp", "gap_on", "gap_sense", "safe")
 PLACE = re.compile(r"\[PRB:(-?[\d.]+),(-?[\d.]+),(-?[\d.]+):([01])\]")
@@ -66,3 +66,35 @@ def twice(session: Session, axis: int, true_mm: float, *, way: int = -1, quick: 
     second = _touch(job, f"G38.2 {letter}{0.1 * way:.1f} F{slow:g}")[axis]
     assert abs(first - second) < 0.05
     return (second - true_mm) * way * 1000
+
+
+def opens(session: Session, axis: int, true_mm: float, *, way: int = -1, feed: float = 2) -> dict:
+    """A touch, and away from the work until the gap is open.
+
+    Figures in um, away from the work positive: the place told (``place``) and that of the axis at
+    the end (``stands``), both from the work's surface, and the place where the simulated gap has
+    really opened (``opened``).
+    """
+    job = _begin(session)
+    letter = "XYZ"[axis]
+    job.link.command("G91")
+    _touch(job, f"G38.2 {letter}{way} F10")
+    assert session.get("read.bridged")
+    opened, said = [], len(job.said)
+
+    def look():
+        if not opened and not session.get("read.bridged"):
+            opened.append(session.get(f"read.{letter.lower()}_pulses") / MM)
+        return len(job.said) > said and job.said[-1].startswith("[PRB:")
+
+    job.link.send_line(f"G38.4 {letter}{-way} F{feed:g}")
+    job.until(look, "the end of contact", step=200, seconds=60)
+    found = PLACE.fullmatch(job.said[-1])
+    assert found[4] == "1", found[0]
+    job.until(lambda: not job.probe("path_status_moving"), "rest")
+    job.run(session.clock_hz // 5)
+    stands = session.positions()["xyz"[axis]] / MM
+    assert not job.told("alarm")
+    return {name: (place - true_mm) * -way * 1000
+            for name, place in (("place", float(found[axis + 1])), ("stands", stands),
+                                ("opened", opened[0]))}

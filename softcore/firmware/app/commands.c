@@ -15,6 +15,7 @@
 #include "app/profile.h"
 #include "app/program.h"
 #include "app/status.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
 #include "base/settings.h"
@@ -371,7 +372,7 @@ __attribute__((noinline)) static void tell_offset(void) {
         output_line("[G92:%p,%p,%p]", state->offset[0] - origin[0], state->offset[1] - origin[1],
                     state->offset[2] - origin[2]);
         output_line("[TLO:%p]", 0);
-        output_line("[PRB:%p,%p,%p:0]", 0, 0, 0);
+        touch_tell_last();
     } else if (state->wires_given >> (row - OFFSET_WIRES) & 1) {
         output_line("[D%u:%p]", row - OFFSET_WIRES, state->wires[row - OFFSET_WIRES]);
     }

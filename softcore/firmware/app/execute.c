@@ -254,7 +254,7 @@ static part move(fault *f) {
         return PART_MOVE;
     }
     if (work->act == ACT_TOUCH) {
-        touch_begin();
+        touch_begin(work->touch_away);
         override_step();
     }
     path_append(&work->move, units_rate(work->speed), work->rapid, machine_machining());
@@ -271,9 +271,10 @@ static void begin_path(void) {
     execute_resynchronise();
 }
 
-/* The end of a touch-off: contact, after which the axes come to rest, or the end of the way. */
+/* The end of a touch-off: contact or its end, after which the axes come to rest, or the end of the
+   way. */
 static part touch(fault *f) {
-    touch_phase found = touch_now();
+    touch_phase found = touch_look();
     if (found == TOUCH_LOOKS ? !arrived() : !events_idle())
         return PART_TOUCH;
     if (found != TOUCH_LOOKS) {
@@ -286,9 +287,9 @@ static part touch(fault *f) {
     touch_end();
     override_step();
     if (found == TOUCH_AT_START)
-        fault_at(f, FAULT_TOUCHES, 0, FAULT_TEXT_TOUCHES);
+        fault_at(f, FAULT_TOUCHES, 0, work->touch_away ? "the electrode does not touch the work before G38.4 or G38.5" : FAULT_TEXT_TOUCHES);
     else if (found == TOUCH_LOOKS && work->touch_needed)
-        fault_at(f, FAULT_NO_TOUCH, 0, FAULT_TEXT_NO_TOUCH);
+        fault_at(f, FAULT_NO_TOUCH, 0, work->touch_away ? "the end of G38.4 was reached, and the electrode still touches" : FAULT_TEXT_NO_TOUCH);
     return work->acts_after ? PART_AFTER : PART_DONE;
 }
 
@@ -404,11 +405,13 @@ static part advance(fault *f) {
 execute_result execute_step(fault *f) {
     part was = at;
     at = advance(f);
+    /* The processor must not sleep while it watches the gap itself. */
+    bool watches = at == PART_TOUCH && work->touch_away;
     if (at == PART_DWELL || at == PART_MOVE || at == PART_DONE)
         machine_wait(false);
     if (f->code != FAULT_NONE)
         return EXECUTE_FAULT;
     if (at != PART_DONE)
-        return at == was ? EXECUTE_WAIT : EXECUTE_MORE;
+        return at == was && !watches ? EXECUTE_WAIT : EXECUTE_MORE;
     return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
 }

@@ -22,8 +22,9 @@ typedef struct {
 static const g_row G_ROWS[] = {
     {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
     {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {280, G_ONCE},
-    {281, G_ONCE}, {300, G_ONCE}, {301, G_ONCE}, {360, G_ONCE}, {370, G_ONCE}, {380, G_ONCE}, {382, G_ONCE}, {383, G_ONCE},
-    {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {500, G_SILENT}, {530, G_FRAME},
+    {281, G_ONCE}, {300, G_ONCE}, {301, G_ONCE}, {360, G_ONCE}, {370, G_ONCE}, {380, G_ONCE},
+    {382, G_ONCE}, {383, G_ONCE}, {384, G_ONCE}, {385, G_ONCE}, {390, G_ONCE}, {400, G_WIRE},
+    {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {500, G_SILENT}, {530, G_FRAME},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
     {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {690, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
     {910, G_DISTANCE}, {911, G_SILENT}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
@@ -58,8 +59,7 @@ static const refused_row REFUSED[] = {
     {922, 923, "G92.2 and G92.3 are not in this version; G92.1 takes back what G92 has set"},
     {930, 930, "inverse time feed (G93) is not in this version; give the feed per minute (G94)"},
     {960, 969, "constant surface speed (G96) is for lathes, and means nothing here"},
-    {384, 385, "a touch-off away from the work (G38.4, G38.5) is not in this version; move away by G01"},
-    {381, 389, "the touch-off is G38.2 or G38.3; G38 alone is the periodic jump"},
+    {381, 389, "the touch-off is G38.2 to G38.5; G38 alone is the periodic jump"},
 };
 
 static const g_row *find_code(uint32_t tenths) {
@@ -257,7 +257,9 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
     case 382:
-    case 383: return touch_words_take(c, t);
+    case 383:
+    case 384:
+    case 385: return touch_words_take(c, t);
     case 390: c->p->act = ACT_DEPTH_SERIES; return depth_series_words_take(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
     case 921: c->p->act = ACT_SET_POSITION; path_words_forget_position(c); return true;

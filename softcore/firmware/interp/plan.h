@@ -71,7 +71,8 @@ typedef struct {
     path_move corner;
     uint32_t corner_speed;
     plan_act act;
-    bool touch_needed;              /* of ACT_TOUCH: its end without contact is an alarm */
+    bool touch_needed;              /* of ACT_TOUCH: it is an alarm if it finds nothing */
+    bool touch_away;                /* it looks for the end of contact */
     uint64_t dwell;                 /* clocks */
     bool acts_before, acts_after;   /* something waits for the front, before or after the motion */
     bool changes_condition;

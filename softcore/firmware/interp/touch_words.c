@@ -27,7 +27,8 @@ bool touch_words_take(context *c, const travel_range *t) {
     if (!p->moves)
         return fault_at(c->f, FAULT_MISSING, column, "G38.%u needs a way to go", kind(c));
     p->act = ACT_TOUCH;
-    p->touch_needed = kind(c) == 2;
+    p->touch_needed = kind(c) % 2 == 0;
+    p->touch_away = kind(c) >= 4;
     after->served = FEED_CONSTANT;
     p->changes_servo = c->before->served != FEED_CONSTANT;
     return true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Touch-off: G38.2 and G38.3 go along a line until the electrode touches the work. */
+/* Touch-off: G38.2 and G38.3 go along a line until the electrode touches the work, G38.4 and
+   G38.5 until it no longer does. */
 #pragma once
 #include "interp/words.h"
 

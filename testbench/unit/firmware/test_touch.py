@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Touch-off (G38.2, G38.3): its words, its end by contact or without, and what follows it."""
+"""Touch-off (G38.2 to G38.5): its words, its end by contact or without, and what follows it."""
 
 import pytest
 
@@ -68,8 +68,8 @@ def touches(machine):
     ("G38.2 Z-1 F10 C130", "place", "the word C has no meaning in this block"),
     ("G38.2 Z-1 F10 R1", "place", "the word R has no meaning in this block"),
     ("G38.2 Z-3000 F10", "travel", "Z is beyond the travel"),
-    ("G38.4 Z1 F10", "refused", "G38.5) is not in this version"),
-    ("G38.1 Z1 F10", "refused", "the touch-off is G38.2 or G38.3"),
+    ("G38.5 Z1", "feed", "G38.5 without a feed F"),
+    ("G38.1 Z1 F10", "refused", "the touch-off is G38.2 to G38.5"),
 ])
 def test_refusals_are_one_sentence_and_nothing_moves(machine, line, fault, said):
     answer = machine.line(line, 60)
@@ -204,3 +204,72 @@ def test_no_override_scales_it(machine):
     machine.send(b"\x91")
     machine.run(60)
     assert machine.slot(0).rate == rate
+
+
+def opening(machine, line="G38.4 Z1 F60"):
+    """Begin a touch-off away from the work, in contact, and go until Ss is fresh."""
+    machine.library.gk_shorted(True)
+    machine.library.gk_speed(1)
+    assert machine.line(line, 20) == []
+    goes(machine, 50)
+
+
+@pytest.mark.parametrize("code", ["G38.4", "G38.5"])
+def test_the_end_of_contact_ends_a_way_out(machine, code):
+    opening(machine, f"{code} Z1 F60")
+    machine.library.gk_shorted(False)
+    before = machine.axes[2]
+    machine.run(5)
+    machine.library.gk_speed(0)
+    machine.run(3 * REST)
+    (place,) = told(machine)
+    z = float(place.split(",")[2].split(":")[0]) * 10_000
+    assert place.endswith(":1]")
+    assert before <= z <= machine.axes[2] < 10_000
+    assert machine.lines[-1] == "ok"
+    assert not events(machine.lines, "alarm")
+    assert machine.line("$#", 60)[10] == place, "as grbl lists it"
+    # What was left of the way is forgotten.
+    machine.library.gk_speed(100)
+    stands = machine.axes
+    machine.run(2 * REST)
+    assert machine.axes == stands
+
+
+@pytest.mark.parametrize(("code", "alarm"), [("G38.4", True), ("G38.5", False)])
+def test_a_way_out_that_never_opens(machine, code, alarm):
+    opening(machine, f"{code} Z.1 F60")
+    machine.library.gk_speed(100)
+    machine.run(5 * REST)
+    assert told(machine) == ["[PRB:0.0000,0.0000,0.1000:0]"]
+    assert (f"ALARM:{named('no_touch').alarm}" in machine.lines) == alarm
+
+
+def test_a_way_out_without_contact_is_an_alarm(machine):
+    machine.library.gk_speed(1)
+    machine.line("G38.5 Z1 F60", 400)
+    machine.library.gk_speed(0)
+    machine.run(3 * REST)
+    assert f"ALARM:{alarm_number('touches')}" in machine.lines
+    assert told(machine)[0].endswith(":0]")
+    (alarm,) = events(machine.lines, "alarm")
+    assert "does not touch the work before" in alarm[-1]
+
+
+def test_contact_before_the_gap_is_known_is_no_end_of_contact(machine):
+    """As when the way leads into the work: the gateware halts it at once."""
+    machine.library.gk_speed(0)
+    machine.line("G38.4 X1 F60", 60)
+    machine.state("halted")
+    machine.event("halt", CONTACT)
+    machine.run(REST)
+    (alarm,) = events(machine.lines, "alarm")
+    assert alarm[1] == str(named("contact").alarm)
+    assert not told(machine)
+
+
+def test_a_new_contact_ends_a_way_out_that_was_open(machine):
+    opening(machine)
+    touches(machine)
+    assert told(machine)[-1].endswith(":1]")
+    assert not events(machine.lines, "alarm")
