@@ -272,6 +272,21 @@ SETTINGS: tuple[Setting, ...] = (
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
          "level of the comparators waits at least so long. The times of the board are never "
          "shortened."),
+    _set(520, "home_order", "homing: order of axes, 1 X, 2 Y, 3 Z (0 off)", "", (312, 0, 321),
+         "travel", "`$H` homes these axes in this order: each digit names one, at most once. 312 "
+         "is Z, then X, then Y. 0: there is no homing.", guards=False),
+    _set(521, "home_down", "homing: axes whose reference is below, mask", "", (3, 0, 7),
+         "travel", "Axes whose reference is the lower limit switch: the sum of 1 for X, 2 for Y, 4 for Z. The "
+         "others have it at their upper end.", guards=False),
+    _set(522, "home_slow_mm_min", "homing: slow approach", "mm/min", (25, 1, 600), "travel",
+         "Speed of the second approach, which measures, and at which the axis leaves the switch; "
+         "the latter is at most 60.", guards=False),
+    _set(523, "home_fast_mm_min", "homing: fast approach", "mm/min", (500, 1, 60_000), "travel",
+         "Speed of the first approach; at most `${highest_speed_mm_min}`. The axis must be able to "
+         "stop behind the switch from it, with its drive off.", guards=False),
+    _set(524, "home_pull_off_um", "homing: pull-off", "um", (1000, 10, 20_000), "travel",
+         "How far the axis goes away from its reference switch. There it stands at the end of its "
+         "travel: at its soft limit on that side.", guards=False),
 )
 
 

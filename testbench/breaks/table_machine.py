@@ -12,6 +12,7 @@ APPROACH = "unit/firmware/test_approach.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
 TOUCH = "unit/firmware/test_touch.py"
+HOMING = "unit/firmware/test_homing.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
@@ -32,13 +33,33 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", TOUCH,
-        ("        begin_path();\n    }\n    touch_tell", "        if (work->stop) begin_path();\n    }\n"
-         "    touch_tell",
+        ("        begin_path();\n    }\n    touch_tell",
+         "        if (work->stop) begin_path();\n    }\n    touch_tell",
          "what is left of a touch-off is forgotten"),
         ("    touch_end();\n    state.side", "    state.side", "a reset ends a touch-off"),
         ("found == TOUCH_LOOKS && work->touch_needed", "false", "G38.2 needs contact"),
         ("found == TOUCH_LOOKS ? !arrived() : !events_idle()", "!arrived()",
          "contact ends a touch-off"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing.c", HOMING,
+        (" || axes != 1u << axis", "", "the switch of another axis is an alarm"),
+        ("cause != (down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)", "cause < CAUSE_LIMIT_LOW",
+         "the switch at the other end is an alarm"),
+        ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
+        ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
+         "a switch that sticks is an alarm"),
+        ("        fail(FAULT_HOME_NOT_FOUND", "        if (slow) fail(FAULT_HOME_NOT_FOUND",
+         "a cycle without a switch ends"),
+        ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
+         "the soft limits follow the frame"),
+        (" - pull_off() - switched", " - pull_off() - hal_axis_command(axis)",
+         "the frame is that of the switch"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/control.c", HOMING,
+        ("    homing_stop();\n", "", "an alarm ends homing"),
+        ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
     ),
     *breaks_of(
         "softcore/firmware/app/override.c", TOUCH,

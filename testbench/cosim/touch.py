@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios: touch-off (G38.2 to G38.5) on the simulated machines, against the true place of the work."""
+"""Scenarios: touch-off on the simulated machines, against the true place of the work."""
 
 import math
 import re
 
+from host.touch.cycles import Cycle, Found, drive
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
-__all__ = ["off", "opens", "twice"]
+__all__ = ["found", "off", "opens", "twice"]
 
 WATCHED = ("pp", "gap_on", "gap_sense", "safe")
 PLACE = re.compile(r"\[PRB:(-?[\d.]+),(-?[\d.]+),(-?[\d.]+):([01])\]")
@@ -98,3 +99,15 @@ def opens(session: Session, axis: int, true_mm: float, *, way: int = -1, feed: f
     return {name: (place - true_mm) * -way * 1000
             for name, place in (("place", float(found[axis + 1])), ("stands", stands),
                                 ("opened", opened[0]))}
+
+
+def found(session: Session, start: str, *cycles: Cycle) -> list[Found]:
+    """Go to the start by lines, one to a row, and carry out cycles one after the other."""
+    job = _begin(session)
+    for line in start.splitlines():
+        job.link.command(line)
+    results = [drive(job.link, cycle) for cycle in cycles]
+    assert not job.told("alarm")
+    assert not job.probe("safety_status_safe")
+    assert not job.collect().rises("gap_on"), "a discharge pulse"
+    return results

@@ -5,6 +5,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/homing.h"
 #include "app/image_watch.h"
 #include "app/jog.h"
 #include "app/jogging.h"
@@ -85,6 +86,10 @@ __attribute__((noinline)) void commands_answer_program(void) {
         watch_between();
         answer(program_answer());
     }
+    if (homing_answers()) {
+        const fault *f = homing_answer();
+        answer(f->code == FAULT_NONE ? 0 : f);
+    }
 }
 
 /* Answer a line that was carried out, or keep its refusal for the next step. */
@@ -106,8 +111,7 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
         const char *begin, *says;
         fault_code code;
     } ROWS[] = {
-        {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE",
-         FAULT_HOMING},
+        {"H", "homing is $H: all axes of $520, in that order", FAULT_COMMAND},
         {"J", "a jog begins with $J=", FAULT_COMMAND},
         {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
          FAULT_COMMAND},
@@ -144,7 +148,7 @@ static void resume(fault *f) {
 }
 
 static void retract(fault *f) {
-    if (is_free(f) && !jog_active())
+    if (is_free(f) && !jog_active() && !homing_active())
         machine_retract();
 }
 
@@ -297,6 +301,12 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             line_open = program_jog(line, length);
         return; /* answered when it has been judged */
     }
+    if (length == 2 && (c == 'H' || c == 'h')) {
+        line_open = homing_begin(&f);
+        if (!line_open)
+            refusal = f;
+        return; /* answered at the end of the cycle */
+    }
     if (c == 'B') {
         roughing_line(line + 2, length - 2);
         return; /* answered when it has been carried out */
@@ -321,7 +331,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/events.h"
 
+#include "app/homing.h"
 #include "app/machine.h"
 #include "app/touch.h"
 #include "base/alarm.h"
@@ -235,7 +236,8 @@ static void tell(const record *r) {
     case EVENT_FLUID_CLASS: tell_fluid(r); break;
     case EVENT_CONDITION: tell_condition(r); break;
     case EVENT_TRIP:
-        machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
+        if (!homing_takes(r->event.detail, r->event.first, r->event.encoder))
+            machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
         break;
     default: break;
     }

@@ -22,6 +22,7 @@ bool machine_allows(bool moves, bool burns, fault *f);
    when the operator confirms it. */
 bool machine_position_lost(void);
 void machine_know_position(void);
+void machine_lose_position(void);
 
 void machine_run(bool run);             /* path pulses are allowed */
 /* Hold the feed or end the hold, also one that a `!` began in the gateware. The end switches the

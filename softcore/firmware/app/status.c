@@ -2,6 +2,7 @@
 #include "app/status.h"
 
 #include "app/auxiliary.h"
+#include "app/homing.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -28,12 +29,14 @@ void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
 
 bool status_idle(void) {
     return !machine_locked() && !machine_held() && meter_rests() && !machine_machining() &&
-           !program_running() && path_at_front() && !roughing_busy();
+           !program_running() && !homing_active() && path_at_front() && !roughing_busy();
 }
 
 /* State names of grbl. Hold:1: the machine is still coming to rest, or retracts. */
 static const char *state_name(void) {
-    if (machine_locked() || machine_position_lost())
+    if (homing_active() && !machine_held())
+        return "Home";
+    if (machine_locked() || (machine_position_lost() && !homing_active()))
         return "Alarm";
     if (jog_active())
         return "Jog";

@@ -148,6 +148,16 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "jog: longest silence of the host", "ms", 0},
     [SET_FOLLOW_US] = {0, 0, 300000, 510, GROUP_DETECTOR, true,
         "wait for supply and comparators (0 as built)", "us", 0},
+    [SET_HOME_ORDER] = {312, 0, 321, 520, GROUP_TRAVEL, false,
+        "homing: order of axes, 1 X, 2 Y, 3 Z (0 off)", "", 0},
+    [SET_HOME_DOWN] = {3, 0, 7, 521, GROUP_TRAVEL, false,
+        "homing: axes whose reference is below, mask", "", 0},
+    [SET_HOME_SLOW_MM_MIN] = {25, 1, 600, 522, GROUP_TRAVEL, false,
+        "homing: slow approach", "mm/min", 0},
+    [SET_HOME_FAST_MM_MIN] = {500, 1, 60000, 523, GROUP_TRAVEL, false,
+        "homing: fast approach", "mm/min", 0},
+    [SET_HOME_PULL_OFF_UM] = {1000, 10, 20000, 524, GROUP_TRAVEL, false,
+        "homing: pull-off", "um", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

@@ -77,12 +77,17 @@ typedef enum {
     SET_IGNITION_LAG_NS,
     SET_JOG_SILENCE_MS,
     SET_FOLLOW_US,
+    SET_HOME_ORDER,
+    SET_HOME_DOWN,
+    SET_HOME_SLOW_MM_MIN,
+    SET_HOME_FAST_MM_MIN,
+    SET_HOME_PULL_OFF_UM,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 510u
+#define SETTINGS_LAST 524u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

@@ -82,6 +82,7 @@ void gk_level_limit(uint32_t level);     /* highest level of the current, 20 aft
 void host_gap_boot(void);       /* called by gk_boot, as the other host_..._boot */
 void host_image_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */
+int32_t host_frame(unsigned axis);      /* machine frame less the count of gk_axis */
 void host_gap_arm(int32_t depth);       /* switch the condition at this depth */
 void host_clock_boot(void);
 void host_cost(uint32_t clocks);        /* let the clock advance for work of the firmware */

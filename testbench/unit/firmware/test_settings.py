@@ -70,7 +70,10 @@ def test_constants_of_grbl_say_what_is_so(machine):
     report = machine.line("?")[-1]
     assert int(values["10"]) & 1 == ("MPos:" in report)
     assert int(values["10"]) >> 1 & 1 == ("|Bf:" in report)
-    assert int(values["22"]) == (machine.line("$H")[-1] == "ok")
+    assert values["22"] == "1"
+    assert machine.line(assign("home_order", 0)) == ["ok"]
+    assert listed(machine)["22"] == "0"
+    assert machine.line("$H")[-1] == error_line("homing")
     machine.line("G92 X25.4")
     assert machine.line("G20") == ["ok"]
     inches = "WCO:-1.0000," in machine.line("?")[-1]
