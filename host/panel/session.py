@@ -163,7 +163,8 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``touch`` a ``Touching``; the others have no words. What the controller refuses is told by ``notices``.
+        ``Job``, ``touch`` a ``Touching``; the others have no words. What the controller refuses is
+        told by ``notices``.
         """
         with self.lock:
             if self.sharing.holder != page:

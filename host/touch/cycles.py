@@ -124,15 +124,25 @@ def _move(probe: Probe, **ways: float) -> Way:
         yield f"G21 G91 G94 G01 {words} F{probe.travel:g}"
 
 
+def _back(probe: Probe, axis: str, way: int) -> Way:
+    """Go back from a touch, and wait until the axis is there.
+
+    The axis lags behind the path. A gap that is still bridged when the next move begins would end
+    it by the contact guard.
+    """
+    yield from _move(probe, **{axis: -way * probe.back})
+    yield "G04 P20"
+
+
 def _touch(probe: Probe, axis: str, way: int) -> Part:
     """Touch quickly and slowly, then stand ``back`` before the surface; its coordinate."""
     yield f"G21 G91 G94 G38.2 {_word(axis, way * probe.reach)} F{probe.quick:g}"
-    yield from _move(probe, **{axis: -way * probe.back})
+    yield from _back(probe, axis, way)
     yield from _move(probe, **{axis: way * (probe.back - probe.near)})
     place = yield f"G38.2 {_word(axis, way * 2 * probe.near)} F{probe.slow:g}"
     if place is None or not place.contact:
         raise TouchError(f"the slow touch of {axis} has told no place.")
-    yield from _move(probe, **{axis: -way * probe.back})
+    yield from _back(probe, axis, way)
     return place.of(axis) + way * probe.before(axis)
 
 

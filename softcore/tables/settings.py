@@ -276,8 +276,8 @@ SETTINGS: tuple[Setting, ...] = (
          "travel", "`$H` homes these axes in this order: each digit names one, at most once. 312 "
          "is Z, then X, then Y. 0: there is no homing.", guards=False),
     _set(521, "home_down", "homing: axes whose reference is below, mask", "", (3, 0, 7),
-         "travel", "Axes whose reference is the lower limit switch: the sum of 1 for X, 2 for Y, 4 for Z. The "
-         "others have it at their upper end.", guards=False),
+         "travel", "Axes whose reference is the lower limit switch: the sum of 1 for X, 2 for Y, 4 "
+         "for Z. The others have it at their upper end.", guards=False),
     _set(522, "home_slow_mm_min", "homing: slow approach", "mm/min", (25, 1, 600), "travel",
          "Speed of the second approach, which measures, and at which the axis leaves the switch; "
          "the latter is at most 60.", guards=False),

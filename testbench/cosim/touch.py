@@ -63,6 +63,7 @@ def twice(session: Session, axis: int, true_mm: float, *, way: int = -1, quick: 
     job.link.command("G91")
     first = _touch(job, f"G38.2 {letter}{way} F{quick:g}")[axis]
     job.link.command(f"G01 {letter}{-0.3 * way:.1f} F600")
+    job.link.command("G04 P20")     # until the axis is there, and no bridge is left
     job.link.command(f"G01 {letter}{0.28 * way:.2f} F60")
     second = _touch(job, f"G38.2 {letter}{0.1 * way:.1f} F{slow:g}")[axis]
     assert abs(first - second) < 0.05

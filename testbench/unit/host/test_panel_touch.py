@@ -53,8 +53,9 @@ def test_an_edge_is_touched_and_its_zero_set(serve):
     until(lambda: any(line.startswith("G21 G10") for line in wire.lines),
           lambda: session.seen("a"))
     assert touched(wire) == [
-        "G21 G91 G94 G38.2 X3.0000 F60", "G21 G91 G94 G01 X-0.4000 F300",
+        "G21 G91 G94 G38.2 X3.0000 F60", "G21 G91 G94 G01 X-0.4000 F300", "G04 P20",
         "G21 G91 G94 G01 X0.3400 F300", "G38.2 X0.1200 F2", "G21 G91 G94 G01 X-0.4000 F300",
+        "G04 P20",
         "G21 G10 L2 P2 X1.5015"]
     assert any(text == "Edge found: X 1.5015 mm in the machine frame."
                for _, text in session.notices)

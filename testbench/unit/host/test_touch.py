@@ -44,6 +44,8 @@ class Gap:
             self.crashed |= any(self.touches(along(k / steps)) for k in range(1, steps + 1))
             self.at = along(1)
             return None
+        if line == "G04 P20":
+            return None
         assert "G38.2" in line
         steps = math.ceil(length / STEP)
         for k in range(1, steps + 1):
@@ -152,7 +154,7 @@ def test_an_edge(axis, way):
 def test_a_slow_touch_without_contact_ends_it():
     cycle = edge(PROBE, "X", 1)
     next(cycle)
-    for place in (Place(0, 0, 0, contact=True), None, None):
+    for place in (Place(0, 0, 0, contact=True), None, None, None):
         cycle.send(place)
     with pytest.raises(TouchError, match="the slow touch of X has told no place"):
         cycle.send(Place(0, 0, 0, contact=False))
