@@ -55,7 +55,8 @@ bool touch_takes(const hal_event *halt) {
     /* On a way out of contact: a halt only by a new contact, after the gap was open. */
     if (phase != TOUCH_LOOKS || halt->detail != EVENT_HALT_CONTACT || (opens && fresh))
         return false;
-    path_note_work(true);
+    if (!opens)
+        path_note_touch();
     bool gone = opens || (uint32_t)halt->path - (uint32_t)start > START_PULSES;
     phase = gone ? TOUCH_FOUND : TOUCH_AT_START;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)

@@ -138,6 +138,22 @@ def test_the_way_away_is_noted(machine):
     assert machine.slot(0).away
 
 
+def test_the_other_side_of_a_hole_is_left_again(machine):
+    """The way there leads away from the first side; the touch makes it the way to the work."""
+    looking(machine, "G38.2 X1 F60")
+    touches(machine)
+    assert machine.line("G91 G38.2 X-3 F60", 20) == []
+    for _ in range(10_000):
+        machine.run(1)
+        if machine.axes[0] < 0:
+            break
+    assert machine.slot(0).away
+    touches(machine)
+    machine.library.gk_speed(0)
+    assert machine.line("G01 X.1 F60", 60)[-1] == "ok"
+    assert machine.slot(0).away
+
+
 @pytest.mark.parametrize(("code", "alarm"), [("G38.2", True), ("G38.3", False)])
 def test_the_end_without_contact(machine, code, alarm):
     machine.library.gk_speed(100)
