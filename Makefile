@@ -40,8 +40,9 @@ docs: venv     ## these pages as a site in build/docs; warnings are errors
 bench: install ## every figure of docs/results/figures.md; minutes
 	@.venv/bin/gapkeeper bench
 
-boards: venv   ## lay out every board; half an hour for each layout (BOARDS=)
-	@for board in $(BOARDS); do .venv/bin/gapkeeper build $$board || exit; done
+boards: venv   ## lay out every board, two at a time, and judge its cells and clock (BOARDS=)
+	@.venv/bin/gapkeeper build $(BOARDS)
+	@$(PY) -m testbench.budget.boards $(BOARDS)
 
 soak: install  ## runs of minutes to hours (TESTS=)
 	@$(PY) -m pytest -m soak $(TESTS)

@@ -118,6 +118,9 @@ class Board:
         They are in banks (``softcore.memory``): for devices with few block RAMs.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``, as the machine's builder has decided.
+    scope_depth : int
+        Entries of the gap oscilloscope (``rtl.gap.scope``), a power of two; 0 for none. 1024 take
+        2 block RAMs of 18 kbit.
     dac : str
         How the velocity command leaves: ``"sigma_delta"``, or ``"pwm"`` with a period of 1024
         clocks (``rtl.motion.dac``).
@@ -148,6 +151,7 @@ class Board:
     headers: tuple[Header, ...]
     sites: dict[str, str]
     memory_banks: bool = False
+    scope_depth: int = 4096
     arm_strapped: bool = False
     dac: str = "sigma_delta"
     current_max_a: float = 30.0

@@ -123,7 +123,7 @@ class _ColorlightI9(LatticeECP5Platform):
 
 BOARDS = (
     Board("colorlight_i9", "Colorlight i9 v7.2", _ColorlightI9, clock_hz=50_000_000,
-          memory_size=180_224, memory_banks=True, wires=WIRES, sites=SITES,
+          memory_size=180_224, memory_banks=True, scope_depth=1024, wires=WIRES, sites=SITES,
           headers=tuple(map(_header, SITES_OF)),
           pin_list=Path(__file__).with_name("colorlight_i9.lpf")),
 )

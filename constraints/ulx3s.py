@@ -111,5 +111,5 @@ BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
           pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
     Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180_224,
-          memory_banks=True, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
+          memory_banks=True, scope_depth=1024, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES),
 )

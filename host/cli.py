@@ -8,7 +8,6 @@ Exit status: 0 done (program end, or ``--until`` reached); 1 any failure that is
 import os
 import sys
 import warnings
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +19,8 @@ from host.errors import DONE, FAULT, UsageError, UserError
 from host.experiments.commands import experiment_app
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
 from host.places import ROOT
-from host.words import counted
+from host.scope.commands import RunScope, record_gap
+from host.tape.commands import tape_app
 
 app = typer.Typer(
     help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
@@ -30,9 +30,6 @@ app = typer.Typer(
            "rejected before any motion.",
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
     rich_markup_mode="markdown")
-tape_app = typer.Typer(
-    help="Punch, read and check tapes: text (.nc) to punched rows (.ptp) and back.",
-    no_args_is_help=True, rich_markup_mode="markdown")
 app.add_typer(tape_app, name="tape")
 app.add_typer(experiment_app, name="experiment")
 
@@ -76,13 +73,6 @@ def _folder(name: str | None) -> str | None:
     return name
 
 
-class TapeCode(StrEnum):
-    """Codes a tape may be punched in."""
-
-    ISO = "iso"
-    EIA = "eia"
-
-
 @app.command()
 def run(
     tape: TapeFile,
@@ -107,6 +97,7 @@ def run(
         help="A line entered by hand before the tape starts, such as retraction data for what the "
              "tape leaves out. May be given several times.",
     )] = None,
+    scope: RunScope = None,
     until: Annotated[float | None, typer.Option(
         min=0.0, metavar="SECONDS", show_default=False,
         help="Stop after so much of the machine's time, the set-up included: the feed is held "
@@ -156,14 +147,19 @@ def run(
         raise typer.Exit(run_tape_at(port, tape, baud=baud, machine=machine,
                                      folder=None if folder is None else Path(folder),
                                      mdi=mdi or [], until_s=until, clock_hz=clock,
-                                     at_start=at_start, arm=not no_arm, reset=reset, console=out))
+                                     at_start=at_start, arm=not no_arm, reset=reset, scope=scope,
+                                     console=out))
     if at_start or no_arm or reset or baud != BAUD:
         raise UsageError("--baud, --at-start, --no-arm and --reset are for a controller at a "
                          "--port.")
     from host.run.session import run_tape
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),
-                              mdi=mdi or [], until_s=until, clock_hz=clock, console=out))
+                              mdi=mdi or [], until_s=until, clock_hz=clock, scope=scope,
+                              console=out))
+
+
+app.command("scope")(record_gap)
 
 
 @app.command(cls=WithTcp)
@@ -229,87 +225,6 @@ def panel(
     from host.panel.panel import panel as serve
     serve(machine=machine, port=port, baud=baud, clock_hz=clock, seed=seed, listen=listen,
           names=name or [], console=out)
-
-
-@tape_app.command("encode")
-def tape_encode(
-    source: Annotated[Path, typer.Argument(metavar="IN", exists=True, dir_okay=False,
-                                           show_default=False, help="Part program as text.")],
-    target: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", dir_okay=False,
-                                         show_default=False, help="File for the punched rows.")],
-    code: Annotated[TapeCode, typer.Option(
-        help="ISO 840 (even parity) or EIA RS-244 (odd parity).")] = TapeCode.ISO,
-) -> None:
-    """Punch a part program.
-
-    One byte a row, track 1 in the lowest bit. Leader and trailer, and the % at start and end, are
-    added if the text lacks them. Small letters are punched as capitals: the codes have no others.
-    """
-    from host.tape.codes import CODES
-    from host.tape.tape import encode, text_of
-    _differ(target, source)
-    tape = encode(text_of(source, source.read_bytes()), CODES[code.value])
-    _write(target, tape.rows)
-    _say(f"{target}: {len(tape.rows)} rows in {tape.code.title}, "
-         f"{len(tape.rows) * 2.54 / 1000:.2f} m of tape")
-
-
-@tape_app.command("decode")
-def tape_decode(
-    source: Annotated[Path, typer.Argument(metavar="IN", exists=True, dir_okay=False,
-                                           show_default=False, help="Punched rows.")],
-    target: Annotated[Path | None, typer.Option(
-        "-o", "--output", metavar="OUT", dir_okay=False, show_default="the terminal",
-        help="File for the text.")] = None,
-) -> None:
-    """Read a punched tape as text.
-
-    The first end of block tells the code. Every row is checked up to the end word (M02 or M30); the
-    first fault ends the reading, and the message names its block and character.
-    """
-    from host.tape.tape import decode
-    if target is not None:
-        _differ(target, source)
-    text, code = decode(source.read_bytes())
-    if target is None:
-        sys.stdout.write(text)
-    else:
-        _write(target, text.encode())
-        _say(f"{target}: {counted(text.count(chr(10)), 'line')}, from {code.title}")
-
-
-@tape_app.command("check")
-def tape_check(
-    source: Annotated[Path, typer.Argument(
-        metavar="IN", exists=True, dir_okay=False, show_default=False,
-        help="Part program as text (.nc) or as punched rows (.ptp).")],
-    mdi: Annotated[list[str] | None, typer.Option(
-        metavar='"G36 …"', show_default=False,
-        help="A line that `run` would be given by hand before the tape starts, such as retraction "
-             "data for what the tape leaves out, or a setting (`$455=750`). May be given several "
-             "times.",
-    )] = None,
-    machine: Annotated[str | None, typer.Option(
-        metavar="NAME|FILE", show_default="none",
-        help="Judge clock, settings and travel of this machine too, from where it stands at the "
-             "start: sinker, small, half, cavity, wire, wall, or a TOML file.")] = None,
-) -> None:
-    """Check a tape with the controller's own reader.
-
-    The firmware's tape reader and block parser, compiled for this computer, read the whole tape.
-    The message on the first fault names block and character, and the line of a text; exit status
-    4. For a tape without fault, notes say which words other controls would read differently.
-    """
-    from host.machines import machine as machines
-    from host.tape.check import check
-    from host.tape.notes import notes
-    from host.tape.tape import load
-    tape, chosen = load(source), machines.load(machine) if machine else None
-    blocks = check(tape, mdi or [], chosen)
-    judged = f"for the machine {chosen.name}" if chosen else "travel not judged (--machine)"
-    _say(f"{source}: {counted(blocks, 'block')}, no fault found; {judged}")
-    for note in notes(tape):
-        _say(f"  {note}")
 
 
 @app.command()
@@ -383,17 +298,17 @@ def plan(
 
 @app.command()
 def build(
-    board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
-                                         help="Board, such as ulx3s.")],
+    boards: Annotated[list[str], typer.Argument(metavar="BOARD", show_default=False,
+                                                help="Boards, such as ulx3s.")],
 ) -> None:
-    """Build the bitstream for a board, firmware included.
+    """Build the bitstream for a board, firmware included; several boards two at a time.
 
     Prints resources and the clock that the layout reaches; a clock that is missed is a failure.
     Everything goes to build/boards/BOARD/. The first build takes minutes. After a change of the
     firmware alone the layout is kept, and a build takes seconds.
     """
-    from host.bitstream import build_board
-    build_board(board, out)
+    from host.bitstream import build_boards
+    build_boards(boards, out)
 
 
 @app.command()
@@ -502,24 +417,6 @@ def bench() -> None:
     """
     from host.bench import bench as measure
     measure()
-
-
-def _say(line: str) -> None:
-    out.print(line, markup=False, soft_wrap=True)  # no markup in names, no breaks in lines
-
-
-def _differ(target: Path, source: Path) -> None:
-    """Refuse to write into the file that is read, whatever its two names are."""
-    if target.exists() and target.samefile(source):
-        raise UsageError(f"{target} is the file that is read, and would be lost.")
-
-
-def _write(path: Path, data: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    except OSError as error:
-        raise UserError(f"{path} cannot be written: {error.strerror}.") from error
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -101,7 +102,8 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
     UsageError
         If there is no such board or cable.
     UserError
-        If there is no bitstream, or it is damaged, or it cannot be loaded.
+        If there is no bitstream, or it is damaged or too slow for its clock, or it cannot be
+        loaded.
     """
     from softcore.build import BUILD
     built = (folder or BUILD) / board
@@ -139,10 +141,10 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
     say("Loaded. Next: gapkeeper doctor --port URL.")
 
 
-def _manifest(board: str, built: Path) -> dict[str, str]:
-    from softcore.build import MANIFEST
+def _manifest(board: str, built: Path) -> dict[str, Any]:
+    from softcore.build import MANIFEST, missed
     try:
-        manifest: dict[str, str] = json.loads((built / MANIFEST).read_text(encoding="utf-8"))
+        manifest: dict[str, Any] = json.loads((built / MANIFEST).read_text(encoding="utf-8"))
         bits = (built / "top.bit").read_bytes()
     except (OSError, ValueError) as error:
         raise UserError(f"there is no bitstream for {board} yet: make it with gapkeeper build "
@@ -150,6 +152,11 @@ def _manifest(board: str, built: Path) -> dict[str, str]:
     if hashlib.sha256(bits).hexdigest() != manifest.get("bitstream_sha256"):
         raise UserError(f"the bitstream for {board} is not the one of its manifest: delete "
                         f"{built} and build it again with gapkeeper build {board}.")
+    complaint = missed({name: (clock["reached"], clock["wanted"])
+                        for name, clock in manifest["clocks_mhz"].items()})
+    if complaint:
+        raise UserError(f"the bitstream for {board} is not loaded, as it may compute wrong: "
+                        f"{complaint}; gapkeeper build {board} tries again.")
     return manifest
 
 

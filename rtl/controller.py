@@ -50,6 +50,8 @@ class Controller(wiring.Component):
         Time constant of the filters behind ``gap_reference``, above 0.
     dac_kind : str
         ``"sigma_delta"`` or ``"pwm"``.
+    scope_depth : int
+        Entries of the gap oscilloscope (``rtl.gap.scope``); 0 for none.
     arm_strapped : bool
         The discharge needs no press of the button ``arm``.
     fastest_mm_s, leaving_mm_s : float
@@ -80,7 +82,8 @@ class Controller(wiring.Component):
                  pulses_per_mm: int = 10_000, slots: int = 64, jump_axis: int = 2,
                  level_max: int = 20, on_max_s: float = 2e-3, off_min_s: float = 5e-6,
                  latch_clocks: int = 1, reference_rc_us: float = 200.0,
-                 dac_kind: str = "sigma_delta", arm_strapped: bool = False,
+                 dac_kind: str = "sigma_delta", scope_depth: int = 4096,
+                 arm_strapped: bool = False,
                  fastest_mm_s: float = 240.0, leaving_mm_s: float = 1.0):
         self.clock_hz = clock_hz
         self.pulses_per_mm = pulses_per_mm
@@ -92,7 +95,7 @@ class Controller(wiring.Component):
                                   creep=round(leaving_mm_s * pulses_per_mm * 2**32 / clock_hz))
         self.drives = Axes(registers=registers, letters=AXES, clock_hz=clock_hz,
                            pulses_per_mm=pulses_per_mm, dac=dac_kind, fastest_mm_s=fastest_mm_s)
-        self.gap = Gap(registers=registers, clock_hz=clock_hz)
+        self.gap = Gap(registers=registers, clock_hz=clock_hz, scope_depth=scope_depth)
         self.condition = Condition(registers=registers, latch=latch_clocks,
                                    settle=filter_clocks(clock_hz, reference_rc_us))
         self.power = Power(clock_hz=clock_hz, level_max=level_max, on_max=self._clocks(on_max_s),
@@ -201,6 +204,7 @@ class Controller(wiring.Component):
             gap.wanted.eq(registers.control_machining),
             gap.waiting.eq(~condition.latched | ~condition.settled),
             gap.in_position.eq(self.drives.in_position),
+            gap.state.eq(self.registers.path.status_state), gap.cycle.eq(self.cycle),
             gap.on.eq(power.on), gap.sense.eq(power.sense), gap.forget.eq(power.forget),
             *(getattr(gap, name).eq(getattr(self, f"gap_{name}"))
               for name in ("high", "arc", "short", "current", "noise")),

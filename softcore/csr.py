@@ -2,7 +2,7 @@
 """Gateware registers built from ``softcore.regmap``."""
 
 from amaranth import *
-from amaranth.lib import wiring
+from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from softcore.registers import Block, Field, Register
@@ -17,6 +17,15 @@ def member(register: Register, field: Field) -> str:
 
 def _shape(field):
     return signed(field.bits) if field.signed else unsigned(field.bits)
+
+
+def _initial(register):
+    """Word of a register after reset."""
+    word = at = 0
+    for field in register.fields:
+        word |= (field.init & (1 << field.bits) - 1) << at
+        at += field.bits
+    return word
 
 
 def interfaces(blocks: tuple[Block, ...]) -> dict[str, wiring.Signature]:
@@ -50,6 +59,10 @@ class RegisterFile(wiring.Component):
 
     An access takes 2 clocks: ``ack`` follows ``stb`` by one, with ``dat_r``. Only whole words are
     written. An address without a register reads as 0 and ignores writes.
+
+    A register of ``rw`` fields alone is read from a memory that keeps what was written. So the
+    value itself, which lies where it is used, needs no wire back. The memory is not reset: until
+    its first write after reset a register is read as its initial value.
 
     Parameters
     ----------
@@ -85,7 +98,16 @@ class RegisterFile(wiring.Component):
         taken = Signal()
         m.d.comb += taken.eq(self.stb & ~self.ack)
         m.d.sync += self.ack.eq(taken)
-        m.d.sync += self.dat_r.eq(0)
+        read = Signal(32)       # of all registers that are not in the memory
+        kept = Signal()         # the access is of one that is
+        m.d.sync += [read.eq(0), kept.eq(0)]
+        m.submodules.shadow = shadow = memory.Memory(shape=32, depth=1 << len(self.adr), init=[])
+        write, back = shadow.write_port(), shadow.read_port()
+        m.d.comb += [
+            write.addr.eq(self.adr), write.en.eq(taken & self.we),
+            back.addr.eq(self.adr), back.en.eq(taken & ~self.we),
+            self.dat_r.eq(read | (back.data & kept.replicate(32))),
+        ]
         registers = [(block, register) for block in self.blocks for register in block.registers]
 
         strobes = {}
@@ -109,7 +131,18 @@ class RegisterFile(wiring.Component):
         with m.If(taken), m.Switch(self.adr):
             for block, register in registers:
                 with m.Case((block.base + register.offset) // 4):
-                    self._access(m, block, register, latches, parities)
+                    word = self._access(m, block, register, latches, parities)
+                    if all(field.access == "rw" for field in register.fields):
+                        written = Signal(name=f"{block.name}_{register.name}_written")
+                        m.d.comb += write.data.eq(self.dat_w[:len(word)])
+                        with m.If(self.we):
+                            m.d.sync += written.eq(1)
+                        with m.If(written):
+                            m.d.sync += kept.eq(1)
+                        with m.Else():
+                            m.d.sync += read.eq(_initial(register))
+                    else:
+                        m.d.sync += read.eq(word)
                     strobe = strobes.get((block.name, register.name))
                     if register.pulse == "read":
                         m.d.comb += strobe.eq(~self.we)
@@ -146,7 +179,7 @@ class RegisterFile(wiring.Component):
         return found
 
     def _access(self, m, block, register, latches, parities):
-        """Write the fields of one register, and read them."""
+        """Write the fields of one register; return its word."""
         read = []
         at = 0
         for field in register.fields:
@@ -164,4 +197,4 @@ class RegisterFile(wiring.Component):
                         m.d.sync += parities[block.name, name].eq(~word.xor())
             read.append(C(0, field.bits) if field.access == "w" else value)
             at += field.bits
-        m.d.sync += self.dat_r.eq(Cat(*read))
+        return Cat(*read)

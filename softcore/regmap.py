@@ -13,6 +13,7 @@ from softcore.linkmap import LINK
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
+from softcore.scopemap import SCOPE
 from softcore.tables.causes import CAUSES
 from softcore.tables.events import QUEUE, numbered
 
@@ -468,7 +469,7 @@ def _axis(index: int, letter: str) -> Block:
 
 
 BLOCKS = (SYSTEM, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SERVO, FLUID,
-          FEED)
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SCOPE, SERVO,
+          FLUID, FEED)
 # Blocks of the gateware in ``rtl``. The others belong to the processor and the link.
 OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, LINK))

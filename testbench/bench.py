@@ -185,19 +185,19 @@ def reaction_times():
 def clearing_times():
     """Rows on the electrode: from the sample that completes a short until it is clear of it.
 
-    In the plain loop, as delivered, and with the whole velocity feed-forward.
+    With the velocity feed-forward, as delivered, and in the plain loop.
     """
     tape = load(TAPES / "sink_shallow_deep.nc")
     usual = machines.load("sinker")
-    fed = Machine(usual.name, usual.tables | {
-        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 100}})
-    for machine, loop in (usual, "as delivered"), (fed, "feed-forward"):
+    plain = Machine(usual.name, usual.tables | {
+        "settings": usual.tables["settings"] | {str(named("feed_forward").number): 0}})
+    for machine, loop in (usual, "as delivered"), (plain, "plain loop"):
         with _native(trace=True, machine=machine.tables) as native:
             job = Run(machine, tape, Piped(native))
             job.execute()
             rows = clear_of_shorts(job, job.simulation)
         for row in rows:
-            begin = f"{row['shorts']} shorts at R{row['speed']:g}, {loop}: completing sample to "
+            begin = f"{row['shorts']} shorts at R{row['speed']:g}, {loop}: "
             for link, (title, unit) in LINKS.items():
                 if one := row[link]:
                     own = f"; the drive alone {one['drive']}" if "drive" in one else ""

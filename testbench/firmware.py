@@ -75,6 +75,16 @@ class Motion(ctypes.Structure):
     ]
 
 
+class Scope(ctypes.Structure):
+    """The oscilloscope of the model machine: ``gk_scope`` of host.h."""
+
+    _fields_ = [
+        *((name, ctypes.c_uint32) for name in (
+            "depth", "source", "classes", "level", "after", "recording", "count", "time")),
+        ("entries", ctypes.c_uint64 * 64),
+    ]
+
+
 @dataclass(frozen=True)
 class Fault:
     """A fault that the firmware found. ``line`` and ``column`` are 0 if it has none."""
@@ -308,6 +318,17 @@ class Controller:
                 **dict(zip(names, words[6:11], strict=True)), "counting": tuple(words[11:14]),
                 "criteria": words[14], "delay_least": words[15], "short_mean": words[16],
                 "short_mean_time": words[17]}
+
+    @property
+    def scope(self) -> Scope:
+        """The oscilloscope, as the firmware has set it."""
+        words = Scope()
+        self.library.gk_scope_read(ctypes.byref(words))
+        return words
+
+    @scope.setter
+    def scope(self, words: Scope) -> None:
+        self.library.gk_scope_write(ctypes.byref(words))
 
     @property
     def feed_mode(self) -> dict[str, int]:

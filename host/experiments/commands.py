@@ -96,6 +96,25 @@ def experiment_roughing(
     roughing(seeds=seeds, depth_mm=depth, folder=folder, console=out, step_ip=step)
 
 
+@experiment_app.command("shorts")
+def experiment_shorts(
+    seeds: Annotated[int, typer.Option(
+        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 10,
+    folder: Annotated[Path, typer.Option(
+        "--out", metavar="DIR", file_okay=False,
+        help="Folder for runs.json and table.md.")] = Path("build/experiments/shorts"),
+) -> None:
+    """Sink with velocity feed-forward and in the plain loop: how soon a short is cleared.
+
+    From the contact of electrode and work to the sample that completes the short, to the last
+    command forwards and the first one backwards, until the electrode turns, and until it is 20 and
+    100 um clear; beside it what the drive takes alone. Time, retractions, arcs and the time that
+    the gap was shorted. Takes a minute for each seed, on all cores.
+    """
+    from host.experiments.shorts import shorts
+    shorts(seeds=seeds, folder=folder, console=out)
+
+
 @experiment_app.command("networks")
 def experiment_networks(
     jobs: Annotated[int, typer.Option(

@@ -15,6 +15,7 @@ from softcore.tables.conditions import level_max
 from softcore.tables.settings import named, of_number
 
 BUILT_IN = Path(__file__).parent
+CONVERTER_V = 100.0     # gap voltage at the converter's full scale
 
 Tables = dict[str, Any]     # of a machine's file, as TOML has them
 

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Sequence
 from host.panel.heard import CLASSES, Sample
 from host.panel.outline import Outline
 
-__all__ = ["depth", "plan", "strip", "ticks"]
+__all__ = ["VOLTS", "depth", "line_of", "number_of", "plan", "strip", "svg_of", "text_of",
+           "ticks"]
 
 Place = tuple[float, ...]
 SHOWN_S = 30.0      # of the strips
@@ -29,21 +30,25 @@ def ticks(low: float, high: float, most: int = 5) -> list[float]:
     return [round(index * step, 9) for index in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def _svg(width: float, height: float, parts: Iterable[str]) -> str:
+def svg_of(width: float, height: float, parts: Iterable[str]) -> str:
+    """A picture of so many units, of its parts."""
     return (f'<svg viewBox="0 0 {width:g} {height:g}" preserveAspectRatio="xMidYMid meet" '
             f'role="img">{"".join(parts)}</svg>')
 
 
-def _line(points: Iterable[tuple[float, float]], kind: str) -> str:
+def line_of(points: Iterable[tuple[float, float]], kind: str) -> str:
+    """A line through points; nothing without points."""
     joined = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     return f'<polyline class="{kind}" points="{joined}"/>' if joined else ""
 
 
-def _text(x: float, y: float, said: str, anchor: str = "start", kind: str = "label") -> str:
+def text_of(x: float, y: float, said: str, anchor: str = "start", kind: str = "label") -> str:
+    """A text at a place."""
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{said}</text>'
 
 
-def _number(value: float) -> str:
+def number_of(value: float) -> str:
+    """A number with a true minus sign."""
     return f"{value:g}".replace("-", "\N{MINUS SIGN}")
 
 
@@ -84,19 +89,21 @@ def plan(way: Outline, trail: Sequence[Place], place: Place, line: int) -> str:
     for value in ticks(middle[0] - half[0], middle[0] + half[0], 6):
         x, _ = at(value, 0)
         parts += [f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="6" y2="{height - edge + 8}"/>',
-                  _text(x, height - 10, _number(value), "middle")]
+                  text_of(x, height - 10, number_of(value), "middle")]
     for value in ticks(middle[1] - half[1], middle[1] + half[1], 5):
         _, y = at(0, value)
         parts += [f'<line class="grid" x1="{edge}" x2="{width - 6}" y1="{y:.1f}" y2="{y:.1f}"/>',
-                  _text(edge - 5, y + 4, _number(value), "end")]
-    parts.append(_line((at(x, y) for x, y in points), "planned"))
+                  text_of(edge - 5, y + 4, number_of(value), "end")]
+    parts.append(line_of((at(x, y) for x, y in points), "planned"))
     now = [index for index, point in enumerate(way.points) if point[3] == line and index]
     if now:
-        parts.append(_line((at(*points[index]) for index in range(now[0] - 1, now[-1] + 1)), "now"))
-    parts.append(_line((at(x, y) for x, y in seen), "trail"))
+        parts.append(line_of((at(*points[index])
+                              for index in range(now[0] - 1, now[-1] + 1)), "now"))
+    parts.append(line_of((at(x, y) for x, y in seen), "trail"))
     parts += [f'<circle class="place" cx="{x:.1f}" cy="{y:.1f}" r="6"/>'
               for x, y in (at(*one) for one in here)]
-    return _svg(width, height, [*parts, _text(width - 8, 18, "plan: X, Y in mm", "end", "title")])
+    return svg_of(width, height, [*parts, text_of(width - 8, 18, "plan: X, Y in mm", "end",
+                                                  "title")])
 
 
 def depth(way: Outline, trail: Sequence[Place], place: Place) -> str:
@@ -117,7 +124,8 @@ def depth(way: Outline, trail: Sequence[Place], place: Place) -> str:
                      f'height="{at(min(gone)) - at(0):.1f}"/>')
     for value in ticks(low, high, 7):
         parts += [f'<line class="grid" x1="{edge}" x2="{width - 6}" y1="{at(value):.1f}" '
-                  f'y2="{at(value):.1f}"/>', _text(edge - 5, at(value) + 4, _number(value), "end")]
+                  f'y2="{at(value):.1f}"/>',
+                  text_of(edge - 5, at(value) + 4, number_of(value), "end")]
     if planned and min(planned) < 0:
         goal = at(min(planned))
         parts.append(f'<line class="goal" x1="{edge}" x2="{width - 6}" y1="{goal:.1f}" '
@@ -125,7 +133,7 @@ def depth(way: Outline, trail: Sequence[Place], place: Place) -> str:
     tip = at(here)
     parts.append(f'<path class="electrode" d="M{edge + 22} {min(20.0, tip - 8):.1f}H{edge + 78}'
                  f'V{tip:.1f}H{edge + 22}Z"/>')
-    return _svg(width, height, [*parts, _text(width - 8, 16, "depth: Z in mm", "end", "title")])
+    return svg_of(width, height, [*parts, text_of(width - 8, 16, "depth: Z in mm", "end", "title")])
 
 
 def strip(samples: Sequence[Sample], wire: bool) -> str:
@@ -151,17 +159,17 @@ def strip(samples: Sequence[Sample], wire: bool) -> str:
         for value in values:
             parts.append(f'<line class="grid" x1="{edge}" x2="{width - right}" y1="{y(value):.1f}" '
                          f'y2="{y(value):.1f}"/>')
-            parts.append(_text(edge - 5, y(value) + 4, _number(value), "end"))
-        parts.append(_text(edge, top - 6, title, "start", "title"))
+            parts.append(text_of(edge - 5, y(value) + 4, number_of(value), "end"))
+        parts.append(text_of(edge, top - 6, title, "start", "title"))
 
     volts = [(one.t, one.volts) for one in shown if one.volts is not None]
     highest = max((v for _, v in volts), default=0.0)
     most = next((end_v for end_v in VOLTS if end_v >= highest), VOLTS[-1])
     axes(22, most, 0.0, "mean gap voltage, V", (0, most / 2, most))
     if volts:
-        parts.append(_line(((at(t), 82 - min(v, most) / most * 60) for t, v in volts), "volts"))
+        parts.append(line_of(((at(t), 82 - min(v, most) / most * 60) for t, v in volts), "volts"))
     else:
-        parts.append(_text((edge + width) / 2, 56, "the controller does not tell it", "middle"))
+        parts.append(text_of((edge + width) / 2, 56, "the controller does not tell it", "middle"))
     axes(110, 100.0, 0.0, "pulses by class, %", (0, 50, 100))
     parts += _classes(shown, at)
     values = [one.feed if wire else one.place for one in shown]
@@ -172,12 +180,12 @@ def strip(samples: Sequence[Sample], wire: bool) -> str:
         if after.motion not in (0, 6):
             parts.append(f'<rect class="back" x="{at(before.t):.1f}" y="198" '
                          f'width="{max(1.5, at(after.t) - at(before.t)):.1f}" height="60"/>')
-    parts.append(_line(((at(one.t), 258 - (value - low) / (high - low) * 60)
+    parts.append(line_of(((at(one.t), 258 - (value - low) / (high - low) * 60)
                         for one, value in zip(shown, values, strict=True)), "way"))
     for ago in (30, 20, 10, 0):
-        parts.append(_text(at(end - ago), 274, f"{_number(-ago)} s" if ago else "now",
+        parts.append(text_of(at(end - ago), 274, f"{number_of(-ago)} s" if ago else "now",
                            "end" if not ago else "middle"))
-    return _svg(width, 280, parts)
+    return svg_of(width, 280, parts)
 
 
 def _classes(shown: Sequence[Sample], at: object) -> list[str]:

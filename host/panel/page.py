@@ -17,6 +17,7 @@ from host.panel.heard import FEED_MODES, MOTION, condition_words
 from host.panel.outline import Outline
 from host.panel.session import Session
 from host.panel.tabs import Tabs, field_text, html
+from host.panel.trace import trace
 
 __all__ = ["Page", "build"]
 
@@ -104,6 +105,7 @@ class Page:
             self.depth = None if wire else html().classes("picture").style("flex:1 1 0")
         with ui.element("div").classes("card strips"):
             self.strip = html().classes("picture strip")
+            self.trace = html().classes("picture strip trace").props('data-testid="trace"')
             html('<span><i class="open"></i>open</span><span><i class="good"></i>good</span>'
                  '<span><i class="arc"></i>arc</span><span><i class="short"></i>short</span>'
                  '<span><i class="back"></i>retraction</span>').classes("legend")
@@ -162,6 +164,7 @@ class Page:
             self._show_state()
             self._show_alarm()
             self._show_facts()
+            self._show_trace()
             self._show_pictures()
             self.tabs.show()
 
@@ -266,6 +269,17 @@ class Page:
                 ("armed" if "Armed" in heard.fields else "not armed", "Armed" in heard.fields),
                 ("discharge on" if "S" in on else "discharge off", "S" in on),
                 ("fluid on" if "F" in on else "fluid off", "F" in on))))
+
+    def _show_trace(self) -> None:
+        """The oscilloscope's record, in place of the strips while its tab is open."""
+        scope, shown, share = self.session.scope, self.tabs.scope_shown, self.tabs.scope.share.value
+        if self.changed("trace shown", shown):
+            self.strip.set_visibility(not shown)
+            self.trace.set_visibility(shown)
+        if shown and self.changed("trace", (scope.number, share)):
+            self.trace.set_content(
+                '<p class="soft">The oscilloscope has no record yet: choose a trigger, then Single '
+                "or Run.</p>" if scope.record is None else trace(scope.record, float(share or 1)))
 
     def _show_pictures(self) -> None:
         session, heard = self.session, self.session.heard

@@ -30,6 +30,7 @@ from host.link.link import (
 from host.machines.machine import Machine
 from host.panel.heard import Heard
 from host.panel.outline import Outline, outline
+from host.panel.scoping import Scoping
 from host.panel.sharing import Jog, Sharing
 from host.panel.touching import Touching
 from host.panel.wires import Wire
@@ -46,7 +47,7 @@ SILENT_S = 3.0      # without a status report the connection is lost
 LINES = 20          # that may wait to be sent
 CANCEL = b"\x85"    # grbl's byte that cancels a jog
 ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
-          "touch", "connect")
+          "touch", "connect", "scope", "scope_stop", "scope_force")
 _WATCHES = "This page only watches: take the controls first."
 _REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
@@ -101,6 +102,7 @@ class Session:
         self.machine, self._connect, self._clock = machine, connect, clock
         self.lock = threading.RLock()
         self.sharing = Sharing(clock)
+        self.scope = Scoping()
         self.heard = Heard(Scale(machine.clock_hz, machine.pulses_per_mm))
         self.job: Job | None = None
         self.link = "starting"
@@ -122,6 +124,8 @@ class Session:
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
         self._touch: tuple[str, Touching] | None = None     # its page, and the cycle
         self._typed: str | None = None      # the page that has sent a jog as a line
+        self._of_scope = False      # that line is the oscilloscope's
+        self.scope.forget()
         self._start = False
         self._stop_s: float | None = None   # machine's time when the stop was pressed
         self._asked_s = self._modes_s = self._report_s = self._clock()
@@ -163,8 +167,8 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``touch`` a ``Touching``; the others have no words. What the controller refuses is
-        told by ``notices``.
+        ``Job``, ``touch`` a ``Touching``, ``scope`` a ``Trigger`` and whether to go on; the others
+        have no words. What the controller refuses is told by ``notices``.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -359,6 +363,12 @@ class Session:
             self._wire.arm()
         elif name == "touch":
             self._touch = page, words[0]
+        elif name == "scope":
+            self.scope.arm(words[0], again=words[1])
+        elif name == "scope_stop":
+            self.scope.stop()
+        elif name == "scope_force":
+            self.scope.force()
 
     def _tend_stop(self, now: float) -> None:
         if self._stop_s is None:
@@ -369,6 +379,7 @@ class Session:
             self._stop_s = None
             self._controller.press(RESET)
             self._sent = None
+            self.scope.lost()
             if self.running:
                 self.running = False
                 self.heard.ended = "stopped"
@@ -398,9 +409,7 @@ class Session:
             self._touch = None
             self._controller.press(HOLD)
             self.tell("touching is held: the page that began it has let go of the controls.")
-        elif (self._sent is None or self._sent.answer == "ok") and not self._lines:
-            if self._sent is not None:
-                self._sent = None
+        elif self._sent is None and not self._lines:
             try:
                 line = touching.line()
             except UserError as error:
@@ -424,22 +433,33 @@ class Session:
                 return
             self._sent = None
             self._answered(sent)
+            if self._touch is not None:
+                return      # the next line is the cycle's
         if self._lines:
             self._send(self._lines.popleft())
-        elif now - self._modes_s > MODES_S and self._jog is None and self._stop_s is None:
+        elif self._jog is not None or self._stop_s is not None:
+            return
+        elif now - self._modes_s > MODES_S:
             self._modes_s = now
             self._send(_OWN)
+        elif (line := self.scope.line(now)) is not None:
+            self._send(line)
+            self._of_scope = True
 
     def _send(self, line: str) -> None:
+        self._of_scope = False
         self._sent_said = ""
         self._sent = self._controller.send_line(line)
 
     def _answered(self, sent: Sent) -> None:
         assert sent.answer is not None
+        if self._of_scope:
+            self.scope.answered(sent.answer, self._sent_said, self._clock())
+            return
         if sent.answer == "ok":
             if sent.text.startswith("$") and "=" in sent.text and sent.text[1:2].isdecimal():
                 self._lines.append("$$")
-            if not sent.text.startswith(("$J=", "$$", _OWN)):
+            if self._touch is None and not sent.text.startswith(("$J=", "$$", _OWN)):
                 self.tell(f"{sent.text}: ok")
             return
         if sent.text.startswith("$J="):
@@ -452,6 +472,8 @@ class Session:
 
     def _hear(self, line: str) -> None:
         with self.lock:
+            if self.scope.hear(line):
+                return
             before = self.heard.starts
             volts = None
             if line.startswith("<"):

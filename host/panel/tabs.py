@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from nicegui import events, run, ui
 
 from host.errors import UserError
+from host.panel.scope_tab import ScopeTab
 from host.panel.session import Job, Session
 from host.panel.touch_tab import TouchTab
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
@@ -56,12 +57,13 @@ class Tabs:
         self.page, self.session = page, page.session
         self._values: dict[int, Any] = {}
         with ui.tabs().props("dense no-caps align=justify") as tabs:
-            names = [ui.tab(name)
-                     for name in ("Tape", "Jog", "Touch", "Line", "Settings", "Record")]
+            names = [ui.tab(name) for name in ("Tape", "Jog", "Touch", "Line", "Settings", "Record",
+                                               "Gap")]
+        self.tabs = tabs
         with ui.tab_panels(tabs, value=names[0], animated=False).props("keep-alive"):
             with ui.tab_panel(names[0]):
                 self._tape(tapes)
-            fills = self._jog, self._touch, self._line, self._settings, self._record
+            fills = (self._jog, self._touch, self._line, self._settings, self._record, self._scope)
             for name, fill in zip(names[1:], fills, strict=True):
                 with ui.tab_panel(name):
                     fill()
@@ -220,8 +222,19 @@ class Tabs:
             self.told.set_content("".join(f"<div>{escape(text)}</div>"
                                           for _, text in list(notices)[:-13:-1]))
 
+    # ---- the gap oscilloscope
+
+    def _scope(self) -> None:
+        self.scope = ScopeTab(self.page)
+
+    @property
+    def scope_shown(self) -> bool:
+        """The tab of the oscilloscope is open."""
+        return bool(self.tabs.value == "Gap")
+
     def show(self) -> None:
         """Show what has changed."""
+        self.scope.show()
         self._show_tape()
         self._show_settings()
         self._show_record()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How soon the electrode is clear of a short, from the simulated machine's own record.
 
-The chain of a short begins with the sample that completes it. Its links: the first backward
-command; the electrode turns; the electrode is 20 and 100 um away from where it was at the sample.
+The chain of a short begins with the contact of electrode and work. Its links: the sample that
+completes the short; the last command forwards and the first one backwards; the electrode turns; the
+electrode is 20 and 100 um away from where it was at the sample.
 """
 
 import math
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from host.run.events import Event
 from host.run.workpiece import Columns
 
-__all__ = ["CLEAR_UM", "LINKS", "SAMPLE", "Chain", "alone", "chains", "figures"]
+__all__ = ["CLEAR_UM", "LINKS", "SAMPLE", "Chain", "alone", "chains", "figures", "speeds"]
 
 CLEAR_UM = (20, 100)
 SAMPLE = 2      # clocks from the completing sample to the first row of its short
@@ -24,18 +25,26 @@ LONGEST_S = 0.5  # that a drive is followed
 
 # Name of a link in the summary, its title and its unit.
 LINKS = {
-    "back_us": ("first backward command", "µs"),
-    "turn_ms": ("electrode turns", "ms"),
-    "clear_20_um_ms": ("20 µm clear", "ms"),
-    "clear_100_um_ms": ("100 µm clear", "ms"),
+    "sample_ms": ("contact to completing sample", "ms"),
+    "forward_us": ("sample to last forward command", "µs"),
+    "back_us": ("sample to first backward command", "µs"),
+    "turn_ms": ("sample to electrode turns", "ms"),
+    "clear_20_um_ms": ("sample to 20 µm clear", "ms"),
+    "clear_100_um_ms": ("sample to 100 µm clear", "ms"),
 }
 
 
 @dataclass(frozen=True)
 class Chain:
-    """One short: seconds from its completing sample; None for what was not reached."""
+    """One short: seconds from its completing sample; None for what was not reached.
+
+    ``touched`` is the time before the sample; None if electrode and work did not touch at the
+    sample. ``forward`` is at most ``SAMPLE`` clocks if no pulse came later.
+    """
 
     t: float                    # s, of the sample
+    touched: float | None
+    forward: float | None
     back: float | None
     turn: float | None
     clear: dict[int, float | None]  # by distance in um
@@ -44,13 +53,16 @@ class Chain:
 def chains(shorts: Columns, *, clock_hz: int, pulses_per_mm: float) -> list[Chain]:
     """The chain of every short, from the columns of ``Simulation.shorts``."""
     borders = np.flatnonzero(np.diff(shorts["short"])) + 1
-    rows = zip(*(np.split(shorts[name], borders) for name in ("cycle", "path", "x", "y", "z")),
+    names = "cycle", "contact", "forward", "path", "x", "y", "z"
+    rows = zip(*(np.split(shorts[name], borders) for name in names),
                strict=True) if len(shorts["short"]) else ()
-    return [_chain(cycle, path, np.stack(place, axis=1) * 1000 / pulses_per_mm, clock_hz)
-            for cycle, path, *place in rows]
+    return [_chain(cycle, contact[0], forward, path,
+                   np.stack(place, axis=1) * 1000 / pulses_per_mm, clock_hz)
+            for cycle, contact, forward, path, *place in rows]
 
 
-def _chain(cycle: NDArray[Any], path: NDArray[Any], place: NDArray[Any], clock_hz: int) -> Chain:
+def _chain(cycle: NDArray[Any], contact: float, forward: NDArray[Any], path: NDArray[Any],
+           place: NDArray[Any], clock_hz: int) -> Chain:
     sample = cycle[0] - SAMPLE
     after = (cycle - sample) / clock_hz
     advance = (path - path[0] + 2**31) % 2**32 - 2**31      # the coordinate wraps
@@ -64,8 +76,13 @@ def _chain(cycle: NDArray[Any], path: NDArray[Any], place: NDArray[Any], clock_h
         out = place[reached[0]] - place[0]
         along = place[:reached[0] + 1] @ out
         turn = float(after[len(along) - 1 - along[::-1].argmin()])
-    return Chain(t=float(sample / clock_hz), turn=turn, clear=clear,
-                 back=float(after[backward[0] + 1]) if len(backward) else None)
+    touched = None if contact < 0 else float(max(0, sample - contact) / clock_hz)
+    back = last = None
+    if len(backward):
+        back = float(after[backward[0] + 1])
+        last = float(max(SAMPLE, forward[backward[0] + 1] - sample) / clock_hz)
+    return Chain(t=float(sample / clock_hz), touched=touched, forward=last, back=back, turn=turn,
+                 clear=clear)
 
 
 def _when(after: NDArray[Any], away: NDArray[Any], um: int) -> float | None:
@@ -101,7 +118,7 @@ def alone(axis: dict[str, Any], speed_mm_min: float, tick_s: float) -> dict[int,
     return found
 
 
-def _speeds(events: Iterable[Event]) -> Iterator[float]:
+def speeds(events: Iterable[Event]) -> Iterator[float]:
     """Retraction speed of each short, mm/min."""
     speed = 0.0
     for event in events:
@@ -116,15 +133,18 @@ def figures(found: list[Chain], events: Iterable[Event], axis: dict[str, Any],
     """Figures of each retraction speed of a run, for ``summary.json`` and the report.
 
     Every link has ``median``, ``worst`` and the ``shorts`` that reached it, or None if none did;
-    and for a distance what the ``drive`` takes alone. Only shorts whose retraction began count.
+    and for a distance what the ``drive`` takes alone. Only shorts whose retraction began count. The
+    ``shorts`` of the first link are those at whose sample electrode and work touched.
     """
     by_speed: dict[float, list[Chain]] = {}
-    for one, speed in zip(found, _speeds(events), strict=False):
+    for one, speed in zip(found, speeds(events), strict=False):
         by_speed.setdefault(speed, []).append(one)
     rows = []
     for speed, some in sorted(by_speed.items()):
         own = alone(axis, speed, tick_s)
-        links = {"back_us": _figure([one.back for one in some], 1e6),
+        links = {"sample_ms": _figure([one.touched for one in some], 1e3),
+                 "forward_us": _figure([one.forward for one in some], 1e6),
+                 "back_us": _figure([one.back for one in some], 1e6),
                  "turn_ms": _figure([one.turn for one in some], 1e3)}
         for um in CLEAR_UM:
             figure, drive = _figure([one.clear[um] for one in some], 1e3), own[um]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host import alarms
-from host.errors import ALARM, DONE, REJECTED, UsageError
+from host.errors import ALARM, DONE, REJECTED, UsageError, UserError
 from host.link.link import (
     GREETING,
     HOLD,
@@ -29,16 +29,19 @@ from host.link.link import (
     Link,
     LinkError,
     RefusedError,
+    Sent,
     held_by,
 )
 from host.machines.machine import Machine
 from host.run import events
 from host.run.controller import SAMPLE_S, Controller
 from host.run.events import Event
+from host.scope.acquire import Acquisition
 from host.tape.tape import Tape
 
 ALIVE_S = 1.0      # longest silence of the controller before it is asked for its status,
 ASKED = 3          # so many times: a byte may get lost
+SCOPE_S = 5.0      # longest wait for the rest of a record of the oscilloscope
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
 
@@ -86,6 +89,8 @@ class Run:
     start of its file; without it both position and program zero must have been declared. With
     ``arm`` the run waits until the discharge is armed. ``goes_on`` is called at a programmed stop,
     until it returns True. ``watch`` is called now and then with the run, to show its progress.
+    ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
+    ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (guards of the machine that settings have switched off), and
@@ -103,6 +108,7 @@ class Run:
     arm: bool = True
     goes_on: Callable[[], bool] = lambda: True
     watch: Callable[["Run"], None] = lambda run: None
+    scope: Acquisition | None = None
     events: list[Event] = field(default_factory=list)
     outcome: str | None = None
     alarm: dict[str, Any] | None = None
@@ -117,6 +123,8 @@ class Run:
         self._asked = 0
         self._sampled_s = 0.0
         self._interrupted = self._paused = False
+        self._scope_sent: Sent | None = None
+        self.scope_failed = ""
         self._heard_at: list[tuple[float, float]] = []  # for each event: time heard, its own time
         self.began = False      # the tape has been begun
         # Program zero is the workpiece's.
@@ -145,6 +153,7 @@ class Run:
             self.outcome = "stopped"
             self.link.press(HOLD)
         self._come_to_rest()
+        self._end_scope()
         self._leave()
         return self.outcome
 
@@ -219,12 +228,44 @@ class Run:
         if self._paused and self.goes_on():
             self._paused = False
             self.link.press(RESUME)
+        self._tend_scope()
         self.watch(self)
         return (self.outcome is not None or self._interrupted
                 or (self.until_s is not None and now >= self.until_s))
 
+    def _tend_scope(self) -> None:
+        """Send the next line to the oscilloscope if the last one has been answered."""
+        sent = self._scope_sent
+        if self.scope is None or self.scope_failed or (sent is not None and sent.answer is None):
+            return
+        try:
+            if sent is not None:
+                self._scope_sent = None
+                assert sent.answer is not None
+                self.scope.answered(sent.answer, self._message)
+            line = self.scope.line(self.simulation.time_s())
+        except UserError as error:
+            self.scope_failed = str(error)
+            return
+        if line is not None:
+            self._scope_sent = self.link.send_line(line)
+
+    def _end_scope(self) -> None:
+        """Read a record that has begun; a trigger that has not come is waited for no longer."""
+        if self.scope is None:
+            return
+        end = self.simulation.time_s() + SCOPE_S
+        while (self.scope.record is None and not self.scope_failed
+               and self.scope.state in ("triggered", "full") and self.simulation.time_s() < end):
+            self._tend_scope()
+            self.link.poll(POLL_S)
+        if self.scope.record is None and not self.scope_failed:
+            self.scope_failed = "the trigger has not come."
+
     def _hear(self, line: str) -> None:
         self._heard_s, self._asked = self.simulation.time_s(), 0
+        if self.scope is not None and self.scope.hear(line):
+            return
         if events.is_event(line):
             event = events.parse(line, self.scale)
             self._heard_at.append((self._heard_s, event["t"]))

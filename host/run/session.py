@@ -34,12 +34,16 @@ from host.run.summary import (
     summary_of_unpunched,
 )
 from host.run.workpiece import Columns
+from host.scope.acquire import Acquisition, Trigger
+from host.scope.record import write
+from host.scope.record_at import told
 from host.tape.tape import Tape, decode, is_punched, load, text_of
 from host.terminal import enter_pressed
 from host.words import counted
 
 RUNS = Path("build") / "runs"
-FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html")
+FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html",
+         "scope.csv", "scope.fst")
 # Time between lines of progress if the output is no terminal.
 QUIET_STEP_S = 10.0
 # Entries of a machine's file that a real controller needs too; all others describe the simulation.
@@ -47,18 +51,19 @@ CONTROLLERS = ("kind", "pulses_per_mm", "settings")
 
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
-             mdi: list[str], until_s: float | None, clock_hz: int | None,
+             mdi: list[str], until_s: float | None, clock_hz: int | None, scope: str | None,
              console: Console) -> int:
     """Run a tape on a simulated machine, write its folder, print the result; return the status."""
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
+    wanted = _scope(scope)
     tape = _punched(path, folder, chosen, seed, clock_hz)
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
                                       waves=folder if waves else None)
         began = time.perf_counter()
-        job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s,
+        job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, scope=wanted,
                   watch=Watch(console, status, chosen))
         try:
             _execute(job, folder)
@@ -71,19 +76,20 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
         plan = plan_of(machine_on, chosen, job.offset)
         _write(folder, path, job, trace, summary, plan, chosen.tables)
     _tell(console, summary, folder, chosen.kind)
+    _write_scope(console, job, folder)
     return STATUS_OF[summary["outcome"]]
 
 
 def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path | None,
                 mdi: list[str], until_s: float | None, clock_hz: int | None, at_start: bool,
-                arm: bool, reset: bool, console: Console) -> int:
+                arm: bool, reset: bool, scope: str | None, console: Console) -> int:
     """Run a tape on the controller at a port; otherwise as ``run_tape``.
 
     ``at_start``, ``arm``: see ``Run``. With ``reset`` even a busy controller is reset and used.
     """
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
-    tape = load(path)
+    wanted, tape = _scope(scope), load(path)
     port = Port(url, baud)
     try:
         with console.status("asking the controller who it is") as status:
@@ -93,7 +99,8 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
             controller = Controller(port, chosen, clock_hz=clock_hz, say=say)
             controller.identify(reset=reset)
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
-                      arm=arm, goes_on=Stop(say), watch=Watch(console, status, chosen))
+                      arm=arm, goes_on=Stop(say), scope=wanted,
+                      watch=Watch(console, status, chosen))
             _execute(job, folder)
             status.update("drawing the report")
             trace = columns_of(job, controller)
@@ -103,6 +110,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
     finally:
         port.close()
     _tell(console, summary, folder, chosen.kind)
+    _write_scope(console, job, folder)
     return STATUS_OF[summary["outcome"]]
 
 
@@ -135,6 +143,25 @@ def _checked(folder: Path, mdi: list[str]) -> Path:
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
     return folder
+
+
+def _scope(trigger: str | None) -> Acquisition | None:
+    """The record of the gap that is wanted, if one is."""
+    return None if trigger is None else Acquisition(Trigger.of(trigger))
+
+
+def _write_scope(console: Console, job: Run, folder: Path) -> None:
+    """Write the record of the gap, and tell what is in it, or why there is none."""
+    if job.scope is None:
+        return
+    if job.scope.record is None:
+        console.print(f"  no record of the gap: {job.scope_failed}", style="yellow", markup=False,
+                      soft_wrap=True)
+        return
+    for name in ("scope.csv", "scope.fst"):
+        write(job.scope.record, folder / name)
+    console.print(f"  {folder / 'scope.csv'}: {told(job.scope.record)}", markup=False,
+                  soft_wrap=True)
 
 
 def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: int) -> Tape:

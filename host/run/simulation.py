@@ -7,13 +7,12 @@ from typing import Protocol
 
 from host import door
 from host.errors import UsageError, UserError
-from host.machines.machine import Machine
+from host.machines.machine import CONVERTER_V, Machine
 from host.places import ROOT
 from host.run.workpiece import Columns
 
 Progress = Callable[[str], None]     # called with a sentence before every long step
 
-CONVERTER_V = 100.0  # gap voltage at its full scale
 LOG = ROOT / "build" / "failure.log"
 
 

@@ -16,6 +16,7 @@ from rtl.gap.preset_counter import PresetCounters
 from rtl.gap.reference import References
 from rtl.gap.removal import RemovalDetector
 from rtl.gap.sampler import Sampler
+from rtl.gap.scope import GapScope
 from rtl.gap.short import ShortDetector
 from rtl.motion.motion import STEERING
 from rtl.power.condition import Condition
@@ -24,22 +25,26 @@ __all__ = ["Gap"]
 
 
 class Gap(wiring.Component):
-    """Discriminator, short detector, contact guard, servo, mean voltage, feed modes and fluid.
+    """Discriminator, short detector, contact guard, servo, feed modes, fluid and oscilloscope.
 
     Parameters
     ----------
     registers : mapping of str to wiring.Signature
-        Register blocks ``gap``, ``servo``, ``fluid`` and ``feed`` as on the bus, and those in which
-        a condition is staged.
+        Register blocks ``gap``, ``servo``, ``fluid``, ``feed`` and ``scope`` as on the bus, and
+        those in which a condition is staged.
     clock_hz : int
         Frequency of the clock.
+    scope_depth : int
+        Entries of the oscilloscope (``rtl.gap.scope``); 0 for none.
 
     Members
     -------
-    registers : In(Signature of the four blocks)
+    registers : In(Signature of the five blocks)
         See ``softcore/regmap.py``.
     motion : Out(STEERING)
         Signals to and from the motion.
+    state : In(4), cycle : In(32)
+        State of the retraction, and the clock count, for the oscilloscope.
     condition : In(rtl.power.condition.in_force)
         Words of the condition in force.
     safe, machining, in_position : In(1)
@@ -75,16 +80,19 @@ class Gap(wiring.Component):
         For proofs to look at.
     """
 
-    BLOCKS = ("gap", "servo", "fluid", "feed")
+    BLOCKS = ("gap", "servo", "fluid", "feed", "scope")
 
-    def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int):
+    def __init__(self, *, registers: Mapping[str, wiring.Signature], clock_hz: int,
+                 scope_depth: int = 4096):
         self.clock_hz = clock_hz
+        self.scope = GapScope(depth=scope_depth) if scope_depth else None
         self.short_detector = ShortDetector()
         self.voltage_valid = Signal()
+        self.converted = Signal()   # the converter ran in the last clock: a strobe of it is new
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
-            "motion": Out(STEERING),
+            "motion": Out(STEERING), "state": In(4), "cycle": In(32),
             "condition": In(Condition.in_force(registers)),
             **{name: In(1) for name in (
                 "safe", "machining", "in_position", "waiting", "wanted", "on", "sense", "forget",
@@ -112,7 +120,10 @@ class Gap(wiring.Component):
         self._servo(m, discriminator, short, counters, calculator, discharging)
         self._voltage(m, removal)
         self._feed(m, calculator, removal, short, discharging)
-        self._fluid(m, removal)
+        sampler = self._fluid(m, removal)
+        if self.scope is not None:
+            m.submodules.scope = self.scope
+            self._scope(m, discriminator, short, sampler)
         return m
 
     def _discriminate(self, m, discriminator, references):
@@ -257,10 +268,19 @@ class Gap(wiring.Component):
         ]
 
     def _fluid(self, m, removal):
-        """Converter and fluid detector."""
+        """Converter and fluid detector; return the converter's front end.
+
+        It also runs for the oscilloscope, and then nothing else hears of it.
+        """
         registers = self.registers.fluid
         sampler = Sampler(clock_hz=self.clock_hz)
-        m.submodules.sampler = EnableInserter(registers.control_convert)(sampler)
+        runs = registers.control_convert | (0 if self.scope is None else self.scope.runs)
+        m.submodules.sampler = EnableInserter(runs)(sampler)
+        m.d.sync += self.converted.eq(runs)
+        fault = Signal()    # as it was when the converter ran for others last
+        was = Signal()
+        m.d.comb += fault.eq(Mux(registers.control_convert, sampler.fault, was))
+        m.d.sync += was.eq(fault)
         m.submodules.fluid = fluid = FluidDetector()
         m.d.comb += [
             self.adc_select.eq(sampler.adc_select), self.adc_clock.eq(sampler.adc_clock),
@@ -280,10 +300,38 @@ class Gap(wiring.Component):
             registers.status_class.eq(fluid.class_),
             *(getattr(registers, f"status_{name}").eq(getattr(fluid, name))
               for name in ("measured", "known", "broken_low", "broken_high", "disordered")),
-            registers.status_fault.eq(sampler.fault),
+            registers.status_fault.eq(fault),
         ]
         state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
-                    fluid.disordered, sampler.fault)
+                    fluid.disordered, fault)
         before = Signal(len(state))
         m.d.sync += before.eq(state)
         m.d.comb += self.fluid_news.eq(state != before)
+        return sampler
+
+    def _scope(self, m, discriminator, short, sampler):
+        """The oscilloscope sees what the discriminator sees, and the samples and states."""
+        scope, registers = self.scope, self.registers.scope
+        m.d.comb += [
+            *(getattr(scope, name).eq(getattr(discriminator, name))
+              for name in ("high", "arc", "short", "current", "noise", "on", "sense", "sample",
+                           "sample_sensing", "kind")),
+            scope.voltage.eq(sampler.voltage), scope.voltage_valid.eq(sampler.voltage_valid
+                                                                        & self.converted),
+            scope.shorted.eq(short.shorted), scope.state.eq(self.state),
+            scope.cycle.eq(self.cycle),
+            *(getattr(scope, name).eq(getattr(registers, f"order_{name}")
+                                      & registers.order_strobe)
+              for name in ("arm", "stop", "force")),
+            scope.source.eq(registers.trigger_source), scope.classes.eq(registers.trigger_classes),
+            scope.level.eq(registers.trigger_level), scope.after.eq(registers.after),
+            registers.status_recording.eq(scope.recording), registers.status_count.eq(scope.count),
+            registers.depth.eq(scope.depth), registers.time.eq(scope.time),
+            scope.place.eq(registers.place), scope.choose.eq(registers.place_strobe),
+            scope.following.eq(registers.entry_rest_strobe),
+            *(getattr(registers, f"entry_{name}").eq(getattr(scope.entry, name))
+              for name in ("stamp", "voltage", "sampled", "high", "arc", "short", "current",
+                           "noise", "on", "sense", "pulse")),
+            registers.entry_rest_shorted.eq(scope.entry.shorted),
+            registers.entry_rest_state.eq(scope.entry.state),
+        ]

@@ -318,8 +318,6 @@ class Axis(wiring.Component):
             told.eq((total ^ total[-1].replicate(len(total))) + total[-1]),
             backwards.eq(total[-1]),
         ]
-        driven = Signal()  # the feed-forward moves the axis
-        m.d.sync += driven.eq(self.forward != 0)
         m.d.comb += [
             self.in_position.eq(size <= self.window),
 
@@ -341,7 +339,7 @@ class Axis(wiring.Component):
             supervision.gain.eq(self.gain),
             supervision.size.eq(dac.magnitude),
             supervision.negative.eq(backwards),
-            supervision.standing.eq(self.in_position & ~driven),
+            supervision.standing.eq(self.in_position),
             supervision.fp.eq(self.fp),
             supervision.fp_reverse.eq(self.fp_reverse),
             supervision.a.eq(encoder.a_level),

@@ -66,10 +66,13 @@ class Supervision(wiring.Component):
       at each change of the commanded direction, and when the drive is commanded to stand. At 8192
       pulses a stretch ends whatever its time. So a lost coder is found after some pulses, however
       slow the axis is. A wrong gain setting trips the axis in motion; it never hides a lost coder.
+    * *Edges.* When 512 ticks have passed since 16 pulses were commanded, without a change of the
+      commanded direction and without rest, both phases have an edge in every 64 to 128 pulses that
+      are commanded (up to 191 where a stretch ends after more than 128).
     * *Rate.* In 32 ticks no more than ``fastest`` pulses of either direction come.
 
     When a check fails, a more exact finding replaces it if there is one: ``SILENT``, ``PHASE_A`` or
-    ``PHASE_B`` if both phases, or one, had no edge while 32 pulses were commanded; else ``AGAINST``
+    ``PHASE_B`` if both phases, or one, had no edge while 64 pulses were commanded; else ``AGAINST``
     if more than 16 pulses came against at least 16 commanded.
 
     While ``on`` is low, or after a finding, nothing is checked. All sums are cleared then, and the
@@ -98,7 +101,7 @@ class Supervision(wiring.Component):
     size : In(15), negative : In(1)
         Magnitude and sign of the velocity command, as at the DAC.
     standing : In(1)
-        The axis is in position, and nothing but Er moves it.
+        The axis is in position.
     fp, fp_reverse : In(1)
         Feedback pulse and its direction.
     a, b : In(1)
@@ -122,7 +125,7 @@ class Supervision(wiring.Component):
     LEAST, BEGUN = 7, 4          # log2 of the least pulses of a stretch, and when its time begins
     LONGEST = 13                 # log2 of the pulses after which a stretch ends at any time
     SHARE = 3                    # shift for the bounds of a share, 1/8 and 8 times
-    LIVELY = 5                   # log2 of the pulses commanded without an edge
+    LIVELY = 6                   # log2 of the pulses commanded without an edge
     FRACTION, COARSE = 12, 8     # bits below the pulse of speeds and travels, and of the misfit
     FINER = 8                    # additional ones of Er times the gain
     STEPS = SIZE + 6
@@ -143,6 +146,7 @@ class Supervision(wiring.Component):
         self.way = Signal(self.LONGEST + 1 + self.FRACTION)
         self.back = Signal(signed(self.LONGEST + 2))
         self.side = Signal()
+        self.lively = Signal(2)  # phases with an edge in the last spans
         super().__init__({
             "tick":       In(1),
             "gain":       In(self.GAIN),
@@ -179,7 +183,7 @@ class Supervision(wiring.Component):
         down = speed[-1]
         pace = _size(speed)
         over = self._misfit(m, at, valid, speed, pace, came)
-        fails, against, lively = self._stretch(m, at, valid, pace, down, came)
+        fails, against, lively, silent = self._stretch(m, at, valid, pace, down, came)
         rated = self._rate(m, valid)
 
         found = Signal(Check)
@@ -201,7 +205,7 @@ class Supervision(wiring.Component):
         with m.Elif(self.check == Check.NONE):
             with m.If(rated):
                 m.d.sync += self.check.eq(Check.RATE)
-            with m.Elif(at["judge"] & valid & self.on & (over | fails)):
+            with m.Elif(at["judge"] & valid & self.on & (over | fails | silent)):
                 m.d.sync += self.check.eq(found)
 
         return m
@@ -273,7 +277,7 @@ class Supervision(wiring.Component):
         return excess > self.allowance << self.COARSE
 
     def _stretch(self, m, at, valid, pace, down, came):
-        """Whether the share fails, whether pulses came against, and which phases had edges."""
+        """Share fails, pulses came against, phases with edges, and whether edges are missing."""
         way, back, side = self.way, self.back, self.side  # 2**-12 pulse; pulses in its direction
         time = Signal(self.MEMORY + 1)  # ticks, up to its top bit
         pulses = way[self.FRACTION:]
@@ -299,7 +303,7 @@ class Supervision(wiring.Component):
             m.d.sync += side.eq(down)
 
         # Edges are collected over two spans of so many commanded pulses, so that an edge counts as
-        # missing only after at least one whole span.
+        # missing only after at least one whole span. A span goes on when a new stretch begins.
         phases = Cat(self.a, self.b)
         before = Signal(2)
         fresh, stale = Signal(2, init=0b11), Signal(2, init=0b11)
@@ -310,9 +314,18 @@ class Supervision(wiring.Component):
             m.d.sync += [fresh.eq(0b11), stale.eq(0b11), mark.eq(0)]
         with m.Elif(at["take"] & (pulses[self.LIVELY] != mark)):
             m.d.sync += [fresh.eq(edges), stale.eq(fresh), mark.eq(~mark)]
+        with m.Elif(at["judge"] & ends):
+            m.d.sync += mark.eq(0)
+        lasting = Signal()  # this motion has gone on for the time of a stretch
+        with m.If(~valid | (at["add"] & begins)):
+            m.d.sync += lasting.eq(0)
+        with m.Elif(time[-1]):
+            m.d.sync += lasting.eq(1)
+        lively = self.lively
+        m.d.comb += lively.eq(fresh | stale)
 
         against = (back < -(1 << self.BEGUN)) & pulses[self.BEGUN:].any()
-        return ends & (few | many), against, fresh | stale
+        return ends & (few | many), against, lively, lasting & ~lively.all()
 
     def _rate(self, m, valid):
         """Whether too many pulses came."""

@@ -118,7 +118,6 @@ MOTION = (
          "the feed-forward moves the axis"),
         ("supervision.negative.eq(backwards)", "supervision.negative.eq(negative)",
          "the model of the drive gets what the drive gets"),
-        ("self.in_position & ~driven", "self.in_position", "an axis that is driven does not stand"),
     ),
     *breaks_of(
         "rtl/motion/feed_forward.py", "unit/rtl/test_feed_forward.py",
@@ -190,6 +189,10 @@ MOTION = (
         ("valid & self.on & (over | fails)", "valid & self.on & over", "a share is missing"),
         ("ends & (few | many)", "ends & many", "too few pulses are seen"),
         ("fresh.eq(edges), stale.eq(fresh)", "fresh.eq(edges)", "a phase alone is noticed"),
+        ("(over | fails | silent)", "(over | fails)", "edges are missed before the stretch ends"),
+        ("lasting & ~lively.all()", "~lively.all()", "an axis may start late"),
+        ("m.d.sync += mark.eq(0)\n        lasting", "m.d.sync += mark.eq(mark)\n        lasting",
+         "a span goes on over the end of a stretch"),
         ("with m.If(rated):", "with m.If(0):", "faster than the machine can go"),
         ("excess > self.allowance", "excess > 2 * self.allowance", "the allowance is a bound"),
         ("with m.If(self.clear):\n            m.d.sync += self.check.eq(Check.NONE)",

@@ -44,6 +44,12 @@ SAFETY = (
          "the parity is that of what is written"),
         (".as_unsigned().xor() ^ parity))", ".as_unsigned()[1:].xor() ^ parity))",
          "every bit counts in the parity"),
+        ("m.d.sync += written.eq(1)", "m.d.sync += written.eq(0)", "what was written is read"),
+        ("with m.If(written):", "with m.If(1):", "after a reset the initial value is read"),
+        ("m.d.comb += write.data.eq(self.dat_w[:len(word)])",
+         "m.d.comb += write.data.eq(self.dat_w)", "bits beyond the fields read as zero"),
+        ("m.d.sync += [read.eq(0), kept.eq(0)]", "m.d.sync += read.eq(0)",
+         "a register of the gateware is not read from the memory"),
     ),
     *breaks_of(
         "rtl/safety/arming.py", "unit/rtl/test_arming.py",

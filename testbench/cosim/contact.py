@@ -8,6 +8,7 @@ from host.machines import machine as machines
 from rtl.motion.retraction import State
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number
+from softcore.tables.settings import named
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
 
@@ -18,7 +19,9 @@ WATCHED = ("pp", "completed", "ramp_above", "path_status_state", "path_position"
 CONTACT, TRIP = alarm_number("contact"), alarm_number("trip")
 CONTACT_BIT = numbers()["contact"]
 
-LAG_UM = 200            # of the axes at the start/stop speed: 10 mm/s over a gain of 50 1/s
+START_MM_S = 10         # start/stop speed
+DRIVE_S = 4e-3          # lag of a drive: filter, current loop and speed loop
+SENSED_UM = 4           # way from the touch to the last pulse, at that speed
 BRAKE_MM_S2 = 8000      # of a drive that is disabled
 BEYOND_UM = 50          # ... and so much more
 REST_S = 0.15           # until the axes stand
@@ -44,6 +47,17 @@ def with_hole(hole_mm: float) -> dict:
     return tables
 
 
+def _lag_um():
+    """How far the axes go on behind a command that ends at the start/stop speed.
+
+    By as much as they are behind in the loop as delivered, and with its feed-forward, which ends at
+    once, by the lag of the drive.
+    """
+    share = named("feed_forward").default / 100
+    behind = (1 - share) / named("loop_gain").default
+    return START_MM_S * 1000 * (behind + share * DRIVE_S) + SENSED_UM
+
+
 def _begin(session, *lines):
     """A controller with the gap of the simulated machine, not a forced one."""
     job = Job(session, *lines, watched=WATCHED)
@@ -63,6 +77,15 @@ def _pressed_um(session, hole_mm):
     places = session.positions()
     free_mm = (hole_mm - session.get("wire.diameter_mm")) / 2
     return math.hypot(places["x"], places["y"]) / 10 - 1000 * free_mm
+
+
+def _to_rest(job, hole_mm):
+    """Run until the axes stand; the deepest that the electrode was in the work meanwhile."""
+    deepest = -math.inf
+    for _ in range(round(REST_S * 1000)):
+        job.run(job.session.clock_hz // 1000)
+        deepest = max(deepest, _pressed_um(job.session, hole_mm))
+    return deepest
 
 
 def _check_sensing(job, record, since):
@@ -91,12 +114,11 @@ def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = Fa
     else:
         job.start(_tape(*lines))
     alarm = job.alarm()
-    job.run(round(REST_S * session.clock_hz))
+    pressed = _to_rest(job, hole_mm)
     record = job.collect()
     sample = record.rises("completed")[-1] - 1
     forward = record.rises("pp", sample)
     last = forward[-1] - sample if forward else 0
-    pressed = _pressed_um(session, hole_mm)
     assert not job.told("program_end")
     assert not job.probe("power_control_machining")
     assert alarm["line"] == (0 if by_hand else 2 + len(lines))
@@ -106,7 +128,7 @@ def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = Fa
         assert record.at("path_status_state", session.cycle) == State.HALTED.value
         assert not job.probe("safety_status_safe")
         assert last <= REACTION, last
-        assert pressed <= LAG_UM, pressed
+        assert pressed <= _lag_um(), pressed
         _check_sensing(job, record, sample + REACTION)
     else:
         assert (alarm["code"], highest > FEED_UP) == (TRIP, True), alarm

@@ -198,3 +198,27 @@ def test_the_first_picture_comes_soon_and_a_page_that_is_closed_lets_go_of_the_c
         second.get_by_text("Take the controls").click()
         expect(element(second, "hold")).to_be_enabled()
     assert not complaints
+
+
+def test_the_oscilloscope_shows_a_record_to_every_page(chromium):
+    from playwright.sync_api import expect
+    complaints = []
+    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
+        page, second = (opened(chrome, url, complaints) for _ in range(2))
+        expect(element(page, "state")).to_have_text("Idle")
+        for one in (page, second):
+            one.get_by_role("tab", name="Gap").click()
+            expect(element(one, "trace")).to_contain_text("no record yet")
+        expect(element(page, "scope-single")).to_be_disabled()
+        page.get_by_text("Take the controls").click()
+        element(page, "scope-single").click()   # no short comes: nothing discharges
+        expect(element(second, "scope-state")).to_have_text("Armed: waits for the trigger.")
+        element(page, "scope-force").click()
+        expect(element(second, "scope-facts")).to_contain_text("number 1, 4096 entries")
+        for one in (page, second):
+            expect(element(one, "trace").locator("polyline.volts")).to_be_visible()
+            expect(element(one, "scope-state")).to_have_text("Not armed.")
+        with page.expect_download() as saved:
+            page.get_by_text("Save as gap.csv").click()
+        assert len(Path(saved.value.path()).read_text().splitlines()) == 4097
+    assert not complaints

@@ -3,7 +3,8 @@
 
 A controller is brought into a situation once. Then the cause comes at one phase after the other,
 each in a copy of the simulation. A phase is a random number of clocks after the situation, from a
-range longer than the periods of the pulse train, of the processor's loop and of the watchdog.
+range longer than the periods of the pulse train, of the processor's loop and of the watchdog, and
+at F12 than a stretch of the coder's supervision.
 """
 
 import random
@@ -111,7 +112,7 @@ class Stop:
     ``begin`` reaches the situation. ``act`` makes the cause, and returns its clock if it did not
     come at once. Clocks count from ``since`` (described in ``counted``) to ``stopped``; ``bound``
     is their greatest allowed number at 2 MHz. ``latched`` is the cause that the interlock must
-    name, of ``softcore.tables.causes``; empty for none.
+    name, of ``softcore.tables.causes``; empty for none. The phases are drawn from ``range`` clocks.
     """
 
     name: str
@@ -124,6 +125,7 @@ class Stop:
     since: Callable = lambda record, begun, safe: begun
     stopped: Callable = _safe
     until: str = "all outputs safe"
+    range: int = ROUND
 
     @property
     def longest(self) -> int:
@@ -141,7 +143,8 @@ STOPS = (
     Stop("coder, illegal", "both phases change at once", "the edge", _cut,
          lambda job: jump_between_edges(job.session), "encoder", 9),
     Stop("coder cut, F12", "both lines keep their level", "the cut",
-         _situation("F12", "G01 Z-2 F12"), _force("encoder_cut", 4), "coder", 100_000),
+         _situation("F12", "G01 Z-2 F12"), _force("encoder_cut", 4), "coder", 84_000,
+         range=135_000),
     Stop("coder cut, F300", "both lines keep their level", "the cut", _cut,
          _force("encoder_cut", 4), "coder", 36_000),
     Stop("coder cut, G00", "both lines keep their level", "the cut",
@@ -211,7 +214,8 @@ def _try(job, stop):
 def _measure(begin, stops, count, seed):
     """Figures of stops from one situation."""
     machine = machines.load("sinker")
-    phases = sorted(random.Random(seed).sample(range(ROUND), count))
+    longest = max(stop.range for stop in stops)
+    phases = sorted(random.Random(seed).sample(range(longest), count))
     clocks = {stop: [] for stop in stops}
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=seed,
                     trace=False) as session:

@@ -49,7 +49,6 @@ class Axis:
     following_moving: bool = False
     seen: int = 0  # Er, one clock old
     told: int = 0  # ... with the feed-forward of that clock
-    driven: bool = False
 
     @property
     def resting(self) -> bool:
@@ -69,7 +68,7 @@ class Axis:
         adopt = adopt and safe
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
-            standing=abs(self.seen) <= window and not self.driven, fp=fp,
+            standing=abs(self.seen) <= window, fp=fp,
             a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
             clear=adopt)
 
@@ -86,7 +85,7 @@ class Axis:
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error
-        self.told, self.driven = self.seen + forward, forward != 0
+        self.told = self.seen + forward
         self.counter.tick(pi, fp, adopt)
         if mark is not None:
             self.overshoot.set(self.counter.commanded, mark)

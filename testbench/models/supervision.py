@@ -54,7 +54,8 @@ class Supervision:
     memory: int = 0
     down: bool = False
     stretch: Stretch = field(default_factory=Stretch)
-    odd: bool = False    # the stretch had an odd number of 32 commanded pulses
+    lasting: bool = False  # for the time of a stretch, not always the same one
+    odd: bool = False    # the stretch had an odd number of 64 commanded pulses
     fresh: frozenset = PHASES  # phases with an edge since that has changed,
     stale: frozenset = PHASES  # and between the two changes before
     levels: tuple = (0, 0)
@@ -115,11 +116,13 @@ class Supervision:
         self.memory += -(self.memory // 512) + pace(self.speed) // 16
         bad = pace(self.misfit) - self.memory // 2 > self.allowance * 256
         fails = stretch.fails
+        self.lasting = self.lasting or stretch.ticks >= 512
         if stretch.over:
             self.stretch = Stretch()
-        if not (bad or fails):
-            return None
+            self.odd = False
         silent = PHASES - self.fresh - self.stale
+        if not (bad or fails or (self.lasting and silent)):
+            return None
         if silent:
             return "silent" if silent == PHASES else f"phase {min(silent)}"
         if stretch.came < -16 and stretch.pulses >= 16:
@@ -136,13 +139,13 @@ class Supervision:
             self.misfit = self.memory = 0
             self.stretch = Stretch()
             self.fresh = self.stale = PHASES
-            self.odd = False
+            self.odd = self.lasting = False
         if self.since == WAY:
             self._go()
         if self.since == AGED and self.valid:
             if self.stretch.pulses >= 16:
                 self.stretch.ticks = min(512, self.stretch.ticks + 1)
-            if self.stretch.pulses // 32 % 2 != self.odd:
+            if self.stretch.pulses // 64 % 2 != self.odd:
                 self.odd = not self.odd
                 self.fresh, self.stale = frozenset(edges), fresh
 
@@ -153,7 +156,7 @@ class Supervision:
             self.down = speed < 0
             self.stretch = Stretch()
             self.fresh = self.stale = PHASES
-            self.odd = False
+            self.odd = self.lasting = False
         elif self.valid:
             self.stretch.told += pace(speed)
             self.stretch.came += -self.came if self.down else self.came

@@ -142,7 +142,8 @@ private:
     void follow() {
         const auto value = [this](const Probe* probe) { return read(*probe); };
         shorts.look(
-            station_.clock, value(state_) == STOPPING, value(shorted_) != 0,
+            station_.clock, station_.machine.gap().contact(), value(state_) == STOPPING,
+            value(shorted_) != 0,
             [&] { return value(path_); },
             [this](int axis) { return static_cast<double>(station_.machine.count(axis)); });
     }

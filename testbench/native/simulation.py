@@ -24,7 +24,7 @@ NUMBER = {probe.name: index for index, probe in enumerate(PROBES)}
 COLUMNS = ["cycle", *AXES, *(f"error_{axis}" for axis in AXES), "path", "state", "shorted",
            "open", "ok", "dame", "short", "gap_v", "gap_um", "debris", "removed_mm3"]
 
-SHORTS = ["short", "cycle", "path", *AXES]
+SHORTS = ["short", "cycle", "path", *AXES, "contact", "forward"]
 
 _POINTER, _UNSIGNED = ctypes.c_void_p, ctypes.c_uint64
 _FUNCTIONS = {
@@ -255,9 +255,11 @@ class Simulation(Session):
         """Columns on the way of the electrode after every short that ordered a retraction.
 
         ``short`` number, from 1 on; ``cycle``; ``path`` coordinate; ``x y z`` from the coders,
-        pulses. The first row of a short is of the second clock after its completing sample, the
-        last one of 60 ms later or of the next short. There is a row every 1/16 ms, and one of the
-        first clock that shows a pulse back. Without ``trace`` there is none.
+        pulses; ``contact`` cycle from which on electrode and work touched, ``forward`` cycle of the
+        last pulse forwards so far, each -1 if there is none. The first row of a short is of the
+        second clock after its completing sample, the last one of 60 ms later or of the next short.
+        There is a row every 1/16 ms, and one of the first clock that shows a pulse back. Without
+        ``trace`` there is none.
         """
         if self._shorts is not None:
             return self._shorts

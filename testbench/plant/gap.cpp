@@ -90,13 +90,15 @@ void Gap::fall() {
     enter(State::off, left < FALLEN_V ? 0 : left);
 }
 
-bool Gap::touching() const {
+bool Gap::contact() const {
     if (force_.short_ >= 0)
         return force_.short_ > 0;
-    if (interrupted())
-        return false;
-    return bridged_ || gap_ < p_.gap.contact_um || single_ || shorted_for_a_while();
+    return !interrupted() &&
+           (bridged_ || gap_ < p_.gap.contact_um || shorted_for_a_while());
 }
+
+// `single_` is set only where no short is forced.
+bool Gap::touching() const { return contact() || (single_ && !interrupted()); }
 
 void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
     if (gate_ != Gate::none)

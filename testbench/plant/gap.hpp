@@ -79,6 +79,8 @@ public:
     double fluid_ohm_cm() const { return fluid_; }
     double hazard_per_us() const { return hazard_; }
     bool bridged() const { return bridged_; }
+    // Tool and work touch, or something between them conducts: not for one pulse only.
+    bool contact() const;
     double removed_mm3() const { return removed_; }
     // Volts times clocks since the start.
     double voltage_sum() const { return sum_ + volts_ * static_cast<double>(now_ - since_); }

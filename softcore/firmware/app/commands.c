@@ -15,6 +15,7 @@
 #include "app/override.h"
 #include "app/profile.h"
 #include "app/program.h"
+#include "app/scope.h"
 #include "app/status.h"
 #include "app/touch.h"
 #include "base/alarm.h"
@@ -86,10 +87,8 @@ __attribute__((noinline)) void commands_answer_program(void) {
         watch_between();
         answer(program_answer());
     }
-    if (homing_answers()) {
-        const fault *f = homing_answer();
-        answer(f->code == FAULT_NONE ? 0 : f);
-    }
+    if (homing_answers())
+        answer(homing_answer());
 }
 
 /* Answer a line that was carried out, or keep its refusal for the next step. */
@@ -252,18 +251,6 @@ static void tell_version(void) {
     output_line("[OPT:,%u,%u]", (uint32_t)PATH_LEAD, (uint32_t)STATUS_BYTES);
 }
 
-/* `$G`: modal words in grbl's order. G80 means that no G00 to G03 is active. Feed in mm/min. */
-static void tell_modes(void) {
-    static const uint32_t MOTION[] = {80, 0, 1, 2, 3};
-    const modal *state = execute_state();
-    uint32_t um = state->feed;
-    output_line("[GC:G%u G%u G%u G%u G%u G%u M%u M%u T%u F%u.%u%u%u S%u]", MOTION[state->mode],
-                54 + (uint32_t)state->system, 17 + (uint32_t)state->plane, state->inch ? 20u : 21u,
-                state->incremental ? 91u : 90u, state->servo ? 95u : 94u, state->machining ? 3u : 5u,
-                auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
-                um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
-}
-
 static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
@@ -301,10 +288,9 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             line_open = program_jog(line, length);
         return; /* answered when it has been judged */
     }
-    if (length == 2 && (c == 'H' || c == 'h')) {
-        line_open = homing_begin(&f);
-        if (!line_open)
-            refusal = f;
+    if (says(line, length, "$H")) {
+        refusal = (fault){0};
+        line_open = homing_begin(&refusal);
         return; /* answered at the end of the cycle */
     }
     if (c == 'B') {
@@ -316,6 +302,12 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             answer_with(&f);
         return;
     }
+    if (length > 5 && says(line, 6, "$SCOPE")) {
+        uint32_t first, end;
+        if (!scope_line(line, length, &first, &end, &f) || !end)
+            return answer_with(&f);
+        return listing_begin_scope(first, end);
+    }
     if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
@@ -323,7 +315,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'I' || c == 'i'))
         tell_version();
     else if (length == 2 && (c == 'G' || c == 'g'))
-        tell_modes();
+        status_tell_modes();
     else if (length == 2 && (c == 'N' || c == 'n'))
         output_line("$N0="); /* there are no start-up lines: the machine never moves unasked */
     else if (length == 2 && (c == 'P' || c == 'p'))
@@ -331,7 +323,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $J=line $I $P $L $B $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

@@ -44,7 +44,7 @@ bool homing_answers(void) { return ended; }
 
 const fault *homing_answer(void) {
     ended = false;
-    return &result;
+    return result.code == FAULT_NONE ? 0 : &result;
 }
 
 static void end(void) {

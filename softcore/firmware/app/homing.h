@@ -25,6 +25,6 @@ void homing_stop(void);
 /* The interlock has tripped. True if this was the switch that is looked for. */
 bool homing_takes(unsigned cause, unsigned axes, const int32_t *place);
 
-/* The answer to `$H`, once: 0 before the cycle has ended. */
-const fault *homing_answer(void);
+/* Has the cycle ended, and has its answer to `$H` not been taken? It is 0 or a fault. */
 bool homing_answers(void);
+const fault *homing_answer(void);

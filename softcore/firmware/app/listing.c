@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/listing.h"
 
+#include "app/scope.h"
 #include "base/grbl.h"
 #include "base/settings.h"
 #include "link/output.h"
@@ -55,6 +56,7 @@ bool listing_tell(void) {
     switch (list) {
     case LISTING_VALUES: tell_value(next); break;
     case LISTING_WORDS: tell_words(next); break;
+    case LISTING_SCOPE: next += scope_tell(next, end); return next == end;
     default: output_line("[SETTINGGROUP:%u|0|%s]", next + 1u, SETTINGS_TABLE_GROUPS[next]); break;
     }
     return ++next == end;
@@ -70,4 +72,10 @@ bool listing_begin_one(uint32_t number) {
     next = row;
     end = row + 1;
     return true;
+}
+
+void listing_begin_scope(uint32_t first, uint32_t last) {
+    list = LISTING_SCOPE;
+    next = first;
+    end = last;
 }

@@ -198,6 +198,31 @@ void hal_feed_mode_write(const hal_feed_mode *words);
 void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop, uint32_t share);
 hal_feed_mode_state hal_feed_mode_read(void);
 
+/* The gap oscilloscope; see the block `scope` of the register reference. */
+typedef enum {
+    HAL_SCOPE_NOW, HAL_SCOPE_SHORT, HAL_SCOPE_RETRACTION, HAL_SCOPE_CLASS, HAL_SCOPE_RISE,
+    HAL_SCOPE_FALL
+} hal_scope_source;
+typedef enum { HAL_SCOPE_IDLE, HAL_SCOPE_ARMED, HAL_SCOPE_TRIGGERED, HAL_SCOPE_FULL } hal_scope_recording;
+typedef enum { HAL_SCOPE_STOP, HAL_SCOPE_FORCE } hal_scope_ordered;
+
+typedef struct {
+    hal_scope_source source;
+    uint32_t classes, level, after;         /* bits, code, entries */
+} hal_scope_trigger;
+
+typedef struct {
+    hal_scope_recording recording;
+    uint32_t count, after, time;            /* entries, entries, clock of the trigger (32 bits) */
+} hal_scope_state;
+
+uint32_t hal_scope_depth(void);             /* entries; 0: there is no oscilloscope */
+void hal_scope_arm(const hal_scope_trigger *trigger);
+void hal_scope_order(hal_scope_ordered order);
+hal_scope_state hal_scope_read(void);
+void hal_scope_choose(uint32_t place);      /* the entry that hal_scope_next returns first */
+uint64_t hal_scope_next(void);              /* an entry, 36 bits */
+
 /* The condition. Values given to hal_pulse, hal_supply, hal_references, hal_criteria, hal_presets,
    hal_counting, hal_servo_step and hal_feed_mode_references are staged. They come into force
    together, between two pulses. None of these functions may be called while hal_condition_pending. */

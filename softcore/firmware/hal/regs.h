@@ -617,6 +617,77 @@ _Static_assert(offsetof(condition_regs, status) == 0xc, "");
 #define CONDITION_STATUS_SETTLED_MASK 0x00000400u
 #define CONDITION ((condition_regs *)0x80000b00u)
 
+/* The gap oscilloscope; see ``rtl.gap.scope``. The trigger and ``after`` may change only while it does not run. */
+typedef volatile struct {
+    uint32_t order; /* Orders to it. */
+    uint32_t trigger; /* What is waited for. */
+    uint32_t after; /* Entries that follow the trigger's, less than ``depth``. */
+    const uint32_t status; /* State of it. */
+    const uint32_t depth; /* Size of the ring; 0: this build has no oscilloscope. */
+    const uint32_t time; /* Clock count in the clock after the trigger's. [clock] */
+    uint32_t place; /* Choose an entry to be read, 0 for the oldest. */
+    const uint32_t entry; /* The chosen entry. */
+    const uint32_t entry_rest; /* The rest of the chosen entry. Reading it chooses the next entry. */
+} scope_regs;
+_Static_assert(offsetof(scope_regs, order) == 0x0, "");
+_Static_assert(offsetof(scope_regs, trigger) == 0x4, "");
+_Static_assert(offsetof(scope_regs, after) == 0x8, "");
+_Static_assert(offsetof(scope_regs, status) == 0xc, "");
+_Static_assert(offsetof(scope_regs, depth) == 0x10, "");
+_Static_assert(offsetof(scope_regs, time) == 0x14, "");
+_Static_assert(offsetof(scope_regs, place) == 0x18, "");
+_Static_assert(offsetof(scope_regs, entry) == 0x1c, "");
+_Static_assert(offsetof(scope_regs, entry_rest) == 0x20, "");
+#define SCOPE_ORDER_ARM_SHIFT 0
+#define SCOPE_ORDER_ARM_MASK 0x00000001u
+#define SCOPE_ORDER_STOP_SHIFT 1
+#define SCOPE_ORDER_STOP_MASK 0x00000002u
+#define SCOPE_ORDER_FORCE_SHIFT 2
+#define SCOPE_ORDER_FORCE_MASK 0x00000004u
+#define SCOPE_TRIGGER_SOURCE_SHIFT 0
+#define SCOPE_TRIGGER_SOURCE_MASK 0x00000007u
+#define SCOPE_TRIGGER_CLASSES_SHIFT 3
+#define SCOPE_TRIGGER_CLASSES_MASK 0x000001f8u
+#define SCOPE_TRIGGER_LEVEL_SHIFT 9
+#define SCOPE_TRIGGER_LEVEL_MASK 0x001ffe00u
+#define SCOPE_AFTER_VALUE_SHIFT 0
+#define SCOPE_AFTER_VALUE_MASK 0x0000ffffu
+#define SCOPE_STATUS_RECORDING_SHIFT 0
+#define SCOPE_STATUS_RECORDING_MASK 0x00000003u
+#define SCOPE_STATUS_COUNT_SHIFT 2
+#define SCOPE_STATUS_COUNT_MASK 0x0003fffcu
+#define SCOPE_DEPTH_VALUE_SHIFT 0
+#define SCOPE_DEPTH_VALUE_MASK 0x0000ffffu
+#define SCOPE_PLACE_VALUE_SHIFT 0
+#define SCOPE_PLACE_VALUE_MASK 0x0000ffffu
+#define SCOPE_ENTRY_STAMP_SHIFT 0
+#define SCOPE_ENTRY_STAMP_MASK 0x000001ffu
+#define SCOPE_ENTRY_VOLTAGE_SHIFT 9
+#define SCOPE_ENTRY_VOLTAGE_MASK 0x001ffe00u
+#define SCOPE_ENTRY_SAMPLED_SHIFT 21
+#define SCOPE_ENTRY_SAMPLED_MASK 0x00200000u
+#define SCOPE_ENTRY_HIGH_SHIFT 22
+#define SCOPE_ENTRY_HIGH_MASK 0x00400000u
+#define SCOPE_ENTRY_ARC_SHIFT 23
+#define SCOPE_ENTRY_ARC_MASK 0x00800000u
+#define SCOPE_ENTRY_SHORT_SHIFT 24
+#define SCOPE_ENTRY_SHORT_MASK 0x01000000u
+#define SCOPE_ENTRY_CURRENT_SHIFT 25
+#define SCOPE_ENTRY_CURRENT_MASK 0x02000000u
+#define SCOPE_ENTRY_NOISE_SHIFT 26
+#define SCOPE_ENTRY_NOISE_MASK 0x04000000u
+#define SCOPE_ENTRY_ON_SHIFT 27
+#define SCOPE_ENTRY_ON_MASK 0x08000000u
+#define SCOPE_ENTRY_SENSE_SHIFT 28
+#define SCOPE_ENTRY_SENSE_MASK 0x10000000u
+#define SCOPE_ENTRY_PULSE_SHIFT 29
+#define SCOPE_ENTRY_PULSE_MASK 0xe0000000u
+#define SCOPE_ENTRY_REST_SHORTED_SHIFT 0
+#define SCOPE_ENTRY_REST_SHORTED_MASK 0x00000001u
+#define SCOPE_ENTRY_REST_STATE_SHIFT 1
+#define SCOPE_ENTRY_REST_STATE_MASK 0x0000000eu
+#define SCOPE ((scope_regs *)0x80000b80u)
+
 /* Gap servo by counted pulses; see ``rtl.gap.preset_counter`` and ``rtl.motion.retraction``. */
 typedef volatile struct {
     uint32_t control; /* The servo. */

@@ -27,6 +27,8 @@ static gk_gap gap;
 static uint32_t fluid_state = HAL_FLUID_KNOWN;
 static hal_feed_mode feed_mode;
 static hal_feed_mode_state feed_mode_state;
+static gk_scope scope;          /* the oscilloscope, which a test fills */
+static uint32_t scope_place;
 
 void host_gap_boot(void) {
     level_limit = LEVEL_LIMIT;
@@ -39,6 +41,7 @@ void host_gap_boot(void) {
     fluid_state = HAL_FLUID_KNOWN;
     feed_mode = (hal_feed_mode){0};
     feed_mode_state = (hal_feed_mode_state){0};
+    scope = (gk_scope){.depth = 64};
 }
 
 static void take(void) {
@@ -169,3 +172,23 @@ void hal_sense(uint32_t on, uint32_t off) {
     (void)off;
 }
 void hal_follow(uint32_t clocks) { (void)clocks; }
+
+uint32_t hal_scope_depth(void) { return scope.depth; }
+void hal_scope_arm(const hal_scope_trigger *trigger) {
+    scope.source = trigger->source;
+    scope.classes = trigger->classes;
+    scope.level = trigger->level;
+    scope.after = trigger->after;
+    scope.recording = HAL_SCOPE_ARMED;
+}
+void hal_scope_order(hal_scope_ordered order) {
+    scope.recording = order == HAL_SCOPE_STOP ? HAL_SCOPE_IDLE : HAL_SCOPE_TRIGGERED;
+}
+hal_scope_state hal_scope_read(void) {
+    return (hal_scope_state){.recording = (hal_scope_recording)scope.recording, .count = scope.count,
+                             .after = scope.after, .time = scope.time};
+}
+void hal_scope_choose(uint32_t place) { scope_place = place; }
+uint64_t hal_scope_next(void) { return scope.entries[scope_place++ % GK_SCOPE]; }
+void gk_scope_read(gk_scope *words) { *words = scope; }
+void gk_scope_write(const gk_scope *words) { scope = *words; }

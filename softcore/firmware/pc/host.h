@@ -154,6 +154,15 @@ void gk_fluid(uint32_t flags);      /* of hal_fluid_state */
 /* hal_feed_mode, with the first references after window, and the other words at the end. */
 void gk_feed_mode_read(uint32_t words[14]);
 void gk_mean(uint32_t level);       /* one more mean of the gap voltage was taken */
+/* The oscilloscope: what was written, and what is read. Entries have 36 bits. */
+#define GK_SCOPE 64
+typedef struct {
+    uint32_t depth, source, classes, level, after, recording, count, time;
+    uint64_t entries[GK_SCOPE];
+} gk_scope;
+
+void gk_scope_read(gk_scope *words);
+void gk_scope_write(const gk_scope *words);
 void gk_watch(bool closed, bool asks); /* calls would be too early; its interrupt is pending */
 uint32_t gk_answers(void);      /* answers to that interrupt since boot */
 uint32_t gk_pets(void);         /* watchdog calls in the right order since boot */

@@ -16,7 +16,7 @@ from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 ACK, NAK = 0x06, 0x15
-LOST = "the position is lost: $POSITION=HERE accepts the counted position"
+LOST = "the position is lost: $H finds it, or $POSITION=HERE accepts the counted one"
 
 
 @pytest.fixture

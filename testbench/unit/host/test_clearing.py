@@ -11,9 +11,11 @@ HZ = 2_000_000
 PULSES = 10_000     # of a mm
 AXIS = machines.load("sinker").tables["axis"]
 TICK_S = 8e-6
+NONE = -1.0
 
 
-def way(number, sample, *, down_um=2.0, speed=5.0, turn_s=1e-3, rows=400, wraps=0):
+def way(number, sample, *, down_um=2.0, speed=5.0, turn_s=1e-3, rows=400, wraps=0,
+        touched_s=4e-3, stops_at_once=False):
     """A short: the electrode goes on for some um, turns, and leaves at a speed in mm/s."""
     cycle = sample + SAMPLE + np.arange(rows) * 125.0
     after = (cycle - sample) / HZ
@@ -22,7 +24,10 @@ def way(number, sample, *, down_um=2.0, speed=5.0, turn_s=1e-3, rows=400, wraps=
     z -= z[0]
     path = 1000.0 - np.maximum(0, np.arange(rows) - 3)
     path = (path - wraps + 2**31) % 2**32 - 2**31
+    forward = np.where(np.arange(rows) > 1, cycle[0] + 3, NONE)
     return {"short": np.full(rows, float(number)), "cycle": cycle, "path": path,
+            "contact": np.full(rows, NONE if touched_s is None else sample - touched_s * HZ),
+            "forward": np.full(rows, NONE) if stops_at_once else forward,
             "x": np.zeros(rows), "y": np.zeros(rows), "z": z * PULSES / 1000}
 
 
@@ -35,6 +40,7 @@ def test_every_link_of_a_short():
                       clock_hz=HZ, pulses_per_mm=PULSES)
     assert (one.t, two.t) == (10_000 / HZ, 90_000 / HZ)
     assert one.back == pytest.approx((4 * 125 + SAMPLE) / HZ)
+    assert (one.touched, one.forward) == pytest.approx((4e-3, (SAMPLE + 3) / HZ))
     assert one.turn == pytest.approx(1e-3, abs=0.07e-3)
     assert two.turn == pytest.approx(2e-3, abs=0.07e-3)
     assert one.clear[20] == pytest.approx(1e-3 + 22 / 5000, rel=1e-3)
@@ -45,6 +51,18 @@ def test_every_link_of_a_short():
 def test_a_path_coordinate_may_wrap():
     one, = chains(way(1, 0, wraps=2**31 + 1002), clock_hz=HZ, pulses_per_mm=PULSES)
     assert one.back == pytest.approx((4 * 125 + SAMPLE) / HZ)
+
+
+def test_a_short_without_contact_and_one_after_the_last_pulse_forward():
+    one, = chains(way(1, 10_000, touched_s=None, stops_at_once=True), clock_hz=HZ,
+                  pulses_per_mm=PULSES)
+    assert one.touched is None
+    assert one.forward == SAMPLE / HZ
+    event = [{"event": "retraction_set", "speed": 300.0},
+             {"event": "retraction_start", "cause": "short"}]
+    row, = figures([one], event, AXIS, TICK_S)
+    assert row["sample_ms"] is None
+    assert row["forward_us"] == {"median": 1.0, "worst": 1.0, "shorts": 1}
 
 
 def test_what_was_not_reached_is_unknown():

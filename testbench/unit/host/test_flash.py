@@ -28,7 +28,8 @@ def boards(workdir):
         (folder / "top.bit").write_bytes(BITS)
         (folder / "manifest.json").write_text(json.dumps({
             "bitstream_sha256": hashlib.sha256(BITS).hexdigest(), "build": "0badcafe",
-            "firmware_sha256": "f" * 64}))
+            "firmware_sha256": "f" * 64,
+            "clocks_mhz": {"clk": {"reached": 52.5, "wanted": 50.0}}}))
     return workdir / "boards"
 
 
@@ -131,6 +132,21 @@ def test_a_bitstream_that_is_not_the_manifests_is_not_loaded(boards, loader):
     called = loader()
     (boards / "ulx3s" / "top.bit").write_bytes(b"other")
     with pytest.raises(UserError, match=r"^the bitstream for ulx3s is not the one of its manifest"):
+        load(boards, "ulx3s")
+    assert called() is None
+
+
+def test_a_layout_that_missed_its_clock_is_not_loaded(boards, loader):
+    """A build that fails for its clock leaves its bitstream behind."""
+    called = loader()
+    path = boards / "ulx3s" / "manifest.json"
+    manifest = json.loads(path.read_text())
+    manifest["clocks_mhz"]["clk"]["reached"] = 52.49
+    path.write_text(json.dumps(manifest))
+    with pytest.raises(UserError, match=(
+            r"^the bitstream for ulx3s is not loaded, as it may compute wrong: clock clk reaches "
+            r"52\.4 MHz of the 52\.5 MHz that it needs, 5 % to spare included; gapkeeper build "
+            r"ulx3s tries again\.$")):
         load(boards, "ulx3s")
     assert called() is None
 

@@ -114,10 +114,12 @@ def test_a_plan_is_made_coarser_and_its_wall_found():
 
 def test_page_tells_how_soon_the_electrode_was_clear():
     figure = {"median": 7.11, "worst": 8.22, "shorts": 2}
-    row = {"speed": 300.0, "shorts": 3, "back_us": figure, "turn_ms": None,
+    row = {"speed": 300.0, "shorts": 3, "sample_ms": None, "forward_us": None, "back_us": figure,
+           "turn_ms": None,
            "clear_20_um_ms": figure | {"drive": 6.33}, "clear_100_um_ms": None}
     html = page(clear_of_shorts=[row])
-    assert "first backward command (µs)" in html
+    assert "sample to first backward command (µs)" in html
+    assert "contact to completing sample (ms)" in html
     assert "7.11, 8.22 (6.33)</td>" in html
     assert "7.11, 8.22</td>" in html
     assert "first backward command" not in page()

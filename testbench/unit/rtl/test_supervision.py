@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from rtl.motion.supervision import Check, Supervision, tick_clocks
+from rtl.motion.supervision import TICK_S, Check, Supervision, tick_clocks
 from testbench.models.encoder import CYCLE
 from testbench.models.supervision import CHECKS
 from testbench.models.supervision import Supervision as Model
@@ -80,10 +80,16 @@ class Run:
 
 
 class Loop:
-    """The position loop around a drive, with the supervision."""
+    """The position loop around a drive, with the supervision.
 
-    def __init__(self, drive=None, gain=GAIN):
+    ``window`` and ``offset`` of the drive are in pulses of Er.
+    """
+
+    window, offset = 1, 0
+
+    def __init__(self, drive=None, gain=GAIN, ahead=False):
         self.run, self.drive, self.gain = Run(), drive or Drive(), gain
+        self.ahead = ahead      # with velocity feed-forward
         self.command = 0.0
         self.count = self.fp = 0
 
@@ -93,11 +99,13 @@ class Loop:
         Returns the clocks until a finding, or None.
         """
         for clock in range(ticks * TICK):
-            self.command += (rate(clock // TICK) if callable(rate) else rate) / TICK
+            pace = rate(clock // TICK) if callable(rate) else rate
+            self.command += pace / TICK
             er = math.floor(self.command) - self.count
-            self.run.clock(er=er, gain=self.gain, standing=abs(er) <= 1, fp=self.fp,
+            told = er + round(pace * 2**20 / GAIN) if self.ahead else er
+            self.run.clock(er=told, gain=self.gain, standing=abs(er) <= self.window, fp=self.fp,
                            levels=self.drive.levels)
-            self.fp = self.drive.clock(er)
+            self.fp = self.drive.clock(told + self.offset)
             self.count += self.fp
             if self.run.found != "none":
                 self.run.clock(levels=self.drive.levels)
@@ -186,7 +194,8 @@ def test_a_sound_drive_never_trips(share, lag):
     assert loop.run.compare() == {"none"}
 
 
-FEEDS = {"F0.1": 0.0005, "F12": 0.064, "F300": 1.6, "F1800": 9.6}    # pulses a tick
+# Pulses a tick.
+FEEDS = {"F0.1": 0.0005, "F0.15": 0.0008, "F1": 0.0053, "F12": 0.064, "F300": 1.6, "F1800": 9.6}
 AWAY = 800      # pulses by which the true place may differ from where it would have been
 
 
@@ -207,6 +216,42 @@ def test_a_failing_coder_is_found_in_time(fault, feed):
         fault, {"against", "model", "share"})
     assert abs(drive.way - begun - rate * clocks / TICK) < AWAY
     assert loop.run.compare() == {"none", loop.run.found}
+
+
+@pytest.mark.parametrize(("ahead", "further"), [
+    (True, 0), (True, 1000), (False, 1000),
+    *(pytest.param(ahead, further, marks=pytest.mark.soak)
+      for ahead in (False, True) for further in range(100, 2000, 200))])
+def test_a_cut_coder_is_found_wherever_the_stretch_is(further, ahead):
+    """At F12 a stretch lasts 2000 ticks. The first edge that is missed can be any of it."""
+    loop = Loop(ahead=ahead)
+    assert loop.go(1100 + further, FEEDS["F12"]) is None
+    loop.drive.stuck = dict(zip("ab", loop.drive.levels, strict=True))
+    clocks = loop.go(2000, FEEDS["F12"])
+    assert clocks is not None
+    assert clocks / TICK * TICK_S < 0.042
+    assert loop.run.compare() == {"none", "silent"}
+
+
+@pytest.mark.parametrize(("ahead", "lag", "rate"), [
+    (True, 64, 3.2), *(pytest.param(*one, marks=pytest.mark.soak) for one in (
+        (True, 190, 3.2), (False, 190, 3.2), (False, 64, 9.6)))])
+def test_a_drive_that_starts_and_stops_all_the_time_never_trips(ahead, lag, rate):
+    """With feed-forward at once, without a ramp: the model goes on when the drive stands."""
+    loop = Loop(Drive(1, lag), ahead=ahead)
+    assert loop.go(3000, lambda tick: rate * (tick % 620 < 310)) is None
+    assert loop.run.compare() == {"none"}
+
+
+@pytest.mark.parametrize(("feed", "offset"), [("F1", -9), *(
+    pytest.param(feed, offset, marks=pytest.mark.soak)
+    for feed in ("F0.15", "F1") for offset in (-9, 9))])
+def test_a_slow_axis_may_start_as_late_as_its_offset_makes_it(feed, offset):
+    loop = Loop(ahead=True)
+    loop.window, loop.offset = 10, offset
+    assert loop.go(round(13 / FEEDS[feed]), FEEDS[feed]) is None
+    assert loop.count > 2
+    assert loop.run.compare() == {"none"}
 
 
 @pytest.mark.parametrize("factor", [9, 1 / 9])

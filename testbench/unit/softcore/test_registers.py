@@ -4,7 +4,9 @@
 from dataclasses import replace
 
 import pytest
-from amaranth.hdl import Fragment, Shape
+from amaranth.hdl import Fragment, Module, ResetInserter, Shape
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
 
 from rtl.controller import Controller
 from rtl.power import condition
@@ -138,6 +140,60 @@ def test_bus_follows_the_model(simulate, rng):
                 value = ctx.get(behind(dut, block, register, field))
                 assert value % (1 << field.bits) == model.values[
                     block.name, register.name, field.name]
+
+    simulate(dut, bench, deadline=1)
+
+
+class Restarted(wiring.Component):
+    """The registers' bus, with a reset as by a supply that fails for a moment."""
+
+    restart: In(1)
+    adr: In(10)
+    we: In(1)
+    stb: In(1)
+    dat_w: In(32)
+    dat_r: Out(32)
+
+    def elaborate(self, platform):
+        m = Module()
+        dut = RegisterFile(BLOCKS)
+        m.submodules.dut = ResetInserter(self.restart)(dut)
+        m.d.comb += [dut.adr.eq(self.adr), dut.we.eq(self.we), dut.stb.eq(self.stb),
+                     dut.dat_w.eq(self.dat_w), self.dat_r.eq(dut.dat_r)]
+        return m
+
+
+def test_after_a_reset_every_register_reads_as_its_initial_value(simulate):
+    """The memory behind the registers keeps what was written; a register does not."""
+    dut, model = Restarted(), Model(BLOCKS)
+    addresses = [block.base + register.offset for block in BLOCKS for register in block.registers
+                 if {field.access for field in register.fields} == {"rw"}]
+    assert len(addresses) > 90
+    first = [model.read(address, {}) for address in addresses]
+    assert any(first)
+
+    async def access(ctx, address, word=None):
+        ctx.set(dut.adr, address // 4)
+        ctx.set(dut.we, word is not None)
+        ctx.set(dut.dat_w, word or 0)
+        ctx.set(dut.stb, 1)
+        await ctx.tick()
+        found = ctx.get(dut.dat_r)
+        await ctx.tick()
+        ctx.set(dut.stb, 0)
+        return found
+
+    async def bench(ctx):
+        for word in (0xFFFFFFFF, 0x55555555):
+            assert [await access(ctx, address) for address in addresses] == first
+            for address in addresses:
+                await access(ctx, address, word)
+                model.write(address, word)
+            for address in addresses:
+                assert await access(ctx, address) == model.read(address, {})
+            ctx.set(dut.restart, 1)
+            await ctx.tick()
+            ctx.set(dut.restart, 0)
 
     simulate(dut, bench, deadline=1)
 
