@@ -24,7 +24,7 @@ MACHINE = (
     *breaks_of(
         "softcore/firmware/app/touch.c", TOUCH,
         (" || halt->detail != EVENT_HALT_CONTACT", "", "another halt is an alarm"),
-        ("phase != TOUCH_LOOKS || ", "", "without a touch-off contact is an alarm"),
+        ("phase != TOUCH_LOOKS || halt", "halt", "without a touch-off contact is an alarm"),
         (" || (opens && fresh)", "", "a halt before the gap was seen closed is an alarm"),
         ("fresh ? TOUCH_AT_START", "!fresh ? TOUCH_AT_START", "a way out must begin in contact"),
         ("        path_note_touch();", "        path_note_work(true);",
@@ -134,8 +134,8 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", BOTH,
-        ("    machine_stop();\n    jog_stop();\n    program_abort();\n    machine_take",
-         "    jog_stop();\n    program_abort();\n    machine_take",
+        ("    machine_stop();\n    jog_stop();\n    homing_stop();",
+         "    jog_stop();\n    homing_stop();",
          "after an alarm motion has to be allowed anew"),
         ("    program_abort();\n    machine_take_alarm();", "    machine_take_alarm();",
          "an alarm ends the program"),
@@ -147,8 +147,8 @@ MACHINE = (
          "a machine that moves takes no position"),
         ("    events_drop();\n    path_begin", "    path_begin", "old events are dropped"),
         ("if (open && !rests)", "if (open && rests)", "a reset in motion is an alarm"),
-        (" && !tape_runs();", ";", "a tape that is broken off is told", STATUS),
-        ("    if (open && rests)\n        begin_path();\n", "",
+        (" && !tape_runs() && !homes;", " && !homes;", "a tape that is broken off is told", STATUS),
+        ("    if (open && rests)\n        control_begin_path();\n", "",
          "what is dropped at rest leaves no path", STATUS),
     ),
     *breaks_of(

@@ -185,8 +185,10 @@ MOTION = (
     ),
     *breaks_of(
         "rtl/motion/supervision.py", "unit/rtl/test_supervision.py",
-        ("valid & self.on & (over | fails)", "valid & self.on & fails", "the model bounds Er"),
-        ("valid & self.on & (over | fails)", "valid & self.on & over", "a share is missing"),
+        ("valid & self.on & (over | fails | silent)", "valid & self.on & (fails | silent)",
+         "the model bounds Er"),
+        ("valid & self.on & (over | fails | silent)", "valid & self.on & (over | silent)",
+         "a share is missing"),
         ("ends & (few | many)", "ends & many", "too few pulses are seen"),
         ("fresh.eq(edges), stale.eq(fresh)", "fresh.eq(edges)", "a phase alone is noticed"),
         ("(over | fails | silent)", "(over | fails)", "edges are missed before the stretch ends"),
