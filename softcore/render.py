@@ -227,7 +227,8 @@ def events_header(table: Sequence[Event]) -> str:
                                     ("PHASES", events.PHASES))]
     lines += [f"#define EVENT_{name}_{one.name.upper()} {one.number}"
               for name, choices in (("CAUSE", events.CAUSES), ("REASON", events.REASONS),
-                                    ("PHASE", events.PHASES)) for one in choices]
+                                    ("PHASE", events.PHASES), ("HALT", events.HALTS))
+              for one in choices]
     lines += [f"#define EVENT_SOURCE_{one.name.upper()} '{one.letter}'" for one in events.SOURCES]
     lines += ["", "/* Name of an event on the line, and the form of what follows its place. With",
               "   `_FULL` it has what may be left out, too. */"]

@@ -15,7 +15,7 @@ from testbench.native.flash import Flash
 
 ITEMS = "RLHEQZ"
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
-        "depth series", "planned")
+        "depth series", "planned", "touch")
 STOPS = ("none", "program", "optional", "end")
 STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
 KINDS = ("none", *(event.name for event in numbered()))

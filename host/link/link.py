@@ -85,7 +85,7 @@ NUMBERS = 1 << 16
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
 _DAMAGED_LINE = error_line("line")
 _HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # from the gateware; the firmware's has no text
-_BUSY = {"Run", "Hold"}     # states in which a line may take its time
+_BUSY = {"Run", "Hold", "Home"}     # states in which a line may take its time
 
 
 class LinkError(UserError):

@@ -273,6 +273,30 @@ class Side(Table):
     limit_low_mm: float = _number("mm", (-10_000, -0.1),
         "Place of every axis's lower limit switch, from where the axis started.")
     limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper limit switch.")
+    limit_scatter_um: float = _number("µm", (0, 1000),
+        "Each time, a limit switch is pressed at another place: anywhere, equally likely, in a "
+        "width of this about its own.")
+    limit_hysteresis_um: float = _number("µm", (0, 10_000),
+        "It is released so much further back than it was pressed.")
+
+
+class Work(Table):
+    """What a sinker's electrode can touch: the work's shape, seen by a round electrode.
+
+    The top of the work is where it always is, `initial_gap_um` below the electrode's start. Beside
+    and in a shape the electrode can touch, but not cut: removal is that of an endless work.
+    """
+
+    shape: Literal["plane", "block", "hole", "boss"] = Field(
+        description="`plane`: endless, as far as the axes go. `block`: square, its sides along X "
+        "and Y. `hole`: a round hole in an endless work. `boss`: round, on an endless base.")
+    centre_x_mm: float = _number("mm", (-1000, 1000),
+        "X of the middle of a block, hole or boss, from where the electrode starts.")
+    centre_y_mm: float = _number("mm", (-1000, 1000), "Y of it.")
+    size_mm: float = _number("mm", DIVISOR, "Side of a block; diameter of a hole or boss.")
+    depth_mm: float = _number("mm", DIVISOR,
+        "Depth of a hole; height of a block or boss above what it stands on.")
+    electrode_mm: float = _number("mm", DIVISOR, "Diameter of the electrode, as it touches.")
 
 
 class Cavity(Table):
@@ -398,6 +422,7 @@ class SinkerFile(MachineFile):
         "Height of the electrode above the top of the workpiece when the program starts.")
     gap: SinkerGap
     debris: SinkerDebris
+    work: Work
 
 
 class CavityFile(SinkerFile):
@@ -425,7 +450,8 @@ MACHINES: dict[str, type[MachineFile]] = {"sinker": SinkerFile, "wire": WireFile
 WORDS: dict[str, tuple[str, ...]] = {
     "kind": tuple(MACHINES), "axis.dac": get_args(Axis.model_fields["dac"].annotation),
     **{f"{axis}.output": get_args(Drive.model_fields["output"].annotation) for axis in DRIVES},
-    "stock.kind": get_args(Stock.model_fields["kind"].annotation)}
+    "stock.kind": get_args(Stock.model_fields["kind"].annotation),
+    "work.shape": get_args(Work.model_fields["shape"].annotation)}
 
 
 def entries(model: type[Table], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:

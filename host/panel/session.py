@@ -32,6 +32,7 @@ from host.panel.heard import Heard
 from host.panel.outline import Outline, outline
 from host.panel.scoping import Scoping
 from host.panel.sharing import Jog, Sharing
+from host.panel.touching import Touching
 from host.panel.wires import Wire
 from host.run.events import Scale
 from host.tape.tape import Tape, decode, is_punched, load, text_of
@@ -46,7 +47,7 @@ SILENT_S = 3.0      # without a status report the connection is lost
 LINES = 20          # that may wait to be sent
 CANCEL = b"\x85"    # grbl's byte that cancels a jog
 ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
-          "connect", "scope", "scope_stop", "scope_force")
+          "touch", "connect", "scope", "scope_stop", "scope_force")
 _WATCHES = "This page only watches: take the controls first."
 _REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
@@ -108,6 +109,7 @@ class Session:
         self.notices: deque[tuple[float, str]] = deque(maxlen=200)
         self.running = False        # a tape has been begun and has not ended
         self.simulated = False
+        self.offset: float | None = None    # contact offset, mm, if a touch has calibrated it
         self._thread: threading.Thread | None = None
         self._over = threading.Event()
         self._again = threading.Event()     # connect anew
@@ -120,6 +122,7 @@ class Session:
         self._sent: Sent | None = None
         self._sent_said = ""        # the controller's message since that line was sent
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
+        self._touch: tuple[str, Touching] | None = None     # its page, and the cycle
         self._typed: str | None = None      # the page that has sent a jog as a line
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
@@ -164,8 +167,8 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``scope`` a ``Trigger`` and whether to go on; the others have no words. What the
-        controller refuses is told by ``notices``.
+        ``Job``, ``touch`` a ``Touching``, ``scope`` a ``Trigger`` and whether to go on; the others
+        have no words. What the controller refuses is told by ``notices``.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -204,6 +207,8 @@ class Session:
             if "Armed" not in self.heard.fields:
                 return ('The discharge is not armed: press the button "arm"'
                         f"{' below' if self.simulated else ' at the machine'}.")
+        elif name == "touch" and (self.running or self._touch is not None or state != "Idle"):
+            return f"Touching starts from Idle; the state is {self.heard.state or 'not known'}."
         elif name == "jog" and (self.running or state not in ("Idle", "Jog", "Run")):
             return f"A jog starts from Idle; the state is {self.heard.state or 'not known'}."
         return ""
@@ -317,6 +322,7 @@ class Session:
                 self._carry_out(*self._orders.popleft())
             self._tend_stop(self._wire.time_s())
             self._tend_jog()
+            self._tend_touch()
             self._tend_lines(now)
             if self.running and self.heard.ended:
                 self.running = False
@@ -334,6 +340,7 @@ class Session:
         elif name == "stop":
             self._end_jog()
             self._lines.clear()
+            self._touch = None
             self._start = False
             self._controller.press(HOLD)
             self._stop_s = self._wire.time_s()
@@ -354,6 +361,8 @@ class Session:
             self._start = True
         elif name == "arm":
             self._wire.arm()
+        elif name == "touch":
+            self._touch = page, words[0]
         elif name == "scope":
             self.scope.arm(words[0], again=words[1])
         elif name == "scope_stop":
@@ -391,6 +400,32 @@ class Session:
             self._jog = self._typed = None
             self._controller.realtime(CANCEL)
 
+    def _tend_touch(self) -> None:
+        """Go on with a touching cycle, or hold it if the page that began it has let go."""
+        if self._touch is None:
+            return
+        page, touching = self._touch
+        if self.sharing.holder != page:
+            self._touch = None
+            self._controller.press(HOLD)
+            self.tell("touching is held: the page that began it has let go of the controls.")
+        elif self._sent is None and not self._lines:
+            try:
+                line = touching.line()
+            except UserError as error:
+                self._touch = None
+                self.tell(str(error))
+                return
+            if line is not None:
+                self._send(line)
+                return
+            self._touch = None
+            said, zero = touching.ending()
+            self.tell(said)
+            self.offset = touching.offset if touching.offset is not None else self.offset
+            if zero is not None:
+                self._lines.append(zero)
+
     def _tend_lines(self, now: float) -> None:
         sent = self._sent
         if sent is not None:
@@ -398,6 +433,8 @@ class Session:
                 return
             self._sent = None
             self._answered(sent)
+            if self._touch is not None:
+                return      # the next line is the cycle's
         if self._lines:
             self._send(self._lines.popleft())
         elif self._jog is not None or self._stop_s is not None:
@@ -422,11 +459,12 @@ class Session:
         if sent.answer == "ok":
             if sent.text.startswith("$") and "=" in sent.text and sent.text[1:2].isdecimal():
                 self._lines.append("$$")
-            if not sent.text.startswith(("$J=", "$$", _OWN)):
+            if self._touch is None and not sent.text.startswith(("$J=", "$$", _OWN)):
                 self.tell(f"{sent.text}: ok")
             return
         if sent.text.startswith("$J="):
             self._jog = None
+        self._touch = None      # nothing more of a cycle whose line is refused
         if sent.text != _OWN:
             code = sent.answer.removeprefix("error:")
             known = alarms.refusal(int(code)) if code.isdecimal() else sent.answer
@@ -441,6 +479,8 @@ class Session:
             if line.startswith("<"):
                 self._report_s = self._clock()
                 volts = self._wire.voltage()
+            if self._touch is not None:
+                self._touch[1].hear(line)
             if line.startswith("[MSG:"):
                 self._sent_said = line[5:-1]
             self.heard.hear(line, self._wire.time_s(), volts)

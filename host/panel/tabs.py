@@ -13,6 +13,7 @@ from host.errors import UserError
 from host.panel.frame import Frame
 from host.panel.scope_tab import ScopeTab
 from host.panel.session import Job
+from host.panel.touch_tab import TouchTab
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 
 __all__ = ["Tabs", "field_text", "html"]
@@ -42,13 +43,14 @@ class Tabs:
         self.page, self.session = page, page.session
         self._values: dict[int, Any] = {}
         with ui.tabs().props("dense no-caps align=justify") as tabs:
-            names = [ui.tab(name) for name in ("Tape", "Jog", "Line", "Settings", "Record", "Gap")]
+            names = [ui.tab(name) for name in ("Tape", "Jog", "Touch", "Line", "Settings", "Record",
+                                               "Gap")]
         self.tabs = tabs
         with ui.tab_panels(tabs, value=names[0], animated=False).props("keep-alive"):
             with ui.tab_panel(names[0]):
                 self._tape(tapes)
-            for name, fill in zip(names[1:], (self._jog, self._line, self._settings, self._record,
-                                              self._scope), strict=True):
+            fills = (self._jog, self._touch, self._line, self._settings, self._record, self._scope)
+            for name, fill in zip(names[1:], fills, strict=True):
                 with ui.tab_panel(name):
                     fill()
 
@@ -126,6 +128,11 @@ class Tabs:
     def jog_feed(self) -> float:
         """Speed of a jog, mm/min."""
         return float(self.feed.value or 60)
+
+    # ---- home, and touch
+
+    def _touch(self) -> None:
+        self.touch = TouchTab(self.page)
 
     # ---- lines by hand
 
@@ -217,4 +224,5 @@ class Tabs:
         self._show_tape()
         self._show_settings()
         self._show_record()
+        self.touch.show()
         self.arm.set_visibility(self.session.simulated)

@@ -147,9 +147,10 @@ FAULTS: tuple[Fault, ...] = (
     _fault(123, "command", "block", "a line with $ that is unknown or not in this version",
            "The controller does not have this command.",
            "Use a command of the page [link](link.md).", error=3),
-    _fault(124, "homing", "block", "homing is off: there is none in this version",
-           "`$H` asks for a homing cycle. The controller has none.",
-           "Move to the mark, then send `$POSITION=HERE`.", error=5),
+    _fault(124, "homing", "block", "homing is off",
+           "`$H` asks for a homing cycle, and `${home_order}` names no axis, or an axis has no "
+           "coder.", "Set `${home_order}`; or move to the mark, then send `$POSITION=HERE`.",
+           error=5),
     _fault(130, "feed", "program", "the feed is missing, zero or too high",
            "G01, G02 or G03 has no feed F, or F is above the highest speed.",
            "Give F, up to `${highest_speed_mm_min}` mm/min.", error=22),
@@ -262,6 +263,30 @@ FAULTS: tuple[Fault, ...] = (
            "up the jump axis; an arc never counts as a move away "
            "([contact](guards.md#contact-with-the-discharge-off)). Then check zero and program.",
            spoken=True),
+    _fault(173, "no_touch", "machine", "the end of a touch-off (G38.2) was reached without contact",
+           "The work is further away, the sensing source sees no contact, or the block has the "
+           "wrong axis or sign.", "Check clamping, cables and the sensing source, and give the "
+           "block a longer way. Where no contact is no fault, use G38.3. G38.4 gives the same "
+           "alarm if the electrode still touches at its end; G38.5 does not.", spoken=True,
+           alarm=5),
+    _fault(174, "touches", "machine", "the electrode touches the work before the touch-off begins",
+           "A touch-off (G38.2, G38.3) was asked for in contact: there is no way to measure.",
+           "Send `$X`, move away from the work, and touch off again. G38.4 and G38.5 give the "
+           "same alarm the other way round: the electrode does not touch to begin with.",
+           spoken=True, alarm=4),
+    _fault(175, "home_not_found", "machine", "the reference switch was not found",
+           "The axis has gone half as far again as its travel, or in the slow approach twice the "
+           "pull-off, and its switch was not pressed.",
+           "Check the switch, its wires, the direction `${home_down}`, and the travel "
+           "(`${low_x_um}` to `${high_z_um}`).", spoken=True, alarm=9),
+    _fault(176, "home_not_left", "machine",
+           "the reference switch is still pressed after the pull-off",
+           "The axis has gone the pull-off `${home_pull_off_um}` away from its reference switch. "
+           "The switch sticks, or needs a longer way.",
+           "Send `$X`, jog away from the switch, and set a longer pull-off.", spoken=True, alarm=8),
+    _fault(177, "home_reset", "machine", "reset by the operator during homing",
+           "Ctrl-X came in a homing cycle: the position is not known.",
+           "Send `$H` again.", spoken=True, alarm=6),
     _fault(153, "not_armed", "machine", "the discharge is not armed: press the button ARM at the "
            "machine",
            "After power-on, an alarm, a trip or a reset the discharge is not allowed until "
@@ -271,7 +296,7 @@ FAULTS: tuple[Fault, ...] = (
     _fault(154, "position_lost", "machine",
            "the position is lost; $POSITION=HERE accepts the counted position",
            "After power-on, and after some trips, the counted position may differ from the true "
-           "position of the axes.", "Measure, or find the reference again. Then send "
+           "position of the axes.", "Send `$H`; or measure, then send "
            "`$POSITION=HERE`, and set zero again if it has moved.", spoken=True),
     _fault(155, "guard", "machine", "the controller has found itself damaged",
            "The axes are not at the place to which the path has led them, or the gateware has "

@@ -13,9 +13,13 @@ from typing import Literal
 
 __all__ = ["GRBL_SETTINGS", "SOURCES", "GrblSetting", "Source"]
 
-Source = Literal["constant", "resolution", "speed", "acceleration", "travel"]
-# Source of the value. All but a constant are sent with three decimals, as in grbl.
-SOURCES: tuple[Source, ...] = ("constant", "resolution", "speed", "acceleration", "travel")
+Source = Literal["constant", "on", "number", "resolution", "speed", "acceleration", "travel",
+                 "feed", "length"]
+# Source of the value. ``on`` is 1 if the setting that it follows from is not 0, ``number`` is that
+# setting, ``feed`` and ``length`` are it in mm/min and in um. From ``resolution`` on they are sent
+# with three decimals, as in grbl.
+SOURCES: tuple[Source, ...] = ("constant", "on", "number", "resolution", "speed", "acceleration",
+                               "travel", "feed", "length")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +45,12 @@ def _constant(number: int, title: str, value: int, meaning: str) -> GrblSetting:
                        meaning=meaning)
 
 
+def _homing(number: int, title: str, unit: str, source: Source, follows: str,
+            meaning: str) -> GrblSetting:
+    return GrblSetting(number=number, title=title, unit=unit, source=source, meaning=meaning,
+                       follows=(follows,))
+
+
 GRBL_SETTINGS: tuple[GrblSetting, ...] = (
     _constant(10, "status report, mask", 3,
               "Sum of 1 (reports have `MPos`) and 2 (they have `Bf`). There is no other form of "
@@ -48,7 +58,16 @@ GRBL_SETTINGS: tuple[GrblSetting, ...] = (
     _constant(13, "reports in inches", 0, "Reports are in mm, even under G20."),
     _constant(20, "soft limits", 1, "They are always in force: `${low_x_um}` to `${high_z_um}`."),
     _constant(21, "hard limits", 1, "The limit switches are always in force."),
-    _constant(22, "homing", 0, "There is none: move to the mark, then `$POSITION=HERE`."),
+    _homing(22, "homing", "", "on", "home_order", "`$H` homes the axes of `${home_order}`."),
+    _homing(23, "homing, axes downwards, mask", "", "number", "home_down", "As `${home_down}`."),
+    _homing(24, "homing, slow approach", "mm/min", "feed", "home_slow_mm_min",
+            "As `${home_slow_mm_min}`."),
+    _homing(25, "homing, fast approach", "mm/min", "feed", "home_fast_mm_min",
+            "As `${home_fast_mm_min}`."),
+    _constant(26, "homing, debounce of a switch, ms", 1,
+              "A switch counts as released after 1 ms, and as pressed after two clocks."),
+    _homing(27, "homing, pull-off", "mm", "length", "home_pull_off_um",
+            "As `${home_pull_off_um}`."),
     _constant(32, "laser mode", 0, "There is none."),
     *(GrblSetting(number=100 + k, title=f"resolution of {axis}", unit="step/mm",
                   source="resolution", axis=k,

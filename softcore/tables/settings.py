@@ -312,6 +312,21 @@ SETTINGS: tuple[Setting, ...] = (
            f"The speed along the path is limited so that {axis} goes no faster, on the way back "
            "and in jumps as well. An arc is limited by the slower axis of its plane.")
       for k, axis in enumerate("XYZ")),
+    _set(533, "home_order", "homing: order of axes, 1 X, 2 Y, 3 Z (0 off)", "", (312, 0, 321),
+         "travel", "`$H` homes these axes in this order: each digit names one, at most once. 312 "
+         "is Z, then X, then Y. 0: there is no homing.", guards=False),
+    _set(534, "home_down", "homing: axes whose reference is below, mask", "", (3, 0, 7),
+         "travel", "Axes whose reference is the lower limit switch: the sum of 1 for X, 2 for Y, 4 "
+         "for Z. The others have it at their upper end.", guards=False),
+    _set(535, "home_slow_mm_min", "homing: slow approach", "mm/min", (25, 1, 600), "travel",
+         "Speed of the second approach, which measures, and at which the axis leaves the switch; "
+         "the latter is at most 60.", guards=False),
+    _set(536, "home_fast_mm_min", "homing: fast approach", "mm/min", (500, 1, 60_000), "travel",
+         "Speed of the first approach; at most `${highest_speed_mm_min}`. The axis must be able to "
+         "stop behind the switch from it, with its drive off.", guards=False),
+    _set(537, "home_pull_off_um", "homing: pull-off", "um", (1000, 10, 20_000), "travel",
+         "How far the axis goes away from its reference switch. There it stands at the end of its "
+         "travel: at its soft limit on that side.", guards=False),
 )
 
 

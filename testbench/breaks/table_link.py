@@ -136,7 +136,8 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/app/status.c", STATUS,
-        ("machine_locked() || machine_position_lost())\n        return \"Alarm\"",
+        ("machine_locked() || (machine_position_lost() && !homing_active()))\n"
+         "        return \"Alarm\"",
          "machine_locked())\n        return \"Alarm\"", "a lost position is told", TALK),
         ("machine_position_lost() ? \"|Lost\" : \"\"", "machine_position_lost() ? \"\" : \"\"",
          "a report tells a lost position", f"{TALK} {MACHINE}"),
@@ -216,7 +217,8 @@ LINK = (
          "a locked machine runs no tape"),
         ("work.machining_on && by_hand", "work.machining_on && !by_hand",
          "a line by hand is refused before it does anything", MACHINE),
-        ("        if (!path_at_front() || jog_active())\n            return false; /*",
+        ("        if (!path_at_front() || jog_active() || homing_active())\n"
+         "            return false; /*",
          "        if (at != STAGE_READ)\n"
          "            return false; /*", "a tape waits for the line before it"),
         ("    execute_abort();\n", "", "an abort ends what is carried out",

@@ -11,6 +11,8 @@ STATUS = "unit/firmware/test_status.py"
 APPROACH = "unit/firmware/test_approach.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
+TOUCH = "unit/firmware/test_touch.py"
+HOMING = "unit/firmware/test_homing.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
@@ -18,6 +20,59 @@ MACHINE = (
         "softcore/firmware/app/machine.c", "unit/firmware/test_image_watch.py",
         ("    if (!image_watch_sound(f))\n        return false;\n", "",
          "a machine whose firmware is damaged stays locked"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/touch.c", TOUCH,
+        (" || halt->detail != EVENT_HALT_CONTACT", "", "another halt is an alarm"),
+        ("phase != TOUCH_LOOKS || halt", "halt", "without a touch-off contact is an alarm"),
+        (" || (opens && fresh)", "", "a halt before the gap was seen closed is an alarm"),
+        ("fresh ? TOUCH_AT_START", "!fresh ? TOUCH_AT_START", "a way out must begin in contact"),
+        ("        path_note_touch();", "        path_note_work(true);",
+         "after contact the way away is open, from the other side of a hole, too"),
+        ("? TOUCH_FOUND : TOUCH_AT_START", "? TOUCH_FOUND : TOUCH_FOUND",
+         "contact at the start is an alarm"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/execute.c", TOUCH,
+        ("        begin_path();\n    }\n    touch_tell",
+         "        if (work->stop) begin_path();\n    }\n    touch_tell",
+         "what is left of a touch-off is forgotten"),
+        ("    touch_end();\n    state.side", "    state.side", "a reset ends a touch-off"),
+        ("found == TOUCH_LOOKS && work->touch_needed", "false", "G38.2 needs contact"),
+        ("found == TOUCH_LOOKS ? !arrived() : !events_idle()", "!arrived()",
+         "contact ends a touch-off"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing.c", HOMING,
+        (" || axes != 1u << axis", "", "the switch of another axis is an alarm"),
+        ("cause != (down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)", "cause < CAUSE_LIMIT_LOW",
+         "the switch at the other end is an alarm"),
+        ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
+        ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
+         "a switch that sticks is an alarm"),
+        ("        fail(FAULT_HOME_NOT_FOUND", "        if (slow) fail(FAULT_HOME_NOT_FOUND",
+         "a cycle without a switch ends"),
+        ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
+         "the soft limits follow the frame"),
+        (" - pull_off() - switched", " - pull_off() - hal_axis_command(axis)",
+         "the frame is that of the switch"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/control.c", HOMING,
+        ("    homing_stop();\n", "", "an alarm ends homing"),
+        ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/override.c", TOUCH,
+        (" || touch_now() != TOUCH_NONE", "", "no override scales a touch-off"),
+    ),
+    *breaks_of(
+        "softcore/firmware/interp/touch_words.c", TOUCH,
+        ("c->before->machining || c->p->machining_on", "c->p->machining_on",
+         "a touch-off needs the discharge off"),
+        ("c->before->machining || c->p->machining_on", "c->before->machining",
+         "... in its own block, too"),
+        ("c->p->speed <= most", "c->p->speed", "a touch-off is no faster than the axes can stop"),
     ),
     *breaks_of(
         "softcore/firmware/app/image_watch.c", "unit/firmware/test_image_watch.py",
@@ -79,8 +134,8 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", BOTH,
-        ("    machine_stop();\n    jog_stop();\n    program_abort();\n    machine_take",
-         "    jog_stop();\n    program_abort();\n    machine_take",
+        ("    machine_stop();\n    jog_stop();\n    homing_stop();",
+         "    jog_stop();\n    homing_stop();",
          "after an alarm motion has to be allowed anew"),
         ("    program_abort();\n    machine_take_alarm();", "    machine_take_alarm();",
          "an alarm ends the program"),
@@ -92,8 +147,8 @@ MACHINE = (
          "a machine that moves takes no position"),
         ("    events_drop();\n    path_begin", "    path_begin", "old events are dropped"),
         ("if (open && !rests)", "if (open && rests)", "a reset in motion is an alarm"),
-        (" && !tape_runs();", ";", "a tape that is broken off is told", STATUS),
-        ("    if (open && rests)\n        begin_path();\n", "",
+        (" && !tape_runs() && !homes;", " && !homes;", "a tape that is broken off is told", STATUS),
+        ("    if (open && rests)\n        control_begin_path();\n", "",
          "what is dropped at rest leaves no path", STATUS),
     ),
     *breaks_of(
@@ -198,7 +253,7 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/events.c", PROGRAM,
-        ("    case EVENT_HALT: machine_halted(", "    case EVENT_HALT: if (busy) machine_halted(",
+        ("if (!touch_takes(&r->event))", "if (!touch_takes(&r->event) && busy)",
          "a halt is an alarm"),
         ("        machine_tripped(r->", "        if (busy) machine_tripped(r->",
          "a trip is an alarm"),

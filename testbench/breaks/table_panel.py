@@ -11,7 +11,13 @@ GATE = "unit/host/test_panel_page.py"
 PANEL = (
     *breaks_of(
         "host/panel/session.py", SESSION,
-        ("if self.sharing.holder != page:", "if False:", "a page that watches can touch nothing"),
+        ("if self.sharing.holder != page:\n                return",
+         "if False:\n                return",
+         "a page that watches can touch nothing"),
+        ("if self.sharing.holder != page:\n            self._touch",
+         "if False:\n            self._touch",
+         "a page that lets go of the controls ends its touching",
+         "unit/host/test_panel_touch.py"),
         ("if jog.over or self.sharing.holder != page:", "if jog.over:",
          "a page that lets go of the controls ends its jog"),
         ("            self._controller.realtime(CANCEL)", "            pass",

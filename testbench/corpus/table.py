@@ -55,7 +55,7 @@ REFUSED = {
     "g54_extended.nc": Refusal(3, 1, "there are G54 to G59"),
     "grbl_dwell_in_seconds.gcode": Refusal(3, 4, "seconds are written X"),
     "grbl_inverse_time.gcode": Refusal(3, 1, "inverse time feed (G93)"),
-    "grbl_probe.gcode": Refusal(2, 1, "probing (G38.x)"),
+    "grbl_probe.gcode": Refusal(2, 1, "G38.2 without a feed F"),
     "grbl_reference_unset.gcode": Refusal(3, 1, "store it by G30.1"),
     "grbl_spindle.gcode": Refusal(2, 1, "M03 without a machining condition (C)"),
     "haas_spindle.nc": Refusal(5, 7, "M03 without a machining condition (C)"),

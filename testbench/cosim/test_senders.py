@@ -105,8 +105,8 @@ def test_a_sender_jogs_there_and_ends_a_jog_on_the_way(style):
 def test_a_sender_understands_a_refusal_and_an_alarm(style):
     with sending(style) as sender:
         prepare(sender)
-        for line, number in (("$H", 5), ("$J=G91 X1", 22), ("$C", 3), ("G41 D1", 20),
-                             ("$130=1", 3), ("G38.2 Z-1 F5", 20), ("C900", 133)):
+        for line, number in (("$HX", 3), ("$J=G91 X1", 22), ("$C", 3), ("G41 D1", 20),
+                             ("$130=1", 3), ("G38.1 Z-1 F5", 20), ("C900", 133)):
             assert not sender.ask(line)
             assert sender.errors[-1][1].endswith(f"error:{number}"), line
         sender.send(LONG)

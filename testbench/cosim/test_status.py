@@ -96,7 +96,7 @@ def hand():
         yield Hand(session)
 
 
-@pytest.mark.parametrize("line", ["$130=200", "$H", "G41 D1", "$ES=", "$RESUMED", "#1=2"])
+@pytest.mark.parametrize("line", ["$130=200", "$C", "G41 D1", "$ES=", "$RESUMED", "#1=2"])
 def test_a_refusal_takes_no_longer_than_other_steps(hand, line):
     """Its reason in words is told apart from the work of finding it."""
     def longest():

@@ -14,6 +14,7 @@ enum class XOutput { velocity, step };  // `x.output`
 enum class YOutput { velocity, step };  // `y.output`
 enum class ZOutput { velocity, step };  // `z.output`
 enum class StockKind { solid, wall, circle, rectangle };  // `stock.kind`
+enum class WorkShape { plane, block, hole, boss };  // `work.shape`
 
 struct AxisParameters {
     // Velocity command, as pulses on a pin: `sigma_delta`, whose ripple lies at high frequencies,
@@ -185,6 +186,11 @@ struct SideParameters {
     double limit_low_mm = -300.0;
     // Place of the upper limit switch. [mm]
     double limit_high_mm = 300.0;
+    // Each time, a limit switch is pressed at another place: anywhere, equally likely, in a width
+    // of this about its own. [µm]
+    double limit_scatter_um = 10.0;
+    // It is released so much further back than it was pressed. [µm]
+    double limit_hysteresis_um = 50.0;
 };
 
 struct GapParameters {
@@ -291,6 +297,22 @@ struct DebrisParameters {
     double random_short_us = 100.0;
 };
 
+struct WorkParameters {
+    // `plane`: endless, as far as the axes go. `block`: square, its sides along X and Y. `hole`: a
+    // round hole in an endless work. `boss`: round, on an endless base.
+    double shape = 0;
+    // X of the middle of a block, hole or boss, from where the electrode starts. [mm]
+    double centre_x_mm = 8.0;
+    // Y of it. [mm]
+    double centre_y_mm = -5.0;
+    // Side of a block; diameter of a hole or boss. [mm]
+    double size_mm = 20.0;
+    // Depth of a hole; height of a block or boss above what it stands on. [mm]
+    double depth_mm = 10.0;
+    // Diameter of the electrode, as it touches. [mm]
+    double electrode_mm = 11.284;
+};
+
 struct WireParameters {
     // Diameter. [mm]
     double diameter_mm = 0.2;
@@ -393,6 +415,7 @@ struct MachineParameters {
     SideParameters side;
     GapParameters gap;
     DebrisParameters debris;
+    WorkParameters work;
     WireParameters wire;
     WorkpieceParameters workpiece;
     StockParameters stock;
@@ -476,6 +499,8 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"side.contactor_ms", &p.side.contactor_ms},
         {"side.limit_low_mm", &p.side.limit_low_mm},
         {"side.limit_high_mm", &p.side.limit_high_mm},
+        {"side.limit_scatter_um", &p.side.limit_scatter_um},
+        {"side.limit_hysteresis_um", &p.side.limit_hysteresis_um},
         {"gap.arc_removal", &p.gap.arc_removal},
         {"gap.ignition_debris", &p.gap.ignition_debris},
         {"gap.ignition_power", &p.gap.ignition_power},
@@ -523,6 +548,12 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"debris.random_short_per_us", &p.debris.random_short_per_us},
         {"debris.random_short_um", &p.debris.random_short_um},
         {"debris.random_short_us", &p.debris.random_short_us},
+        {"work.shape", &p.work.shape},
+        {"work.centre_x_mm", &p.work.centre_x_mm},
+        {"work.centre_y_mm", &p.work.centre_y_mm},
+        {"work.size_mm", &p.work.size_mm},
+        {"work.depth_mm", &p.work.depth_mm},
+        {"work.electrode_mm", &p.work.electrode_mm},
         {"wire.diameter_mm", &p.wire.diameter_mm},
         {"wire.crater_us", &p.wire.crater_us},
         {"wire.deflection_um_a", &p.wire.deflection_um_a},

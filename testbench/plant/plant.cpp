@@ -18,7 +18,10 @@ OwnDrive own_drive(const Table& table, double pulses_per_mm) {
 
 Plant::Plant(uint64_t seed)
     : parameters_(by_name(p_)), lines_(seed), sinker_(seed, p_, gap_forces_),
-      wire_(seed, p_, gap_forces_), flash_(seed) {
+      wire_(seed, p_, gap_forces_), flash_(seed), presses_(seed, 7) {
+    for (auto& ends : switches_)
+        for (auto& one : ends)
+            one.share = presses_.uniform() - 0.5;
     auto& p = parameters_;
     p["force.short"] = &gap_forces_.short_;
     p["force.gap_um"] = &gap_forces_.gap_um;
@@ -203,13 +206,27 @@ void Plant::faults() {
                                         static_cast<unsigned>(broken) << Z);
 }
 
+// Is a switch pressed, so far beyond its own place?
+bool Plant::presses(Switch& one, double beyond_um) {
+    const double at_um = one.share * p_.side.limit_scatter_um;
+    if (!one.pressed) {
+        one.pressed = beyond_um > at_um;
+    } else if (beyond_um < at_um - p_.side.limit_hysteresis_um) {
+        one.pressed = false;
+        one.share = presses_.uniform() - 0.5;
+    }
+    return one.pressed;
+}
+
 void Plant::limits() {
     unsigned low = static_cast<unsigned>(force_limit_low_);
     unsigned high = static_cast<unsigned>(force_limit_high_);
     for (int axis = 0; axis < AXES; ++axis) {
         const double place = axes_[axis].position() / p_.pulses_per_mm;
-        low |= static_cast<unsigned>(place < p_.side.limit_low_mm) << axis;
-        high |= static_cast<unsigned>(place > p_.side.limit_high_mm) << axis;
+        const double below_um = (p_.side.limit_low_mm - place) * 1000;
+        const double above_um = (place - p_.side.limit_high_mm) * 1000;
+        low |= static_cast<unsigned>(presses(switches_[axis][0], below_um)) << axis;
+        high |= static_cast<unsigned>(presses(switches_[axis][1], above_um)) << axis;
     }
     limit_low_ = static_cast<uint8_t>(low);
     limit_high_ = static_cast<uint8_t>(high);

@@ -119,11 +119,18 @@ public:
     const std::vector<Auxiliary>& auxiliaries() const { return auxiliaries_; }
 
 private:
+    // A limit switch: where it is pressed the next time, as a share of its scatter.
+    struct Switch {
+        bool pressed = false;
+        double share = 0;
+    };
+
     void configure();
     void tick(const FromController& from);
     void side(const FromController& from);
     void contactor(bool coil);
     void limits();
+    bool presses(Switch& one, double beyond_um);
     void faults();
     void levels();
     double electrode_um() const;
@@ -188,6 +195,8 @@ private:
     uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
     uint8_t arm_ = 0, power_good_ = 1;
+    Random presses_;
+    Switch switches_[AXES][2];  // lower and upper end
     bool powered_ = false;        // the main contactor's contacts are closed
     double fin_wait_us_ = 0, contactor_wait_ms_ = 0;
     std::vector<Auxiliary> auxiliaries_;

@@ -13,7 +13,7 @@ constexpr int STRETCH_SHAPE = 3;
 
 void SinkerGap::start() {
     height_ = p_.initial_gap_um;
-    gap_ = height_ + depth_;
+    gap_ = distance_um({0, 0, height_});
     sides_ = static_cast<MachineKind>(static_cast<int>(p_.kind)) == MachineKind::cavity;
     cavity_.reset(p_.cavity, p_.gap.area_mm2);
     set_hazard();
@@ -43,10 +43,35 @@ double SinkerGap::stretch() {
            (1 + p_.debris.stretch_debris * debris_) * bridges_.gamma(STRETCH_SHAPE);
 }
 
+// From the electrode to the nearest surface of the work, negative inside. The electrode is a
+// cylinder with a flat end.
+double SinkerGap::distance_um(const Place& place) const {
+    const double above = place.height_um + depth_;
+    const auto shape = static_cast<WorkShape>(static_cast<int>(p_.work.shape));
+    if (shape == WorkShape::plane)
+        return above;
+    const double x = place.x_um - p_.work.centre_x_mm * 1000;
+    const double y = place.y_um - p_.work.centre_y_mm * 1000;
+    const double half = p_.work.size_mm * 500, radius = p_.work.electrode_mm * 500;
+    double beside = 0;  // between the electrode's side and that of the shape, seen from above
+    if (shape == WorkShape::block) {
+        const double over_x = std::abs(x) - half, over_y = std::abs(y) - half;
+        beside = std::hypot(std::max(over_x, 0.0), std::max(over_y, 0.0)) +
+                 std::min(std::max(over_x, over_y), 0.0) - radius;
+    } else {
+        const double off = std::hypot(x, y) - half;
+        beside = (shape == WorkShape::hole ? -off : off) - radius;
+    }
+    const double base = above + p_.work.depth_mm * 1000;
+    if (above >= 0)
+        return std::min(base, std::hypot(std::max(beside, 0.0), above));
+    return std::min(base, beside >= 0 ? beside : std::max(above, beside));
+}
+
 void SinkerGap::change(const Place& place, double dt) {
     const double lift = place.height_um - height_;
     height_ = place.height_um;
-    gap_ = or_forced(height_ + depth_, force_.gap_um);
+    gap_ = or_forced(distance_um(place), force_.gap_um);
 
     // Removal is accelerated. So are processes per unit of removal: flushing, growth of bridges.
     // Pumping by the moving electrode is not, as it depends on distance.

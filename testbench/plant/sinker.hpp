@@ -25,6 +25,7 @@ protected:
 
 private:
     double stretch();
+    double distance_um(const Place& place) const;
 
     double height_ = 0, depth_ = 0;
     bool sides_ = false;

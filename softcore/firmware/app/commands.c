@@ -5,6 +5,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/homing.h"
 #include "app/image_watch.h"
 #include "app/jog.h"
 #include "app/jogging.h"
@@ -17,6 +18,7 @@
 #include "app/program.h"
 #include "app/scope.h"
 #include "app/status.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
 #include "base/settings.h"
@@ -86,6 +88,8 @@ __attribute__((noinline)) void commands_answer_program(void) {
         watch_between();
         answer(program_answer());
     }
+    if (homing_answers())
+        answer(homing_answer());
 }
 
 /* Answer a line that was carried out, or keep its refusal for the next step. */
@@ -107,8 +111,7 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
         const char *begin, *says;
         fault_code code;
     } ROWS[] = {
-        {"H", "homing ($H) is not in this version; move to the mark, then $POSITION=HERE",
-         FAULT_HOMING},
+        {"H", "homing is $H: all axes of $533, in that order", FAULT_COMMAND},
         {"J", "a jog begins with $J=", FAULT_COMMAND},
         {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
          FAULT_COMMAND},
@@ -144,7 +147,7 @@ static void resume(fault *f) {
 }
 
 static void retract(fault *f) {
-    if (is_free(f) && !jog_active())
+    if (is_free(f) && !jog_active() && !homing_active())
         machine_retract();
 }
 
@@ -251,18 +254,6 @@ static void tell_version(void) {
     output_line("[OPT:,%u,%u]", (uint32_t)PATH_LEAD, (uint32_t)STATUS_BYTES);
 }
 
-/* `$G`: modal words in grbl's order. G80 means that no G00 to G03 is active. Feed in mm/min. */
-static void tell_modes(void) {
-    static const uint32_t MOTION[] = {80, 0, 1, 2, 3};
-    const modal *state = execute_state();
-    uint32_t um = state->feed;
-    output_line("[GC:G%u G%u G%u G%u G%u G%u M%u M%u T%u F%u.%u%u%u S%u]", MOTION[state->mode],
-                54 + (uint32_t)state->system, 17 + (uint32_t)state->plane, state->inch ? 20u : 21u,
-                state->incremental ? 91u : 90u, state->servo ? 95u : 94u, state->machining ? 3u : 5u,
-                auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
-                um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
-}
-
 static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
@@ -296,6 +287,11 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
             line_open = program_jog(line, length);
         return; /* answered when it has been judged */
     }
+    if (says(line, length, "$H")) {
+        refusal = (fault){0};
+        line_open = homing_begin(&refusal);
+        return; /* answered at the end of the cycle */
+    }
     if (c == 'B')
         return roughing_line(line + 2, length - 2); /* answered when it has been carried out */
     if (length > 3 && says(line, 4, "$ES=")) {
@@ -317,7 +313,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'I' || c == 'i'))
         tell_version();
     else if (length == 2 && (c == 'G' || c == 'g'))
-        tell_modes();
+        status_tell_modes();
     else if (length == 2 && (c == 'N' || c == 'n'))
         output_line("$N0="); /* there are no start-up lines: the machine never moves unasked */
     else if (length == 2 && (c == 'P' || c == 'p'))
@@ -325,7 +321,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -376,7 +372,7 @@ __attribute__((noinline)) static void tell_offset(void) {
         output_line("[G92:%p,%p,%p]", state->offset[0] - origin[0], state->offset[1] - origin[1],
                     state->offset[2] - origin[2]);
         output_line("[TLO:%p]", 0);
-        output_line("[PRB:%p,%p,%p:0]", 0, 0, 0);
+        touch_tell_last();
     } else if (state->wires_given >> (row - OFFSET_WIRES) & 1) {
         output_line("[D%u:%p]", row - OFFSET_WIRES, state->wires[row - OFFSET_WIRES]);
     }

@@ -2,6 +2,7 @@
 #include "app/control.h"
 
 #include "app/events.h"
+#include "app/homing.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -22,11 +23,12 @@ __attribute__((noinline)) void control_take_alarm(void) {
     watch_between();
     machine_stop();
     jog_stop();
+    homing_stop();
     program_abort();
     machine_take_alarm();
 }
 
-static void begin_path(void) {
+void control_begin_path(void) {
     events_drop();
     path_begin();
     meter_path_begins();
@@ -34,12 +36,15 @@ static void begin_path(void) {
 }
 
 void control_reset(void) {
-    bool open = (!path_at_front() || program_running()) && !machine_locked();
+    bool homes = homing_active();
+    bool open = (!path_at_front() || program_running() || homes) && !machine_locked();
     /* As in grbl, Hold:0 is rest: what was entered by hand may be dropped there without an alarm.
        Breaking off a tape always raises one. */
-    bool rests = (machine_held() || program_paused()) && meter_rests() && !tape_runs();
+    bool rests = (machine_held() || program_paused()) && meter_rests() && !tape_runs() && !homes;
     if (open && !rests) {
         fault f = {.code = FAULT_RESET, .text = FAULT_TEXT_RESET};
+        if (homes)
+            f = (fault){.code = FAULT_HOME_RESET, .text = FAULT_TEXT_HOME_RESET};
         alarm_raise(&f);
         control_take_alarm();
     }
@@ -49,12 +54,12 @@ void control_reset(void) {
     program_abort();
     override_end();
     if (open && rests)
-        begin_path();
+        control_begin_path();
 }
 
 void control_end_jog(void) {
     machine_run(false);
-    begin_path();
+    control_begin_path();
     if (!tape_waits())
         (void)machine_hold(false, 0);
 }
@@ -65,7 +70,7 @@ bool control_unlock(fault *f) {
     if (!machine_clear(f))
         return false;
     /* A path that begins here also ends the halted state. */
-    begin_path();
+    control_begin_path();
     machine_free();
     return true;
 }

@@ -9,6 +9,10 @@
    step tells the host. */
 void control_take_alarm(void);
 
+/* Forget the path, and begin a new one where the machine stands. Only at rest, while path pulses are
+   not allowed. */
+void control_begin_path(void);
+
 /* The operator's reset: everything stops. If the machine moves, this raises an alarm. */
 void control_reset(void);
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/events.h"
 
+#include "app/homing.h"
 #include "app/machine.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -227,7 +229,10 @@ static void tell(const record *r) {
     case EVENT_RESUME:
         output_event(EVENT_WORD_RESUME, r->cycle, alarm_line(), r->event.encoder, "");
         break;
-    case EVENT_HALT: machine_halted(r->event.detail, r->cycle, r->event.encoder); break;
+    case EVENT_HALT:
+        if (!touch_takes(&r->event))
+            machine_halted(r->event.detail, r->cycle, r->event.encoder);
+        break;
     case EVENT_SEGMENT:
         entry = *r;
         entered = path_entered_slot(r->event.slot);
@@ -236,7 +241,8 @@ static void tell(const record *r) {
     case EVENT_FLUID_CLASS: tell_fluid(r); break;
     case EVENT_CONDITION: tell_condition(r); break;
     case EVENT_TRIP:
-        machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
+        if (!homing_takes(r->event.detail, r->event.first, r->event.encoder))
+            machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
         break;
     default: break;
     }

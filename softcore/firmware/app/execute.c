@@ -6,6 +6,7 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/text.h"
@@ -29,6 +30,7 @@ typedef enum {
     PART_BOUNDS, PART_TELL,
     PART_DWELL,
     PART_MOVE,
+    PART_TOUCH,         /* wait for contact, or for the end of the way */
     PART_AFTER,         /* wait for the front, if something acts after the motion */
     PART_MACHINING_OFF, PART_FLUID_OFF, PART_STOP, PART_PAUSED, PART_END, PART_DONE
 } part;
@@ -75,6 +77,7 @@ void execute_resynchronise(void) {
 void execute_abort(void) {
     starting = false;
     at = PART_DONE;
+    touch_end();
     state.side = 0;
     sent = false;
     depth_series_drop();
@@ -203,6 +206,10 @@ static part act(void) {
     case ACT_DWELL:
         dwell_end = hal_cycle() + work->dwell;
         return PART_DWELL;
+    case ACT_TOUCH:
+        /* Until the axes have caught up after the motion before, contact would be a trip. */
+        dwell_end = hal_cycle() + settings_lag_clocks();
+        return PART_DWELL;
     case ACT_RETRACTION:
     case ACT_DEFAULTS:
     case ACT_JUMP:
@@ -258,9 +265,43 @@ static part move(fault *f) {
         machine_run(true);
         return PART_MOVE;
     }
+    if (work->act == ACT_TOUCH) {
+        touch_begin(work->touch_away);
+        override_step();
+    }
     path_append(&work->move, units_rate(work->speed), work->rapid, machine_machining());
     plan_copy(&state, &work->after);
     machine_run(true);
+    return work->act == ACT_TOUCH ? PART_TOUCH : work->acts_after ? PART_AFTER : PART_DONE;
+}
+
+/* Forget the path up to here: the rest of a touch-off is never gone. */
+static void begin_path(void) {
+    events_drop();
+    path_begin();
+    meter_path_begins();
+    execute_resynchronise();
+}
+
+/* The end of a touch-off: contact or its end, after which the axes come to rest, or the end of the
+   way. */
+static part touch(fault *f) {
+    touch_phase found = touch_look();
+    if (found == TOUCH_LOOKS ? !arrived() : !events_idle())
+        return PART_TOUCH;
+    if (found != TOUCH_LOOKS) {
+        machine_run(false);
+        if (!meter_rests())
+            return PART_TOUCH;
+        begin_path();
+    }
+    touch_tell();
+    touch_end();
+    override_step();
+    if (found == TOUCH_AT_START)
+        fault_at(f, FAULT_TOUCHES, 0, work->touch_away ? "the electrode does not touch the work before G38.4 or G38.5" : FAULT_TEXT_TOUCHES);
+    else if (found == TOUCH_LOOKS && work->touch_needed)
+        fault_at(f, FAULT_NO_TOUCH, 0, work->touch_away ? "the end of G38.4 was reached, and the electrode still touches" : FAULT_TEXT_NO_TOUCH);
     return work->acts_after ? PART_AFTER : PART_DONE;
 }
 
@@ -345,6 +386,7 @@ static part advance(fault *f) {
         return PART_MOVE;
     case PART_DWELL: return hal_cycle() >= dwell_end ? PART_MOVE : at;
     case PART_MOVE: return move(f);
+    case PART_TOUCH: return touch(f);
     case PART_AFTER:
         if (!arrived())
             return at;
@@ -375,12 +417,14 @@ static part advance(fault *f) {
 execute_result execute_step(fault *f) {
     part was = at;
     at = advance(f);
+    /* The processor must not sleep while it watches the gap itself. */
+    bool watches = at == PART_TOUCH && work->touch_away;
     if (at == PART_DWELL || at == PART_MOVE || at == PART_DONE)
         machine_wait(false);
     if (f->code != FAULT_NONE)
         return EXECUTE_FAULT;
     if (at != PART_DONE)
-        return at == was ? EXECUTE_WAIT : EXECUTE_MORE;
+        return at == was && !watches ? EXECUTE_WAIT : EXECUTE_MORE;
     return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
 }
 

@@ -49,7 +49,7 @@ static void tell_words(unsigned row) {
         const grbl_table_row *one = &GRBL_TABLE_ROWS[row];
         grbl_value(row, value, sizeof value);
         output_line("[SETTING:%u|%u|%s|%s|%s|%s|%s]", (uint32_t)one->number, GROUP_OF_GRBL, one->title,
-                    one->unit, one->source == GRBL_CONSTANT ? WHOLE : DECIMAL, value, value);
+                    one->unit, one->source < GRBL_RESOLUTION ? WHOLE : DECIMAL, value, value);
     } else {
         const settings_table_row *one = &SETTINGS_TABLE_ROWS[row - GRBL_ROWS];
         output_line("[SETTING:%u|%u|%s|%s|" WHOLE "|%u|%u]", (uint32_t)one->number, one->group + 1u,

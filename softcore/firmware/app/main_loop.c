@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/control.h"
 #include "app/events.h"
+#include "app/homing.h"
 #include "app/image_watch.h"
 #include "app/jogging.h"
 #include "app/keep.h"
@@ -83,6 +84,7 @@ void main_loop_boot(void) {
     program_init();
     keep_load_places();
     jogging_init();
+    homing_init();
     roughing_init();
     output_frame(program_offset());
     pet();
@@ -109,7 +111,7 @@ static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
     bool more = work(task);
     if (alarm_raised())
         control_take_alarm();
-    if (program_answers())
+    if (program_answers() || homing_answers())
         commands_answer_program();
     watch_end();
     *now = hal_cycle_low();
@@ -129,6 +131,7 @@ static bool watch_over(unsigned task) {
     motion_watch_step();
     meter_step();
     jogging_step();
+    homing_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};

@@ -3,6 +3,7 @@
 
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/homing.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/override.h"
@@ -149,7 +150,7 @@ static bool tape_starts(void) {
             fail();
             return false;
         }
-        if (!path_at_front() || jog_active())
+        if (!path_at_front() || jog_active() || homing_active())
             return false; /* a line entered by hand still moves the machine */
         if (!execute_start())
             return false;

@@ -2,6 +2,8 @@
 #include "app/status.h"
 
 #include "app/auxiliary.h"
+#include "app/execute.h"
+#include "app/homing.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -28,12 +30,14 @@ void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
 
 bool status_idle(void) {
     return !machine_locked() && !machine_held() && meter_rests() && !machine_machining() &&
-           !program_running() && path_at_front() && !roughing_busy();
+           !program_running() && !homing_active() && path_at_front() && !roughing_busy();
 }
 
 /* State names of grbl. Hold:1: the machine is still coming to rest, or retracts. */
 static const char *state_name(void) {
-    if (machine_locked() || machine_position_lost())
+    if (homing_active() && !machine_held())
+        return "Home";
+    if (machine_locked() || (machine_position_lost() && !homing_active()))
         return "Alarm";
     if (jog_active())
         return "Jog";
@@ -114,6 +118,17 @@ __attribute__((noinline)) void status_tell(void) {
         length = 0;
     }
     }
+}
+
+void status_tell_modes(void) {
+    static const uint32_t MOTION[] = {80, 0, 1, 2, 3};
+    const modal *state = execute_state();
+    uint32_t um = state->feed;
+    output_line("[GC:G%u G%u G%u G%u G%u G%u M%u M%u T%u F%u.%u%u%u S%u]", MOTION[state->mode],
+                54 + (uint32_t)state->system, 17 + (uint32_t)state->plane, state->inch ? 20u : 21u,
+                state->incremental ? 91u : 90u, state->servo ? 95u : 94u, state->machining ? 3u : 5u,
+                auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
+                um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
 }
 
 #ifdef __clang__

@@ -54,6 +54,11 @@ typedef enum {
     FAULT_NO_DISCHARGE = 150,
     FAULT_NO_PROGRESS = 151,
     FAULT_CONTACT = 152,
+    FAULT_NO_TOUCH = 173,
+    FAULT_TOUCHES = 174,
+    FAULT_HOME_NOT_FOUND = 175,
+    FAULT_HOME_NOT_LEFT = 176,
+    FAULT_HOME_RESET = 177,
     FAULT_NOT_ARMED = 153,
     FAULT_POSITION_LOST = 154,
     FAULT_GUARD = 155,
@@ -78,6 +83,16 @@ typedef enum {
     "the servo would go back beyond the retractable limit or the ceiling or the soft limit"
 #define FAULT_TEXT_CONTACT \
     "contact with the discharge off; from here only a move away from the work is possible"
+#define FAULT_TEXT_NO_TOUCH \
+    "the end of a touch-off (G38.2) was reached without contact"
+#define FAULT_TEXT_TOUCHES \
+    "the electrode touches the work before the touch-off begins"
+#define FAULT_TEXT_HOME_NOT_FOUND \
+    "the reference switch was not found"
+#define FAULT_TEXT_HOME_NOT_LEFT \
+    "the reference switch is still pressed after the pull-off"
+#define FAULT_TEXT_HOME_RESET \
+    "reset by the operator during homing"
 #define FAULT_TEXT_NOT_ARMED \
     "the discharge is not armed: press the button ARM at the machine"
 #define FAULT_TEXT_POSITION_LOST \
@@ -111,4 +126,9 @@ typedef enum {
 #define FAULT_ALARMS \
     {FAULT_TRAVEL, 2}, \
     {FAULT_LIMIT, 1}, \
-    {FAULT_RESET, 3}
+    {FAULT_RESET, 3}, \
+    {FAULT_NO_TOUCH, 5}, \
+    {FAULT_TOUCHES, 4}, \
+    {FAULT_HOME_NOT_FOUND, 9}, \
+    {FAULT_HOME_NOT_LEFT, 8}, \
+    {FAULT_HOME_RESET, 6}

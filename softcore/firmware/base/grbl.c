@@ -23,14 +23,19 @@ static uint32_t thousandths(const grbl_table_row *row) {
     case GRBL_RESOLUTION: return settings_axis_resolution(row->value);
     case GRBL_SPEED: return settings_axis_speed(row->value);
     case GRBL_ACCELERATION: return settings_get(SET_ACCELERATION_MM_S2) * 1000;
+    case GRBL_FEED: return settings_get((setting)row->follows[0]) * 1000;
+    case GRBL_LENGTH: return settings_get((setting)row->follows[0]);
     default: return settings_travel_um(row->value);
     }
 }
 
 void grbl_value(unsigned row, char *text, size_t size) {
     const grbl_table_row *one = &GRBL_TABLE_ROWS[row];
-    if (one->source == GRBL_CONSTANT) {
-        text_print(text, size, "%u", (uint32_t)one->value);
+    if (one->source < GRBL_RESOLUTION) {
+        uint32_t number = (uint32_t)one->value;
+        if (one->source != GRBL_CONSTANT)
+            number = settings_get((setting)one->follows[0]);
+        text_print(text, size, "%u", one->source == GRBL_ON ? number != 0 : number);
         return;
     }
     uint32_t value = thousandths(one);

@@ -4,15 +4,19 @@
 
 #include "base/settings_table.h"
 
-#define GRBL_ROWS 18u
+#define GRBL_ROWS 23u
 
 /* Source of a value. All but a constant have three decimals. */
 typedef enum {
     GRBL_CONSTANT,
+    GRBL_ON,
+    GRBL_NUMBER,
     GRBL_RESOLUTION,
     GRBL_SPEED,
     GRBL_ACCELERATION,
     GRBL_TRAVEL,
+    GRBL_FEED,
+    GRBL_LENGTH,
 } grbl_source;
 
 typedef struct {

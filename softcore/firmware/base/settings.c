@@ -15,6 +15,7 @@
 static uint32_t values[SETTINGS];
 static uint32_t edition;
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
+static uint32_t lag_clocks;
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
 static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
@@ -75,8 +76,9 @@ static void apply_motion(void) {
 static void apply_loop(void) {
     gain = units_gain(values[SET_LOOP_GAIN]);
     hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
-    hal_lag_time(at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
-                         (1u << 28) - 1));
+    lag_clocks = at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
+                         (1u << 28) - 1);
+    hal_lag_time(lag_clocks);
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
@@ -288,6 +290,7 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
 #endif
 
 uint32_t settings_start_rate(void) { return start_rate; }
+uint32_t settings_lag_clocks(void) { return lag_clocks; }
 uint32_t settings_acceleration(void) { return acceleration; }
 
 /* Two limits. The acceleration v*v/R; the start/stop speed is always allowed. The deviation: a loop

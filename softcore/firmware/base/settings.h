@@ -56,6 +56,7 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f);
 
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);
+uint32_t settings_lag_clocks(void);  /* until the axes have caught up after a motion */
 uint32_t settings_acceleration(void);
 uint32_t settings_highest_speed(void);  /* um/min */
 uint32_t settings_highest_rate(void);   /* the same as a rate */

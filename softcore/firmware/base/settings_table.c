@@ -176,6 +176,16 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "highest speed of Y (0 no own bound)", "mm/min", 0},
     [SET_HIGHEST_SPEED_Z] = {0, 0, 60000, 532, GROUP_MOTION, true,
         "highest speed of Z (0 no own bound)", "mm/min", 0},
+    [SET_HOME_ORDER] = {312, 0, 321, 533, GROUP_TRAVEL, false,
+        "homing: order of axes, 1 X, 2 Y, 3 Z (0 off)", "", 0},
+    [SET_HOME_DOWN] = {3, 0, 7, 534, GROUP_TRAVEL, false,
+        "homing: axes whose reference is below, mask", "", 0},
+    [SET_HOME_SLOW_MM_MIN] = {25, 1, 600, 535, GROUP_TRAVEL, false,
+        "homing: slow approach", "mm/min", 0},
+    [SET_HOME_FAST_MM_MIN] = {500, 1, 60000, 536, GROUP_TRAVEL, false,
+        "homing: fast approach", "mm/min", 0},
+    [SET_HOME_PULL_OFF_UM] = {1000, 10, 20000, 537, GROUP_TRAVEL, false,
+        "homing: pull-off", "um", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

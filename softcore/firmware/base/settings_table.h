@@ -91,12 +91,17 @@ typedef enum {
     SET_HIGHEST_SPEED_X,
     SET_HIGHEST_SPEED_Y,
     SET_HIGHEST_SPEED_Z,
+    SET_HOME_ORDER,
+    SET_HOME_DOWN,
+    SET_HOME_SLOW_MM_MIN,
+    SET_HOME_FAST_MM_MIN,
+    SET_HOME_PULL_OFF_UM,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 532u
+#define SETTINGS_LAST 537u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

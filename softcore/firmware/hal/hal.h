@@ -303,6 +303,10 @@ bool hal_auxiliary_busy(void);
 bool hal_auxiliary_timed_out(void);     /* reading clears it */
 
 /* Axes. */
+/* Positions are in the machine frame. The gateware counts from power-on; hal_axis_shift moves an
+   axis's frame, so that its present place gets a number higher by so much. Only at rest; the soft
+   limits must then be written again. */
+void hal_axis_shift(unsigned axis, int32_t by);
 int32_t hal_axis_command(unsigned axis);
 int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);

@@ -8,6 +8,16 @@ _Static_assert(HAL_AXES == AXES, "hal.h and the register table disagree on the a
 #define GET(word, field) (((word) & field##_MASK) >> field##_SHIFT)
 #define PUT(value, field) (((uint32_t)(value) << field##_SHIFT) & field##_MASK)
 
+static int32_t frame[HAL_AXES];     /* machine frame less the gateware's count */
+
+/* Positions wrap like the gateware's. */
+static int32_t framed(unsigned axis, int32_t count) {
+    return (int32_t)((uint32_t)count + (uint32_t)frame[axis]);
+}
+static int32_t counted(unsigned axis, int32_t place) {
+    return (int32_t)((uint32_t)place - (uint32_t)frame[axis]);
+}
+
 #define IDENT 0x4b504147u   /* "GAPK", first letter lowest */
 
 /* Numbers of the interrupt registers that LiteX's VexRiscv adds, and the bits of the standard ones. */
@@ -213,9 +223,11 @@ bool hal_event_pop(hal_event *event) {
     event->path = EVENT->path;
     event->first = EVENT->first;
     event->second = EVENT->second;
-    event->encoder[0] = EVENT->x;
-    event->encoder[1] = EVENT->y;
-    event->encoder[2] = EVENT->z;
+    event->encoder[0] = framed(0, EVENT->x);
+    event->encoder[1] = framed(1, EVENT->y);
+    event->encoder[2] = framed(2, EVENT->z);
+    if (event->kind == EVENT_CONDITION && hal_jump_axis() < HAL_AXES)
+        event->first = (uint32_t)framed(hal_jump_axis(), (int32_t)event->first);
     EVENT->pop = 1;
     return true;
 }
@@ -325,7 +337,9 @@ void hal_feed_mode_references(uint32_t no_load, uint32_t voltage, uint32_t drop,
 }
 
 void hal_condition_commit(void) { CONDITION->order = PUT(1, CONDITION_ORDER_COMMIT); }
-void hal_condition_arm(int32_t depth) { CONDITION->depth = depth; }
+void hal_condition_arm(int32_t depth) {
+    CONDITION->depth = hal_jump_axis() < HAL_AXES ? counted(hal_jump_axis(), depth) : depth;
+}
 void hal_condition_disarm(void) { CONDITION->order = PUT(1, CONDITION_ORDER_DISARM); }
 void hal_condition_restart(void) { CONDITION->order = PUT(1, CONDITION_ORDER_RESTART); }
 bool hal_condition_pending(void) { return CONDITION->status & CONDITION_STATUS_PENDING_MASK; }
@@ -423,8 +437,9 @@ bool hal_auxiliary_timed_out(void) {
     return late;
 }
 
-int32_t hal_axis_command(unsigned axis) { return AXIS(axis)->command; }
-int32_t hal_axis_position(unsigned axis) { return AXIS(axis)->position; }
+void hal_axis_shift(unsigned axis, int32_t by) { frame[axis] = framed(axis, by); }
+int32_t hal_axis_command(unsigned axis) { return framed(axis, AXIS(axis)->command); }
+int32_t hal_axis_position(unsigned axis) { return framed(axis, AXIS(axis)->position); }
 int32_t hal_axis_error(unsigned axis) { return AXIS(axis)->error; }
 uint32_t hal_axis_overshoot(unsigned axis) { return AXIS(axis)->overshoot; }
 
@@ -457,8 +472,8 @@ void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t 
 void hal_axis_adopt(unsigned axis) { AXIS(axis)->adopt = 1; }
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
-    AXIS(axis)->low = low;
-    AXIS(axis)->high = high;
+    AXIS(axis)->low = counted(axis, low);
+    AXIS(axis)->high = counted(axis, high);
 }
 
 void hal_axis_gain(unsigned axis, uint32_t gain) { AXIS(axis)->gain = gain; }

@@ -11,6 +11,7 @@
 #include "interp/path_words.h"
 #include "interp/place_words.h"
 #include "interp/retraction_words.h"
+#include "interp/touch_words.h"
 #include "interp/words.h"
 
 /* Compiled for size: this runs seldom, or is short. */
@@ -27,7 +28,8 @@ static const g_row G_ROWS[] = {
     {0, G_MOTION}, {10, G_MOTION}, {20, G_MOTION}, {30, G_MOTION}, {40, G_ONCE}, {100, G_ONCE},
     {170, G_PLANE}, {180, G_PLANE}, {190, G_PLANE}, {200, G_UNITS}, {210, G_UNITS}, {280, G_ONCE},
     {281, G_ONCE}, {300, G_ONCE}, {301, G_ONCE}, {360, G_ONCE}, {370, G_ONCE}, {380, G_ONCE},
-    {390, G_ONCE}, {400, G_WIRE}, {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {500, G_SILENT}, {530, G_FRAME},
+    {382, G_ONCE}, {383, G_ONCE}, {384, G_ONCE}, {385, G_ONCE}, {390, G_ONCE}, {400, G_WIRE},
+    {410, G_WIRE}, {420, G_WIRE}, {490, G_SILENT}, {500, G_SILENT}, {530, G_FRAME},
     {540, G_SYSTEM}, {550, G_SYSTEM}, {560, G_SYSTEM}, {570, G_SYSTEM}, {580, G_SYSTEM},
     {590, G_SYSTEM}, {610, G_SILENT}, {640, G_SILENT}, {690, G_SILENT}, {800, G_SILENT}, {900, G_DISTANCE},
     {910, G_DISTANCE}, {911, G_SILENT}, {920, G_ONCE}, {921, G_ONCE}, {940, G_FEED}, {950, G_FEED},
@@ -62,7 +64,7 @@ static const refused_row REFUSED[] = {
     {922, 923, "G92.2 and G92.3 are not in this version; G92.1 takes back what G92 has set"},
     {930, 930, "inverse time feed (G93) is not in this version; give the feed per minute (G94)"},
     {960, 969, "constant surface speed (G96) is for lathes, and means nothing here"},
-    {381, 389, "probing (G38.x) is not in this version; G38 alone is the periodic jump"},
+    {381, 389, "the touch-off is G38.2 to G38.5; G38 alone is the periodic jump"},
 };
 
 static const g_row *find_code(uint32_t tenths) {
@@ -259,6 +261,10 @@ static bool judge_once(context *c, bool mdi, uint32_t highest_speed, const trave
     case 360: c->p->act = ACT_RETRACTION; return retraction_words_enter(c, mdi, highest_speed, jump_axis);
     case 370: c->p->act = ACT_DEFAULTS; return retraction_words_defaults(c, highest_speed);
     case 380: c->p->act = ACT_JUMP; return retraction_words_jump(c, highest_speed);
+    case 382:
+    case 383:
+    case 384:
+    case 385: return touch_words_take(c, t);
     case 390: c->p->act = ACT_DEPTH_SERIES; return depth_series_words_take(c, jump_axis);
     case 920: c->p->act = ACT_SET_POSITION; return path_words_set_position(c);
     case 921: c->p->act = ACT_SET_POSITION; path_words_forget_position(c); return true;
@@ -314,6 +320,7 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
         (coded && ((p->act < ACT_TABLE && (!judge_condition(&c) || !judge_references(&c))) ||
                    !judge_auxiliary(&c))) ||
         (c.g[G_ONCE] < 0 && !path_words_move(&c, highest_speed, t)) ||
+        (p->act == ACT_TOUCH && !touch_words_check(&c)) ||
         !words_used(&c))
         return false;
     p->move.plane = p->after.plane;

@@ -62,7 +62,7 @@ void plan_edit(modal *state);
 
 typedef enum {
     ACT_NONE, ACT_DWELL, ACT_RETRACTION, ACT_DEFAULTS, ACT_JUMP, ACT_SET_POSITION, ACT_TABLE,
-    ACT_DEPTH_SERIES, ACT_PLANNED
+    ACT_DEPTH_SERIES, ACT_PLANNED, ACT_TOUCH
 } plan_act;
 
 typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
@@ -77,6 +77,8 @@ typedef struct {
     path_move corner;
     uint32_t corner_speed;
     plan_act act;
+    bool touch_needed;              /* of ACT_TOUCH: it is an alarm if it finds nothing */
+    bool touch_away;                /* it looks for the end of contact */
     uint64_t dwell;                 /* clocks */
     bool acts_before, acts_after;   /* something waits for the front, before or after the motion */
     bool changes_condition;

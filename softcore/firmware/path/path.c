@@ -307,6 +307,11 @@ void path_note_work(bool touched) {
         approach_note(in_window(number)->way);
 }
 
+void path_note_touch(void) {
+    if (known && low != high && hal_position() != in_window(current())->start)
+        approach_note(in_window(current())->way);
+}
+
 /* Drop a segment, unless the machine is beyond the new bound: it must not reach a free slot. */
 static bool drop_low(void) {
     int32_t was = bounds[BOUND_BEHIND], now = in_window(low + 1)->start;

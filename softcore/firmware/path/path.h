@@ -44,6 +44,10 @@ void path_override(uint32_t feed, uint32_t rapid);
    before the machine has moved in the segment says nothing about its direction and is ignored. */
 void path_note_work(bool touched);
 
+/* Call when a touch-off has found the work. The present segment's direction is then taken as the one
+   to it, whatever it was: that to the other side of a hole leads away from the first. */
+void path_note_touch(void);
+
 /* Put a retractable limit and a ceiling (machine frame) in force. Only at the front. The search
    back along the path takes several calls: call path_bounds_step until it returns true. */
 void path_set_bounds(uint32_t limit, bool ceiling, int32_t height);

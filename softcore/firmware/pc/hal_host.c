@@ -19,6 +19,7 @@ static uint32_t slot, offset;       /* place in the segment */
 static bool begun;                  /* the first segment has been entered */
 static unsigned entered_slot;
 static int32_t base[HAL_AXES];      /* axes at the start of the segment */
+static int32_t frame[HAL_AXES];     /* machine frame less gk_axis */
 static int32_t stood[HAL_AXES];     /* axes after the last pulse */
 static hal_motion_state state;
 static uint32_t speed;
@@ -129,7 +130,7 @@ static void announce(uint32_t kind, uint32_t detail, uint32_t first, uint32_t se
                      .cycle_low = hal_cycle_low(), .path = position, .first = first,
                      .second = second};
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        e->encoder[axis] = gk_axis(axis);
+        e->encoder[axis] = gk_axis(axis) + frame[axis];
     if (interrupts)
         events_interrupt();
 }
@@ -197,11 +198,11 @@ static int32_t go_back(int32_t pulses) {
 /* Switch the condition if the jump axis has reached its depth. */
 static void look_at_depth(void) {
     if (jump_axis < HAL_AXES && host_gap_moved(gk_axis(jump_axis)))
-        announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)gk_axis(jump_axis), 0);
+        announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)(gk_axis(jump_axis) + frame[jump_axis]), 0);
 }
 
 void hal_condition_arm(int32_t depth) {
-    host_gap_arm(depth);
+    host_gap_arm(jump_axis < HAL_AXES ? depth - frame[jump_axis] : depth);
     look_at_depth();
 }
 
@@ -237,7 +238,7 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     switches = (hal_limits){0};
     creep = stored = 0;
     for (unsigned i = 0; i < HAL_AXES; i++)
-        base[i] = stood[i] = errors[i] = lost_pulses[i] = 0;
+        base[i] = stood[i] = errors[i] = lost_pulses[i] = frame[i] = 0;
     for (unsigned i = 0; i < HAL_SLOTS; i++)
         slots[i] = (hal_segment){0};
     for (unsigned i = 0; i < BOUNDS; i++)
@@ -479,8 +480,10 @@ bool hal_auxiliary_timed_out(void) {
     return was;
 }
 
-int32_t hal_axis_command(unsigned axis) { return gk_axis(axis) - lost_pulses[axis]; }
-int32_t hal_axis_position(unsigned axis) { return gk_axis(axis); }
+void hal_axis_shift(unsigned axis, int32_t by) { frame[axis] += by; }
+int32_t host_frame(unsigned axis) { return frame[axis]; }
+int32_t hal_axis_command(unsigned axis) { return gk_axis(axis) + frame[axis] - lost_pulses[axis]; }
+int32_t hal_axis_position(unsigned axis) { return gk_axis(axis) + frame[axis]; }
 int32_t hal_axis_error(unsigned axis) { return errors[axis]; }
 uint32_t hal_axis_overshoot(unsigned axis) {
     (void)axis;

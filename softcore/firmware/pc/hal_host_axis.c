@@ -13,8 +13,8 @@ static struct {
 static hal_check check_found[HAL_AXES];
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
-    limits[axis][0] = low;
-    limits[axis][1] = high;
+    limits[axis][0] = low - host_frame(axis);
+    limits[axis][1] = high - host_frame(axis);
 }
 
 void hal_axis_gain(unsigned axis, uint32_t value) { gains[axis] = value; }

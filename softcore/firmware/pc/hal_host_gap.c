@@ -79,7 +79,7 @@ void host_gap_arm(int32_t at) {
 void hal_condition_disarm(void) { armed = false; }
 void hal_condition_restart(void) {
     if (hal_jump_axis() < HAL_AXES)
-        deepest = hal_axis_position(hal_jump_axis());
+        deepest = gk_axis(hal_jump_axis());
 }
 bool hal_condition_pending(void) { return pending; }
 uint8_t hal_condition_count(void) { return switches; }

@@ -47,7 +47,8 @@ def test_a_change_is_listed(machine):
 def test_values_of_grbl_as_built(machine):
     values = listed(machine)
     assert {number: values[number] for number in values if number in GRBL} == {
-        "10": "3", "13": "0", "20": "1", "21": "1", "22": "0", "32": "0",
+        "10": "3", "13": "0", "20": "1", "21": "1", "22": "1", "23": "3",
+        "24": "25.000", "25": "500.000", "26": "1", "27": "1.000", "32": "0",
         **dict.fromkeys(("100", "101", "102"), "10000.000"),
         **dict.fromkeys(("110", "111", "112"), "1800.000"),
         **dict.fromkeys(("120", "121", "122"), "1000.000"),
@@ -70,7 +71,10 @@ def test_constants_of_grbl_say_what_is_so(machine):
     report = machine.line("?")[-1]
     assert int(values["10"]) & 1 == ("MPos:" in report)
     assert int(values["10"]) >> 1 & 1 == ("|Bf:" in report)
-    assert int(values["22"]) == (machine.line("$H")[-1] == "ok")
+    assert values["22"] == "1"
+    assert machine.line(assign("home_order", 0)) == ["ok"]
+    assert listed(machine)["22"] == "0"
+    assert machine.line("$H")[-1] == error_line("homing")
     machine.line("G92 X25.4")
     assert machine.line("G20") == ["ok"]
     inches = "WCO:-1.0000," in machine.line("?")[-1]

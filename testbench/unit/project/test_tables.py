@@ -143,7 +143,7 @@ def test_numbers_of_grbl_are_told_where_it_has_the_same():
     assert faults.error_line("travel") == "error:134"
     assert faults.alarm_line("stuck") == "ALARM:156"
     assert faults.of_error(9).name == "locked"
-    assert faults.of_alarm(9) is None
+    assert faults.of_alarm(10) is None
     table = altered(altered(FAULTS, "locked", grbl_error=0), "stuck", grbl_alarm=7, grbl_error=5)
     header = render.faults_header(table)
     assert "FAULT_LOCKED, 9" not in header

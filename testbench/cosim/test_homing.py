@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Homing on the simulated machine's reference switches: the frame that it makes."""
+
+import pytest
+
+from host.machines import machine as machines
+from softcore.tables.settings import assign
+from testbench.cosim import homing
+from testbench.native.simulation import Simulation
+
+SINKER = machines.load("sinker")
+SWITCH_MM = 1.0         # from where the axes start; nearer than as delivered: a run is short
+SCATTER_UM = SINKER.tables["side"]["limit_scatter_um"]
+# A pulse at which the switch is pressed, one of the coder, and the clocks that it takes to be seen.
+PULSE_UM = 0.2
+LOW_MM, HIGH_Z_MM = -299.0, 100.0   # ends of the travel as delivered
+
+
+def run(*lines, seed=1, scatter_um=SCATTER_UM, times=1, pull_off_mm=homing.PULL_OFF_MM):
+    tables = {**SINKER.tables, "side": {**SINKER.tables["side"], "limit_low_mm": -SWITCH_MM,
+                                        "limit_high_mm": SWITCH_MM,
+                                        "limit_scatter_um": scatter_um}}
+    settings = {**homing.SETTINGS, "home_pull_off_um": round(pull_off_mm * 1000)}
+    with Simulation(machine=tables, clock_hz=SINKER.clock_hz, seed=seed, trace=False) as session:
+        return homing.cycle(session, *(assign(*one) for one in settings.items()), *lines,
+                            times=times)
+
+
+def error_um(found, axis):
+    """How far the axis's frame is from that of a switch pressed at its own place, in um."""
+    down = axis != "z"
+    end, way = (LOW_MM, -1) if down else (HIGH_Z_MM, 1)
+    # At the end of the travel it stands the pull-off before the switch.
+    wanted = end - way * (SWITCH_MM - homing.PULL_OFF_MM)
+    return (found[axis] - wanted) * 1000
+
+
+def test_every_axis_is_homed_within_the_scatter_of_its_switch():
+    (found,) = run()
+    for axis in "xyz":
+        assert abs(error_um(found, axis)) <= SCATTER_UM / 2 + PULSE_UM, (axis, found)
+
+
+@pytest.mark.parametrize("seed", [2, *(pytest.param(seed, marks=pytest.mark.soak)
+                                       for seed in range(3, 101))])
+def test_the_scatter_of_the_switch_is_all(seed):
+    """Each time at another place; without scatter always at the same, to the pulse."""
+    order = assign("home_order", 1)
+    errors = [error_um(found, "x") for found in run(order, seed=seed, times=2)]
+    assert all(abs(error) <= SCATTER_UM / 2 + PULSE_UM for error in errors), errors
+    assert errors[0] != errors[1]
+    exact = [error_um(found, "x") for found in run(order, seed=seed, times=2, scatter_um=0)]
+    assert all(abs(error) <= PULSE_UM for error in exact), exact
+
+
+@pytest.mark.soak
+def test_as_delivered_on_the_whole_travel():
+    """The built-in machine, with no setting entered: 300 mm to each switch."""
+    with Simulation(machine=SINKER.tables, clock_hz=SINKER.clock_hz, seed=1,
+                    trace=False) as session:
+        (found,) = homing.cycle(session)
+    side = SINKER.tables["side"]
+    for axis, end, switch in (("x", LOW_MM, side["limit_low_mm"]),
+                              ("y", LOW_MM, side["limit_low_mm"]),
+                              ("z", HIGH_Z_MM, side["limit_high_mm"])):
+        pull_off = 1 if axis != "z" else -1
+        error = (found[axis] - (end - pull_off - switch)) * 1000
+        assert abs(error) <= SCATTER_UM / 2 + PULSE_UM, (axis, error)

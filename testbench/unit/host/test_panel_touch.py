@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Homing and touching from the panel, without its page: the controller is a script of answers."""
+
+import time
+
+import pytest
+
+from host.errors import UsageError
+from host.link.link import HOLD, RESET
+from host.panel.touching import Touching
+from host.touch.cycles import Probe
+from testbench.unit.host.test_panel import Script, serve, until
+
+__all__ = ["serve"]     # a fixture
+
+PROBE = Probe(radius=0.5, offset=0.001, reach=3)
+
+
+class Toucher(Script):
+    """A controller that tells a place at each touch-off: the next of those given."""
+
+    def __init__(self, *places, refuses=""):
+        super().__init__(refuses)
+        self.places = list(places)
+        self.slow = False       # it takes its time over a line
+
+    def write(self, data):
+        before = len(self.lines)
+        told, self.answers = self.answers, b""
+        super().write(data)
+        if any("G38.2" in line for line in self.lines[before:]) and self.places:
+            told += b"[PRB:%s:1]\r\n" % self.places.pop(0).encode()
+        self.answers = told + self.answers
+
+
+def touched(wire):
+    return [line for line in wire.lines if line.startswith("G") and not line.startswith("G92")]
+
+
+def test_home_is_a_line(serve):
+    wire = Script()
+    session = serve(wire)
+    session.take("a")
+    assert session.order("a", "line", "$H") == ""
+    until(lambda: "$H" in wire.lines, lambda: session.seen("a"))
+
+
+def test_an_edge_is_touched_and_its_zero_set(serve):
+    wire = Toucher("1.0,0,0", "1.0005,0,0")
+    session = serve(wire)
+    session.take("a")
+    assert session.order("a", "touch", Touching("edge", PROBE, toward="X+", system=2)) == ""
+    until(lambda: any(line.startswith("G21 G10") for line in wire.lines),
+          lambda: session.seen("a"))
+    assert touched(wire) == [
+        "G21 G91 G94 G38.2 X3.0000 F60", "G21 G91 G94 G01 X-0.4000 F300", "G04 P20",
+        "G21 G91 G94 G01 X0.3400 F300", "G38.2 X0.1200 F2", "G21 G91 G94 G01 X-0.4000 F300",
+        "G04 P20",
+        "G21 G10 L2 P2 X1.5015"]
+    assert any(text == "Edge found: X 1.5015 mm in the machine frame."
+               for _, text in session.notices)
+
+
+def test_a_hole_of_known_diameter_tells_the_offset(serve):
+    places = [f"{x},{y},0" for x, y in ((2, 0), (2, 0), (-2, 0), (-2, 0), (0, 2), (0, 2),
+                                        (0, -2), (0, -2))]
+    wire = Toucher(*places)
+    session = serve(wire)
+    session.take("a")
+    session.order("a", "touch", Touching("hole", PROBE, known=5.006))
+    until(lambda: session.offset is not None, lambda: session.seen("a"))
+    assert session.offset == pytest.approx(0.003)
+    assert "diameter 5.0020 mm; contact offset 0.0030 mm" in session.notices[-1][1]
+
+
+def test_a_refused_line_ends_it(serve):
+    wire = Toucher(refuses="G21")
+    session = serve(wire)
+    session.take("a")
+    session.order("a", "touch", Touching("edge", PROBE, toward="Z-", system=1))
+    until(lambda: "refused" in session.notice, lambda: session.seen("a"))
+    time.sleep(0.3)
+    assert len(touched(wire)) == 1
+
+
+@pytest.mark.parametrize("how", ["gone", "let_go", "stop"])
+def test_it_ends_with_its_page_and_with_a_stop(serve, how):
+    wire = Toucher(*["1,0,0"] * 100)
+    session = serve(wire)
+    session.take("a")
+    session.order("a", "touch", Touching("hole", PROBE))
+    until(lambda: touched(wire), lambda: session.seen("a"))
+    if how == "stop":
+        wire.state = "Hold:0"
+        session.order("a", "stop")
+        until(lambda: RESET in wire.bytes, lambda: session.seen("a"))
+    else:
+        getattr(session, how)("a")
+        until(lambda: HOLD in wire.bytes)
+    sent = len(touched(wire))
+    time.sleep(0.3)
+    assert len(touched(wire)) == sent
+    assert not any(text.startswith("Hole found") for _, text in session.notices)
+
+
+def test_it_starts_from_idle_only(serve):
+    wire = Toucher()
+    session = serve(wire)
+    session.take("a")
+    wire.state = "Run"
+    until(lambda: session.heard.state == "Run")
+    assert "from Idle" in session.order("a", "touch", Touching("hole", PROBE))
+    assert not touched(wire)
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    ({"shape": "edge", "known": 5.0}, "calibrated by a hole or a boss"),
+    ({"shape": "boss"}, "a boss needs a size"),
+    ({"shape": "corner", "toward": "X+"}, "a corner needs"),
+])
+def test_what_is_missing_is_said_before_anything_moves(words, said):
+    with pytest.raises(UsageError, match=said):
+        Touching(words.pop("shape"), PROBE, **words)
