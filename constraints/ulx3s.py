@@ -122,7 +122,7 @@ FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24, Journal(0xE0_0000, 0x1_0000))
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=50_000_000, memory_size=311_296,
           pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=180_224,
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=50_000_000, memory_size=184_320,
           memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS,
           sites=SITES, flash=FLASH),
 )

@@ -44,7 +44,7 @@ SANITIZE = {
 
 # Bytes for the firmware without the history of the path, including its stack and some room to grow;
 # and bytes of a unit of that history (a line is one unit, an arc two).
-BESIDE_PATH = 160_768
+BESIDE_PATH = 176_128
 PATH_UNIT = 16
 
 
