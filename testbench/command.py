@@ -5,6 +5,7 @@ To start Python and to import what draws the report takes longer than most comma
 """
 
 import gc
+import importlib
 import os
 import runpy
 import signal
@@ -15,14 +16,12 @@ import warnings
 from subprocess import CompletedProcess
 from typing import NoReturn
 
-import jinja2  # noqa: F401
-import matplotlib.pyplot  # noqa: F401
-import numpy  # noqa: F401
-import pydantic  # noqa: F401
-import typer  # noqa: F401
-from rich import console, progress, table  # noqa: F401
-
 __all__ = ["gapkeeper"]
+
+# What most commands import, and what takes long; imported here once.
+for _library in ("jinja2", "matplotlib.pyplot", "numpy", "pydantic", "rich.console",
+                 "rich.progress", "rich.table", "typer"):
+    importlib.import_module(_library)
 
 WALL_S = 600        # after which a command is ended
 # What Python ignores when nothing else is said; pytest makes errors of all warnings.

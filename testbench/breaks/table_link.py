@@ -177,7 +177,7 @@ LINK = (
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
-        ("values[which] == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES", "false",
+        ("before == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES", "false",
          "the same value leaves the gear"),
     ),
     *breaks_of(
