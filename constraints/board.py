@@ -142,7 +142,7 @@ class Board:
     platform : callable
         Makes its Amaranth platform.
     clock_hz : int
-        Frequency of the controller; the board's crystal, or a multiple of it that the PLL makes.
+        Frequency of the controller, which the PLL makes from the board's crystal.
     memory_size : int
         Bytes of block RAM for the processor.
     memory_banks : bool

@@ -8,17 +8,21 @@ from amaranth.lib.wiring import In, Out
 __all__ = ["Pll"]
 
 OSCILLATOR_HZ = 600_000_000  # the PLL's own, which must lie between 400 and 800 MHz
+LARGEST_DIVISOR = 128
 
 
 class Pll(wiring.Component):
-    """The PLL of an ECP5: a multiple of a clock, in phase with it.
+    """The PLL of an ECP5: one clock made from another.
+
+    The oscillator of the PLL runs at 600 MHz. One divider makes ``clock`` of it. Another one makes
+    the frequency of ``source``, to which the PLL compares its oscillator.
 
     Ref: Lattice FPGA-TN-02200, sysCLOCK PLL.
 
     Parameters
     ----------
     source_hz, clock_hz : int
-        Both frequencies; the second a multiple of the first and a divisor of 600 MHz.
+        Both frequencies; 600 MHz is a multiple of each, at most 128 times.
 
     Members
     -------
@@ -40,7 +44,8 @@ class Pll(wiring.Component):
     locked: Out(1)
 
     def __init__(self, *, source_hz: int, clock_hz: int):
-        if clock_hz % source_hz or OSCILLATOR_HZ % clock_hz:
+        if any(OSCILLATOR_HZ % hz or OSCILLATOR_HZ // hz > LARGEST_DIVISOR
+               for hz in (source_hz, clock_hz)):
             raise ValueError(f"the PLL cannot make {clock_hz} Hz from {source_hz} Hz")
         self.source_hz = source_hz
         self.clock_hz = clock_hz
@@ -49,16 +54,22 @@ class Pll(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         divisor = OSCILLATOR_HZ // self.clock_hz
+        compared = OSCILLATOR_HZ // self.source_hz
+        feedback = Signal()
         m.submodules.pll = Instance(
             "EHXPLLL",
             a_ICP_CURRENT="12", a_LPF_RESISTOR="8", a_MFG_ENABLE_FILTEROPAMP="1",
             a_MFG_GMCREF_SEL="2",
             p_PLLRST_ENA="DISABLED", p_INTFB_WAKE="DISABLED", p_STDBY_ENABLE="DISABLED",
-            p_DPHASE_SOURCE="DISABLED", p_OUTDIVIDER_MUXA="DIVA",
-            p_CLKI_DIV=1, p_CLKFB_DIV=self.clock_hz // self.source_hz, p_FEEDBK_PATH="CLKOP",
+            p_DPHASE_SOURCE="DISABLED",
+            p_OUTDIVIDER_MUXA="DIVA", p_OUTDIVIDER_MUXB="DIVB",
+            p_CLKI_DIV=1, p_CLKFB_DIV=1, p_FEEDBK_PATH="CLKOS",
             p_CLKOP_ENABLE="ENABLED", p_CLKOP_DIV=divisor, p_CLKOP_CPHASE=divisor - 1,
             p_CLKOP_FPHASE=0,
+            p_CLKOS_ENABLE="ENABLED", p_CLKOS_DIV=compared, p_CLKOS_CPHASE=compared - 1,
+            p_CLKOS_FPHASE=0,
             i_RST=0, i_STDBY=0, i_PHASESEL0=0, i_PHASESEL1=0, i_PHASEDIR=1, i_PHASESTEP=1,
             i_PHASELOADREG=1, i_PLLWAKESYNC=0, i_ENCLKOP=0,
-            i_CLKI=self.source, i_CLKFB=self.clock, o_CLKOP=self.clock, o_LOCK=self.locked)
+            i_CLKI=self.source, i_CLKFB=feedback, o_CLKOP=self.clock, o_CLKOS=feedback,
+            o_LOCK=self.locked)
         return m
