@@ -9,6 +9,7 @@ it is the only field of its register, and ``registers.b.r_f`` otherwise. Widths 
 only.
 """
 
+from softcore.flashmap import FLASH
 from softcore.linkmap import LINK
 from softcore.registers import Block, Field
 from softcore.registers import registers as _registers
@@ -42,20 +43,6 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
      _value(32, "Clocks.", access="r", unit="2**32 clock")),
     ("sleep", "Stop the processor until there is an event or a byte from the host, or until this "
      "time is over.", _value(16, "Longest sleep.", access="w", unit="clock"), "write"),
-))
-
-FLASH = Block(name="flash", base=0x080, doc="Serial flash memory, which keeps the journal; see "
-              "``softcore.flash``.", registers=_registers(
-    ("send", "Exchange a byte with the memory. Does nothing while ``busy``.",
-     _value(8, "The byte to the memory.", access="w"), "write"),
-    ("select", "Select the memory, around the bytes of a command.", _value(1, "1: selected.")),
-    ("status", "State of the exchange.", (
-        Field(name="received", bits=8, access="r", doc="The byte from the memory."),
-        Field(name="busy", bits=1, access="r", doc="An exchange is under way."))),
-    ("region", "The journal's region of the memory: nothing else is ever written.", (
-        Field(name="first", bits=16, access="r", doc="Its first sector.", unit="4 KiB"),
-        Field(name="sectors", bits=8, access="r", doc="Its length; 0 for no journal.",
-              unit="4 KiB"))),
 ))
 
 PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and the machine's "

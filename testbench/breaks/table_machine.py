@@ -44,9 +44,13 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/homing.c", HOMING,
-        (" || axes != 1u << axis", "", "the switch of another axis is an alarm"),
-        ("cause != (down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)", "cause < CAUSE_LIMIT_LOW",
-         "the switch at the other end is an alarm"),
+        (" ||\n        axes != 1u << homing_now.axis", "",
+         "the switch of another axis is an alarm"),
+        ("cause != (homing_now.down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)",
+         "cause < CAUSE_LIMIT_LOW", "the switch at the other end is an alarm"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing_cycle.c", HOMING,
         ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
         ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
          "a switch that sticks is an alarm"),
@@ -54,7 +58,7 @@ MACHINE = (
          "a cycle without a switch ends"),
         ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
          "the soft limits follow the frame"),
-        (" - pull_off() - switched", " - pull_off() - hal_axis_command(axis)",
+        (" - pull_off() - homing_now.switched", " - pull_off() - hal_axis_command(axis)",
          "the frame is that of the switch"),
     ),
     *breaks_of(

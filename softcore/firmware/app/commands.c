@@ -6,6 +6,7 @@
 #include "app/events.h"
 #include "app/execute.h"
 #include "app/homing.h"
+#include "app/homing_cycle.h"
 #include "app/image_watch.h"
 #include "app/jog.h"
 #include "app/jogging.h"
@@ -289,7 +290,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     }
     if (says(line, length, "$H")) {
         refusal = (fault){0};
-        line_open = homing_begin(&refusal);
+        line_open = homing_cycle_begin(&refusal);
         return; /* answered at the end of the cycle */
     }
     if (c == 'B')

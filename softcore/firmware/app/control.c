@@ -24,6 +24,7 @@ __attribute__((noinline)) void control_take_alarm(void) {
     machine_stop();
     jog_stop();
     homing_stop();
+    override_step();
     program_abort();
     machine_take_alarm();
 }

@@ -1,25 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The homing cycle (`$H`): finds the reference switches of the axes, one axis after the other.
+/* What is known of a homing cycle (`$H`) under way, for the rooms below it; `homing_cycle` goes
+   through the cycle.
 
-   The limit switch at one end of an axis is its reference. The axis goes onto it fast, leaves it,
-   and goes onto it again slowly. The guard of the limit switches stays in force: a pressed switch
-   makes the outputs safe by itself, as at any other time. The event of this trip has the place of
-   the axis in its clock. In a homing cycle it is no alarm. */
+   The limit switch at one end of an axis is its reference. The guard of the limit switches stays in
+   force: a pressed switch makes the outputs safe by itself, as at any other time. The event of this
+   trip has the place of the axis in its clock. In a homing cycle it is no alarm. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/fault.h"
-#include "hal/hal.h"
+
+typedef enum { HOMING_NONE, HOMING_SEEK, HOMING_STOP, HOMING_LEAVE } homing_phase;
+
+typedef struct {
+    homing_phase phase;
+    unsigned axis;      /* the one that is homed; HAL_AXES before the first */
+    bool down;          /* its switch is at its lower end */
+    int32_t switched;   /* where the switch was pressed */
+    uint32_t since;     /* clock from which on the axes have stood */
+} homing_state;
+
+extern homing_state homing_now;
 
 void homing_init(void);
-
-/* Begin the cycle, also on a locked machine, which this unlocks. False with a fault if it cannot. */
-bool homing_begin(fault *f);
 bool homing_active(void);
-void homing_step(void);         /* call all the time */
 
-/* End it: an alarm or a reset has come. */
+/* End the cycle with its answer: 0, or a fault. */
+void homing_end(const fault *why);
+
+/* End it: an alarm or a reset has come. Does nothing without one. */
 void homing_stop(void);
 
 /* The interlock has tripped. True if this was the switch that is looked for. */

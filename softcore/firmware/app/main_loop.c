@@ -5,6 +5,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/homing.h"
+#include "app/homing_cycle.h"
 #include "app/image_watch.h"
 #include "app/jogging.h"
 #include "app/keep.h"
@@ -131,7 +132,7 @@ static bool watch_over(unsigned task) {
     motion_watch_step();
     meter_step();
     jogging_step();
-    homing_step();
+    homing_cycle_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};

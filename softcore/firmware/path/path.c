@@ -290,7 +290,7 @@ bool path_bounds_step(void) {
     return !scan.active;
 }
 
-/* Number of the machine's segment, by the gateware's slot, which may be empty at the end. */
+/* Number of the machine's segment, by the gateware's slot. It may be empty at the end. */
 static uint32_t current(void) {
     uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
     return number < high ? number : high - 1;
@@ -480,16 +480,12 @@ uint32_t path_reached(void) {
 }
 
 bool path_at_front(void) {
-    if (!known)
-        return true;
     hal_motion motion = hal_motion_read();
-    return motion.state == MOTION_FRONT && !motion.moving && fresh.block == history_next() &&
-           high == loaded && hal_position() == fresh_start;
+    return !known || (motion.state == MOTION_FRONT && !motion.moving && high == loaded &&
+                      fresh.block == history_next() && hal_position() == fresh_start);
 }
 
-static bool is_short_of_end(void) {
-    return known && low != high && hal_position() != bounds[BOUND_AHEAD];
-}
+static bool goes_on(void) { return known && low != high && hal_position() != bounds[BOUND_AHEAD]; }
 
 uint32_t path_free(void) {
     /* The machine's own block counts as free: the machine is leaving it, or nothing follows it. */
@@ -498,7 +494,7 @@ uint32_t path_free(void) {
 }
 
 bool path_goes_on(void) {
-    return is_short_of_end() && !pace.active && fast.known && hal_slot() == fast.at % HAL_SLOTS;
+    return goes_on() && !pace.active && fast.known && hal_slot() == fast.at % HAL_SLOTS;
 }
 
-uint32_t path_pace(void) { return is_short_of_end() ? in_window(current())->rate : 0; }
+uint32_t path_pace(void) { return goes_on() ? in_window(current())->rate : 0; }

@@ -198,13 +198,15 @@ static int32_t go_back(int32_t pulses) {
 /* Switch the condition if the jump axis has reached its depth. */
 static void look_at_depth(void) {
     if (jump_axis < HAL_AXES && host_gap_moved(gk_axis(jump_axis)))
-        announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)(gk_axis(jump_axis) + frame[jump_axis]), 0);
+        announce(EVENT_CONDITION, hal_condition_count(), (uint32_t)hal_axis_position(jump_axis), 0);
 }
 
 void hal_condition_arm(int32_t depth) {
     host_gap_arm(jump_axis < HAL_AXES ? depth - frame[jump_axis] : depth);
     look_at_depth();
 }
+
+void hal_condition_restart(void) { host_gap_restart(gk_axis(jump_axis < HAL_AXES ? jump_axis : 0)); }
 
 static void stand_here(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
@@ -467,9 +469,7 @@ void hal_disarm(void) { armed = false; }
 void hal_auxiliary_send(hal_letter letter, uint32_t code) {
     (void)letter;
     (void)code;
-    busy_passes = fin_passes;
-    if (busy_passes == UINT32_MAX)
-        busy_passes = 0;
+    busy_passes = fin_passes == UINT32_MAX ? 0 : fin_passes;
     late = fin_passes == UINT32_MAX;
 }
 void hal_auxiliary_timeout(uint32_t clocks) { (void)clocks; }

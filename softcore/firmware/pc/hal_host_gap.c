@@ -77,10 +77,7 @@ void host_gap_arm(int32_t at) {
     armed = true;
 }
 void hal_condition_disarm(void) { armed = false; }
-void hal_condition_restart(void) {
-    if (hal_jump_axis() < HAL_AXES)
-        deepest = gk_axis(hal_jump_axis());
-}
+void host_gap_restart(int32_t position) { deepest = position; }
 bool hal_condition_pending(void) { return pending; }
 uint8_t hal_condition_count(void) { return switches; }
 

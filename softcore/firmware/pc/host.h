@@ -84,6 +84,7 @@ void host_image_boot(void);
 void host_flash_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */
 int32_t host_frame(unsigned axis);      /* machine frame less the count of gk_axis */
+void host_gap_restart(int32_t position);    /* the deepest one is this */
 void host_gap_arm(int32_t depth);       /* switch the condition at this depth */
 void host_clock_boot(void);
 void host_cost(uint32_t clocks);        /* let the clock advance for work of the firmware */

@@ -155,7 +155,7 @@ def test_homing_that_is_off_is_refused():
     machine.run(REST)
     machine.line(assign("home_order", 0))
     answer = machine.line("$H", 60)
-    assert answer == ["[MSG:homing is off: $520 names no axis.]", error_line("homing")]
+    assert answer == ["[MSG:homing is off: $533 names no axis.]", error_line("homing")]
 
 
 def test_it_needs_a_machine_at_rest():

@@ -85,7 +85,7 @@ def forbidden(path, tree):
     if top not in ALLOWED:
         return
     plain = path.startswith(("testbench/models/", "host/", "softcore/tables/")) or path.endswith(
-        ("/regmap.py", "/linkmap.py", "/registers.py", "/render.py"))
+        ("map.py", "/registers.py", "/render.py"))
     foreign = set(ALLOWED) - {top} - ALLOWED[top]
     for name in imported(tree):
         if name.split(".")[0] in foreign and (path, name) not in DOOR:

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/homing_cycle.h"
+
+#include "app/control.h"
+#include "app/events.h"
+#include "app/homing.h"
+#include "app/machine.h"
+#include "app/meter.h"
+#include "app/override.h"
+#include "app/status.h"
+#include "base/alarm.h"
+#include "base/settings.h"
+#include "base/units.h"
+#include "hal/hal.h"
+#include "path/path.h"
+
+/* Compiled for size: nothing here is in a hurry. */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#endif
+
+#define REST_US 50000       /* axes without drives rest when they have stood for so long */
+#define LEAVE_UM_MIN 60000  /* on a switch the gateware allows no more */
+#define AGAIN 2             /* the slow approach looks as many pull-offs far */
+
+static uint32_t order;          /* axes still to come, as digits; the present one is lowest */
+static bool slow;               /* this is the slow approach */
+static int32_t stood[HAL_AXES];
+
+static void fail(fault_code code, const char *why) {
+    fault f = {.line = alarm_line()};
+    fault_at(&f, code, 0, "%c: %s", "XYZ"[homing_now.axis], why);
+    alarm_raise(&f);
+}
+
+static bool pressed(void) {
+    hal_limits limits = hal_limits_read();
+    return (homing_now.down ? limits.low : limits.high) >> homing_now.axis & 1;
+}
+
+/* Go along the axis; the position is not known, so the soft limits mean nothing. */
+static void go(int32_t way, uint32_t speed) {
+    uint32_t highest = settings_highest_speed();
+    path_move move = {0};
+    move.delta[homing_now.axis] = way;
+    hal_axis_limits(homing_now.axis, -UNITS_POSITION_LIMIT, UNITS_POSITION_LIMIT);
+    path_append(&move, units_rate(speed < highest ? speed : highest), false, false);
+    machine_run(true);
+}
+
+static int32_t pull_off(void) {
+    int32_t way = units_pulses_of_um(settings_get(SET_HOME_PULL_OFF_UM));
+    return homing_now.down ? way : -way;
+}
+
+static void leave(void) {
+    uint32_t speed = settings_get(SET_HOME_SLOW_MM_MIN) * 1000;
+    homing_now.phase = HOMING_LEAVE;
+    go(homing_now.switched + pull_off() - hal_axis_command(homing_now.axis),
+       speed < LEAVE_UM_MIN ? speed : LEAVE_UM_MIN);
+}
+
+static void seek(void) {
+    homing_now.phase = HOMING_SEEK;
+    if (slow) {
+        go(-AGAIN * pull_off(), settings_get(SET_HOME_SLOW_MM_MIN) * 1000);
+        return;
+    }
+    /* As grbl: half as far again as the travel is long. */
+    uint32_t um = settings_travel_um(homing_now.axis) / 2 * 3;
+    uint32_t most = UNITS_POSITION_LIMIT / (uint32_t)units_pulses_of_um(1);
+    int32_t way = units_pulses_of_um(um < most ? um : most);
+    go(homing_now.down ? -way : way, settings_get(SET_HOME_FAST_MM_MIN) * 1000);
+}
+
+static void next(void) {
+    if (!order) {
+        machine_know_position();
+        homing_end(0);
+        override_step();
+        return;
+    }
+    homing_now.axis = order % 10 - 1;
+    order /= 10;
+    homing_now.down = settings_get(SET_HOME_DOWN) >> homing_now.axis & 1;
+    slow = false;
+    if (pressed()) {
+        homing_now.switched = hal_axis_command(homing_now.axis);
+        leave();
+    } else {
+        seek();
+    }
+}
+
+/* The digits in reverse, so that the first one comes lowest; 0 if they are not axes. */
+static uint32_t reversed(uint32_t digits) {
+    uint32_t all = 0, seen = 0;
+    for (; digits; digits /= 10) {
+        uint32_t digit = digits % 10;
+        if (digit < 1 || digit > HAL_AXES || seen >> digit & 1)
+            return 0;
+        seen |= 1u << digit;
+        all = all * 10 + digit;
+    }
+    return all;
+}
+
+bool homing_cycle_begin(fault *f) {
+    uint32_t number = settings_number(SET_HOME_ORDER);
+    order = reversed(settings_get(SET_HOME_ORDER));
+    if (!settings_get(SET_HOME_ORDER))
+        return fault_at(f, FAULT_HOMING, 0, "homing is off: $%u names no axis", number);
+    if (!order)
+        return fault_at(f, FAULT_SETTING, 0,
+                        "$%u must have digits 1 (X), 2 (Y) and 3 (Z), each at most once", number);
+    if (settings_get(SET_STEP_AXES))
+        return fault_at(f, FAULT_HOMING, 0, "homing needs coders: an axis by steps ($%u) has none",
+                        settings_number(SET_STEP_AXES));
+    if (machine_locked() ? !control_unlock(f)
+                         : !status_idle() &&
+                               fault_at(f, FAULT_BUSY, 0, "$H needs the state Idle or Alarm"))
+        return false;
+    if (f->code != FAULT_NONE)
+        return false;
+    machine_lose_position();
+    homing_now.phase = HOMING_STOP;
+    slow = false;
+    homing_now.axis = HAL_AXES;    /* none yet: first of all the axes come to rest */
+    homing_now.since = hal_cycle_low();
+    override_step();
+    return true;
+}
+
+/* Have the axes stood? With the drives off they never reach their commands. */
+static bool stands(void) {
+    uint32_t now = hal_cycle_low();
+    for (unsigned k = 0; k < HAL_AXES; k++)
+        if (hal_axis_position(k) != stood[k]) {
+            stood[k] = hal_axis_position(k);
+            homing_now.since = now;
+        }
+    return now - homing_now.since > units_clocks_of_us(REST_US);
+}
+
+static void stopped(void) {
+    fault f = {.line = alarm_line()};
+    if (!stands())
+        return;
+    if (homing_now.axis == HAL_AXES) {
+        machine_run(false);
+        control_begin_path();
+        next();
+    } else if (machine_clear(&f)) {
+        control_begin_path();
+        leave();
+    } else {
+        alarm_raise(&f);
+    }
+}
+
+/* Off the switch. After the slow approach this is the end of the travel. */
+static void left(void) {
+    machine_run(false);
+    if (pressed()) {
+        fail(FAULT_HOME_NOT_LEFT, FAULT_TEXT_HOME_NOT_LEFT);
+        return;
+    }
+    if (!slow) {
+        slow = true;
+        seek();
+        return;
+    }
+    const travel_range *travel = settings_travel();
+    int32_t end = (homing_now.down ? travel->low : travel->high)[homing_now.axis];
+    hal_axis_shift(homing_now.axis, end - pull_off() - homing_now.switched);
+    settings_renew();
+    control_begin_path();
+    next();
+}
+
+void homing_cycle_step(void) {
+    if (homing_now.phase == HOMING_NONE)
+        return;
+    if (homing_now.phase == HOMING_STOP) {
+        stopped();
+        return;
+    }
+    if (!path_at_front() || !events_idle() || !meter_rests())
+        return;
+    if (homing_now.phase == HOMING_LEAVE)
+        left();
+    else
+        fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND);
+}
+
+#ifdef __clang__
+#pragma clang attribute pop
+#endif
