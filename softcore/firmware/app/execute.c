@@ -18,11 +18,6 @@
 #include "path/path.h"
 #include "roughing/result.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
     PART_BEFORE,        /* wait for the front, if something acts before the motion */
@@ -427,7 +422,3 @@ execute_result execute_step(fault *f) {
         return at == was && !watches ? EXECUTE_WAIT : EXECUTE_MORE;
     return was == PART_END ? EXECUTE_END : EXECUTE_DONE;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -213,6 +213,7 @@ bool keep_step(void) {
         }
     if (!journal_waits() || machine_machining() || !meter_rests())
         return false;
+    watch_between();
     bool more = journal_step();
     if (journal_now() == JOURNAL_FAILED) {
         told = false;

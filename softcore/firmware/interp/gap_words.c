@@ -3,6 +3,7 @@
 
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "gap/feed_modes.h"
 
 /* Compiled for size: few blocks have these words. */
@@ -136,6 +137,7 @@ bool gap_words_condition(context *c, bool mdi) {
         return fault_at(c->f, FAULT_TABLE, name->column,
                         "the open level (%u %% of %u V) must be above twice the arc level of %u V",
                         percent, open, (uint32_t)row.arc_v);
+    watch_between(); /* to read so many words takes long, and to judge the condition does too */
     row.on_us = (uint16_t)on;
     row.off_us = (uint16_t)off;
     row.rest_us = (uint16_t)rest;

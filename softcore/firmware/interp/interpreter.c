@@ -14,11 +14,6 @@
 #include "interp/touch_words.h"
 #include "interp/words.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 typedef struct {
     uint16_t tenths;
     uint8_t group;
@@ -335,7 +330,3 @@ bool interpreter_block(const block *b, const modal *state, bool mdi, uint32_t hi
 plan_result interpreter_arc_step(plan *p, const travel_range *t, fault *f) {
     return arc_words_step(p, t, f);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

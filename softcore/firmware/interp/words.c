@@ -4,11 +4,6 @@
 #include "base/settings.h"
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 const word *words_take(context *c, char letter) {
     if (!(c->free & BLOCK_BIT(letter)))
         return 0;
@@ -84,7 +79,3 @@ bool words_condition(context *c, const word *w, const condition_row **row) {
                         "the power supply cannot give the current of the condition C%u", number);
     return words_seen(c, *row, w->column);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

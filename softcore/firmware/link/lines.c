@@ -8,11 +8,6 @@
 #include "link/output.h"
 #include "link/tape.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define ROOM 512            /* characters of the queue; a power of two, more than one line takes */
 #define CHECK LINES_CHECK   /* characters */
 #define NUMBER_DIGITS 5
@@ -459,7 +454,3 @@ void lines_answer(const fault *f) {
     if (newest.there && taken.there && newest.number == taken.number)
         newest = taken;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
