@@ -23,7 +23,7 @@
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
 #endif
 
-static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS } part;
+static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS, PART_SEND } part;
 
 void status_init(void) { part = PART_NONE; }
 void status_want(void) { part = part == PART_NONE ? PART_PLACE : part; }
@@ -101,7 +101,7 @@ __attribute__((noinline)) void status_tell(void) {
         part = PART_OURS;
         break;
     }
-    default: {
+    case PART_OURS: {
         uint32_t counts[4];
         char masked[SETTINGS_MASKED];
         hal_gap_counts(counts);
@@ -112,11 +112,13 @@ __attribute__((noinline)) void status_tell(void) {
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
                    *masked ? "|Off:" : "", masked, settings_short());
-        watch_between();
+        part = PART_SEND;
+        break;
+    }
+    case PART_SEND:
         output_line("%s", report);
         part = PART_NONE;
         length = 0;
-    }
     }
 }
 
