@@ -135,7 +135,7 @@ def test_run_sets_up_as_an_operator_would():
     run = Run(MACHINE, TAPE, machine, mdi=["g36 r300", "G21"])
     assert run.execute() == "end"
     assert machine.armed
-    assert controller.lines == ["$X", "$POSITION=HERE", assign("short_needed", 4),
+    assert controller.lines == ["$X", assign("short_needed", 4), "$POSITION=HERE",
                                 "G92 X0 Y0 Z0.0500", "G36 R300",
                                 "G21"]
     assert controller.tape == TAPE.rows
