@@ -185,8 +185,8 @@ class Controller:
     """The whole firmware on the model machine of ``hal_host.c``.
 
     A pass of the main loop counts 1000 clocks. ``memory`` is its flash memory; without one there is
-    one that forgets. Lines that came are in ``lines``; acknowledgements
-    of frames in ``marks``.
+    one that is blank at the start. Lines that came are in ``lines``; acknowledgements of frames in
+    ``marks``.
     """
 
     def __init__(self, *, clock_hz=2_000_000, pulses_per_mm=10_000, jump_axis=2,
