@@ -14,11 +14,6 @@
 #include "link/tape.h"
 #include "path/path.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 __attribute__((noinline)) void control_take_alarm(void) {
     watch_between();
     machine_stop();
@@ -86,7 +81,3 @@ bool control_take_position(fault *f) {
     machine_know_position();
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -10,11 +10,6 @@
 #include "link/output.h"
 #include "path/path.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* Reads of the interlock after an order to clear it. It takes a few clocks; if it is still safe
    after these reads, it has refused. */
 #define CLEAR_TRIES 16
@@ -214,7 +209,3 @@ __attribute__((noinline)) void machine_events_lost(void) {
     fault_at(&f, FAULT_EVENTS, 0, FAULT_TEXT_EVENTS);
     alarm_raise(&f);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -3,11 +3,6 @@
 
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define LONGEST_NUMBER 24 /* most characters of a number with its sign; fits TEXT_NUMBER */
 
 /* value / 10 without a division, which would take most of the time of a digit. */
@@ -94,7 +89,3 @@ size_t text_print(char *buffer, size_t size, const char *format, ...) {
     va_end(arguments);
     return length;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

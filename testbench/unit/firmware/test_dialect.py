@@ -126,7 +126,7 @@ def test_damaged_programs_are_judged_as_by_the_model(checker, rng):
     ("G42 D3",                         "table", 5),
     ("D1",                             "place", 1),
     ("G36 R-5 L1 H5 E5 Q.5",           "number", 5),
-    ("G38.2 Z-1 F5",                   "refused", 1),
+    ("G38.6 Z-1 F5",                   "refused", 1),
     ("G95 P0",                         "number", 5),
     ("G95 P6",                         "number", 5),
     ("G95 P2 C100",                    "condition", 1),    # without a reference

@@ -49,7 +49,7 @@ def test_a_setting_has_the_number_the_range_and_the_words_of_its_row(machine):
     assert machine.line("$444=5")[-1] == error_line("setting")
     assert machine.line("$699=8")[-1] == error_line("setting")
     assert "$699=5" in machine.line("$$", passes=2000)
-    assert machine.line("$ES=699") == ["[SETTING:699|7|new title|min|5|#########0|0|7]", "ok"]
+    assert machine.line("$ES=699") == ["[SETTING:699|8|new title|min|5|#########0|0|7]", "ok"]
     assert machine.line("$699=0") == ["ok"]
     assert machine.line("?")[-1].endswith("|Off:no progress>")
     assert machine.line("$699=7") == ["ok"]
