@@ -205,7 +205,7 @@ MACHINE = (
          "in_window(number + 1)->rate > a->rate && a", "a lower feed is reached in time"),
         ("motion.state == MOTION_FRONT && !motion", "!motion", "the front is no retraction",
          "unit/firmware/test_machine.py"),
-        ("!motion.moving && fresh", "fresh", "the front is at rest",
+        ("!motion.moving && high", "high", "the front is at rest",
          "unit/firmware/test_machine.py"),
         ("    write_bound(BOUND_BACK_LIMIT, back_limit);\n", "", "a new ceiling is in force",
          CEILING),
