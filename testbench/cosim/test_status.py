@@ -10,7 +10,8 @@ import pytest
 from host.link.link import fields_of
 from host.machines import machine as machines
 from softcore.linkmap import DOOR, OVERRIDE_BYTES, REALTIME
-from softcore.tables.settings import named
+from softcore.tables.faults import error_line
+from softcore.tables.settings import assign, named
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
@@ -107,6 +108,17 @@ def test_a_refusal_takes_no_longer_than_other_steps(hand, line):
     hand.session.send(line.encode() + b"\n")
     hand.until("error:")
     assert longest() < LINK_STEP
+
+
+def test_what_guards_the_machine_stays_while_an_axis_creeps(hand):
+    """Below the start/stop speed the ramp is at rest between two pulses; the axis is not."""
+    hand.enter("G01 Z0.3 F60")
+    for setting in ("step_axes", "reversed_encoders", "follow_moving", "loop_gain"):
+        hand.session.send(f"{assign(setting, 1)}\n".encode())
+        assert hand.until("ok", "error:") == error_line("busy"), setting
+    while hand.report()["state"] != "Idle":
+        hand.run(0.05)
+    hand.enter(assign("follow_moving", 5000))
 
 
 @pytest.mark.parametrize("move", ["G00 X2 Y-1", "G01 Z0.05 F300", "G02 X1 Y1 I1 J0 F900"])

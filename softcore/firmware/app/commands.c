@@ -182,6 +182,9 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
     say(&f);
 }
 
+/* At rest; with safe outputs the drives are off, and an axis may rest away from its command. */
+static bool stands(void) { return hal_safe() ? !hal_motion_read().moving : meter_rests(); }
+
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
     if (grbl_refuses(line, length, f) || !settings_read(line, length, &number, &value, f))
@@ -190,7 +193,7 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
     bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
     if (program_running())
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if ((machine_machining() || hal_motion_read().moving) && settings_guard(number))
+    else if ((machine_machining() || !stands()) && settings_guard(number))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
     else if (settings_enter(number, value, f)) {
         watch_between(); /* conversions take divisions of 64 bits */

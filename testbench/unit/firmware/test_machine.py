@@ -13,6 +13,7 @@ from testbench.programs import punched
 
 CAUSE = numbers()
 LOST = "the position is lost; $POSITION=HERE accepts the counted position"
+REST = 200              # passes of the main loop after which axes that stand count as at rest
 BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
 
 
@@ -245,6 +246,7 @@ def test_what_guards_the_machine_stays_while_it_moves(machine):
     assert machine.line(assign("reversed_encoders", 4))[-1] == error_line("busy")
     enter(machine, assign("servo_window", 40))
     machine.library.gk_moving(0)
+    machine.run(REST)
     enter(machine, assign("reversed_encoders", 4))
 
 
