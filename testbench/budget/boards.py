@@ -43,6 +43,7 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
+    "ulx3s_45f": BoardBudget(luts=25_610, ff=12_976, bram=105, dsp=4, mhz=52.3),
 }
 
 
