@@ -162,7 +162,7 @@ class Operator:
                 raise LinkError("reset")
             held = self.cable.axes
             for _ in range(self.rng.randrange(30)):
-                self._enter(self.rng.choice(("$I", "$L", assign("repeats", 9), "$#")))
+                self._enter(self.rng.choice(("$I", "$L", assign("optional_stop", 1), "$#")))
                 assert self.cable.axes == held, "it moves"
             if self.rng.random() < 0.5:
                 for byte in (b"~", b"\xb0") * 3:  # in vain: the link is guarded
