@@ -192,6 +192,7 @@ class Controller:
     def __init__(self, *, clock_hz=2_000_000, pulses_per_mm=10_000, jump_axis=2,
                  sanitize="undefined", memory: Memory | None = None):
         self.library = library(sanitize)
+        self.clock_hz = clock_hz
         self.memory = memory
         order = memory and ctypes.cast(memory.library.flash_order, ctypes.c_void_p)
         self.library.gk_flash(order, ctypes.c_void_p(memory and memory.handle))
@@ -233,7 +234,8 @@ class Controller:
         return self.run(passes)
 
     def unlock(self) -> None:
-        """Get ready for programs: unlock, arm by hand, and accept the counted position."""
+        """Get ready for programs: rest, unlock, arm by hand, and accept the counted position."""
+        self.run(self.clock_hz // 25_000)   # 40 ms
         assert self.line("$X")[-1] == "ok"
         self.library.gk_arm()
         assert self.line("$POSITION=HERE") == ["ok"]

@@ -94,7 +94,7 @@ class Operator:
             line = f"G00 {'XYZ'[axis]}{way / 10_000:.4f}"
             line += f" ({self.rng.randrange(10 ** self.rng.randrange(20))})"
         elif kind == 3:
-            line, way = assign("repeats", self.rng.randrange(200)), 0
+            line, way = assign("servo_window", self.rng.randrange(1, 200)), 0
         else:
             line, way = self.rng.choice(("$I", "G04 P1", "G91 G94", "$L")), 0
         before = list(self.place)
@@ -162,7 +162,7 @@ class Operator:
                 raise LinkError("reset")
             held = self.cable.axes
             for _ in range(self.rng.randrange(30)):
-                self._enter(self.rng.choice(("$I", "$L", assign("optional_stop", 1), "$#")))
+                self._enter(self.rng.choice(("$I", "$L", assign("servo_window", 9), "$#")))
                 assert self.cable.axes == held, "it moves"
             if self.rng.random() < 0.5:
                 for byte in (b"~", b"\xb0") * 3:  # in vain: the link is guarded
