@@ -123,7 +123,7 @@ LINK = (
          "what guards stays while machining", f"{MACHINE} unit/firmware/test_depth_series.py"),
         ("machine_machining() || !stands()", "machine_machining()",
          "what guards stays in motion", MACHINE),
-        ("!hal_motion_read().moving : meter_rests()", "true : !hal_motion_read().moving",
+        ("!motion.moving : meter_rests() || (", "!motion.moving : !motion.moving || (",
          "... in slow motion, too",
          "cosim/test_status.py::test_what_guards_the_machine_stays_while_an_axis_creeps"),
         ("    if (program_running())\n", "    if (program_running() && settings_guard(number))\n",

@@ -183,7 +183,10 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
 }
 
 /* At rest; with safe outputs the drives are off, and an axis may rest away from its command. */
-static bool stands(void) { return hal_safe() ? !hal_motion_read().moving : meter_rests(); }
+static bool stands(void) {
+    hal_motion motion = hal_motion_read();
+    return hal_safe() ? !motion.moving : meter_rests() || (path_at_front() && motion.in_position);
+}
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
     uint32_t number, value;
