@@ -173,14 +173,17 @@ def test_actions_move_the_electrode_and_choose_the_pause(sinking):
 
 def test_a_short_is_left_whatever_the_agent_wants_and_costs_reward(sinking):
     environment = sinking()
-    environment.reset(seed=1)
+    _, began = environment.reset(seed=1)
     bench = environment.bench
     before = bench.discharges()
     bench.set("force.short", 1)
-    observation, reward, *_ = environment.step([1, -1])
+    observation, reward, _, _, info = environment.step([1, -1])
     shorted = bench.discharges()["short"] - before["short"]
     assert shorted >= 3
-    assert reward == pytest.approx(-environment.damage_um * shorted)
+    # A spark beside the shorts removes a little, which is rewarded as ever.
+    removed = 1000 * (info["removed_mm3"] - began["removed_mm3"]) / 10    # of 10 mm2
+    assert removed < 0.001
+    assert reward == pytest.approx(removed - environment.damage_um * shorted)
     for _ in range(3):
         observation, _, _, _, info = environment.step([1, -1])
     assert observation[AT["busy"]] == 1

@@ -16,7 +16,7 @@ from testbench.native.station import AXES
 __all__ = ["MM", "Told", "Witness"]
 
 MM = 10_000             # pulses
-REPORT = re.compile(r"<(\w+)[^|>]*\|MPos:([-\d.,]+)([^>]*)>")
+REPORT = re.compile(r"^<(\w+)[^|>]*\|MPos:([-\d.,]+)([^>]*)>", re.MULTILINE)
 ASKED_S = 0.05          # time within which a working controller answers a `?`
 # Forces that are no faults: the place of the work, and the operator's hand.
 NO_FAULT = {"force.arm", "force.gap_um", "force.debris", "force.fluid_ohm_cm", "force.short"}
