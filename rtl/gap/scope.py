@@ -196,7 +196,10 @@ class GapScope(wiring.Component):
         forced = Signal()
         with m.If(runs):
             m.d.sync += [
-                *(getattr(now, name).eq(getattr(self, name)) for name in LEVELS),
+                now.high.eq(self.high), now.arc.eq(self.arc), now.short.eq(self.short),
+                now.current.eq(self.current), now.noise.eq(self.noise),
+                now.on.eq(self.on), now.sense.eq(self.sense),
+                now.shorted.eq(self.shorted), now.state.eq(self.state),
                 now.voltage.eq(self.voltage), now.sampled.eq(self.voltage_valid),
                 now.pulse.eq(self._pulse(m)), forced.eq(self.force),
                 was.eq(now), looked.eq(1), first.eq(~looked),
@@ -208,7 +211,7 @@ class GapScope(wiring.Component):
         triggers = Signal()
         taken = Signal()            # an entry is written
         m.d.comb += [
-            changed.eq(Cat(getattr(now, name) != getattr(was, name) for name in LEVELS).any()),
+            changed.eq(Cat(now[name] != was[name] for name in LEVELS).any()),
             news.eq(first | changed | now.sampled | (now.pulse != Pulse.NONE) | stamp.all()),
             triggers.eq((self.recording == Recording.ARMED)
                         & (forced | self._happens(m, now, was, first))),
