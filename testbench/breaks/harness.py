@@ -29,6 +29,7 @@ SCRATCH = ROOT / "build" / "breaks"
 FIRMWARE = "softcore/firmware/"
 DEADLINE_S = 900
 PASSED, FAILED = 0, 1  # exit statuses of pytest
+BUILT = f"*-{'[0-9a-f]' * 16}"
 # Build results and foreign files: a copy makes its own, so nothing broken gets into a cache.
 LEFT_OUT = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__", ".*_cache", "*.egg-info")
 
@@ -109,17 +110,17 @@ def applied(one: Break) -> str:
 
 
 def _copied(folder: Path) -> None:
-    """Copy the checkout, and link Verilator's runtime and headers into the copy.
+    """Copy the checkout, and link what is built already of gateware and plant into the copy.
 
-    They hold nothing of the project's own, and to compile them takes longer than most tests.
+    Each build's folder is named by the digest of its sources, so a broken source makes a new one in
+    the copy, and only sound ones are shared. To build them anew takes longer than most tests.
     """
     shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
     kept = folder / "build" / "native"
     kept.mkdir(parents=True)
-    for pattern in ("runtime-*", "headers-*"):
-        for made in (ROOT / "build" / "native").glob(pattern):
-            if made.is_dir():
-                (kept / made.name).symlink_to(made)
+    for made in (ROOT / "build" / "native").glob(BUILT):
+        if made.is_dir():
+            (kept / made.name).symlink_to(made)
 
 
 def _run(command, folder):

@@ -198,3 +198,27 @@ def test_the_first_picture_comes_soon_and_a_page_that_is_closed_lets_go_of_the_c
         second.get_by_text("Take the controls").click()
         expect(element(second, "hold")).to_be_enabled()
     assert not complaints
+
+
+def test_the_work_is_touched_and_the_gap_recorded_from_the_page(chromium):
+    from playwright.sync_api import expect
+    complaints = []
+    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
+        page = opened(chrome, url, complaints)
+        expect(element(page, "state")).to_have_text("Idle")
+        page.get_by_role("tab", name="Touch").click()
+        expect(element(page, "touch")).to_be_disabled()     # nobody has the controls
+        page.get_by_role("tab", name="Gap").click()
+        expect(element(page, "scope-single")).to_be_disabled()
+        page.get_by_text("Take the controls").click()
+        element(page, "scope-single").click()
+        expect(element(page, "scope-state")).to_contain_text("Armed")
+        page.get_by_role("tab", name="Touch").click()
+        element(page, "touch").click()
+        # The surface is 0.1 mm below; the offset of the contact is not calibrated.
+        expect(page.get_by_text(re.compile(r"Edge found: Z -0\.(09[5-9]|10)"))).to_be_visible()
+        page.get_by_role("tab", name="Gap").click()     # contact is a short: it has triggered
+        expect(element(page, "scope-facts")).to_contain_text("number 1")
+        expect(element(page, "scope-facts")).to_contain_text("sensed short")
+        page.close()
+    assert not complaints

@@ -125,12 +125,12 @@ def test_no_axis_exceeds_its_own_speed_on_a_line(machine, rng):
             assert y == pytest.approx(1800 * abs(slot.delta[1]) / slot.length, rel=1e-3)
 
 
-@pytest.mark.parametrize(("plane", "slowest"), [("G17", 900), ("G18", 300), ("G19", 300)])
+@pytest.mark.parametrize(("plane", "slowest"), [("G17", 1500), ("G18", 300), ("G19", 300)])
 def test_an_arc_is_limited_by_the_slower_axis_of_its_plane(plane, slowest):
     machine = Controller(clock_hz=50_000_000)
     machine.unlock()
     machine.run(10_000)     # 0.2 s: the axes rest
-    for axis, speed in {"x": 900, "z": 300}.items():
+    for axis, speed in {"x": 1500, "z": 300}.items():
         assert machine.line(assign(f"highest_speed_{axis}", speed)) == ["ok"]
     letters, centre = {"G17": ("XY", "I"), "G18": ("ZX", "K"), "G19": ("YZ", "J")}[plane]
     machine.line(assign("arc_deviation_nm", 0))   # the bound of the lag is lower
