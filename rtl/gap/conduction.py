@@ -20,7 +20,7 @@ class Conduction(wiring.Component):
     the sample of a pulse in the clock after the pulse: there ``last`` is about the whole pulse.
 
     Ref: first patent (retraction from the tape): a shorting detector that monitors the contact "in
-    the form of the conduction current". The patent does not say how to tell a short from a
+    the form of the conduction current". The first patent does not say how to tell a short from a
     discharge; the delay is ours.
 
     Members

@@ -89,7 +89,7 @@ class Gap(wiring.Component):
         self.scope = GapScope(depth=scope_depth) if scope_depth else None
         self.short_detector = ShortDetector()
         self.voltage_valid = Signal()
-        self.converted = Signal()   # the converter ran in the last clock: a strobe of it is new
+        self.converted = Signal()   # the converter ran in the last clock, so a strobe is new
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
@@ -250,7 +250,7 @@ class Gap(wiring.Component):
         m.d.sync += removal.burning.eq(self.on & self.current & ~self.arc & ~self.short)
         m.d.comb += [
             removal.on.eq(registers.control_measure & self.wanted),
-            # A short, and the way back and forth, say nothing of the stock ahead.
+            # A short, and the way back and forth, tell nothing about the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
             removal.hold.eq(motion.paused | self.waiting),
             removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
@@ -285,15 +285,15 @@ class Gap(wiring.Component):
     def _fluid(self, m, removal):
         """Converter and fluid detector; return the converter's front end.
 
-        It also runs for the oscilloscope, and then nothing else hears of it.
+        While the converter runs for the oscilloscope alone, no other block sees its samples.
         """
         registers = self.registers.fluid
         sampler = Sampler(clock_hz=self.clock_hz)
         runs = registers.control_convert | (0 if self.scope is None else self.scope.runs)
         m.submodules.sampler = EnableInserter(runs)(sampler)
         m.d.sync += self.converted.eq(runs)
-        fault = Signal()    # as it was when the converter ran for others last
-        was = Signal()
+        fault = Signal()    # of the converter, when it last ran for more than the oscilloscope
+        was = Signal()      # ``fault`` a clock ago
         m.d.comb += fault.eq(Mux(registers.control_convert, sampler.fault, was))
         m.d.sync += was.eq(fault)
         m.submodules.fluid = fluid = FluidDetector()
