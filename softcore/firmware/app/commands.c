@@ -189,7 +189,7 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         return;
     watch_between();
     bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
-    if (program_running())
+    if (program_running() && !settings_switch(number))
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
     else if ((machine_machining() || !stands()) && settings_guard(number))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);

@@ -192,6 +192,11 @@ bool settings_guard(uint32_t number) {
     return which == SETTINGS || SETTINGS_TABLE_ROWS[which].guards;
 }
 
+bool settings_switch(uint32_t number) {
+    setting which = settings_find(number);
+    return which != SETTINGS && SETTINGS_TABLE_ROWS[which].any_time;
+}
+
 void settings_masked(char *text, size_t size) {
     size_t at = 0;
     *text = '\0';
