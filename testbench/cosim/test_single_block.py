@@ -20,9 +20,8 @@ def test_a_tape_stops_after_each_block_and_its_discharge_with_it():
         job.start(program(Data(), *BLOCKS))
         stops, burns = [], []
         while not job.told("program_end"):
-            paused = len(job.told("pause"))
-            job.until(lambda paused=paused: len(job.told("pause")) > paused
-                      or job.told("program_end"), "a stop", step=2000)
+            job.until(lambda: len(job.told("pause")) > len(stops) or job.told("program_end"),
+                      "a stop", step=2000)
             if not job.told("program_end"):
                 at = session.probe("axis_x_command"), session.probe("axis_y_command")
                 job.run(40_000)
