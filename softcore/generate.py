@@ -20,8 +20,8 @@ from softcore.tables.settings import SETTINGS
 HERE = Path(__file__).parent
 FIRMWARE = HERE / "firmware"
 REFERENCE = HERE.parent / "docs" / "reference"
-NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
-          "`python -m softcore.generate`; do not edit.")
+NOTICE = ("Generated from regmap.py, flashmap.py, linkmap.py, scopemap.py and tables/ in softcore "
+          "by `python -m softcore.generate`; do not edit.")
 
 
 def _kind(block: Block) -> str:

@@ -200,9 +200,9 @@ static bool function(hal_letter letter, int32_t code, fault *f) {
 /* Tell the retraction data in force. Only a complete set is in force; an operator may enter it in
    several blocks. */
 static void tell_set(void) {
-    retraction_layer set = retraction_combined(&state.memory);
-    if (!retraction_complete(&set))
+    if (!retraction_complete(&state.memory))
         return;
+    retraction_layer set = retraction_combined(&state.memory);
     char ceiling[TEXT_NUMBER] = "-";
     if (set.given & (1u << ITEM_Z))
         text_print(ceiling, sizeof ceiling, "%d", set.value[ITEM_Z] - state.offset[2]);

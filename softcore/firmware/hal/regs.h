@@ -1,4 +1,4 @@
-/* Generated from softcore/regmap.py and softcore/linkmap.py by `python -m softcore.generate`; do not edit. */
+/* Generated from regmap.py, flashmap.py, linkmap.py, scopemap.py and tables/ in softcore by `python -m softcore.generate`; do not edit. */
 #pragma once
 #include <stddef.h>
 #include <stdint.h>

@@ -19,13 +19,6 @@ ACK, NAK = 0x06, 0x15
 LOST = "the position is lost: $H finds it, or $POSITION=HERE accepts the counted one"
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 frame = Controller.framed
 REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 

@@ -20,13 +20,6 @@ PLANES = ((0, 1), (2, 0), (1, 2))
 NEAR, FAR = 15, 48
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def test_segment_is_as_long_as_its_line(machine, rng):
     """N is the distance rounded to whole pulses: the coordinate at the end counts them."""
     moves = [[rng.randint(-30000, 30000) for _ in range(3)] for _ in range(8)]
