@@ -34,7 +34,7 @@ LINK = (
         ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
          "no jog leads beyond the limits"),
         ("    after->incremental = state->incremental;\n", "", "a jog changes no mode"),
-        ("machine ? 0 : after->offset[axis]", "after->offset[axis]",
+        ("machine ? 0 : after->offset[axis]", "machine ? after->offset[axis] : after->offset[axis]",
          "G53 counts in the machine's frame"),
         ("fault_at(f, FAULT_JOG, b->g[i].column,", "fault_at(f, FAULT_MODAL, b->g[i].column,",
          "another code is error 16"),
