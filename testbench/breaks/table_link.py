@@ -126,7 +126,8 @@ LINK = (
         ("!motion.moving : meter_rests() || (", "!motion.moving : !motion.moving || (",
          "... in slow motion, too",
          "cosim/test_status.py::test_what_guards_the_machine_stays_while_an_axis_creeps"),
-        ("    if (program_running())\n", "    if (program_running() && settings_guard(number))\n",
+        ("program_running() && !settings_switch(number)",
+         "program_running() && !settings_switch(number) && settings_guard(number)",
          "no setting changes in a program", f"{TALK} {MACHINE}"),
         ("(void)machine_hold(true, 0);\n", "(void)machine_hold(false, 0);\n", "a hold holds",
          "unit/firmware/test_lines.py"),
@@ -233,7 +234,7 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", PROGRAM,
-        ("!machine_allows(false, true, f) || !gap_ready(f)", "!gap_ready(f)",
+        ("!machine_allows(false, true, f) || ", "",
          "a tape machines only when armed", MACHINE),
         ("    was_machining = machine_machining();\n    machine_discharge(false);\n",
          "    was_machining = machine_machining();\n", "a stop ends the discharge"),

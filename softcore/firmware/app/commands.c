@@ -35,11 +35,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Compiled for size: the link, not this code, limits how fast answers come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define VERSION "0.1"
 /* Rows of `$#`: work offsets, G28 and G30, G92 with the lines that grbl sends after it, wire
    offsets. */
@@ -194,7 +189,7 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         return;
     watch_between();
     bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
-    if (program_running())
+    if (program_running() && !settings_switch(number))
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
     else if ((machine_machining() || !stands()) && settings_guard(number))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
@@ -432,10 +427,6 @@ bool commands_serve(void) {
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
 
 /* The operator's reset. It drops everything received; the greeting follows when the line is
    quiet. */
