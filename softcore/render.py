@@ -264,19 +264,24 @@ def events_gateware(table: Sequence[Event]) -> str:
         text = "; ".join(parts)
         return f"{text}." if text else ""
 
-    lines = ['"""Kinds of events, their details, and widths of what is queued with them."""', "",
-             "from amaranth import *", "from amaranth.lib import enum", "",
-             '__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]', "",
-             "# Beside the kind.", "FIELDS = {"]
-    lines += [f'    "{name}": {f"signed({bits})" if sign else bits},'
-              for name, (bits, sign) in events.QUEUE.items()]
-    lines += ["}"]
+    def struct(name: str, doc: str, values: Iterable[str]) -> list[str]:
+        return ["", "", f"class {name}(data.Struct):", f'    """{doc}"""', "", "    kind: Event", *(
+            f"    {value}: {f'signed({bits})' if sign else bits}"
+            for value, (bits, sign) in ((value, events.QUEUE[value]) for value in values))]
+
+    lines = ['"""Events: their kinds and details, and the structures that hold one."""', "",
+             "from amaranth import *", "from amaranth.lib import data, enum", "",
+             '__all__ = ["Cause", "Event", "Halt", "Happened", "Phase", "Queued", "Reason"]']
     lines += _class("Event", "Kinds of events.", (
         (one.number, one.name, contents(one)) for one in events.numbered(table)))
     lines += _class("Cause", "Why a retraction starts.", rows(events.CAUSES))
     lines += _class("Reason", "Why a retraction ends.", rows(events.REASONS))
     lines += _class("Phase", "How a re-advance goes.", rows(events.PHASES))
     lines += _class("Halt", "Why the machine halts.", rows(events.HALTS))
+    lines += struct("Happened", "An event as its source tells it; ``cycle`` is the clock when it "
+                    "happened.", events.TOLD)
+    lines += struct("Queued", "An event as the firmware gets it: with the machine's place on the "
+                    "path.", events.QUEUE)
     return "\n".join(lines) + "\n"
 
 

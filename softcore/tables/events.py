@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["CAUSES", "EVENTS", "HALTS", "PHASES", "QUEUE", "REASONS", "SOURCES", "Choice", "Event",
-           "Field", "named", "numbered"]
+__all__ = ["CAUSES", "EVENTS", "HALTS", "PHASES", "QUEUE", "REASONS", "SOURCES", "TOLD", "Choice",
+           "Event", "Field", "named", "numbered"]
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,8 @@ def _field(name: str, kind: Kind, doc: str, *, unit: str = "", choices: tuple[Ch
 QUEUE: dict[str, tuple[int, bool]] = {
     "detail": (8, False), "slot": (8, False), "cycle": (32, False), "path": (32, True),
     "first": (32, False), "second": (32, False)}
+# Those of them that the source of an event tells. The queue adds the place.
+TOLD = ("detail", "cycle", "first", "second")
 
 EVENTS: tuple[Event, ...] = (
     Event(name="program_start", word="start", doc="The program has begun.", fields=(

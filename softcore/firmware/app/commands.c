@@ -36,11 +36,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Compiled for size: the link, not this code, limits how fast answers come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* Rows of `$#`: work offsets, G28 and G30, G92 with the lines that grbl sends after it, wire
    offsets. */
 #define OFFSET_PLACES PLAN_SYSTEMS
@@ -431,10 +426,6 @@ bool commands_serve(void) {
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
 
 /* The operator's reset. It drops everything received; the greeting follows when the line is
    quiet. */

@@ -13,11 +13,6 @@
 #include "path/path.h"
 #include "store/slots.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define VERSION "0.1"
 #define COMMAND 9u      /* characters of $FIRMWARE */
 
@@ -139,7 +134,3 @@ bool firmware_step(bool journal_works) {
     slots_step(watch_between);
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

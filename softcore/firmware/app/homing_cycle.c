@@ -14,11 +14,6 @@
 #include "hal/hal.h"
 #include "path/path.h"
 
-/* Compiled for size: nothing here is in a hurry. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define REST_US 50000       /* axes without drives rest when they have stood for so long */
 #define LEAVE_UM_MIN 60000  /* on a switch the gateware allows no more */
 #define AGAIN 2             /* the slow approach looks as many pull-offs far */
@@ -192,7 +187,3 @@ void homing_cycle_step(void) {
     else
         fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

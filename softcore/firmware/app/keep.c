@@ -18,11 +18,6 @@
 #include "store/flash.h"
 #include "store/journal.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 enum { SETTINGS_KIND, PLACES_KIND, CONDITIONS_KIND, CLASSES_KIND };
 _Static_assert(CLASSES_KIND + 1 == JOURNAL_KINDS, "the journal knows the number of kinds");
 
@@ -254,7 +249,3 @@ void keep_restore(char what, uint32_t length, fault *f) {
     }
     output_line("[MSG:Restoring defaults]");
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
 
 static uint32_t values[SETTINGS];
@@ -284,10 +279,6 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
     return settings_set(number, value) ||
            fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", number);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
 
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_lag_clocks(void) { return lag_clocks; }

@@ -3,11 +3,6 @@
 
 #include "hal/hal.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 enum { READ = 0x03, STATUS = 0x05, WRITE_ENABLE = 0x06, PROGRAM = 0x02, ERASE = 0x20,
        WAKE = 0xab, IDENTIFY = 0x9f };
 #define STATUS_BUSY 1u
@@ -85,7 +80,3 @@ void flash_erase(unsigned sector) {
     command_at(ERASE, sector, 0);
     flash_end();
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,11 +5,6 @@
 #include "store/crc32.h"
 #include "store/flash.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 #define PAGES (FLASH_SECTOR / FLASH_PAGE)
 #define HEAD 12u
 #define CHECK 4u
@@ -326,7 +321,3 @@ bool journal_step(void) {
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -4,11 +4,6 @@
 #include "hal/hal.h"
 #include "store/flash.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define MARK 0x31464b47u        /* GKF1 */
 #define TRIED FLASH_PAGE        /* places of the marks in a slot's first sector */
 #define CONFIRMED (2 * FLASH_PAGE)
@@ -364,7 +359,3 @@ void slots_step(void (*between)(void)) {
         break;
     }
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
