@@ -74,7 +74,7 @@ def orders(image: bytes) -> Iterator[str]:
 
 
 def _built(memory: int, say: Callable[[str], None]) -> bytes:
-    """This checkout's firmware for a memory."""
+    """Compile the checkout's firmware for a memory."""
     from softcore.image import FirmwareError, target_image
     try:
         return target_image(memory, say).read_bytes()
@@ -153,8 +153,8 @@ def firmware(url: str, *, baud: int, file: Path | None, built_in: bool, console:
                 link.command(line)
     finally:
         port.close()
-    say(f"Firmware {digest:08x} is in the flash memory, whole. Switch the controller off and on: it "
-        "runs on trial then. Call the same command again, and it stays; without that, the next "
+    say(f"Firmware {digest:08x} is in the flash memory, whole. Switch the controller off and on: "
+        "it runs on trial then. Call the same command again, and it stays; without that, the next "
         "power-on brings the present one back.")
 
 

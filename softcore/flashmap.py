@@ -5,8 +5,8 @@ from softcore.registers import Block, Field, registers, value
 
 __all__ = ["FLASH"]
 
-FLASH = Block(name="flash", base=0x080, doc="Serial flash memory, which keeps the journal and firmware; "
-              "see ``softcore.flash``.", registers=registers(
+FLASH = Block(name="flash", base=0x080, doc="Serial flash memory of the journal and of firmware; see "
+              "``softcore.flash``.", registers=registers(
     ("send", "Exchange a byte with the memory. Does nothing while ``busy``.",
      value(8, "The byte to the memory.", access="w"), "write"),
     ("select", "Select the memory, around the bytes of a command.", value(1, "1: selected.")),
