@@ -5,7 +5,7 @@ from softcore.registers import Block, Field, registers, value
 
 __all__ = ["FLASH"]
 
-FLASH = Block(name="flash", base=0x080, doc="Serial flash memory of the journal and of firmware; see "
+FLASH = Block(name="flash", base=0x080, doc="Serial flash memory of journal and firmware; see "
               "``softcore.flash``.", registers=registers(
     ("send", "Exchange a byte with the memory. Does nothing while ``busy``.",
      value(8, "The byte to the memory.", access="w"), "write"),

@@ -32,7 +32,7 @@ _Static_assert(offsetof(system_regs, sleep) == 0x1c, "");
 #define SYSTEM_SLEEP_VALUE_MASK 0x0000ffffu
 #define SYSTEM ((system_regs *)0x80000000u)
 
-/* Serial flash memory of the journal and of firmware; see ``softcore.flash``. */
+/* Serial flash memory of journal and firmware; see ``softcore.flash``. */
 typedef volatile struct {
     uint32_t send; /* Exchange a byte with the memory. Does nothing while ``busy``. */
     uint32_t select; /* Select the memory, around the bytes of a command. */

@@ -152,8 +152,8 @@ def test_arm_held_at_power_on_and_an_order_lead_back(memory):
     assert running(machine) == (0, "built-in", BASE)
 
 
-def cuts(memory, before, step):
-    """Cut the power at every ``step``-th byte; ``before`` slots have had firmware."""
+def cuts(memory, before, every=lambda total: range(total + 1)):
+    """Cut the power at bytes of a transfer; ``before`` slots have had firmware."""
     start = booted(memory)
     old = (0, "built-in", BASE)
     for number in range(before):
@@ -169,7 +169,7 @@ def cuts(memory, before, step):
     total = memory.units - units
     assert total == 2 * ERASE_UNITS + len(FIRST) + model.HEAD
     found = []
-    for cut in [*range(0, total - 1, step), total - 1, total]:
+    for cut in every(total):
         for place, held in zip(PLACES, begins, strict=True):
             memory.write(place, held)
         machine = booted(memory)
@@ -188,13 +188,14 @@ def cuts(memory, before, step):
 @pytest.mark.parametrize("before", [0, 1, 2])
 def test_a_power_cut_leaves_the_old_or_the_new(memory, before):
     """The built-in firmware, that of a slot, and that of a slot with an older one in the other."""
-    cuts(memory, before, 7)
+    cuts(memory, before, lambda total: [*range(0, total - model.HEAD, 37),
+                                        *range(total - model.HEAD, total + 1, 6)])
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("before", [0, 1, 2])
 def test_a_power_cut_at_every_byte_leaves_the_old_or_the_new(memory, before):
-    cuts(memory, before, 1)
+    cuts(memory, before)
 
 
 def test_a_cut_while_it_is_marked_as_tried_starts_it_later(memory):
