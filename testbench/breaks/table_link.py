@@ -34,7 +34,7 @@ LINK = (
         ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
          "no jog leads beyond the limits"),
         ("    after->incremental = state->incremental;\n", "", "a jog changes no mode"),
-        ("machine ? 0 : after->offset[axis]", "after->offset[axis]",
+        ("machine ? 0 : after->offset[axis]", "machine ? after->offset[axis] : after->offset[axis]",
          "G53 counts in the machine's frame"),
         ("fault_at(f, FAULT_JOG, b->g[i].column,", "fault_at(f, FAULT_MODAL, b->g[i].column,",
          "another code is error 16"),
@@ -183,6 +183,13 @@ LINK = (
          "more steps than pulses are not in force"),
         ("before == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES", "false",
          "the same value leaves the gear"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_path.py",
+        ("    if (!percent)\n        return in_force;\n", "",
+         "the bound on arcs of the plain loop is that of the plain loop"),
+        (" - lag * 20000 / 9", "", "the bound on arcs knows the drive's lag"),
+        ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "app/execute.h"
+#include "app/firmware.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -186,6 +187,7 @@ void keep_tell(void) {
     if (told)
         return;
     told = true;
+    firmware_tell_found();
     static const char *const SAYS[] = {
         [JOURNAL_NONE] = "no flash memory answers (identity %u): power-off clears settings and offsets",
         [JOURNAL_UNREADABLE] = "the journal in flash memory cannot be read: settings, offsets, "
@@ -206,6 +208,8 @@ bool keep_step(void) {
             editions[kind] = edition(kind);
             journal_note(kind);
         }
+    if (firmware_step(journal_waits()))
+        return true;
     if (!journal_waits() || machine_machining() || !meter_rests())
         return false;
     watch_between();
