@@ -230,6 +230,7 @@ class Controller(wiring.Component):
             self.contactor.eq(arming.contactor),
             registers.arming_contactor.eq(arming.contactor),
             registers.arming_armed.eq(arming.armed),
+            registers.arming_pressed.eq(self.arm),
         ]
 
     def _guard(self, m):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write the files derived from the tables: ``python -m softcore.generate``."""
 
+import hashlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -92,6 +93,21 @@ def c_header() -> str:
     return "\n".join(lines) + "\n"
 
 
+def edition() -> int:
+    """Digest of all that the firmware knows of the gateware: registers, events, bytes of the link.
+
+    Firmware and gateware fit together if it is the same for both. It covers the descriptions too:
+    a changed meaning is another edition.
+    """
+    known = c_header() + render.events_header(EVENTS)
+    return int.from_bytes(hashlib.sha256(known.encode()).digest()[:4], "little")
+
+
+def edition_header() -> str:
+    """C header with the edition, for ``start.S`` too."""
+    return f"/* {NOTICE} */\n#define GATEWARE_EDITION 0x{edition():08x}\n"
+
+
 def _override(one: linkmap.Override) -> str:
     """Row of a byte that changes an override: byte, override, value to set or 0, step."""
     return f"row(0x{one.byte:02x}u, {one.of}, {one.to or 0}, {one.by})"
@@ -172,6 +188,7 @@ def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, 
 BASE_ROOM, HAL_ROOM = FIRMWARE / "base", FIRMWARE / "hal"
 OUTPUTS: dict[Path, Callable[[], str]] = {
     HAL_ROOM / "regs.h": c_header,
+    HAL_ROOM / "edition.h": edition_header,
     REFERENCE / "registers.md": reference,
 } | dict((
     _made(BASE_ROOM / "settings_table.h", "settings", lambda: render.settings_header(SETTINGS)),

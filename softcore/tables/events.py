@@ -180,8 +180,8 @@ EVENTS: tuple[Event, ...] = (
           fields=(
         _field("code", "count", "Number of the alarm."),
         _field("text", "text", "The sentence of the alarm, with its place."))),
-    Event(name="pause", word="pause", doc="M00, or M01 if it stops. In simulation `run` resumes "
-          "by itself; at a port Enter does.",
+    Event(name="pause", word="pause", doc="M00, M01 if it stops, or the end of a block in single "
+          "block. In simulation `run` resumes by itself; at a port Enter does.",
           filed=False),
     Event(name="program_end", word="end", doc="The program has ended."),
 )

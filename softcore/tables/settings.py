@@ -44,10 +44,10 @@ class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
     ``$ES`` sends ``title`` and ``unit``. ``meaning`` is for the page; ``{name}`` stands for the
-    number of another setting and ``{alarm_name}`` for that of an alarm. No setting can change
-    while a program runs. A setting that ``guards`` the machine cannot change while the machine
-    moves or machines either. ``switches_off`` names the guard that the value 0 switches off, for
-    the status report; ``""`` if there is none.
+    number of another setting and ``{alarm_name}`` for that of an alarm. Only an operator's switch
+    can change at ``any_time``, the others not while a program runs. A setting that ``guards`` the
+    machine cannot change while the machine moves or machines either. ``switches_off`` names the
+    guard that the value 0 switches off, for the status report; ``""`` if there is none.
     """
 
     number: int
@@ -61,15 +61,17 @@ class Setting:
     meaning: str
     guards: bool = True
     switches_off: str = ""
+    any_time: bool = False
 
 
 def _set(number: int, name: str, title: str, unit: str, bounds: tuple[int, int, int], group: Group,
-         meaning: str, *, guards: bool = True, switches_off: str = "") -> Setting:
+         meaning: str, *, guards: bool = True, switches_off: str = "",
+         any_time: bool = False) -> Setting:
     """Setting with its default, lowest and highest value as ``bounds``."""
     default, lowest, highest = bounds
     return Setting(number=number, name=name, title=title, unit=unit, default=default,
                    lowest=lowest, highest=highest, group=group, meaning=meaning, guards=guards,
-                   switches_off=switches_off)
+                   switches_off=switches_off, any_time=any_time)
 
 
 def _travel(number: int, end: str, axis: str) -> Setting:
@@ -142,9 +144,10 @@ SETTINGS: tuple[Setting, ...] = (
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
     _set(423, "block_skip", "blocks with / are skipped", "", (1, 0, 1), "program",
-         "1: blocks that begin with `/` are skipped. 0: they are carried out.", guards=False),
+         "1: blocks that begin with `/` are skipped. 0: they are carried out. It holds "
+         "from the next block on that is read.", guards=False, any_time=True),
     _set(424, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
-         "1: M01 stops as M00 does. 0: it does nothing.", guards=False),
+         "1: M01 stops as M00 does. 0: it does nothing.", guards=False, any_time=True),
     _set(425, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
          "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T in this time."),
     _set(426, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
@@ -239,7 +242,9 @@ SETTINGS: tuple[Setting, ...] = (
          "of the coders uses it."),
     _set(457, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
          (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes moves the path inwards. The "
-         "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
+         "speed on arcs is limited so that it moves by no more than this in the loop that is in "
+         "force (`${feed_forward}`), with drives that are up to a tenth slower than "
+         "`${loop_gain}` says. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
     _set(464, "short_mean_mv", "short: by a mean voltage below this (0 by pulses)", "mV",
@@ -261,10 +266,11 @@ SETTINGS: tuple[Setting, ...] = (
          "time from the start, or within `${blanking_ns}` if that is longer. A discharge that "
          "ignites in it counts, too. For the sensing pulses the comparator of the current needs a "
          "level of its own, below what they carry."),
-    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (0, 0, 100),
+    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (100, 0, 100),
          "loop", "Share of the path's speed that goes to the drives at once, beside the position "
          "loop. 100: an axis lags only as far as its drive does by itself. 0: the plain loop of "
-         "the first patent, in which an axis moves only as far as it lags."),
+         "the first patent, in which an axis moves only as far as it lags. `gapkeeper tune` "
+         "measures what the drives allow."),
     _set(470, "back_acceleration_mm_s2", "way back: acceleration (0 as forward)", "mm/s2",
          (0, 0, 100_000), "motion", "Acceleration along the path on the way back, above "
          "`${back_start_speed_um_s}`. 0: that of `${acceleration_mm_s2}`."),
@@ -327,6 +333,14 @@ SETTINGS: tuple[Setting, ...] = (
     _set(537, "home_pull_off_um", "homing: pull-off", "um", (1000, 10, 20_000), "travel",
          "How far the axis goes away from its reference switch. There it stands at the end of its "
          "travel: at its soft limit on that side.", guards=False),
+    _set(538, "single_block", "single block", "", (0, 0, 1), "program",
+         "1: a tape stops after each of its blocks, as at M00: the discharge is off, and `~` goes "
+         "on. Switched on in a run, it stops after the first block that is not planned yet.",
+         guards=False, any_time=True),
+    _set(539, "dry_run_mm_min", "dry run: feed of cuts (0 off)", "mm/min", (0, 0, 60_000),
+         "program", "Not 0: M03 switches no discharge on and needs no arming, G95 does not serve, "
+         "and cuts go at this feed, at most `${highest_speed_mm_min}`. Overrides scale it. Rapids, "
+         "jogs and touch-offs keep their speeds."),
 )
 
 

@@ -34,7 +34,7 @@ LINK = (
         ("path_words_target(c, t, axis,", "path_words_target(c, machine ? t : &TRAVEL_ALL, axis,",
          "no jog leads beyond the limits"),
         ("    after->incremental = state->incremental;\n", "", "a jog changes no mode"),
-        ("machine ? 0 : after->offset[axis]", "after->offset[axis]",
+        ("machine ? 0 : after->offset[axis]", "machine ? after->offset[axis] : after->offset[axis]",
          "G53 counts in the machine's frame"),
         ("fault_at(f, FAULT_JOG, b->g[i].column,", "fault_at(f, FAULT_MODAL, b->g[i].column,",
          "another code is error 16"),
@@ -126,7 +126,8 @@ LINK = (
         ("!motion.moving : meter_rests() || (", "!motion.moving : !motion.moving || (",
          "... in slow motion, too",
          "cosim/test_status.py::test_what_guards_the_machine_stays_while_an_axis_creeps"),
-        ("    if (program_running())\n", "    if (program_running() && settings_guard(number))\n",
+        ("program_running() && !settings_switch(number)",
+         "program_running() && !settings_switch(number) && settings_guard(number)",
          "no setting changes in a program", f"{TALK} {MACHINE}"),
         ("(void)machine_hold(true, 0);\n", "(void)machine_hold(false, 0);\n", "a hold holds",
          "unit/firmware/test_lines.py"),
@@ -184,6 +185,13 @@ LINK = (
          "the same value leaves the gear"),
     ),
     *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_path.py",
+        ("    if (!percent)\n        return in_force;\n", "",
+         "the bound on arcs of the plain loop is that of the plain loop"),
+        (" - lag * 20000 / 9", "", "the bound on arcs knows the drive's lag"),
+        ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
+    ),
+    *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
         ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
          "        value > SETTINGS_TABLE_ROWS[which].highest",
@@ -233,7 +241,7 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", PROGRAM,
-        ("!machine_allows(false, true, f) || !gap_ready(f)", "!gap_ready(f)",
+        ("!machine_allows(false, true, f) || ", "",
          "a tape machines only when armed", MACHINE),
         ("    was_machining = machine_machining();\n    machine_discharge(false);\n",
          "    was_machining = machine_machining();\n", "a stop ends the discharge"),

@@ -13,9 +13,37 @@ LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
 TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
+SINGLE = "unit/firmware/test_single_block.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
+    *breaks_of(
+        "softcore/firmware/app/execute.c", SINGLE,
+        ("return !by_hand && length && settings", "return length && settings",
+         "a line entered by hand is no single block"),
+        ("return !by_hand && length && settings", "return !by_hand && settings",
+         "a comment is no single block"),
+        ("work->acts_after || single() ?", "work->acts_after ?",
+         "single block stops after the motion"),
+        ("        if (!single())\n            return PART_DONE;\n    }",
+         "        return PART_DONE;\n    }", "single block stops"),
+        ("machine_dry() ? FEED_CONSTANT : mode", "mode", "G95 does not serve in a dry run"),
+        ("|| rapid || jog_active()", "|| rapid", "a jog keeps its speed in a dry run"),
+        ("!dry || rapid ||", "!dry ||", "a rapid keeps its speed in a dry run"),
+        ("dry < highest ? dry : highest", "dry", "a dry run is no faster than the machine"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/machine.c", SINGLE,
+        ("machining = on && !machine_dry();", "machining = on;", "a dry run has no discharge"),
+        ("    burns = burns && !machine_dry();\n", "", "a dry run needs no arming"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/commands.c", SINGLE,
+        ("program_running() && !settings_switch(number)", "program_running()",
+         "a switch is turned while a program runs"),
+        ("program_running() && !settings_switch(number)", "!settings_switch(number) && false",
+         "no other setting changes while a program runs"),
+    ),
     *breaks_of(
         "softcore/firmware/app/machine.c", "unit/firmware/test_image_watch.py",
         ("    if (!image_watch_sound(f))\n        return false;\n", "",

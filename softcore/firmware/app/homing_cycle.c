@@ -14,11 +14,6 @@
 #include "hal/hal.h"
 #include "path/path.h"
 
-/* Compiled for size: nothing here is in a hurry. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define REST_US 50000       /* axes are at rest when they have stood for this time */
 #define LEAVE_UM_MIN 60000  /* highest speed that the gateware allows on a switch */
 #define AGAIN 2             /* longest slow approach, in pull-offs */
@@ -195,7 +190,3 @@ void homing_cycle_step(void) {
     else
         fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -18,11 +18,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Compiled for size: the link, not this code, limits how fast answers come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS, PART_SEND } part;
 
 void status_init(void) { part = PART_NONE; }
@@ -76,13 +71,17 @@ bool status_wanted(void) { return part != PART_NONE; }
 __attribute__((noinline)) void status_tell(void) {
     static char report[OUTPUT_LINE];
     static uint32_t length;
+    static int32_t errors[HAL_AXES];
+    int32_t places[HAL_AXES];
     uint32_t size = sizeof report - length;
     switch (part) {
     case PART_NONE: break;
     case PART_PLACE:
+        /* With their places, so that both are of one moment: their sum is the command's place. */
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            places[axis] = hal_axis_position(axis), errors[axis] = hal_axis_error(axis);
         length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|Bf:%u,%u", state_name(),
-                            hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
-                            path_free(), bytes_free());
+                            places[0], places[1], places[2], path_free(), bytes_free());
         part = PART_FEED;
         break;
     case PART_FEED: {
@@ -108,7 +107,7 @@ __attribute__((noinline)) void status_tell(void) {
         settings_masked(masked, sizeof masked);
         watch_between();
         text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
-                   hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
+                   errors[0], errors[1], errors[2],
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
                    *masked ? "|Off:" : "", masked, settings_short());
@@ -132,7 +131,3 @@ void status_tell_modes(void) {
                 auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
                 um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

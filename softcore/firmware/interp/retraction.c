@@ -3,11 +3,6 @@
 
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 const char RETRACTION_LETTERS[ITEMS] = {'R', 'L', 'H', 'E', 'Q', 'Z'};
 
 #define ALL_BUT_CEILING ((1u << ITEM_Z) - 1)
@@ -72,7 +67,3 @@ hal_retraction retraction_rates(const retraction_layer *set, const retraction_ju
     }
     return data;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -3,11 +3,6 @@
 
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
     uint32_t letters = BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | BLOCK_BIT('E') |
                        BLOCK_BIT('Q') | BLOCK_BIT('Z');
@@ -89,7 +84,3 @@ bool retraction_words_jump(context *c, uint32_t highest_speed) {
         return fault_at(c->f, FAULT_RETRACTION, 0, "G38 needs retraction data (G36) before it");
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -402,3 +402,19 @@ def test_a_tape_waits_for_its_end(machine, byte):
         machine.send(RESUME)
         machine.run(1500)
     assert machine.axes[0] == 10_000
+
+
+def test_a_tape_waits_until_the_axes_have_come_to_rest(machine):
+    """The path of the jog has ended, but the axes must have stood for 20 ms, some 40 passes."""
+    rows = punched(["G91 G00 X1", "M02"])
+    machine.library.gk_speed(1 << 30)
+    assert machine.line("$J=G91 Y0.001 F600", 14) == ["ok"]
+    assert machine.axes[1] == 10
+    parts = [b"", *(rows[at:at + 64] for at in range(0, len(rows), 64))]
+    for number, part in enumerate(parts):
+        machine.send(machine.framed(len(part), number, part))
+        machine.run(3)
+    machine.run(10)
+    assert events(machine.lines, "start") == []
+    machine.run(REST)
+    assert len(events(machine.lines, "start")) == 1
