@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from amaranth.hdl import Fragment, Module, ResetInserter, Shape
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In
 
 from rtl.controller import Controller
 from rtl.power import condition
@@ -80,13 +80,32 @@ def test_a_width_is_written_once():
         assert len(made.registers.servo.step) == len(made.condition.words.servo_step) == bits
 
 
+class Restarted(wiring.Component):
+    """The registers, with a reset as by a supply that fails for a moment.
+
+    Every test of the bus simulates them, so that their Verilog is compiled once.
+    """
+
+    restart: In(1)
+
+    def __init__(self):
+        super().__init__()
+        self.file = RegisterFile(BLOCKS)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.file = ResetInserter(self.restart)(self.file)
+        return m
+
+
 def behind(dut, block, register, field):
     """Signal behind a field."""
     return getattr(getattr(dut.fields, block.name), member(register, field))
 
 
 def test_bus_follows_the_model(simulate, rng):
-    dut, model = RegisterFile(BLOCKS), Model(BLOCKS)
+    design, model = Restarted(), Model(BLOCKS)
+    dut = design.file
     strobes = {f"{block.name}_{register.name}":
                getattr(getattr(dut.fields, block.name), f"{register.name}_strobe")
                for block in BLOCKS for register in block.registers if register.pulse == "write"}
@@ -141,31 +160,13 @@ def test_bus_follows_the_model(simulate, rng):
                 assert value % (1 << field.bits) == model.values[
                     block.name, register.name, field.name]
 
-    simulate(dut, bench, deadline=1)
-
-
-class Restarted(wiring.Component):
-    """The registers' bus, with a reset as by a supply that fails for a moment."""
-
-    restart: In(1)
-    adr: In(10)
-    we: In(1)
-    stb: In(1)
-    dat_w: In(32)
-    dat_r: Out(32)
-
-    def elaborate(self, platform):
-        m = Module()
-        dut = RegisterFile(BLOCKS)
-        m.submodules.dut = ResetInserter(self.restart)(dut)
-        m.d.comb += [dut.adr.eq(self.adr), dut.we.eq(self.we), dut.stb.eq(self.stb),
-                     dut.dat_w.eq(self.dat_w), self.dat_r.eq(dut.dat_r)]
-        return m
+    simulate(design, bench, deadline=1)
 
 
 def test_after_a_reset_every_register_reads_as_its_initial_value(simulate):
     """The memory behind the registers keeps what was written; a register does not."""
-    dut, model = Restarted(), Model(BLOCKS)
+    design, model = Restarted(), Model(BLOCKS)
+    dut = design.file
     addresses = [block.base + register.offset for block in BLOCKS for register in block.registers
                  if {field.access for field in register.fields} == {"rw"}]
     assert len(addresses) > 90
@@ -191,15 +192,16 @@ def test_after_a_reset_every_register_reads_as_its_initial_value(simulate):
                 model.write(address, word)
             for address in addresses:
                 assert await access(ctx, address) == model.read(address, {})
-            ctx.set(dut.restart, 1)
+            ctx.set(design.restart, 1)
             await ctx.tick()
-            ctx.set(dut.restart, 0)
+            ctx.set(design.restart, 0)
 
-    simulate(dut, bench, deadline=1)
+    simulate(design, bench, deadline=1)
 
 
 def test_every_bit_of_a_guarded_register_that_turns_over_is_found(simulate, rng):
-    dut = RegisterFile(BLOCKS)
+    design = Restarted()
+    dut = design.file
     guarded = [each for each in FIELDS if each[2].guarded]
     assert {field.access for _, _, field in guarded} == {"rw"}
     damaged = [getattr(getattr(dut.fields, block.name), f"{member(register, field)}_damaged")
@@ -225,11 +227,12 @@ def test_every_bit_of_a_guarded_register_that_turns_over_is_found(simulate, rng)
                     ctx.set(dut.stb, 0)
                     await settle(ctx)
 
-    simulate(dut, bench, deadline=1)
+    simulate(design, bench, deadline=1)
 
 
 def test_a_read_that_takes_is_told_once(simulate):
-    dut = RegisterFile(BLOCKS)
+    design = Restarted()
+    dut = design.file
     strobe = dut.fields.link.receive_strobe
 
     async def bench(ctx):
@@ -243,4 +246,4 @@ def test_a_read_that_takes_is_told_once(simulate):
         await ctx.tick()
         assert not ctx.get(strobe), "a write takes nothing"
 
-    simulate(dut, bench)
+    simulate(design, bench)
