@@ -427,6 +427,33 @@ def touch(
 
 
 @app.command()
+def tune(
+    axes: Annotated[str, typer.Argument(
+        metavar="[AXES]", help="Axes to move, each with the way that is free: X+Y+Z+.")] = "X+Y+Z+",
+    port: Annotated[str, typer.Option(
+        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
+                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    travel: Annotated[float, typer.Option(
+        metavar="MM", help="How far each axis goes, and back.")] = 3.0,
+    picture: Annotated[Path, typer.Option(
+        "--out", metavar="FILE", dir_okay=False,
+        help="Picture of measured and predicted steps, SVG.")] = Path("build/tune.svg"),
+    machine: Annotated[str, typer.Option(
+        metavar="NAME|FILE", help="As of `run`.")] = "sinker",
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+) -> None:
+    """Measure the drives by small motions, and propose the settings of the position loop.
+
+    The discharge must be off, and the position known. Each axis goes to and fro four times. Gain,
+    offset, lag and dead time of its drive are told, and what they mean for the settings. Nothing is
+    changed.
+    """
+    from host.tune.command import tune as tune_at
+    tune_at(port, axes, travel_mm=travel, baud=baud, machine=machine, picture=picture, console=out)
+
+
+@app.command()
 def bench() -> None:
     """Measure, and print the figures as one table.
 

@@ -242,7 +242,9 @@ SETTINGS: tuple[Setting, ...] = (
          "of the coders uses it."),
     _set(457, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
          (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes moves the path inwards. The "
-         "speed on arcs is limited so that it moves by no more than this. 0: no such limit."),
+         "speed on arcs is limited so that it moves by no more than this in the loop that is in "
+         "force (`${feed_forward}`), with drives that are up to a tenth slower than "
+         "`${loop_gain}` says. 0: no such limit."),
     *(_travel(458 + k, "lower", axis) for k, axis in enumerate("XYZ")),
     *(_travel(461 + k, "upper", axis) for k, axis in enumerate("XYZ")),
     _set(464, "short_mean_mv", "short: by a mean voltage below this (0 by pulses)", "mV",
@@ -264,10 +266,11 @@ SETTINGS: tuple[Setting, ...] = (
          "time from the start, or within `${blanking_ns}` if that is longer. A discharge that "
          "ignites in it counts, too. For the sensing pulses the comparator of the current needs a "
          "level of its own, below what they carry."),
-    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (0, 0, 100),
+    _set(469, "feed_forward", "velocity feed-forward (0 plain loop)", "%", (100, 0, 100),
          "loop", "Share of the path's speed that goes to the drives at once, beside the position "
          "loop. 100: an axis lags only as far as its drive does by itself. 0: the plain loop of "
-         "the first patent, in which an axis moves only as far as it lags."),
+         "the first patent, in which an axis moves only as far as it lags. `gapkeeper tune` "
+         "measures what the drives allow."),
     _set(470, "back_acceleration_mm_s2", "way back: acceleration (0 as forward)", "mm/s2",
          (0, 0, 100_000), "motion", "Acceleration along the path on the way back, above "
          "`${back_start_speed_um_s}`. 0: that of `${acceleration_mm_s2}`."),

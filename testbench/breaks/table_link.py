@@ -185,6 +185,13 @@ LINK = (
          "the same value leaves the gear"),
     ),
     *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_path.py",
+        ("    if (!percent)\n        return in_force;\n", "",
+         "the bound on arcs of the plain loop is that of the plain loop"),
+        (" - lag * 20000 / 9", "", "the bound on arcs knows the drive's lag"),
+        ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
+    ),
+    *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
         ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
          "        value > SETTINGS_TABLE_ROWS[which].highest",

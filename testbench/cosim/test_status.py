@@ -16,11 +16,12 @@ from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
 MM = 10_000             # pulses
+DRIVE_S = 4.096e-3      # lag of a drive in the controller's model of it
 REST_PULSES = 2         # that an axis may still creep when it is at rest,
 REST_MM_S = 0.02        # or by its speed
 PATIENCE_S = 20.0
 LINK_STEP = 6500        # clocks of the link's task, of the watchdog's 10 000
-DATA = "G36 R300 L0.5 H600 E60 Q0.05"
+DATA = "G36 R300 L20 H600 E60 Q0.05"    # a limit further away than any retraction here lasts
 ACTING = {one.byte: one.name for one in REALTIME} | {DOOR: "hold"}
 OVERRIDES = {one.byte for one in OVERRIDE_BYTES}
 
@@ -121,7 +122,7 @@ def test_what_guards_the_machine_stays_while_an_axis_creeps(hand):
     hand.enter(assign("follow_moving", 5000))
 
 
-@pytest.mark.parametrize("move", ["G00 X2 Y-1", "G01 Z0.05 F300", "G02 X1 Y1 I1 J0 F900"])
+@pytest.mark.parametrize("move", ["G00 X2 Y-1", "G01 Z0.2 F300", "G02 X1 Y1 I1 J0 F900"])
 def test_idle_is_told_at_rest_only(hand, move):
     hand.rest()
     hand.enter(move)
@@ -211,10 +212,17 @@ def test_overrides_act_in_the_block_under_way(hand):
 
 
 def test_an_arc_goes_as_fast_as_the_lag_of_the_axes_allows(hand):
-    """F1200 on a radius of 3 mm: the loop's gain times the root of twice radius times deviation."""
+    """F1200 on a radius of 3 mm: the root of twice radius times deviation, times a gain.
+
+    The gain is that of a loop of first order that would leave the arc as far as the loop as
+    delivered does, feed-forward and a drive a tenth slower than set: 1.72 times ``$456``.
+    """
     radius_mm, deviation_mm = 3, named("arc_deviation_nm").default / 1e6
-    bound = 60 * named("loop_gain").default * math.sqrt(2 * radius_mm * deviation_mm)
-    assert bound == pytest.approx(328.6, abs=0.1)
+    gain, slow = named("loop_gain").default, 0.9
+    lag = gain * DRIVE_S
+    gain /= math.sqrt(((1 + lag) / slow) ** 2 - 2 * lag / slow - 1)
+    bound = 60 * gain * math.sqrt(2 * radius_mm * deviation_mm)
+    assert bound == pytest.approx(566.2, abs=0.1)
     hand.rest()
     start = hand.session.positions()
     hand.enter("G02 I3 F1200")

@@ -71,13 +71,17 @@ bool status_wanted(void) { return part != PART_NONE; }
 __attribute__((noinline)) void status_tell(void) {
     static char report[OUTPUT_LINE];
     static uint32_t length;
+    static int32_t errors[HAL_AXES];
+    int32_t places[HAL_AXES];
     uint32_t size = sizeof report - length;
     switch (part) {
     case PART_NONE: break;
     case PART_PLACE:
+        /* With their places, so that both are of one moment: their sum is the command's place. */
+        for (unsigned axis = 0; axis < HAL_AXES; axis++)
+            places[axis] = hal_axis_position(axis), errors[axis] = hal_axis_error(axis);
         length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|Bf:%u,%u", state_name(),
-                            hal_axis_position(0), hal_axis_position(1), hal_axis_position(2),
-                            path_free(), bytes_free());
+                            places[0], places[1], places[2], path_free(), bytes_free());
         part = PART_FEED;
         break;
     case PART_FEED: {
@@ -103,7 +107,7 @@ __attribute__((noinline)) void status_tell(void) {
         settings_masked(masked, sizeof masked);
         watch_between();
         text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
-                   hal_axis_error(0), hal_axis_error(1), hal_axis_error(2),
+                   errors[0], errors[1], errors[2],
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",
                    *masked ? "|Off:" : "", masked, settings_short());

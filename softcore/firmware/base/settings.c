@@ -6,6 +6,7 @@
 #include "hal/hal.h"
 
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
+#define DRIVE_LAG_US 4096 /* of the drive in the gateware's model of it */
 
 static uint32_t values[SETTINGS];
 static uint32_t edition;
@@ -14,7 +15,7 @@ static uint32_t lag_clocks;
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
 static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
-static uint64_t gain; /* of the position loop, 2**-32 pulse/clock per pulse */
+static uint64_t arc_gain; /* as of a loop of first order, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
@@ -66,10 +67,25 @@ static void apply_motion(void) {
         axis_rate[axis] = units_rate(values[SET_HIGHEST_SPEED_X + axis] * 1000);
 }
 
+/* The gain by which a loop of first order, without a drive in it, leaves an arc as far as the loop
+   in force. With the drive's lag T and a gain that is g times as high as K, the loop with
+   feed-forward of the share f leaves it as far as one of gain K / sqrt(c) does, to the inside,
+   c = ((1 + K T) / g)**2 - 2 K T / g - f**2. The drives may be a tenth slower than set: g is 0.9.
+   For the plain loop c is below 1, and 1 is taken. */
+static uint64_t gain_on_arcs(uint32_t per_s, uint32_t percent) {
+    uint64_t in_force = units_gain(per_s);
+    if (!percent)
+        return in_force;
+    uint32_t lag = per_s * DRIVE_LAG_US / 1000, sum = ((1000 + lag) * 10 + 8) / 9; /* thousandths */
+    return units_quotient(in_force * 1000,
+                          units_root((uint64_t)sum * sum - lag * 20000 / 9 -
+                                     percent * percent * 100));
+}
+
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
    too, and the velocity feed-forward makes up its lag. */
 static void apply_loop(void) {
-    gain = units_gain(values[SET_LOOP_GAIN]);
+    arc_gain = gain_on_arcs(values[SET_LOOP_GAIN], values[SET_FEED_FORWARD]);
     hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
     lag_clocks = at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
                          (1u << 28) - 1);
@@ -291,9 +307,7 @@ uint32_t settings_acceleration(void) { return acceleration; }
 
 /* Two limits. The acceleration v*v/R; the start/stop speed is always allowed. The deviation: a loop
    of gain K lags by v/K, so that on an arc the axes run inside by R (1 - 1/sqrt(1 + (v/KR)**2)),
-   which is less than v*v/(2 R K*K). A speed loop of lag T inside the position loop makes this
-   deviation smaller. With feed-forward of the share f the factor 1 becomes 1 - f*f - 2 K T, at most
-   1 either way while 2 K T <= 1: so the bound holds for both loops. */
+   which is less than v*v/(2 R K*K). `arc_gain` is that K for the loop in force. */
 uint32_t settings_curve_rate(uint32_t radius) {
     /* `square` is in units of 2**-36 = 2**28 * 2**-64 pulse**2/clock**2. */
     uint64_t square = (uint64_t)acceleration * radius;
@@ -303,7 +317,7 @@ uint32_t settings_curve_rate(uint32_t radius) {
     if (!values[SET_ARC_DEVIATION_NM])
         return most;
     /* The root of 2 R times the deviation is in 2**-11 pulse. */
-    uint64_t rate = gain * units_root((uint64_t)radius * deviation << 17) >> 11;
+    uint64_t rate = arc_gain * units_root((uint64_t)radius * deviation << 17) >> 11;
     rate = rate ? rate : 1;
     return rate < most ? (uint32_t)rate : most;
 }

@@ -138,7 +138,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "feed P5: unit distance", "um", 0},
     [SET_SHORT_CURRENT_NS] = {0, 0, 1000000, 467, GROUP_DETECTOR, true, false,
         "short: by current within this time (0 by voltage)", "ns", 0},
-    [SET_FEED_FORWARD] = {0, 0, 100, 469, GROUP_LOOP, true, false,
+    [SET_FEED_FORWARD] = {100, 0, 100, 469, GROUP_LOOP, true, false,
         "velocity feed-forward (0 plain loop)", "%", 0},
     [SET_BACK_ACCELERATION_MM_S2] = {0, 0, 100000, 470, GROUP_MOTION, true, false,
         "way back: acceleration (0 as forward)", "mm/s2", 0},

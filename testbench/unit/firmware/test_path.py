@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 
 from softcore.tables.faults import alarm_number
-from softcore.tables.settings import assign
+from softcore.tables.settings import assign, named
 from testbench.firmware import Arc, Controller, Move, events
 from testbench.models.arc import Piece
 from testbench.programs import punched
@@ -18,6 +18,8 @@ RING = 8192     # units remembered: a line each
 SLOTS = 64
 PLANES = ((0, 1), (2, 0), (1, 2))
 NEAR, FAR = 15, 48
+LAG_S = 4.096e-3    # of a drive in the controller's model of it
+DEVIATION_UM = named("arc_deviation_nm").default / 1000
 
 
 def test_segment_is_as_long_as_its_line(machine, rng):
@@ -414,12 +416,37 @@ def test_speed_on_an_arc_is_bounded_by_the_acceleration(radius, speed):
     (500, 50, 2), (500, 50, 10), (2500, 50, 2), (40_000, 30, 2), (35, 50, 0.5), (2500, 120, 2),
 ])
 def test_lag_of_the_servo_leads_inside_an_arc_by_the_deviation_at_most(radius, gain, deviation_um):
-    """The lag of a loop of first order, in closed form."""
-    speed = speed_on_arc(radius, assign("loop_gain", gain), f"$457={deviation_um * 1000:.0f}")
+    """In the plain loop: the lag of a loop of first order, in closed form."""
+    speed = speed_on_arc(radius, assign("feed_forward", 0), assign("loop_gain", gain),
+                         f"$457={deviation_um * 1000:.0f}")
     radius_um = radius / 10
     inside = radius_um * (1 - 1 / math.hypot(1, speed * 1000 / radius_um / gain))
     assert inside <= deviation_um
     assert speed * 1000 == pytest.approx(gain * math.sqrt(2 * radius_um * deviation_um), rel=0.002)
+
+
+def inside_um(speed, radius_um, gain, share, true):
+    """How far a loop with feed-forward runs inside an arc, from its response at that frequency.
+
+    The drive has a lag of first order, as in the controller's model of it, and ``true`` times the
+    gain of the setting.
+    """
+    s = 1j * speed * 1000 / radius_um
+    drive, model = true / (1 + LAG_S * s), 1 / (1 + LAG_S * s)
+    followed = drive * (gain + share * s) / (s * (1 + gain * LAG_S * model) + drive * gain)
+    return radius_um * (1 - abs(followed))
+
+
+@pytest.mark.parametrize("share", [20, 60, 100])
+@pytest.mark.parametrize(("radius", "gain"), [(500, 50), (2500, 50), (40_000, 30), (2500, 100)])
+def test_lag_of_the_drive_leads_inside_an_arc_by_the_deviation_at_most(radius, gain, share):
+    """With feed-forward, as delivered, and for drives that are up to a tenth slower or faster."""
+    speed = speed_on_arc(radius, assign("loop_gain", gain), assign("feed_forward", share))
+    found = [inside_um(speed, radius / 10, gain, share / 100, true) for true in (0.9, 1, 1.1)]
+    assert all(abs(one) <= DEVIATION_UM * 1.01 for one in found), found
+    assert max(found) >= DEVIATION_UM * 0.75, "not much slower than the bound asks"
+    assert speed_on_arc(2500) / speed_on_arc(2500, assign("feed_forward", 0)) == pytest.approx(
+        1.724, abs=0.003)
 
 
 def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():

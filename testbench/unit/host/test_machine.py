@@ -210,7 +210,7 @@ def test_the_tables_of_the_axes_are_settings_of_the_controller(workdir):
     path = workdir / "mine.toml"
     path.write_text('base = "sinker"\n[x]\nbacklash_um = 12.34\nreversed = 1\n[z]\nlow_mm = -40\n'
                     'high_mm = 80.5\nhighest_mm_min = 900\n[settings]\n460 = 41000\n')
-    assert load(str(path)).settings == {
+    assert load(str(path)).settings == load("sinker").settings | {
         "526": 123, "529": 1, "532": 900, "460": 41_000, "463": 80_500}, "[settings] wins"
-    assert load("sinker").settings == {}
+    assert load("sinker").settings == load("sinker").tables["settings"]
     assert load("wire").settings == load("wire").tables["settings"]

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``gapkeeper tune``: the loops of the axes at a port, told on the terminal and drawn."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from host.errors import UsageError, UserError
+from host.link.link import Link
+from host.link.port import Port
+from host.machines import machine as machines
+from host.run.controller import Controller
+from host.run.figures import ERROR, FAINT, PATH, svg
+from host.touch.command import ways_of
+from host.tune.drive import Drive, response
+from host.tune.tune import (
+    Measured,
+    Proposal,
+    loop_of,
+    measured,
+    proposal,
+    settings_of,
+    speed_of,
+)
+from softcore.tables.settings import named
+
+__all__ = ["tune"]
+
+WIDTH, HEIGHT = 9.0, 2.6    # inches, of the picture of one axis
+SHOWN_S = 0.15              # of a motion
+
+
+def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, picture: Path,
+         console: Console) -> Proposal:
+    """Measure the axes of ``ways`` ("X+Z-") at ``url``; tell and draw what to set.
+
+    Raises
+    ------
+    UserError
+        If the controller cannot be reached, refuses a line or is in alarm, an axis does not follow,
+        or the picture cannot be written.
+    """
+    def say(text: str) -> None:
+        console.print(text, markup=False, soft_wrap=True)
+
+    chosen, moves = machines.load(machine), ways_of(ways)
+    if travel_mm <= 0:
+        raise UsageError(f"--travel must be above 0 mm, not {travel_mm:g}.")
+    port = Port(url, baud)
+    try:
+        controller = Controller(port, chosen, clock_hz=chosen.clock_hz, say=say)
+        controller.identify(reset=False)
+        link = Link(controller, _quiet)
+        link.await_greeting()
+        link.command("$X")
+        settings = settings_of(link)
+        found = []
+        for axis, way in moves.items():
+            one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
+            found.append(one)
+            say(_told(one, settings))
+    finally:
+        port.close()
+    wanted = proposal(settings, found)
+    for note in wanted.notes:
+        say(note)
+    say("Proposed; nothing has been changed. Enter what you want:")
+    for name, value in wanted.values.items():
+        say(f"${named(name).number}={value}   (now {settings[name]}: {named(name).title})")
+    _draw(picture, settings, found, wanted)
+    say(f"measured and predicted: {picture}")
+    return wanted
+
+
+def _told(one: Measured, settings: Mapping[str, int]) -> str:
+    drive = one.drive
+    return (f"{one.axis}: loop gain {settings['loop_gain'] * drive.gain:.1f} 1/s "
+            f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, lag "
+            f"{1000 * drive.lag_s:.1f} ms, dead time {1000 * drive.dead_s:.1f} ms; "
+            f"{len(one.samples)} reports, which this explains to {1000 * one.left:.1f} um (rms)")
+
+
+def _draw(picture: Path, settings: Mapping[str, int], found: Sequence[Measured],
+          wanted: Proposal) -> None:
+    try:
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        picture.write_text(svg(_steps, WIDTH, HEIGHT * len(found), settings, found, wanted),
+                           encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{picture} cannot be written: {error.strerror}.") from error
+
+
+def _steps(figure: Figure, settings: Mapping[str, int], found: Sequence[Measured],
+           wanted: Proposal) -> None:
+    """Following error after the start of a motion: measured, as now, and as proposed."""
+    plots = figure.subplots(len(found), 1, squeeze=False)[:, 0]
+    loop = loop_of(settings)
+    times = np.arange(0, SHOWN_S, 1e-4)
+    for one, ax in zip(found, plots, strict=True):
+        speed = speed_of(settings, one.axis)
+        near = [sample for sample in one.samples if sample.time_s < SHOWN_S]
+        ax.plot([1000 * sample.time_s for sample in near], [1000 * sample.error for sample in near],
+                ".", color=ERROR, markersize=4, label="measured")
+        right = Drive(one.drive.gain * loop.gain / wanted.loop.gain, one.drive.offset,
+                      one.drive.lag_s, one.drive.dead_s)
+        for drive, loops, colour, title in ((one.drive, loop, PATH, "predicted, as set"),
+                                            (right, wanted.loop, FAINT, "predicted, as proposed")):
+            for way, label in (speed, title), (-speed, None):
+                ax.plot(1000 * times, 1000 * response(drive, loops, way, times), color=colour,
+                        label=label)
+        ax.set_ylabel(f"{one.axis}: following error, µm")
+        ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3)
+    plots[-1].set_xlabel(f"ms after the start of a motion at {60 * speed:g} mm/min")
+
+
+def _quiet(line: str) -> None:
+    """Take a line that nobody waits for."""

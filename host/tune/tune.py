@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tuning of the position loops: small motions with the discharge off, and what they tell.
+
+A status report has an axis's place by its coder and its following error; their sum is where the
+command was in that moment. At an even speed this is a clock: the report needs no stamp, and a slow
+link does no harm. Only settings are read; none is changed.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from host.errors import UserError
+from host.link.link import Link
+from host.tune.drive import (
+    Drive,
+    Loop,
+    Sample,
+    fitted,
+    overshoot,
+    phase_margin,
+    response,
+)
+from softcore.tables.settings import PULSES_PER_MM, named
+
+__all__ = ["AXES", "Measured", "Proposal", "TuneError", "loop_of", "measured", "proposal",
+           "settings_of", "speed_of"]
+
+AXES = "XYZ"
+FASTEST_MM_S = 10.0
+PAIRS = 4                   # motions there and back
+SPREAD_S = 0.02             # over which the first reports of the motions are spread
+EVEN = 0.6                  # share of a motion after which its speed is taken for even
+FEWEST = 5                  # samples of even motion in each direction
+MOTION_S = 30.0             # after which a motion that does not end is given up
+LIST_S, POLL_S = 15.0, 0.05     # of the list of settings
+MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
+SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
+ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
+REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
+DIFFERENT = 0.05            # between axes, above which one gain for all does not do
+GAIN_ACCEPTED, LAG_ACCEPTED = (0.7, 1.3), (2e-3, 6e-3)  # by the supervision of the coders
+
+
+class TuneError(UserError):
+    """An axis cannot be measured."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """An axis: its samples, the drive that explains them, and the deviation left, mm rms."""
+
+    axis: str
+    samples: tuple[Sample, ...]
+    drive: Drive
+    left: float
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Values of settings by name, and sentences on what they rest on."""
+
+    values: dict[str, int]
+    notes: list[str]
+
+    @property
+    def loop(self) -> Loop:
+        """The loop with these values."""
+        return Loop(self.values["loop_gain"], self.values["feed_forward"] / 100)
+
+
+def settings_of(link: Link) -> dict[str, int]:
+    """The controller's settings by name."""
+    inner, found = link.on_line, {}
+
+    def hear(line: str) -> None:
+        number, _, value = line.removeprefix("$").partition("=")
+        if line.startswith("$") and number.isdecimal() and value.isdecimal():
+            found[int(number)] = int(value)
+        else:
+            inner(line)
+    link.on_line = hear
+    # The list is long: a slow line takes longer than an answer may.
+    sent, end = link.send_line("$$"), link.pipe.time_s() + LIST_S
+    try:
+        while sent.answer is None and link.pipe.time_s() < end:
+            link.poll(POLL_S)
+    finally:
+        link.on_line = inner
+    wanted = ("loop_gain", "feed_forward", "start_speed_um_s", "highest_speed_mm_min", "step_axes",
+              "follow_moving", "follow_stopped",
+              *(f"highest_speed_{axis.lower()}" for axis in AXES))
+    missing = [name for name in wanted if named(name).number not in found]
+    if missing:
+        raise TuneError(f"the controller does not list its settings {', '.join(missing)}.")
+    return {name: found[named(name).number] for name in wanted}
+
+
+def loop_of(settings: Mapping[str, int]) -> Loop:
+    """The loop that is in force."""
+    return Loop(settings["loop_gain"], settings["feed_forward"] / 100)
+
+
+def speed_of(settings: Mapping[str, int], axis: str) -> float:
+    """Speed of the motions in mm/s: the machine reaches it at once, without a ramp."""
+    bounds = [FASTEST_MM_S, settings["start_speed_um_s"] / 1000,
+              settings["highest_speed_mm_min"] / 60]
+    own = settings[f"highest_speed_{axis.lower()}"]
+    return min([*bounds, own / 60] if own else bounds)
+
+
+def measured(link: Link, settings: Mapping[str, int], axis: str, way: int, travel_mm: float, *,
+             time_s: Callable[[], float]) -> Measured:
+    """Move an axis there and back, and find its drive.
+
+    Raises
+    ------
+    LinkError
+        If the controller refuses a motion, or does not answer.
+    TuneError
+        If the axis has a stepping drive, or does not follow.
+    """
+    index = AXES.index(axis)
+    if settings["step_axes"] >> index & 1:
+        raise TuneError(f"axis {axis} is driven by steps: it has no position loop to tune.")
+    loop, speed = loop_of(settings), speed_of(settings, axis)
+    samples: list[Sample] = []
+    for number in range(2 * PAIRS):
+        samples += _motion(link, index, -way if number % 2 else way, speed, travel_mm, time_s,
+                           number / (2 * PAIRS) * SPREAD_S)
+    after = EVEN * travel_mm / speed
+    for up in (True, False):
+        if sum(one.time_s >= after and (one.speed > 0) == up for one in samples) < FEWEST:
+            raise TuneError(f"axis {axis}: {travel_mm:g} mm are too short for the reports that "
+                            "come; give more --travel.")
+    try:
+        drive, left = fitted(loop, samples, after)
+    except ValueError as error:
+        raise TuneError(f"axis {axis}: {error}.") from error
+    return Measured(axis, tuple(samples), drive, left)
+
+
+def _place(told: Mapping[str, str], index: int) -> tuple[float, float]:
+    """Command and following error, in mm."""
+    error = int(told["Er"].split(",")[index]) / PULSES_PER_MM
+    return float(told["MPos"].split(",")[index]) + error, error
+
+
+def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
+            time_s: Callable[[], float], wait_s: float) -> list[Sample]:
+    """Samples of one motion, from ``wait_s`` after its line has been accepted."""
+    axis, found = AXES[index], []
+    start, error = _place(link.status(), index)
+    found.append(Sample(0.0, error, sign * speed))
+    link.command(f"G21 G91 G94 G01 {axis}{sign * travel_mm:.4f} F{60 * speed:g}")
+    first = time_s() + wait_s
+    while (left := first - time_s()) > 0:
+        link.poll(left)
+    end = time_s() + MOTION_S
+    while True:
+        told = link.status()
+        if told["state"] == "Alarm":
+            raise TuneError(f"axis {axis}: an alarm came while it moved.")
+        if time_s() > end:
+            raise TuneError(f"axis {axis}: its motion has not ended within {MOTION_S:g} s; is a "
+                            "hold or an override of the feed in force?")
+        command, error = _place(told, index)
+        gone = (command - start) * sign
+        if 0 < gone < travel_mm - 1 / PULSES_PER_MM:
+            found.append(Sample(gone / speed, error, sign * speed))
+        elif told["state"] == "Idle":
+            return found
+
+
+def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
+    """Settings for the drives that were measured, all axes together, with their margins."""
+    notes: list[str] = []
+    gains = {one.axis: settings["loop_gain"] * one.drive.gain for one in axes}
+    gain = round(float(np.mean(list(gains.values()))))
+    most = named("loop_gain").highest
+    if gain > most:
+        raise TuneError(f"the loops have a gain of {gain} 1/s; $456 takes {most} at most. Lower "
+                        "the scale of the velocity command at the amplifiers.")
+    # Beside a loop whose gain is set right, a drive has the gain that its axis differs by.
+    drives = {one.axis: Drive(gains[one.axis] / gain, one.drive.offset, one.drive.lag_s,
+                              one.drive.dead_s) for one in axes}
+    for axis, drive in drives.items():
+        if abs(drive.gain - 1) > DIFFERENT:
+            notes.append(f"{axis} has {gains[axis]:.1f} 1/s, not {gain}: $456 is for all axes, so "
+                         "adjust the scale of the velocity command at its amplifier.")
+        if not GAIN_ACCEPTED[0] <= drive.gain <= GAIN_ACCEPTED[1]:
+            notes.append(f"{axis}: a gain of {drive.gain:.2f} times the one that is set trips the "
+                         "supervision of its coder.")
+        late = drive.lag_s + drive.dead_s
+        if not LAG_ACCEPTED[0] <= late <= LAG_ACCEPTED[1]:
+            notes.append(f"{axis}: its drive is {1000 * late:.1f} ms late; the supervision of the "
+                         "coders expects 2 to 6.")
+    top = max(FASTEST_MM_S, settings["highest_speed_mm_min"] / 60)
+    start = settings["start_speed_um_s"] / 1000
+    share = next(share for share in SHARES if not share or all(
+        overshoot(drive, Loop(gain, share / 100), start) <= start * (drive.lag_s + drive.dead_s)
+        and phase_margin(drive, Loop(gain, share / 100)) >= MARGIN_DEG / 2
+        for drive in drives.values()))
+    loop = Loop(gain, share / 100)
+    times = np.arange(0, 10 / gain, 1e-4)
+    furthest = 0.0
+    rest = max(abs(sample.error) for one in axes for sample in one.samples if not sample.time_s)
+    for axis, drive in drives.items():
+        furthest = max(furthest, *(abs(float(error)) for way in (top, -top)
+                                   for error in response(drive, loop, way, times)))
+        margin = phase_margin(drive, loop)
+        notes.append(
+            f"{axis}: phase margin {margin:.0f} degrees; at the end of a motion at "
+            f"{60 * start:g} mm/min it goes {1000 * overshoot(drive, loop, start):.1f} um beyond.")
+        if margin < MARGIN_DEG:
+            notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
+                         f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
+                         "command at its amplifier.")
+    values = {"loop_gain": gain, "feed_forward": share,
+              "follow_moving": _pulses(ERROR_MARGIN * furthest),
+              "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
+    return Proposal(values, notes)
+
+
+def _pulses(way_mm: float) -> int:
+    return math.ceil(way_mm * PULSES_PER_MM)
+
+
+def _highest_gain(drive: Drive, loop: Loop) -> float:
+    """The highest true gain, in 1/s, with the phase margin that is recommended."""
+    tried = np.geomspace(1, loop.gain, 60)
+    good = [one for one in tried if phase_margin(drive, Loop(float(one), loop.share)) >= MARGIN_DEG]
+    return float(max(good, default=tried[0])) * drive.gain
