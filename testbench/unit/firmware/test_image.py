@@ -3,10 +3,11 @@
 
 import ctypes
 import shutil
+import struct
 
 import pytest
 
-from softcore import image
+from softcore import generate, image
 from softcore.build import BOARDS
 from testbench.firmware import Record, library
 
@@ -17,8 +18,12 @@ SMALLEST = image.BESIDE_PATH + 256 * image.PATH_UNIT  # memory for the firmware 
 def test_image_fits_its_memory_with_room_for_the_stack(size):
     path = image.target_image(*() if size is None else (size,))
     assert path.stat().st_size > 16_384
-    first = int.from_bytes(path.read_bytes()[:4], "little")
-    assert first == 0x30401073, "csrw mie, zero at the reset address"
+    jump, mark, edition, memory, first = struct.unpack("<5I", path.read_bytes()[:20])
+    assert jump == 0x0100006F, "over the three words"
+    assert mark.to_bytes(4, "little") == b"GKFI"
+    assert edition == generate.edition(), "of the gateware of this checkout"
+    assert memory == (size or 311_296)
+    assert first == 0x30401073, "csrw mie, zero is the first instruction"
 
 
 def test_image_is_the_same_every_time_and_built_once():
