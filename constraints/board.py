@@ -98,13 +98,20 @@ KEEP = Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory:
 
 @dataclass(frozen=True)
 class Journal:
-    """The region of a flash memory that the firmware's journal may use, in bytes.
+    """The region of a flash memory for the firmware's journal and two firmware slots, in bytes.
 
-    It is the only one that the controller ever writes. ``base`` and ``size`` are whole sectors.
+    It is the only one that the controller ever writes. The journal has ``size`` bytes from ``base``
+    on; the slots, of ``slot`` bytes each, follow it. All are whole sectors.
     """
 
     base: int
     size: int
+    slot: int = 0
+
+    @property
+    def whole(self) -> int:
+        """Bytes of the journal and both slots."""
+        return self.size + 2 * self.slot
 
 
 @dataclass(frozen=True)

@@ -133,6 +133,6 @@ BOARDS = (
           memory_size=184_320, memory_banks=True, scope_depth=512, wires=WIRES, sites=SITES,
           headers=tuple(map(_header, SITES_OF)),
           # 8 MB, of which the bitstream has the first 2.
-          flash=Flash("W25Q64JV", 1 << 23, Journal(0x60_0000, 0x1_0000)),
+          flash=Flash("W25Q64JV", 1 << 23, Journal(0x60_0000, 0x1_0000, 0x5_0000)),
           pin_list=Path(__file__).with_name("colorlight_i9.lpf")),
 )

@@ -117,7 +117,8 @@ PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the 
 
 # W25Q128JV or IS25LP128F, 16 MB. The bitstream has its first 2 MB, and other programs of the board
 # may have the next: the journal is far above both.
-FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24, Journal(0xE0_0000, 0x1_0000))
+FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24,
+              Journal(0xE0_0000, 0x1_0000, 0x5_0000))
 
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=40_000_000, memory_size=311_296,

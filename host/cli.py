@@ -327,6 +327,30 @@ def flash(
 
 
 @app.command()
+def firmware(
+    port: Annotated[str, typer.Option(
+        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
+                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    baud: Annotated[int, typer.Option(
+        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    image: Annotated[Path | None, typer.Option(
+        "--image", metavar="FILE", exists=True, dir_okay=False,
+        show_default="this checkout's firmware",
+        help="An image for the controller's memory, firmware.bin.")] = None,
+    built_in: Annotated[bool, typer.Option(
+        "--built-in", help="Back to the firmware of the bitstream, at the next power-on.")] = False,
+) -> None:
+    """Replace a controller's firmware over its link; the bitstream stays.
+
+    The machine has to be at rest; it is reset, which disarms it. The new firmware is checked and
+    kept in the board's flash memory. It runs on trial after the next power-on; the same command
+    then keeps it. Until it is whole, and if it does not answer, the old one stays.
+    """
+    from host.firmware import firmware as bring
+    bring(port, baud=baud, file=image, built_in=built_in, console=out)
+
+
+@app.command()
 def doctor(
     port: Annotated[str, typer.Option(
         metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "

@@ -118,9 +118,16 @@ class Controller(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        for name in ("motion", "drives", "gap", "condition", "power", "interlock", "watchdog",
-                     "arming", "auxiliary", "report"):
-            m.submodules[name] = getattr(self, name)
+        m.submodules.motion = self.motion
+        m.submodules.drives = self.drives
+        m.submodules.gap = self.gap
+        m.submodules.condition = self.condition
+        m.submodules.power = self.power
+        m.submodules.interlock = self.interlock
+        m.submodules.watchdog = self.watchdog
+        m.submodules.arming = self.arming
+        m.submodules.auxiliary = self.auxiliary
+        m.submodules.report = self.report
         for part in (self.motion, self.drives, self.gap):
             for name in part.registers.signature.members:
                 wiring.connect(m, wiring.flipped(getattr(self.registers, name)),
@@ -207,8 +214,8 @@ class Controller(wiring.Component):
             gap.in_position.eq(self.drives.in_position),
             gap.state.eq(self.registers.path.status_state), gap.cycle.eq(self.cycle),
             gap.on.eq(power.on), gap.sense.eq(power.sense), gap.forget.eq(power.forget),
-            *(getattr(gap, name).eq(getattr(self, f"gap_{name}"))
-              for name in ("high", "arc", "short", "current", "noise")),
+            gap.high.eq(self.gap_high), gap.arc.eq(self.gap_arc), gap.short.eq(self.gap_short),
+            gap.current.eq(self.gap_current), gap.noise.eq(self.gap_noise),
             self.gap_reference.eq(gap.reference),
             self.adc_select.eq(gap.adc_select), self.adc_clock.eq(gap.adc_clock),
             self.adc_command.eq(gap.adc_command), gap.adc_data.eq(self.adc_data),
@@ -223,6 +230,7 @@ class Controller(wiring.Component):
             self.contactor.eq(arming.contactor),
             registers.arming_contactor.eq(arming.contactor),
             registers.arming_armed.eq(arming.armed),
+            registers.arming_pressed.eq(self.arm),
         ]
 
     def _guard(self, m):
@@ -247,8 +255,9 @@ class Controller(wiring.Component):
             registers.period.eq(watchdog.limit), self.silent.eq(watchdog.silent),
             registers.watch_asked.eq(watchdog.asked), registers.watch_open.eq(watchdog.open),
 
-            *(getattr(interlock, name).eq(getattr(self, name))
-              for name in ("estop", "drive_fault", "limit_low", "limit_high", "fluid_low")),
+            interlock.estop.eq(self.estop), interlock.drive_fault.eq(self.drive_fault),
+            interlock.limit_low.eq(self.limit_low), interlock.limit_high.eq(self.limit_high),
+            interlock.fluid_low.eq(self.fluid_low),
             *(getattr(interlock, name).eq(getattr(self.drives, name)) for name in Axes.FAULTS),
             interlock.contact.eq(self.gap.trip), interlock.gate.eq(self.power.stuck),
             interlock.watchdog.eq(watchdog.expired), interlock.memory.eq(self.memory_damaged),

@@ -1,20 +1,10 @@
 # Generated from softcore/tables/events.py by `python -m softcore.generate`; do not edit.
-"""Kinds of events, their details, and widths of what is queued with them."""
+"""Events: their kinds and details, and the structures that hold one."""
 
 from amaranth import *
-from amaranth.lib import enum
+from amaranth.lib import data, enum
 
-__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]
-
-# Beside the kind.
-FIELDS = {
-    "detail": 8,
-    "slot": 8,
-    "cycle": 32,
-    "path": signed(32),
-    "first": 32,
-    "second": 32,
-}
+__all__ = ["Cause", "Event", "Halt", "Happened", "Phase", "Queued", "Reason"]
 
 
 class Event(enum.Enum, shape=8):
@@ -89,3 +79,25 @@ class Halt(enum.Enum, shape=8):
     SERVO = 5
     # Contact with the discharge off.
     CONTACT = 6
+
+
+class Happened(data.Struct):
+    """An event as its source tells it; ``cycle`` is the clock when it happened."""
+
+    kind: Event
+    detail: 8
+    cycle: 32
+    first: 32
+    second: 32
+
+
+class Queued(data.Struct):
+    """An event as the firmware gets it: with the machine's place on the path."""
+
+    kind: Event
+    detail: 8
+    slot: 8
+    cycle: 32
+    path: signed(32)
+    first: 32
+    second: 32

@@ -7,9 +7,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.events import FIELDS, Event
+from rtl.events import Event, Happened, Queued
 from rtl.lib.event_queue import EventQueue
-from rtl.motion.retraction import Happened
 from rtl.safety.interlock import Cause
 
 __all__ = ["Report"]
@@ -59,7 +58,7 @@ class Report(wiring.Component):
         self.letters = letters
         axes = len(letters)
         self.layout = data.StructLayout({
-            "kind": Event, **FIELDS, **{letter: signed(32) for letter in letters}})
+            "event": Queued, "position": data.ArrayLayout(signed(32), axes)})
         super().__init__({
             "registers": In(registers["event"]),
             "cycle": In(32), "slot": In(8), "path": In(signed(32)),
@@ -75,17 +74,17 @@ class Report(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.queue = queue = EventQueue(width=self.layout.size, depth=DEPTH)
-        event = Signal(self.layout)
+        entry = Signal(self.layout)
+        event = entry.event
         m.d.comb += [
             event.slot.eq(self.slot), event.cycle.eq(self.cycle), event.path.eq(self.path),
-            *(getattr(event, letter).eq(position)
-              for letter, position in zip(self.letters, self.position, strict=True)),
+            *(entry.position[axis].eq(position) for axis, position in enumerate(self.position)),
         ]
         # An event is registered before it is queued, to meet timing.
         push = Signal()
         m.d.sync += queue.push.eq(push)
         with m.If(push):
-            m.d.sync += queue.data.eq(event)
+            m.d.sync += queue.data.eq(entry)
 
         # High while an event waits to be made:
         segment = Signal()  # a segment was entered
@@ -139,15 +138,17 @@ class Report(wiring.Component):
             m.d.sync += [stuck.eq(1), stuck_cycle.eq(self.cycle)]
 
         head = Signal(self.layout)
-        registers = self.registers
+        registers, oldest = self.registers, head.event
         m.d.comb += [
             head.as_value().eq(queue.head),
             queue.pop.eq(registers.pop_strobe),
             registers.head_valid.eq(queue.valid), registers.status.eq(queue.lost),
-            registers.head_kind.eq(head.kind), registers.head_detail.eq(head.detail),
-            registers.head_slot.eq(head.slot),
-            *(getattr(registers, name).eq(getattr(head, name))
-              for name in ("cycle", "path", "first", "second", *self.letters)),
+            registers.head_kind.eq(oldest.kind), registers.head_detail.eq(oldest.detail),
+            registers.head_slot.eq(oldest.slot), registers.cycle.eq(oldest.cycle),
+            registers.path.eq(oldest.path), registers.first.eq(oldest.first),
+            registers.second.eq(oldest.second),
+            *(getattr(registers, letter).eq(head.position[axis])
+              for axis, letter in enumerate(self.letters)),
             self.backpressure.eq(queue.level >= QUEUE_HIGH),
         ]
         return m

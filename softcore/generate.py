@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write the files derived from the tables: ``python -m softcore.generate``."""
 
+import hashlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -20,8 +21,8 @@ from softcore.tables.settings import SETTINGS
 HERE = Path(__file__).parent
 FIRMWARE = HERE / "firmware"
 REFERENCE = HERE.parent / "docs" / "reference"
-NOTICE = ("Generated from softcore/regmap.py and softcore/linkmap.py by "
-          "`python -m softcore.generate`; do not edit.")
+NOTICE = ("Generated from regmap.py, flashmap.py, linkmap.py, scopemap.py and tables/ in softcore "
+          "by `python -m softcore.generate`; do not edit.")
 
 
 def _kind(block: Block) -> str:
@@ -90,6 +91,21 @@ def c_header() -> str:
     lines += [f"#define {name} 0x{getattr(linkmap, name):02x}u"
               for name in ("FRAME_START", "FRAME_END", "FRAME_ESCAPE", "FRAME_FLIP")]
     return "\n".join(lines) + "\n"
+
+
+def edition() -> int:
+    """Digest of all that the firmware knows of the gateware: registers, events, bytes of the link.
+
+    Firmware and gateware fit together if it is the same for both. It covers the descriptions too:
+    a changed meaning is another edition.
+    """
+    known = c_header() + render.events_header(EVENTS)
+    return int.from_bytes(hashlib.sha256(known.encode()).digest()[:4], "little")
+
+
+def edition_header() -> str:
+    """C header with the edition, for ``start.S`` too."""
+    return f"/* {NOTICE} */\n#define GATEWARE_EDITION 0x{edition():08x}\n"
 
 
 def _override(one: linkmap.Override) -> str:
@@ -172,6 +188,7 @@ def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, 
 BASE_ROOM, HAL_ROOM = FIRMWARE / "base", FIRMWARE / "hal"
 OUTPUTS: dict[Path, Callable[[], str]] = {
     HAL_ROOM / "regs.h": c_header,
+    HAL_ROOM / "edition.h": edition_header,
     REFERENCE / "registers.md": reference,
 } | dict((
     _made(BASE_ROOM / "settings_table.h", "settings", lambda: render.settings_header(SETTINGS)),

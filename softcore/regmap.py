@@ -377,7 +377,8 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
     ("arming", "Permission to discharge; see ``rtl.safety.arming``.", (
         Field(name="contactor", bits=1, access="r", doc="The main contactor's coil is on."),
         Field(name="armed", bits=1, access="r", doc="Its contacts are closed: the discharge is "
-              "allowed."))),
+              "allowed."),
+        Field(name="pressed", bits=1, access="r", doc="The button's level, not debounced."))),
     ("disarm", "Open the main contactor until the button is pressed again.",
      _value(1, "Any value.", access="w"), "write"),
     ("leave", "Operator's order ``0x5A`` to leave the pressed limit switches. Only while safe. "

@@ -59,7 +59,8 @@ def settings_header(table: Sequence[Setting]) -> str:
         "    uint32_t initial, lowest, highest;",
         "    uint16_t number;        /* of the line `$number=value` */",
         "    uint8_t group;",
-        "    bool guards;            /* locked while the machine moves or machines */",
+        "    bool guards : 1;        /* locked while the machine moves or machines */",
+        "    bool any_time : 1;      /* an operator's switch: may change while a program runs */",
         "    const char *title;",
         "    const char *unit;       /* empty for a pure number */",
         "    const char *guard;      /* guard that the value 0 switches off, or 0 */",
@@ -79,7 +80,8 @@ def settings_source(table: Sequence[Setting]) -> str:
         guard = _string(one.switches_off) if one.switches_off else "0"
         lines += [
             f"    [SET_{one.name.upper()}] = {{{one.default}, {one.lowest}, {one.highest}, "
-            f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()},",
+            f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()}, "
+            f"{str(one.any_time).lower()},",
             f"        {_string(one.title)}, {_string(one.unit)}, {guard}}},"]
     lines += ["};", "", "const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {",
               *(f"    [GROUP_{group.upper()}] = {_string(title)}," for group, title in
@@ -122,6 +124,13 @@ def grbl_source(table: Sequence[GrblSetting]) -> str:
     return "\n".join([*lines, "};"]) + "\n"
 
 
+def _changes(one: Setting) -> str:
+    """When a setting can change."""
+    if one.any_time:
+        return "any time"
+    return "rest" if one.guards else "no program"
+
+
 def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
                   grbl: Sequence[GrblSetting] = GRBL_SETTINGS) -> str:
     """Reference of the settings, in Markdown."""
@@ -134,8 +143,9 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
         "file](machine-file.md) gives them in its table `[settings]`. All values are whole "
         "numbers; both ends of a range are allowed. After power-on every setting has its "
         "default.", "",
-        "No setting can change while a program runs. Those marked *rest* guard the machine: they "
-        "cannot change while it moves or machines either (" + filled(
+        "Those marked *any time* are switches of the operator. No other setting can change while a "
+        "program runs. Those marked *rest* guard the machine: they cannot change while it moves or "
+        "machines either (" + filled(
             "`error:{error_busy}`).", table, faults)]
     for group, title in GROUPS.items():
         lines += ["", f"## {title}", "",
@@ -144,7 +154,7 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
         lines += [
             f"| `${one.number}` | `{one.name}` | {one.unit} | {grouped(one.default)} "
             f"| {grouped(one.lowest)} to {grouped(one.highest)} "
-            f"| {'rest' if one.guards else 'no program'} | {filled(one.meaning, table, faults)} |"
+            f"| {_changes(one)} | {filled(one.meaning, table, faults)} |"
             for one in table if one.group == group]
     lines += ["", "## Numbers of grbl", "",
               "Numbers below `$400` are those of grbl 1.1, with its meaning, for the senders that "
@@ -264,19 +274,24 @@ def events_gateware(table: Sequence[Event]) -> str:
         text = "; ".join(parts)
         return f"{text}." if text else ""
 
-    lines = ['"""Kinds of events, their details, and widths of what is queued with them."""', "",
-             "from amaranth import *", "from amaranth.lib import enum", "",
-             '__all__ = ["FIELDS", "Cause", "Event", "Halt", "Phase", "Reason"]', "",
-             "# Beside the kind.", "FIELDS = {"]
-    lines += [f'    "{name}": {f"signed({bits})" if sign else bits},'
-              for name, (bits, sign) in events.QUEUE.items()]
-    lines += ["}"]
+    def struct(name: str, doc: str, values: Iterable[str]) -> list[str]:
+        return ["", "", f"class {name}(data.Struct):", f'    """{doc}"""', "", "    kind: Event", *(
+            f"    {value}: {f'signed({bits})' if sign else bits}"
+            for value, (bits, sign) in ((value, events.QUEUE[value]) for value in values))]
+
+    lines = ['"""Events: their kinds and details, and the structures that hold one."""', "",
+             "from amaranth import *", "from amaranth.lib import data, enum", "",
+             '__all__ = ["Cause", "Event", "Halt", "Happened", "Phase", "Queued", "Reason"]']
     lines += _class("Event", "Kinds of events.", (
         (one.number, one.name, contents(one)) for one in events.numbered(table)))
     lines += _class("Cause", "Why a retraction starts.", rows(events.CAUSES))
     lines += _class("Reason", "Why a retraction ends.", rows(events.REASONS))
     lines += _class("Phase", "How a re-advance goes.", rows(events.PHASES))
     lines += _class("Halt", "Why the machine halts.", rows(events.HALTS))
+    lines += struct("Happened", "An event as its source tells it; ``cycle`` is the clock when it "
+                    "happened.", events.TOLD)
+    lines += struct("Queued", "An event as the firmware gets it: with the machine's place on the "
+                    "path.", events.QUEUE)
     return "\n".join(lines) + "\n"
 
 

@@ -46,7 +46,7 @@ class Soc(wiring.Component):
     image : bytes
         Firmware.
     journal : Journal or None
-        Region of the flash memory for the journal.
+        Region of the flash memory for the journal and the firmware slots.
     build : int
         Digest of the sources, for the register ``build``.
     options : dict
@@ -66,7 +66,8 @@ class Soc(wiring.Component):
     Raises
     ------
     ValueError
-        If the journal does not consist of whole sectors, 2 to 255.
+        If the journal does not consist of whole sectors, 2 to 255, or a firmware slot of at most
+        255.
     """
 
     def __init__(self, *, clock_hz: int, link_divisor: int, memory_size: int = MEMORY_SIZE,
@@ -76,6 +77,9 @@ class Soc(wiring.Component):
                         or not 2 <= journal.size // SECTOR <= 255):
             raise ValueError(f"a journal has 2 to 255 whole sectors of {SECTOR} bytes, not "
                              f"{journal.size} bytes from {journal.base:#x} on")
+        if journal and (journal.slot % SECTOR or journal.slot // SECTOR > 255):
+            raise ValueError(f"a firmware slot has at most 255 whole sectors of {SECTOR} bytes, "
+                             f"not {journal.slot} bytes")
         self.clock_hz = clock_hz
         self.build = build
         self.cpu = VexRiscv()
@@ -170,6 +174,7 @@ class Soc(wiring.Component):
             self.flash_command.eq(flash.command), flash.data.eq(self.flash_data),
             memory.region_first.eq(region.base // SECTOR if region else 0),
             memory.region_sectors.eq(region.size // SECTOR if region else 0),
+            memory.region_slot.eq(region.slot // SECTOR if region else 0),
         ]
 
         m.d.comb += [uart.rx.eq(self.rx), self.tx.eq(uart.tx),

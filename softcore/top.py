@@ -19,12 +19,21 @@ from softcore.flash import SECTOR
 from softcore.sleep import GATE
 from softcore.soc import Soc
 
-__all__ = ["Top", "digest", "simulated", "simulation_netlist",
+__all__ = ["Top", "digest", "is_kept", "simulated", "simulation_netlist",
            "simulation_verilog"]
 
 ROOT = Path(__file__).parents[1]
 SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
-SIMULATED_JOURNAL = Journal(0xE0_0000, 16 * SECTOR)  # as on the ULX3S
+SIMULATED_JOURNAL = Journal(0xE0_0000, 16 * SECTOR, 80 * SECTOR)  # as on the ULX3S
+
+
+def is_kept(length: int) -> bool:
+    """Whether a copy of the simulated flash memory's region may have so many bytes.
+
+    It has the journal, and then whole sectors of the firmware slots, up to the last one in use.
+    """
+    region = SIMULATED_JOURNAL
+    return region.size <= length <= region.whole and length % SECTOR == 0
 
 
 def digest() -> str:

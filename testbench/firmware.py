@@ -14,6 +14,7 @@ from testbench.native.build import flash_library
 from testbench.native.flash import Flash
 
 ITEMS = "RLHEQZ"
+REST = 120      # passes of the main loop that take a machine to rest at the end of its path
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
         "depth series", "planned", "touch")
 STOPS = ("none", "program", "optional", "end")
@@ -232,6 +233,11 @@ class Controller:
         """Send a line, or the byte ``?``; return the lines of the next passes."""
         self.send(text.encode() + b"\n" * (text != "?"))
         return self.run(passes)
+
+    def reported_state(self) -> str:
+        """State in the status report, such as ``Idle``."""
+        (report,) = (line for line in self.line("?", 30) if line.startswith("<"))
+        return report[1:report.index("|")]
 
     def unlock(self) -> None:
         """Get ready for programs: rest, unlock, arm by hand, and accept the counted position."""

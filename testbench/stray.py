@@ -23,6 +23,7 @@ __all__ = ["Stray", "StrayedError"]
 PATIENCE_S = 10.0       # of the machine's time, in which all requests must be done
 SILENCE_S = 0.7         # a motion of 0.3 mm in three axes takes 0.52 s at F60
 STEP_S = 2e-3
+READ_S = 0.02           # until the firmware has read what waits: longer than any of its steps
 PULSES_PER_MM = 10_000
 BUFFER = 255            # characters that the controller takes, as `$I` says
 REACH = 3000            # pulses: lines ask for places from 0 to this
@@ -217,8 +218,13 @@ class Stray:
         self.socket.sendall(data)
 
     def _line(self, text, *, whole=None, target=None):
-        if len(text) > BUFFER and self.pending:
-            self.settle()   # it overflows the buffer behind anything that waits there
+        if len(text) > BUFFER:
+            # No buffer takes it at once: nothing may wait there, nor its end come with its begin.
+            if self.pending:
+                self.settle()
+            self._send(text[:BUFFER // 2].encode())
+            self._wait(READ_S)
+            text, whole = text[BUFFER // 2:], whole or text
         self.lines += 1
         self.pending.append(_Sent(text if whole is None else whole, target or {}))
         self._send((text + self.ending).encode())

@@ -14,14 +14,20 @@ experiment_app = typer.Typer(
     no_args_is_help=True, rich_markup_mode="markdown")
 out = Console(highlight=False)
 
+# Options of several experiments.
+Seeds = Annotated[int, typer.Option(
+    min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")]
+Folder = Annotated[Path, typer.Option(
+    "--out", metavar="DIR", file_okay=False, help="Folder for runs.json and table.md.")]
+FolderWithPlot = Annotated[Path, typer.Option(
+    "--out", metavar="DIR", file_okay=False,
+    help="Folder for runs.json, table.md and plot.png.")]
+
 
 @experiment_app.command("fluid")
 def experiment_fluid(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/fluid"),
+    seeds: Seeds = 3,
+    folder: FolderWithPlot = Path("build/experiments/fluid"),
 ) -> None:
     """Hold the gap with fixed presets and with presets switched by the fluid's resistance.
 
@@ -34,13 +40,10 @@ def experiment_fluid(
 
 @experiment_app.command("gap")
 def experiment_gap(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 5,
+    seeds: Seeds = 5,
     depth: Annotated[float, typer.Option(
         min=0.1, max=10.0, metavar="MM", help="Depth to sink to.")] = 0.25,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/gap"),
+    folder: FolderWithPlot = Path("build/experiments/gap"),
 ) -> None:
     """Hold the gap by every way to count pulses, and by every criterion for arcs.
 
@@ -54,13 +57,10 @@ def experiment_gap(
 
 @experiment_app.command("removal")
 def experiment_removal(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    seeds: Seeds = 3,
     way: Annotated[float, typer.Option(
         min=0.3, max=20.0, metavar="MM", help="Length of the wall.")] = 1.0,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/removal"),
+    folder: FolderWithPlot = Path("build/experiments/removal"),
 ) -> None:
     """Finish a wall at constant feed and in the feed modes P2 to P5 of G95.
 
@@ -76,15 +76,12 @@ def experiment_removal(
 
 @experiment_app.command("roughing")
 def experiment_roughing(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 3,
+    seeds: Seeds = 3,
     depth: Annotated[float, typer.Option(
         min=0.5, max=40.0, metavar="MM", help="Depth to rough to.")] = 8.0,
     step: Annotated[float, typer.Option(
         min=0.05, max=1.0, metavar="IP", help="Step of the power supply, in IP of 1.5 A.")] = 1.0,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json, table.md and plot.png.")] = Path("build/experiments/roughing"),
+    folder: FolderWithPlot = Path("build/experiments/roughing"),
 ) -> None:
     """Rough a cavity with one current all the way, and with the planned staircase of currents.
 
@@ -98,11 +95,8 @@ def experiment_roughing(
 
 @experiment_app.command("shorts")
 def experiment_shorts(
-    seeds: Annotated[int, typer.Option(
-        min=1, max=100, metavar="N", help="Runs of each kind: seeds 1 to N.")] = 10,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json and table.md.")] = Path("build/experiments/shorts"),
+    seeds: Seeds = 10,
+    folder: Folder = Path("build/experiments/shorts"),
 ) -> None:
     """Sink with velocity feed-forward and in the plain loop: how soon a short is cleared.
 
@@ -119,9 +113,7 @@ def experiment_shorts(
 def experiment_networks(
     jobs: Annotated[int, typer.Option(
         min=1, max=10_000, metavar="N", help="Random jobs for each kind of data.")] = 100,
-    folder: Annotated[Path, typer.Option(
-        "--out", metavar="DIR", file_okay=False,
-        help="Folder for runs.json and table.md.")] = Path("build/experiments/networks"),
+    folder: Folder = Path("build/experiments/networks"),
 ) -> None:
     """Plan roughing from poor basic data: by networks, and by interpolation alone.
 

@@ -1,22 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the experiments share: runs on all cores, and the mean and spread of their figures."""
+"""What the experiments share: runs on all cores, mean and spread, and the files of the results."""
 
+import io
+import json
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from rich.console import Console
 from rich.table import Table
 
 from host.errors import UserError
+from host.machines.machine import Machine
+from host.run import simulation
 
-__all__ = ["Record", "add_figures", "in_parallel", "summed_up", "value_with_spread"]
+__all__ = ["Record", "add_figures", "build_simulator", "in_parallel", "make_folder", "markdown",
+           "summed_up", "value_with_spread", "write_results"]
 
 Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
 T = TypeVar("T")
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of the results.
+
+    Raises
+    ------
+    UserError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+
+
+def build_simulator(machine: Machine, console: Console) -> None:
+    """Build the simulator of a machine once, so that not every process builds it."""
+    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
+                     progress=lambda text: console.print(text, soft_wrap=True)).close()
 
 
 def in_parallel(function: Callable[[T], Record], trials: list[T],
@@ -65,3 +92,17 @@ def add_figures(made: Table, rows: list[Record], titles: dict[str, tuple[str, in
     for name, (title, digits) in titles.items():
         made.add_row(title, *(value_with_spread(row[name], digits) if row[name] else ""
                               for row in rows))
+
+
+def markdown(made: Table) -> list[str]:
+    """Lines of a table of the style ``box.MARKDOWN``."""
+    page = Console(width=400, file=io.StringIO())
+    with page.capture() as text:
+        page.print(made)
+    return [*filter(None, map(str.strip, text.get().splitlines()))]
+
+
+def write_results(folder: Path, runs: Any, page: str) -> None:
+    """Write ``runs.json`` and ``table.md``."""
+    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
+    (folder / "table.md").write_text(page, encoding="utf-8")

@@ -13,8 +13,6 @@ an electrode, and the one of 250 us for which the table was found. A servo perio
 """
 
 import copy
-import io
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -29,7 +27,17 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.errors import UserError
-from host.experiments.common import Record, add_figures, in_parallel, summed_up, value_with_spread
+from host.experiments.common import (
+    Record,
+    add_figures,
+    build_simulator,
+    in_parallel,
+    make_folder,
+    markdown,
+    summed_up,
+    value_with_spread,
+    write_results,
+)
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.places import ROOT
@@ -197,9 +205,8 @@ def _page(rows: list[Record], said: list[str], seeds: int) -> str:
     """The table and the sentences, as Markdown."""
     tables = []
     for pulse in PULSES:
-        page = Console(width=400, record=True, file=io.StringIO())
-        page.print(table([row for row in rows if row["pulse"] == pulse], box.MARKDOWN))
-        tables += ["", *filter(None, map(str.strip, page.export_text().splitlines()))]
+        of_pulse = [row for row in rows if row["pulse"] == pulse]
+        tables += ["", *markdown(table(of_pulse, box.MARKDOWN))]
     return "\n".join([
         "# Presets that stay, and presets switched by the fluid's resistance", "",
         f"Tape {TAPE.stem}, machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard "
@@ -248,14 +255,8 @@ def _runs(seeds: int, progress: Callable[[Record], None]) -> list[Record]:
 
 def fluid(*, seeds: int, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # The simulator is built once here, not by every process.
-    machine = machine_with(OHM_CM[0])
-    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    make_folder(folder)
+    build_simulator(machine_with(OHM_CM[0]), console)
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=seeds * len(PULSES) * len(OHM_CM) * len(ARMS))
 
@@ -267,8 +268,7 @@ def fluid(*, seeds: int, folder: Path, console: Console) -> None:
                               soft_wrap=True)
         runs = _runs(seeds, tell)
     rows, said = statistics(runs), sentences(runs)
-    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
-    (folder / "table.md").write_text(_page(rows, said, seeds), encoding="utf-8")
+    write_results(folder, runs, _page(rows, said, seeds))
     plot(rows, folder / "plot.png")
     for pulse, arm in product(PULSES, ARMS):
         console.print(table([row for row in rows if (row["pulse"], row["arm"]) == (pulse, arm)]))

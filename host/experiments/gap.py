@@ -7,8 +7,6 @@ with the same pulse on the machine ``small``. The first, ``sink_servo_table``, c
 controller does by default; the deviation of the gap of all others is compared with its.
 """
 
-import io
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -22,8 +20,16 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from host.errors import UserError
-from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.experiments.common import (
+    Record,
+    add_figures,
+    build_simulator,
+    in_parallel,
+    make_folder,
+    markdown,
+    summed_up,
+    write_results,
+)
 from host.experiments.fluid import FIGURES as SERVO_FIGURES
 from host.experiments.fluid import measure
 from host.machines import machine as machines
@@ -128,14 +134,11 @@ def sentences(rows: list[Record]) -> list[str]:
 
 def _page(rows: list[Record], seeds: int, depth_mm: float) -> str:
     """The table and the sentences, as Markdown."""
-    page = Console(width=400, file=io.StringIO())
-    with page.capture() as text:
-        page.print(table(rows, box.MARKDOWN))
     return "\n".join([
         "# Ways to count and to judge pulses", "",
         f"Machine {MACHINE}, to {depth_mm:g} mm, {counted(seeds, 'seed')}: mean ± sample standard "
         "deviation over the seeds.", "",
-        *filter(None, map(str.strip, text.get().splitlines())), "",
+        *markdown(table(rows, box.MARKDOWN)), "",
         *(f"* {one}" for one in sentences(rows)), ""])
 
 
@@ -162,14 +165,8 @@ def plot(rows: list[Record], path: Path) -> None:
 
 def gap(*, seeds: int, depth_mm: float, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # The simulator is built once here, not by every process.
-    machine = machines.load(MACHINE)
-    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    make_folder(folder)
+    build_simulator(machines.load(MACHINE), console)
     trials = [Trial(rule, seed, depth_mm) for seed, rule in product(range(1, seeds + 1), RULES)]
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=len(trials))
@@ -182,8 +179,7 @@ def gap(*, seeds: int, depth_mm: float, folder: Path, console: Console) -> None:
                               soft_wrap=True)
         runs = sorted(in_parallel(run, trials, tell), key=_order)
     rows = statistics(runs)
-    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
-    (folder / "table.md").write_text(_page(rows, seeds, depth_mm), encoding="utf-8")
+    write_results(folder, runs, _page(rows, seeds, depth_mm))
     plot(rows, folder / "plot.png")
     for part in (rows[:4], rows[4:]):
         console.print(table(part))

@@ -12,8 +12,6 @@ There are two formulas. ``straight`` is that of the shipped data: nearly linear 
 interpolation has something to miss.
 """
 
-import io
-import json
 import math
 import random
 from collections.abc import Callable, Iterable
@@ -28,7 +26,13 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.errors import UserError
-from host.experiments.common import Record, in_parallel
+from host.experiments.common import (
+    Record,
+    in_parallel,
+    make_folder,
+    markdown,
+    write_results,
+)
 from host.roughing import synthetic
 from host.roughing.basic import BasicData
 from host.roughing.staircase import Answers, Job, Staircase, plan
@@ -202,10 +206,7 @@ def table(rows: Iterable[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
 
 def networks(*, jobs: int, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json`` and ``table.md``, print the table."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+    make_folder(folder)
     trials = [Trial(truth, data, seed)
               for truth, data, seed in product(TRUTHS, DATA, range(1, jobs + 1))]
     with Progress(console=console) as bar:
@@ -213,16 +214,11 @@ def networks(*, jobs: int, folder: Path, console: Console) -> None:
         runs = in_parallel(run, trials, lambda _: bar.advance(task))
     runs.sort(key=lambda one: (one["truth"], one["data"], one["seed"]))
     rows = statistics(runs)
-    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
     said = (f"{counted(jobs, 'job')} of each kind. In every cell: "
             f"{', '.join(one.value for one in Answers)}.")
-    page = Console(width=400, file=io.StringIO())
-    with page.capture() as text:
-        page.print(table(rows, box.MARKDOWN))
-    (folder / "table.md").write_text(
-        f"# Networks and interpolation on poor data\n\n{said}\n\n"
-        + "\n".join(filter(None, map(str.strip, text.get().splitlines()))) + "\n",
-        encoding="utf-8")
+    write_results(folder, runs, "\n".join([
+        "# Networks and interpolation on poor data", "", said, "",
+        *markdown(table(rows, box.MARKDOWN)), ""]))
     console.print(table(rows))
     console.print(said, soft_wrap=True)
     console.print(f"{folder}: runs.json, table.md", soft_wrap=True)

@@ -19,8 +19,6 @@ Calibration and tuning have seeds of their own.
 """
 
 import copy
-import io
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -37,7 +35,16 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.errors import UserError
-from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.experiments.common import (
+    Record,
+    add_figures,
+    build_simulator,
+    in_parallel,
+    make_folder,
+    markdown,
+    summed_up,
+    write_results,
+)
 from host.experiments.removal_bound import bounds, parts
 from host.machines import machine as machines
 from host.machines.machine import Machine
@@ -350,26 +357,17 @@ def plot(runs: list[Record], path: Path) -> None:
 
 def _page(rows: list[Record], said: list[str], seeds: int) -> str:
     """The table and how it was made, as Markdown."""
-    page = Console(width=400, file=io.StringIO())
-    with page.capture() as text:
-        page.print(table(rows, box.MARKDOWN))
     return "\n".join([
         "# A wall finished at constant feed and under the feed modes", "",
         f"Machine {MACHINE}, {counted(seeds, 'seed')}: mean ± sample standard deviation over the "
         "seeds.", "", *(f"* {one}" for one in said), "",
-        *filter(None, map(str.strip, text.get().splitlines())), ""])
+        *markdown(table(rows, box.MARKDOWN)), ""])
 
 
 def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # The simulator is built once here, not by every process.
-    machine = machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]))
-    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    make_folder(folder)
+    build_simulator(machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0])), console)
     plan = calibrate(way_mm)
     said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
             f"P5 {plan.discharge:.3f} V."]
@@ -399,10 +397,8 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
         runs = sorted(in_parallel(run, trials, tell), key=_order)
     said += bounds(runs)
     rows = statistics(runs)
-    (folder / "runs.json").write_text(json.dumps(
-        {"plan": asdict(plan), "tuning": sorted(tuning, key=_order), "runs": runs}, indent=2)
-        + "\n", encoding="utf-8")
-    (folder / "table.md").write_text(_page(rows, said, seeds), encoding="utf-8")
+    write_results(folder, {"plan": asdict(plan), "tuning": sorted(tuning, key=_order),
+                           "runs": runs}, _page(rows, said, seeds))
     plot(runs, folder / "plot.png")
     for wall in WALLS:
         console.print(table([row for row in rows if row["wall"] == wall]))

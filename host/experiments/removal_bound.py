@@ -29,7 +29,7 @@ def best_by_drop(removal: float, drop: float) -> float:
     """Removal behind a step of the stock over that before it, at best, under a feed F Es/Ex.
 
     ``removal`` and ``drop`` are the same ratio at constant feed, of the removal and of Ex, the drop
-    of the mean voltage over time. The law stands when the removal x is ``removal`` Es/Ex(x), and
+    of the mean voltage over time. The feed settles when the removal x is ``removal`` Es/Ex(x), and
     between the two stocks Ex is taken as linear in x: Ex(1) = Es, Ex(``removal``) = ``drop`` Es. A
     signal without noise is assumed. 1 is constant removal, ``removal`` no better than G94.
     """

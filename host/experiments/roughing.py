@@ -16,8 +16,6 @@ discharges of every run: the walls that the same discharges make with other cons
 """
 
 import copy
-import io
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from itertools import product
@@ -34,7 +32,16 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.errors import UserError
-from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.experiments.common import (
+    Record,
+    add_figures,
+    build_simulator,
+    in_parallel,
+    make_folder,
+    markdown,
+    summed_up,
+    write_results,
+)
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.roughing.basic import BasicData, read_all
@@ -314,19 +321,14 @@ def plot(runs: list[Record], found: Staircase, path: Path) -> None:
 
 def _page(runs: list[Record], said: list[str], seeds: int, depth_mm: float) -> str:
     """The tables and the sentences, as Markdown."""
-    page = Console(width=400, file=io.StringIO())
-    with page.capture() as text:
-        page.print(table(statistics(runs), box.MARKDOWN))
-    with page.capture() as swept:
-        page.print(sweep_table(runs, box.MARKDOWN))
     return "\n".join([
         "# Roughing with one current, and with the planned staircase", "",
         f"Machine {MACHINE} with {AREA_MM2:g} mm², to {depth_mm:g} mm, {counted(seeds, 'seed')}: "
         "mean ± sample standard deviation over the seeds. The basic data are synthetic.", "",
         *(f"* {one}" for one in said), "",
-        *filter(None, map(str.strip, text.get().splitlines())), "",
+        *markdown(table(statistics(runs), box.MARKDOWN)), "",
         "Undersize consumed if the same discharges had made walls with other constants:", "",
-        *filter(None, map(str.strip, swept.get().splitlines())), ""])
+        *markdown(sweep_table(runs, box.MARKDOWN)), ""])
 
 
 def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console,
@@ -335,14 +337,8 @@ def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console,
     parts = parts_of_step(step_ip)
     data = read_all(ELECTRODE, WORKPIECE)
     found = staircase_for(Trial("staircase", 1, depth_mm, parts), data)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # The simulator is built once here, not by every process.
-    machine = machine_for(parts)
-    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    make_folder(folder)
+    build_simulator(machine_for(parts), console)
     trials = [Trial(arm, seed, depth_mm, parts) for seed, arm in product(range(1, seeds + 1), ARMS)]
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=len(trials))
@@ -353,8 +349,7 @@ def roughing(*, seeds: int, depth_mm: float, folder: Path, console: Console,
                               f"{one['time_s']:.1f} s at {one['depth_mm']:.3f} mm", soft_wrap=True)
         runs = sorted(in_parallel(run, trials, tell), key=_order)
     said = sentences(runs, found)
-    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
-    (folder / "table.md").write_text(_page(runs, said, seeds, depth_mm), encoding="utf-8")
+    write_results(folder, runs, _page(runs, said, seeds, depth_mm))
     plot(runs, found, folder / "plot.png")
     console.print(table(statistics(runs)))
     console.print(sweep_table(runs))

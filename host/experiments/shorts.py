@@ -6,8 +6,6 @@ first patent, with the same seeds. The shorts of all seeds are put together by r
 compared with what the drive takes by itself when the speed is given to its input as a step.
 """
 
-import io
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -19,8 +17,16 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from host.errors import UserError
-from host.experiments.common import Record, add_figures, in_parallel, summed_up
+from host.experiments.common import (
+    Record,
+    add_figures,
+    build_simulator,
+    in_parallel,
+    make_folder,
+    markdown,
+    summed_up,
+    write_results,
+)
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.places import ROOT
@@ -174,26 +180,17 @@ def table_of_runs(runs: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table
 
 def _page(runs: list[Record], seeds: int) -> str:
     """The tables, as Markdown."""
-    page = Console(width=400, file=io.StringIO())
     lines = ["# Clear of a short", "",
              f"Tape {TAPE} on the machine {MACHINE}, {counted(seeds, 'seed')}.", ""]
     for made in (table(statistics(runs), box.MARKDOWN), table_of_runs(runs, box.MARKDOWN)):
-        with page.capture() as text:
-            page.print(made)
-        lines += [*filter(None, map(str.strip, text.get().splitlines())), ""]
+        lines += [*markdown(made), ""]
     return "\n".join(lines)
 
 
 def shorts(*, seeds: int, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json`` and ``table.md``, print the tables."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
-    # The simulator is built once here, not by every process.
-    machine = machines.load(MACHINE)
-    simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
-                     progress=lambda text: console.print(text, soft_wrap=True)).close()
+    make_folder(folder)
+    build_simulator(machines.load(MACHINE), console)
     trials = [Trial(loop, seed) for seed, loop in product(range(1, seeds + 1), LOOPS)]
     with Progress(console=console) as bar:
         task = bar.add_task("runs", total=len(trials))
@@ -204,8 +201,7 @@ def shorts(*, seeds: int, folder: Path, console: Console) -> None:
                               f"{one['time_s']:.1f} s, {counted(one['retractions'], 'retraction')}",
                               soft_wrap=True)
         runs = sorted(in_parallel(run, trials, tell), key=_order)
-    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
-    (folder / "table.md").write_text(_page(runs, seeds), encoding="utf-8")
+    write_results(folder, runs, _page(runs, seeds))
     console.print(table(statistics(runs)))
     console.print(table_of_runs(runs))
     console.print(f"{folder}: runs.json, table.md", soft_wrap=True)

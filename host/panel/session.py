@@ -36,6 +36,7 @@ from host.panel.touching import Touching
 from host.panel.wires import Wire
 from host.run.events import Scale
 from host.tape.tape import Tape, decode, is_punched, load, text_of
+from softcore.tables.settings import named
 
 __all__ = ["CANCEL", "ORDERS", "Job", "Session"]
 
@@ -204,7 +205,8 @@ class Session:
                 return "No tape is chosen."
             if self.running or state != "Idle":
                 return f"A tape starts from Idle; the state is {self.heard.state or 'not known'}."
-            if "Armed" not in self.heard.fields:
+            dry = self.heard.settings.get(named("dry_run_mm_min").number, "0") != "0"
+            if "Armed" not in self.heard.fields and not dry:
                 return ('The discharge is not armed: press the button "arm"'
                         f"{' below' if self.simulated else ' at the machine'}.")
         elif name == "touch" and (self.running or self._touch is not None or state != "Idle"):

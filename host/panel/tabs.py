@@ -14,7 +14,7 @@ from host.panel.frame import Frame
 from host.panel.scope_tab import ScopeTab
 from host.panel.session import Job
 from host.panel.touch_tab import TouchTab
-from softcore.tables.settings import GROUPS, SETTINGS, Setting
+from softcore.tables.settings import GROUPS, SETTINGS, Setting, named
 
 __all__ = ["Tabs", "field_text", "html"]
 
@@ -22,6 +22,9 @@ MINUS = "\N{MINUS SIGN}"
 BEFORE, SHOWN = 5, 24   # lines of the tape before the block under way, and in all
 RECENT = 60         # rows of the record on the page
 LARGEST = 4 << 20   # bytes of a tape that is uploaded
+# Switches of the operator beside the tape, by the names of their settings.
+SWITCHES = {"single_block": "Single block", "optional_stop": "Optional stop",
+            "block_skip": "Block skip"}
 FEEDS = {10: "10 mm/min", 60: "60 mm/min", 300: "300 mm/min", 600: "600 mm/min"}
 
 
@@ -69,6 +72,7 @@ class Tabs:
                 self.page.locked(button.classes(kind).style("flex:1").props(
                     f'no-caps data-testid="{order}"'))
             self.arm = button
+        self._switches()
         upload = ui.upload(label="or a file: .nc, .ptp", auto_upload=True,
                            max_file_size=LARGEST, on_upload=self._upload,
                            on_rejected=lambda: ui.notify(
@@ -76,6 +80,32 @@ class Tabs:
         self.page.locked(upload.props("flat bordered accept=.nc,.ptp").style(
             "width:100%;margin-bottom:8px"))
         self.listing = html().classes("tape").props('data-testid="tape"')
+
+    def _switches(self) -> None:
+        self._states: dict[int, tuple[Setting, Any]] = {}
+        with ui.row().style("gap:8px;margin:0 0 8px;width:100%;flex-wrap:nowrap"):
+            for setting in map(named, SWITCHES):
+                button = ui.button(color=None, on_click=lambda setting=setting:
+                                   self._turn(setting)).props(
+                                       f'no-caps dense data-testid="{setting.name}"')
+                self._states[setting.number] = setting, self.page.locked(
+                    button.classes("plain").style("flex:1"))
+        self.dry = ui.label().classes("alarm-title").props('data-testid="dry"')
+
+    def _turn(self, setting: Setting) -> None:
+        on = self.session.heard.settings.get(setting.number, "0") != "0"
+        self.page.order("line", f"${setting.number}={int(not on)}")
+
+    def _show_switches(self) -> None:
+        settings = self.session.heard.settings
+        for number, (setting, button) in self._states.items():
+            told = settings.get(number)
+            if self.page.changed(f"switch {number}", told):
+                button.set_text(f"{SWITCHES[setting.name]}: "
+                                f"{'on' if told == '1' else 'off' if told else '?'}")
+        feed = settings.get(named("dry_run_mm_min").number, "0")
+        if self.page.changed("dry", feed):
+            self.dry.set_text(f"Dry run: no discharge, cuts at F{feed}" if feed != "0" else "")
 
     async def _choose(self, path: Path) -> None:
         try:
@@ -153,7 +183,7 @@ class Tabs:
     # ---- settings
 
     def _settings(self) -> None:
-        ui.label("Kept until the controller is switched off. Enter sends a value.").classes("soft")
+        ui.label("Kept when the controller is switched off. Enter sends a value.").classes("soft")
         for group, heading in GROUPS.items():
             with ui.expansion(heading).props("dense dense-toggle").style("width:100%"):
                 for setting in SETTINGS:
@@ -222,6 +252,7 @@ class Tabs:
         """Show what has changed."""
         self.scope.show()
         self._show_tape()
+        self._show_switches()
         self._show_settings()
         self._show_record()
         self.touch.show()

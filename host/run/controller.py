@@ -91,8 +91,8 @@ class Controller:
             if said:
                 raise PortError(f"the other end of {self.port.url} is not Gapkeeper: asked for "
                                 f"its status, it says {said[:60]!r}.")
-            raise PortError(f"nobody answers at {self.port.url}: the controller is off, the cable "
-                            "is off, or the baud rate is another.")
+            raise PortError(f"nobody answers at {self.port.url}: the controller is off, a cable "
+                            "is unplugged, or the baud rate is wrong.")
         if not {"MPos", "Er", "Gap"} <= fields.keys():
             raise PortError(f"the other end of {self.port.url} is not Gapkeeper: its status "
                             "report has no Gapkeeper fields.")

@@ -184,14 +184,14 @@ def _contents(memory: Path | None) -> bytes | None:
     """What the flash memory's file holds; None if there is no such file yet."""
     if memory is None or not memory.exists():
         return None
-    from softcore.top import SIMULATED_JOURNAL
+    from softcore.top import SIMULATED_JOURNAL, is_kept
     try:
         contents = memory.read_bytes()
     except OSError as error:
         raise UserError(f"{memory} cannot be read: {error.strerror}.") from error
-    if len(contents) != SIMULATED_JOURNAL.size:
+    if not is_kept(len(contents)):
         raise UsageError(f"{memory} is not what a flash memory holds: it has {len(contents)} "
-                         f"bytes, not {SIMULATED_JOURNAL.size}.")
+                         f"bytes, not {SIMULATED_JOURNAL.size} or whole sectors more.")
     return contents
 
 

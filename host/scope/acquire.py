@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arming the gap oscilloscope over the link, and reading its record, a line at a time.
 
-The lines are those of ``softcore/firmware/app/scope.h``. Whoever has the link sends what ``line``
-gives, and passes on what comes; so nothing here waits, and a run or a panel goes on meanwhile.
+The lines are those of ``softcore/firmware/app/scope.h``. The owner of the link sends the line that
+``Acquisition.line`` returns, and gives every received line to ``hear``. So nothing here waits, and
+a run or a panel goes on meanwhile.
 """
 
 import re
@@ -15,7 +16,7 @@ from host.scope.record import Record
 
 __all__ = ["TRIGGERS", "Acquisition", "Trigger"]
 
-# Word of the command line: that of the controller's line, and the meaning.
+# By the word of the command line: the word of the controller's line, and the meaning.
 TRIGGERS = {
     "now": ("NOW", "at once"),
     "short": ("SHORT", "Ss rises"),
@@ -41,9 +42,10 @@ _CHECKED = re.compile(r"\[(SCOPE[:@].*)\*([0-9A-F]{4})\]")
 
 @dataclass(frozen=True)
 class Trigger:
-    """What is waited for: a word of ``TRIGGERS``, the level in V of ``rise`` and ``fall``.
+    """What the oscilloscope waits for.
 
-    ``before`` is the share of the record before the trigger, in %.
+    ``word`` is one of ``TRIGGERS``. ``level_v`` is the level of ``rise`` or ``fall`` in V, and None
+    for the others. ``before`` is the share of the record before the trigger, in %.
 
     Raises
     ------
@@ -68,12 +70,12 @@ class Trigger:
 
     @classmethod
     def of(cls, text: str, before: int = BEFORE) -> "Trigger":
-        """The trigger of a text: a word, or ``rise=V`` and ``fall=V``.
+        """The trigger that a text names: a word of ``TRIGGERS``, ``rise=V`` or ``fall=V``.
 
         Raises
         ------
         UsageError
-            If it is none.
+            If the text names no trigger.
         """
         word, equals, level = text.partition("=")
         try:
@@ -83,13 +85,13 @@ class Trigger:
 
     @property
     def line(self) -> str:
-        """The controller's line that arms."""
+        """The line that arms the controller's oscilloscope."""
         level = "" if self.level_v is None else f",{int(self.level_v / CONVERTER_V * 4096)}"
         return f"$SCOPE={TRIGGERS[self.word][0]},{self.before}{level}"
 
 
 class Acquisition:
-    """One record: armed, awaited, read.
+    """One record: arms the oscilloscope, waits for the trigger, and reads the record.
 
     ``state`` is the oscilloscope's: ``idle``, ``armed``, ``triggered`` or ``full``; ``record`` is
     None until the record has been read. One line may be under way at a time: after ``line`` has
@@ -114,7 +116,7 @@ class Acquisition:
         self._order = "$SCOPE=FORCE"
 
     def line(self, now_s: float) -> str | None:
-        """The next line to be sent, if it is time for one."""
+        """The line to be sent now, or None."""
         if self.record is not None or self._under_way:
             return None
         if not self._armed:
@@ -137,7 +139,7 @@ class Acquisition:
             return False
         checked = _CHECKED.fullmatch(line)
         if checked is None or f"{crc(checked[1].encode()):04X}" != checked[2]:
-            return True     # damaged: what is missing is asked for again
+            return True     # damaged: its entries are asked for again
         if (state := _STATE.fullmatch(checked[1])) and self._armed and self.state != "full":
             self.state = state[1]
             self.depth, self.count, *numbers = map(int, state.groups()[1:])

@@ -23,7 +23,7 @@ def record_gap(
         metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
                             "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
     trigger: Annotated[str, typer.Option(
-        metavar="TRIGGER", help=f"What is waited for: {WORDS}.")] = "now",
+        metavar="TRIGGER", help=f"What to wait for: {WORDS}.")] = "now",
     before: Annotated[int, typer.Option(
         min=0, max=99, metavar="%", help="Share of the record before the trigger.")] = 50,
     auto: Annotated[float | None, typer.Option(

@@ -18,7 +18,8 @@ __all__ = ["LEVELS", "PULSES", "STATES", "SUFFIXES", "Record", "write"]
 
 Numbers = NDArray[np.int64]
 
-# Entry and its rest, as ``rtl.gap.scope`` has them: name and bits of each field, lowest first.
+# Fields of an entry, lowest bit first: name and bits. An entry of ``rtl.gap.scope`` has 36 bits and
+# is read from two registers.
 FIELDS = [(field.name, field.bits) for name in ("entry", "entry_rest")
           for register in SCOPE.registers if register.name == name for field in register.fields]
 # What is high or low, as columns.
@@ -70,7 +71,7 @@ class Record:
         Raises
         ------
         ValueError
-            If the trigger is none of them.
+            If no entry has the trigger's number.
         """
         if not 0 <= trigger < len(words):
             raise ValueError(f"the trigger {trigger} is none of {len(words)} entries")
@@ -79,7 +80,7 @@ class Record:
         for name, bits in FIELDS:
             fields[name] = rest & (1 << bits) - 1
             rest = rest >> bits
-        # The oldest entry's stamp counts from one that is no longer there.
+        # The stamp of the oldest entry counts from an entry that has been overwritten.
         clock = np.cumsum(fields["stamp"])
         return cls(clock_hz, trigger, cycle, clock - clock[trigger],
                    np.where(fields["sampled"] != 0, fields["voltage"] * CONVERTER_V / 4096, np.nan),

@@ -42,7 +42,7 @@ def record_at(url: str, trigger: str, *, before: int, auto_s: float | None, targ
 
 
 def told(record: Record) -> str:
-    """One sentence on a record."""
+    """A sentence that describes a record: its length in time, samples and pulses."""
     classes = [f"{count} {PULSES[number].replace('_', ' ')}" for number in range(1, len(PULSES))
                if (count := int((record.pulse == number).sum()))]
     first, last = record.time_us[0], record.time_us[-1]
@@ -54,21 +54,24 @@ def told(record: Record) -> str:
 
 def acquire(pipe: BytePipe, wanted: Acquisition, *, auto_s: float | None = None,
             show: Callable[[str], None] = lambda text: None) -> Record:
-    """Bring a record home by plain lines. Whatever else the controller says is passed over.
+    """Arm, wait for the trigger and read the record, over plain lines.
+
+    Other lines of the controller are ignored. With ``auto_s`` the trigger is forced after that
+    time.
 
     Raises
     ------
     LinkError
-        If it does not answer.
+        If the controller does not answer.
     UserError
-        If it refuses.
+        If it refuses a line.
     """
     began = pipe.time_s()
     sent_s: float | None = None     # when the line without an answer was sent
     rest, message = b"", ""
     forced = False
-    pipe.write(b"\n")               # ends whatever an earlier program has left open
-    skip = True                     # its answer, if it gets one: on a guarded link it does not
+    pipe.write(b"\n")               # ends a line that an earlier program has left half sent
+    skip = True                     # ignore the answer to that; a numbered link gives none
     try:
         while wanted.record is None:
             now = pipe.time_s()
@@ -83,8 +86,8 @@ def acquire(pipe: BytePipe, wanted: Acquisition, *, auto_s: float | None = None,
                 show(f"waiting for the trigger: {TRIGGERS[wanted.trigger.word][1]}"
                      if wanted.state == "armed" else f"the oscilloscope is {wanted.state}")
             if sent_s is not None and now - sent_s > ANSWER_TIMEOUT_S:
-                raise LinkError("nobody answers: the controller is off, the cable is off, or the "
-                                "baud rate is another.")
+                raise LinkError("nobody answers: the controller is off, a cable is unplugged, or "
+                                "the baud rate is wrong.")
             *lines, rest = (rest + pipe.read(POLL_S)).split(b"\n")
             for raw in lines:
                 text = raw.decode("ascii", "replace").strip()

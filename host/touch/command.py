@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``gapkeeper touch``: a touching cycle at a port, told on the terminal."""
+"""``gapkeeper touch``: a touching cycle on the controller at a port, shown on the terminal."""
 
 from rich.console import Console
 
@@ -21,7 +21,7 @@ def ways_of(toward: str) -> dict[str, int]:
     Raises
     ------
     UsageError
-        If the text is none.
+        If the text is no such list of directions.
     """
     text = toward.upper()
     pairs = [text[start:start + 2] for start in range(0, len(text), 2)]
@@ -58,10 +58,10 @@ def cycle_of(shape: str, probe: Probe, *, toward: str = "", size: float = 0.0, l
 
 def touch(url: str, cycle: Cycle, probe: Probe, *, baud: int, machine: str, known: float | None,
           system: int | None, console: Console) -> Found:
-    """Carry out a cycle on the controller at ``url`` and tell what it has found.
+    """Carry out a cycle on the controller at ``url``, and print what it has found.
 
-    With ``known``, the true diameter, the contact offset is told. With ``system`` the zero of that
-    work offset is set.
+    With ``known``, the true diameter of a hole or boss in mm, the contact offset is printed too.
+    With ``system``, 1 (G54) to 6, the zero of that work offset is set.
 
     Raises
     ------
@@ -96,5 +96,5 @@ def touch(url: str, cycle: Cycle, probe: Probe, *, baud: int, machine: str, know
 
 
 def _quiet(line: str) -> None:
-    """Take a line that nobody waits for."""
+    """Ignore a line that is no answer."""
 

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cycles that touch the work: each yields the lines to send, and returns what it has found.
 
-A cycle is a generator. It yields a line, and is sent what the controller told while it carried the
-line out: a ``Place``, or None. Whoever drives it waits for the answer to each line, and closes the
-cycle if one is refused or an alarm comes: nothing more is then ordered. ``drive`` does so over a
-link; the panel has its own loop.
+A cycle is a generator. It yields one line at a time, and receives what the controller reported
+while it carried the line out: a ``Place``, or None. The caller waits for the answer to each line.
+If a line is refused or an alarm comes, the caller closes the cycle, and no further line is sent.
+``drive`` is such a caller, over a link; the panel has a loop of its own.
 
-Every measure is two touches (G38.2): a quick one that finds the surface, then back, nearer again,
-and a slow one that counts. The gap conducts before electrode and work meet, so the place that is
-told lies before the surface by the *contact offset*, a few micrometres of this machine, electrode
-and fluid. It is calibrated once by a hole or a boss of known diameter. The middle of a hole or boss
-is free of it.
+Each surface is touched twice by G38.2. A quick touch finds it. The electrode goes back and comes
+nearer again, and a slow touch measures. The gap conducts before electrode and work meet. So the
+measured place lies before the surface by the *contact offset*: a few micrometres, which depend on
+machine, electrode and fluid. It is calibrated once, by a hole or a boss of known diameter. It has
+no effect on the middle of a hole or boss.
 
 Lengths are in mm, feeds in mm/min, places in the machine frame. The lines set G21, G91 and G94.
 """
@@ -36,7 +36,7 @@ class TouchError(UserError):
 
 @dataclass(frozen=True)
 class Place:
-    """What a touch-off has told: where the axes stood, and whether there was contact."""
+    """The report of a touch-off: where the axes stood, and whether there was contact."""
 
     x: float
     y: float
@@ -50,12 +50,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Probe:
-    """How to touch, and with what.
+    """How to touch, and with what. Lengths in mm, feeds in mm/min.
 
     ``radius`` is that of the wire or of a round electrode, or half the width of a square one; it
-    counts in X and Y. ``offset`` is the contact offset. ``reach`` is the longest way of a quick
-    touch. ``back`` must be longer than a bridge of the gap reaches; the slow touch begins ``near``
-    to the surface. ``clear`` is the distance that the cycle keeps where it moves without measuring.
+    has an effect in X and Y only. ``offset`` is the contact offset. ``reach`` is the longest way of
+    a quick touch, at the feed ``quick``. After a touch the electrode goes ``back``, which must be
+    more than debris can bridge. The slow touch, at the feed ``slow``, begins at the distance
+    ``near`` from the surface. Moves without measuring have the feed ``travel``, and keep the
+    distance ``clear`` from the work.
     """
 
     radius: float = 0.0
@@ -81,13 +83,17 @@ class Probe:
                              "one not above the quick one.")
 
     def before(self, axis: str) -> float:
-        """How far before a surface the axis's place is when it touches."""
+        """Distance from the axis's place to the surface that it touches, mm."""
         return self.offset + (self.radius if axis != "Z" else 0.0)
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a cycle has found: places by axis, and the diameter of a hole or boss."""
+    """What a cycle has found.
+
+    ``what`` is the shape, ``places`` the coordinate of the edge, corner or middle by axis, ``size``
+    the diameter of a hole or boss, and ``told`` each of its sides, such as ``"X-"``.
+    """
 
     what: str
     places: dict[str, float]
@@ -108,7 +114,7 @@ Way = Generator[str, Place | None, None]
 
 
 def place_of(line: str) -> Place | None:
-    """The place that a line of the controller tells, or None."""
+    """The place in a line ``[PRB:…]`` of the controller; None for another line."""
     told = _TOLD.fullmatch(line)
     return told and Place(float(told[1]), float(told[2]), float(told[3]), told[4] == "1")
 
@@ -118,7 +124,7 @@ def _word(axis: str, way: float) -> str:
 
 
 def _move(probe: Probe, **ways: float) -> Way:
-    """Go along a line, with the contact guard."""
+    """Move in a straight line; the contact guard watches."""
     words = " ".join(_word(axis, way) for axis, way in ways.items() if abs(way) >= 5e-5)
     if words:
         yield f"G21 G91 G94 G01 {words} F{probe.travel:g}"
@@ -135,13 +141,13 @@ def _back(probe: Probe, axis: str, way: int) -> Way:
 
 
 def _touch(probe: Probe, axis: str, way: int) -> Part:
-    """Touch quickly and slowly, then stand ``back`` before the surface; its coordinate."""
+    """Touch quickly and slowly, and go ``back``; return the coordinate of the surface."""
     yield f"G21 G91 G94 G38.2 {_word(axis, way * probe.reach)} F{probe.quick:g}"
     yield from _back(probe, axis, way)
     yield from _move(probe, **{axis: way * (probe.back - probe.near)})
     place = yield f"G38.2 {_word(axis, way * 2 * probe.near)} F{probe.slow:g}"
     if place is None or not place.contact:
-        raise TouchError(f"the slow touch of {axis} has told no place.")
+        raise TouchError(f"the controller reported no contact for the slow touch of {axis}.")
     yield from _back(probe, axis, way)
     return place.of(axis) + way * probe.before(axis)
 
@@ -152,17 +158,18 @@ def _check(axis: str, way: int) -> None:
 
 
 def edge(probe: Probe, axis: str, way: int) -> Cycle:
-    """Touch one surface; stand ``back`` before it at the end."""
+    """Touch one surface. At the end the electrode stands ``back`` before it."""
     _check(axis, way)
     surface = yield from _touch(probe, axis, way)
     return Found("edge", {axis: surface})
 
 
 def corner(probe: Probe, x_way: int, y_way: int, *, along: float = 2.0) -> Cycle:
-    """Touch the two sides of a corner that points against both directions.
+    """Touch the two sides of an outer corner: one along X, then one along Y.
 
-    The start is beside the side that ``x_way`` leads to, at most ``along`` from the corner, with
-    ``radius`` included. The cycle goes round the corner, and ends ``back`` before the other side.
+    With the ways +1 and +1 that is the corner of least X and least Y. The electrode starts beside
+    the side that it touches along X; its middle is at most ``along`` from the corner. The cycle
+    goes round the corner, and ends ``back`` before the other side.
     """
     _check("X", x_way)
     _check("Y", y_way)
@@ -184,10 +191,10 @@ def _middle(first: float, second: float, told: dict[str, float], axis: str) -> f
 
 
 def hole(probe: Probe) -> Cycle:
-    """Touch a hole from inside, X and then Y; stand in its middle at the end.
+    """Touch a hole from inside, along X and then along Y, and end in its middle.
 
-    The start may be anywhere in it. The two places of X belong to one chord, so their middle is
-    that of the hole; Y is then touched along the diameter.
+    The start may be anywhere in the hole. The two places along X are the ends of a chord, so the
+    middle between them is the X of the hole's middle. Y is then touched along a diameter.
     """
     told: dict[str, float] = {}
     places = {}
@@ -195,18 +202,18 @@ def hole(probe: Probe) -> Cycle:
         above = yield from _touch(probe, axis, 1)
         below = yield from _touch(probe, axis, -1)
         places[axis] = _middle(above, below, told, axis)
-        # It stands ``back`` inside the lower side; ``before`` more to the place of the axis.
+        # The axis stands ``back`` and ``before`` above the coordinate of the lower side.
         yield from _move(probe, **{axis: places[axis] - (below + probe.before(axis) + probe.back)})
     return Found("hole", places, told["Y+"] - told["Y-"], told)
 
 
 def boss(probe: Probe, size: float, *, lift: float = 0.0) -> Cycle:
-    """Touch a boss or a block from outside, X and then Y; stand before or over its middle.
+    """Touch a boss or a block from outside, along X and then along Y.
 
-    With a ``lift`` the start is roughly over the middle, above the boss, and the electrode goes
-    down by ``lift`` beside it. Without one it goes round: the start is beside it on the side of
-    least X, roughly on the line through its middle, ``clear`` before it. ``size`` is roughly its
-    diameter.
+    ``size`` is roughly its diameter. With a ``lift`` the electrode starts above the boss, roughly
+    over its middle; it goes down by ``lift`` beside each side, and ends over the middle. Without a
+    lift it goes round the boss. It then starts on the side of least X, ``clear`` before it and
+    roughly on the line through the middle, and ends beside the side of least Y.
     """
     if not 0 < size <= 1000 or not 0 <= lift <= 1000:
         raise UsageError(f"a boss needs a size above 0 and a lift of 0 or more, both at most 1000 "
@@ -217,7 +224,7 @@ def boss(probe: Probe, size: float, *, lift: float = 0.0) -> Cycle:
 
 
 def _beside(probe: Probe, axis: str, way: int, lift: float) -> Part:
-    """From above: down, touch, up again; it stands ``back`` before the surface."""
+    """Go down, touch, and go up again; the electrode stands ``back`` before the surface."""
     yield from _move(probe, Z=-lift)
     surface = yield from _touch(probe, axis, way)
     yield from _move(probe, Z=lift)
@@ -241,8 +248,7 @@ def _over(probe: Probe, half: float, lift: float) -> Cycle:
 def _round(probe: Probe, half: float) -> Cycle:
     told: dict[str, float] = {}
     below = yield from _touch(probe, "X", 1)
-    # Round the side of greater Y to that of greater X. The first place is exact; from it on the
-    # ways along X are, too.
+    # Go round the side of greatest Y to that of greatest X.
     yield from _move(probe, X=probe.back - probe.clear)
     yield from _move(probe, Y=half)
     yield from _move(probe, X=2 * half)
@@ -272,7 +278,7 @@ def zero_line(found: Found, system: int) -> str:
 
 
 def drive(link: Link, cycle: Cycle, *, tell: Callable[[str], None] | None = None) -> Found:
-    """Carry a cycle out over a link that nobody else uses meanwhile.
+    """Carry out a cycle over a link. Nobody else may use the link meanwhile.
 
     Raises
     ------

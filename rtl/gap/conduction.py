@@ -11,17 +11,17 @@ __all__ = ["Conduction"]
 class Conduction(wiring.Component):
     """Says of each pulse whether current flows without an ignition delay, as in a short.
 
-    A pulse is a run of clocks with ``on`` high, or with ``sense`` high and ``on`` low. Its first
-    ``delay`` clocks may be without current; they also cover the time from the gates to the
-    comparator. The pulse conducts as far as it has gone if ``current`` is high in this clock and
-    was in every clock before but those. So a discharge that ignites in them counts as well.
+    A pulse is a run of clocks with ``on`` high, or with ``sense`` high and ``on`` low. It conducts
+    if ``current`` is high in this clock and was high in every earlier clock of the pulse except its
+    first ``delay`` ones. In those the current may be missing, since the comparator follows the
+    gates late. So a discharge that ignites within ``delay`` clocks counts as conducting too.
 
-    ``now`` says so in the same clock, and ``last`` in the clock after. So in the clock after the
-    last clock of a pulse, in which ``rtl.gap.discriminator`` gives its sample, ``last`` is that of
-    the whole pulse.
+    ``now`` tells it in the same clock, ``last`` one clock later. ``rtl.gap.discriminator`` gives
+    the sample of a pulse in the clock after the pulse: there ``last`` is about the whole pulse.
 
     Ref: first patent (retraction from the tape): a shorting detector that monitors the contact "in
-    the form of the conduction current". What tells it from a discharge, the delay, is ours.
+    the form of the conduction current". The first patent does not say how to tell a short from a
+    discharge; the delay is ours.
 
     Members
     -------
@@ -30,9 +30,9 @@ class Conduction(wiring.Component):
     current : In(1)
         Gap current above its threshold; in a sensing pulse, above the threshold of these.
     delay : In(16)
-        A shorter ignition delay is none. Clocks.
+        Clocks at the start of a pulse that may be without current.
     now, last : Out(1)
-        The pulse conducts in this clock, in the last one.
+        The pulse conducts, as of this clock; as of the last one.
     """
 
     on: In(1)

@@ -89,7 +89,7 @@ class Gap(wiring.Component):
         self.scope = GapScope(depth=scope_depth) if scope_depth else None
         self.short_detector = ShortDetector()
         self.voltage_valid = Signal()
-        self.converted = Signal()   # the converter ran in the last clock: a strobe of it is new
+        self.converted = Signal()   # the converter ran in the last clock, so a strobe is new
         super().__init__({
             "registers": In(wiring.Signature({name: Out(registers[name])
                                               for name in self.BLOCKS})),
@@ -134,22 +134,28 @@ class Gap(wiring.Component):
         m.d.sync += gates.eq(Cat(self.on, self.sense))
         # The condition may change in the clock in which its last pulse gets its class.
         m.d.sync += discriminator.delay_least.eq(self.condition.gap_delay_least)
-        m.d.sync += [getattr(discriminator, f"use_{name}").eq(
-                         getattr(self.condition, f"gap_criteria_{name}"))
-                     for name in ("current", "delay", "noise")]
+        m.d.sync += [
+            discriminator.use_current.eq(self.condition.gap_criteria_current),
+            discriminator.use_delay.eq(self.condition.gap_criteria_delay),
+            discriminator.use_noise.eq(self.condition.gap_criteria_noise),
+        ]
         m.d.sync += discriminator.from_ignition.eq(self.condition.power_wait_time != 0)
         m.d.comb += [
             discriminator.on.eq(gates[0]), discriminator.sense.eq(gates[1]),
-            *(getattr(discriminator, name).eq(getattr(self, name))
-              for name in ("arc", "short", "current", "high", "noise")),
-            *(getattr(discriminator, name).eq(getattr(registers, name))
-              for name in ("blanking", "settle", "confirm")),
-            *(getattr(registers, name).eq(getattr(discriminator, name))
-              for name in ("open_count", "ok_count", "dame_count", "short_count")),
+            discriminator.high.eq(self.high), discriminator.arc.eq(self.arc),
+            discriminator.short.eq(self.short), discriminator.current.eq(self.current),
+            discriminator.noise.eq(self.noise),
+            discriminator.blanking.eq(registers.blanking),
+            discriminator.settle.eq(registers.settle), discriminator.confirm.eq(registers.confirm),
+            registers.open_count.eq(discriminator.open_count),
+            registers.ok_count.eq(discriminator.ok_count),
+            registers.dame_count.eq(discriminator.dame_count),
+            registers.short_count.eq(discriminator.short_count),
             registers.status_last.eq(discriminator.last),
             self.abnormal.eq(discriminator.abnormal), self.ignited.eq(discriminator.ignited),
-            *(level.eq(getattr(self.condition, f"gap_reference_{name}"))
-              for level, name in zip(references.level, ("open", "arc", "short"), strict=True)),
+            references.level[0].eq(self.condition.gap_reference_open),
+            references.level[1].eq(self.condition.gap_reference_arc),
+            references.level[2].eq(self.condition.gap_reference_short),
             self.reference.eq(references.stream),
         ]
 
@@ -207,15 +213,17 @@ class Gap(wiring.Component):
 
     def _servo(self, m, discriminator, short, counters, calculator, discharging):
         """Steps back and forward, by counted classes or by the mean voltage."""
-        registers, motion = self.registers.servo, self.motion
+        registers, motion, condition = self.registers.servo, self.motion, self.condition
         stepped = calculator.mode == FeedMode.ZERO
         m.d.comb += [
             counters.sample.eq(discriminator.sample & ~discriminator.sample_sensing),
             counters.kind.eq(discriminator.kind),
-            *(getattr(counters, name).eq(getattr(self.condition, f"servo_presets_{name}"))
-              for name in ("dame", "open", "ok")),
-            *(getattr(counters, name).eq(getattr(self.condition, f"servo_counting_{name}"))
-              for name in ("mode", "window", "weight")),
+            counters.dame.eq(condition.servo_presets_dame),
+            counters.open.eq(condition.servo_presets_open),
+            counters.ok.eq(condition.servo_presets_ok),
+            counters.mode.eq(condition.servo_counting_mode),
+            counters.window.eq(condition.servo_counting_window),
+            counters.weight.eq(condition.servo_counting_weight),
             counters.period.eq(registers.period),
             # Without discharge pulses there is nothing to count.
             counters.freeze.eq(motion.held | short.shorted | ~discharging | self.waiting
@@ -224,7 +232,7 @@ class Gap(wiring.Component):
             registers.status_open.eq(counters.open_full),
             registers.status_held.eq(motion.held),
             motion.servo.eq(registers.control | stepped),
-            motion.step.eq(Mux(stepped, 1, self.condition.servo_step)),
+            motion.step.eq(Mux(stepped, 1, condition.servo_step)),
         ]
         # In registers, to meet timing: the bounds of the motion are computed from them.
         m.d.sync += [motion.up.eq(Mux(stepped, calculator.up, counters.up)),
@@ -242,7 +250,7 @@ class Gap(wiring.Component):
         m.d.sync += removal.burning.eq(self.on & self.current & ~self.arc & ~self.short)
         m.d.comb += [
             removal.on.eq(registers.control_measure & self.wanted),
-            # A short, and the way back and forth, say nothing of the stock ahead.
+            # A short, and the way back and forth, tell nothing about the stock ahead.
             removal.discard.eq(~motion.at_front | self.registers.gap.status_shorted | self.safe),
             removal.hold.eq(motion.paused | self.waiting),
             removal.pulse.eq(motion.pulse), removal.rate.eq(motion.rate),
@@ -277,15 +285,15 @@ class Gap(wiring.Component):
     def _fluid(self, m, removal):
         """Converter and fluid detector; return the converter's front end.
 
-        It also runs for the oscilloscope, and then nothing else hears of it.
+        While the converter runs for the oscilloscope alone, no other block sees its samples.
         """
         registers = self.registers.fluid
         sampler = Sampler(clock_hz=self.clock_hz)
         runs = registers.control_convert | (0 if self.scope is None else self.scope.runs)
         m.submodules.sampler = EnableInserter(runs)(sampler)
         m.d.sync += self.converted.eq(runs)
-        fault = Signal()    # as it was when the converter ran for others last
-        was = Signal()
+        fault = Signal()    # of the converter, when it last ran for more than the oscilloscope
+        was = Signal()      # ``fault`` a clock ago
         m.d.comb += fault.eq(Mux(registers.control_convert, sampler.fault, was))
         m.d.sync += was.eq(fault)
         m.submodules.fluid = fluid = FluidDetector()
@@ -298,15 +306,18 @@ class Gap(wiring.Component):
             self.voltage_valid.eq(sampler.voltage_valid & registers.control_convert),
             fluid.sample.eq(sampler.fluid),
             fluid.sample_valid.eq(sampler.fluid_valid & registers.control_convert),
-            *(getattr(fluid, name).eq(getattr(registers, name))
-              for name in ("threshold_0", "threshold_1", "threshold_2", "hysteresis")),
+            fluid.threshold_0.eq(registers.threshold_0),
+            fluid.threshold_1.eq(registers.threshold_1),
+            fluid.threshold_2.eq(registers.threshold_2), fluid.hysteresis.eq(registers.hysteresis),
             fluid.lowest.eq(registers.bounds_lowest), fluid.highest.eq(registers.bounds_highest),
             fluid.manual.eq(registers.control_manual),
             fluid.manual_class.eq(registers.control_manual_class),
             registers.level.eq(fluid.level),
             registers.status_class.eq(fluid.class_),
-            *(getattr(registers, f"status_{name}").eq(getattr(fluid, name))
-              for name in ("measured", "known", "broken_low", "broken_high", "disordered")),
+            registers.status_measured.eq(fluid.measured), registers.status_known.eq(fluid.known),
+            registers.status_broken_low.eq(fluid.broken_low),
+            registers.status_broken_high.eq(fluid.broken_high),
+            registers.status_disordered.eq(fluid.disordered),
             registers.status_fault.eq(fault),
         ]
         state = Cat(fluid.class_, fluid.measured, fluid.known, fluid.broken_low, fluid.broken_high,
@@ -319,26 +330,33 @@ class Gap(wiring.Component):
     def _scope(self, m, discriminator, short, sampler):
         """The oscilloscope sees what the discriminator sees, and the samples and states."""
         scope, registers = self.scope, self.registers.scope
+        entry = scope.entry
         m.d.comb += [
-            *(getattr(scope, name).eq(getattr(discriminator, name))
-              for name in ("high", "arc", "short", "current", "noise", "on", "sense", "sample",
-                           "sample_sensing", "kind")),
+            scope.high.eq(discriminator.high), scope.arc.eq(discriminator.arc),
+            scope.short.eq(discriminator.short), scope.current.eq(discriminator.current),
+            scope.noise.eq(discriminator.noise), scope.on.eq(discriminator.on),
+            scope.sense.eq(discriminator.sense), scope.sample.eq(discriminator.sample),
+            scope.sample_sensing.eq(discriminator.sample_sensing),
+            scope.kind.eq(discriminator.kind),
             scope.voltage.eq(sampler.voltage), scope.voltage_valid.eq(sampler.voltage_valid
                                                                         & self.converted),
             scope.shorted.eq(short.shorted), scope.state.eq(self.state),
             scope.cycle.eq(self.cycle),
-            *(getattr(scope, name).eq(getattr(registers, f"order_{name}")
-                                      & registers.order_strobe)
-              for name in ("arm", "stop", "force")),
+            scope.arm.eq(registers.order_arm & registers.order_strobe),
+            scope.stop.eq(registers.order_stop & registers.order_strobe),
+            scope.force.eq(registers.order_force & registers.order_strobe),
             scope.source.eq(registers.trigger_source), scope.classes.eq(registers.trigger_classes),
             scope.level.eq(registers.trigger_level), scope.after.eq(registers.after),
             registers.status_recording.eq(scope.recording), registers.status_count.eq(scope.count),
             registers.depth.eq(scope.depth), registers.time.eq(scope.time),
             scope.place.eq(registers.place), scope.choose.eq(registers.place_strobe),
             scope.following.eq(registers.entry_rest_strobe),
-            *(getattr(registers, f"entry_{name}").eq(getattr(scope.entry, name))
-              for name in ("stamp", "voltage", "sampled", "high", "arc", "short", "current",
-                           "noise", "on", "sense", "pulse")),
-            registers.entry_rest_shorted.eq(scope.entry.shorted),
-            registers.entry_rest_state.eq(scope.entry.state),
+            registers.entry_stamp.eq(entry.stamp), registers.entry_voltage.eq(entry.voltage),
+            registers.entry_sampled.eq(entry.sampled), registers.entry_high.eq(entry.high),
+            registers.entry_arc.eq(entry.arc), registers.entry_short.eq(entry.short),
+            registers.entry_current.eq(entry.current), registers.entry_noise.eq(entry.noise),
+            registers.entry_on.eq(entry.on), registers.entry_sense.eq(entry.sense),
+            registers.entry_pulse.eq(entry.pulse),
+            registers.entry_rest_shorted.eq(entry.shorted),
+            registers.entry_rest_state.eq(entry.state),
         ]

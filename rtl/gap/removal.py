@@ -38,9 +38,9 @@ class RemovalDetector(wiring.Component):
     clocks; if the next one is shorter, it is prolonged until the computation is done. A window ends
     at ``2**20 - 1`` samples.
 
-    With ``shares`` the window measures discharges instead of voltage, for a law of our own (G95
-    P5): ``way`` is the way that the feed ``rate`` makes in the clocks with ``burning`` high, at
-    most ``2**16`` pulses, and Ex is ``way`` over the distance of the window, at most
+    With ``shares`` the window measures discharges instead of voltage, for a feed mode of our own
+    (G95 P5): ``way`` is the way that the feed ``rate`` makes in the clocks with ``burning`` high,
+    at most ``2**16`` pulses, and Ex is ``way`` over the distance of the window, at most
     ``2**16 - 1`` of ``2**-16``. At the feed ``rate`` that is the share of the time in which good
     discharges burn; at any feed it is in proportion to the discharge per distance, so to the stock,
     and neither shorts nor the pauses change it. Es is then ``share``. Such a window needs no

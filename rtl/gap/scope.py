@@ -27,14 +27,14 @@ class Pulse(enum.Enum, shape=3):
 
 
 class Trigger(enum.Enum, shape=3):
-    """What is waited for."""
+    """What the oscilloscope waits for."""
 
-    NOW = 0         # nothing
+    NOW = 0         # nothing: the first clock is the trigger's
     SHORT = 1       # Ss rises
     RETRACTION = 2  # a retraction starts
     CLASS = 3       # a pulse gets one of some classes
-    RISE = 4        # the gap voltage is at the level or above it, and was below
-    FALL = 5        # it is below the level, and was not
+    RISE = 4        # a sample of the gap voltage is at the level or above; the last was below
+    FALL = 5        # a sample is below the level; the last was not
 
 
 class Recording(enum.Enum, shape=2):
@@ -51,7 +51,7 @@ class Entry(data.Struct):
 
     stamp: 9        # clocks since the entry before
     voltage: 12     # last sample of the gap voltage
-    sampled: 1      # it is new
+    sampled: 1      # that sample came in this clock
     high: 1
     arc: 1
     short: 1
@@ -72,29 +72,34 @@ LEVELS = ("high", "arc", "short", "current", "noise", "on", "sense", "shorted", 
 class GapScope(wiring.Component):
     """Records the gap's signals around a trigger, without any effect on them.
 
-    ``arm`` empties the ring, and from the next clock on every clock is looked at. A clock gets an
-    entry if it is the first; if a level differs from the clock before; if a sample has come; if a
-    pulse has got its class; if it is the trigger's; or if 511 clocks have passed since the last
-    entry. So the sum of the stamps is the time since the first entry, whose stamp is 0. When
-    the ring is full, each entry takes the place of the oldest.
+    ``arm`` empties the ring. From the next clock on the block looks at every clock. It writes an
+    entry for a clock
 
-    The trigger's clock is the first with what ``source`` names, or with ``force``. Ss that is high
-    in the first clock has not risen, a retraction under way does not start, and the first sample
-    crosses no level. Further triggers count for nothing. With the ``after``-th entry after the
-    trigger's the recording is ``FULL``: the trigger's is then the entry ``count - 1 - after`` of
-    the record, counted from 0 for the oldest. ``stop`` ends the recording: its clock gets no entry,
-    nor do those after it. ``arm`` in the same clock wins.
+    * that is the first, or the trigger's;
+    * in which a level differs from the clock before;
+    * in which a sample has come, or a pulse has got its class;
+    * that is the 511th after the clock of the last entry.
 
-    What a clock makes of ``recording``, ``count`` and ``time`` is there in the second clock after
-    it; ``arm`` and ``stop`` act in the next one. ``time`` is ``cycle`` in the clock after the
+    So the stamps add up to the time since the first entry, whose stamp is 0. When the ring is full,
+    each entry replaces the oldest.
+
+    The trigger's clock is the first in which what ``source`` names happens, or ``force`` is high.
+    In the first clock a high Ss does not count as rising, and a retraction under way does not count
+    as starting; the first sample crosses no level. Later triggers have no effect. The recording is
+    ``FULL`` with the ``after``-th entry after the trigger's. Entries are numbered from 0 for the
+    oldest; that of the trigger is then ``count - 1 - after``. ``stop`` ends the recording: neither
+    its clock nor a later one gets an entry. If ``arm`` comes in the same clock, ``arm`` wins.
+
+    ``recording``, ``count`` and ``time`` show the effect of a clock in the second clock after it,
+    but that of ``arm`` and ``stop`` in the next one. ``time`` is ``cycle`` in the clock after the
     trigger's.
 
-    ``choose`` selects an entry to be read, ``following`` the next one; ``entry`` has it in the
-    second clock after that. Reading has no effect on the recording. It is meant for an oscilloscope
-    that does not run: in one that runs the numbers of the entries change.
+    ``choose`` selects the entry ``place`` to be read, ``following`` the next one; ``entry`` shows
+    it in the second clock after that. Reading does not change the recording. Read it only after it
+    has ended: while it runs, the numbers of the entries change.
 
-    ``source``, ``classes``, ``level`` and ``after`` may change only while it does not run. Before
-    ``arm`` no register of it changes, so that an idle oscilloscope costs a simulation nothing.
+    ``source``, ``classes``, ``level`` and ``after`` may change only while no recording runs. Before
+    ``arm`` no register of the block changes, so that it costs a simulation nothing.
 
     Parameters
     ----------
@@ -116,25 +121,30 @@ class GapScope(wiring.Component):
     arm, stop, force : In(1)
         Orders.
     source : In(Trigger)
-        What is waited for.
+        What the oscilloscope waits for.
     classes : In(6)
-        For ``Trigger.CLASS``: bit n - 1 for the ``Pulse`` n.
+        Classes that ``Trigger.CLASS`` waits for: bit n - 1 for the ``Pulse`` n.
     level : In(12)
-        For ``Trigger.RISE`` and ``Trigger.FALL``.
+        Level of ``Trigger.RISE`` and ``Trigger.FALL``, in steps of the converter.
     after : In(16)
         Entries after the trigger's, less than ``depth``; higher bits are ignored.
     recording : Out(Recording)
         State.
     runs : Out(1)
-        It is armed or triggered.
+        The recording is armed or triggered.
     count : Out(16)
         Entries in the ring.
     time : Out(32)
-        See above.
+        Clock count of the trigger, see above.
     choose, following : In(1), place : In(16)
-        Which entry is read: that at ``place``, or the next.
+        Which entry is read: number ``place``, or the next.
     entry : Out(Entry)
-        The entry.
+        The entry that is read.
+
+    Attributes
+    ----------
+    now : Signal
+        The inputs of the last clock, as an ``Entry``; for tests to look at.
 
     Raises
     ------
@@ -178,6 +188,7 @@ class GapScope(wiring.Component):
             raise ValueError("the oscilloscope's depth must be a power of two from 16 to "
                              f"{DEEPEST}, not {depth!r}")
         self.depth = depth
+        self.now = Signal(Entry)
         super().__init__()
 
     def elaborate(self, platform):
@@ -188,27 +199,29 @@ class GapScope(wiring.Component):
         m.d.comb += runs.eq((self.recording == Recording.ARMED)
                             | (self.recording == Recording.TRIGGERED))
 
-        # The inputs of the last clock, and the levels of the clock before that.
-        now = Signal(Entry)
-        was = Signal(Entry)
-        looked = Signal()   # ``now`` is of a clock that counts,
-        first = Signal()    # and that is the first
-        forced = Signal()
+        now = self.now
+        was = Signal(Entry)  # ``now`` of the clock before
+        looked = Signal()   # ``now`` is of a clock since arming
+        first = Signal()    # ... and of the first one
+        forced = Signal()   # ``force`` of the last clock
         with m.If(runs):
             m.d.sync += [
-                *(getattr(now, name).eq(getattr(self, name)) for name in LEVELS),
+                now.high.eq(self.high), now.arc.eq(self.arc), now.short.eq(self.short),
+                now.current.eq(self.current), now.noise.eq(self.noise),
+                now.on.eq(self.on), now.sense.eq(self.sense),
+                now.shorted.eq(self.shorted), now.state.eq(self.state),
                 now.voltage.eq(self.voltage), now.sampled.eq(self.voltage_valid),
                 now.pulse.eq(self._pulse(m)), forced.eq(self.force),
                 was.eq(now), looked.eq(1), first.eq(~looked),
             ]
 
         stamp = Signal(STAMP)       # clocks since the last entry
-        changed = Signal()
-        news = Signal()
-        triggers = Signal()
+        changed = Signal()          # a level differs from the clock before
+        news = Signal()             # there is a reason for an entry
+        triggers = Signal()         # this is the trigger's clock
         taken = Signal()            # an entry is written
         m.d.comb += [
-            changed.eq(Cat(getattr(now, name) != getattr(was, name) for name in LEVELS).any()),
+            changed.eq(Cat(now[name] != was[name] for name in LEVELS).any()),
             news.eq(first | changed | now.sampled | (now.pulse != Pulse.NONE) | stamp.all()),
             triggers.eq((self.recording == Recording.ARMED)
                         & (forced | self._happens(m, now, was, first))),
@@ -219,7 +232,7 @@ class GapScope(wiring.Component):
                                                  init=[])
         write, read = ring.write_port(), ring.read_port()
         newest = Signal(bits)       # where the next entry goes
-        whole = Signal()            # no place is empty
+        whole = Signal()            # the ring is full
         left = Signal(bits)         # entries still to come
         entry = Signal(Entry)
         m.d.comb += [
@@ -267,10 +280,10 @@ class GapScope(wiring.Component):
 
     def _happens(self, m, now, was, first):
         """What the trigger waits for is in ``now``."""
-        known = Signal()    # there was a sample since arming,
-        below = Signal()    # and the last one was below the level
-        low = Signal()
-        crosses = Signal()
+        known = Signal()    # there was a sample since arming
+        below = Signal()    # ... and the last one was below the level
+        low = Signal()      # the present sample is below the level
+        crosses = Signal()  # ... and the last one was not, or the other way round
         m.d.comb += [low.eq(now.voltage < self.level),
                      crosses.eq(now.sampled & known & (low != below))]
         with m.If(self.arm):

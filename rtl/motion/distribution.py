@@ -37,9 +37,6 @@ class Distributor(wiring.Component):
         Place on the arc; see ``ArcDistributor``.
     """
 
-    # Members that have the same name in the window.
-    SEGMENT = ("length", "arc", "outward", "major", "minor", "divisor", "change", "enter")
-
     def __init__(self, *, axes=3):
         self.axes = axes
         super().__init__({
@@ -63,16 +60,17 @@ class Distributor(wiring.Component):
             "across": Out(signed(34)),
         })
 
-    def follow(self, path):
-        """Assignments that take the segments from a ``SegmentWindow``."""
-        pairs = [(self.pulse, path.distribute), (self.reverse, path.distribute_reverse)]
-        pairs += [(getattr(self, name), getattr(path, name)) for name in self.SEGMENT]
-        pairs += [(getattr(self.state, name), getattr(path.state, name))
-                  for name in ArcState().members]
-        pairs += [(getattr(mine, name), getattr(its, name))
-                  for mine, its in zip(self.travel, path.travel, strict=True)
-                  for name in Travel().members]
-        return [mine.eq(its) for mine, its in pairs]
+    def follow(self, m, path):
+        """Take pulses and segments from a ``SegmentWindow``, in the module that has both."""
+        m.d.comb += [
+            self.pulse.eq(path.distribute), self.reverse.eq(path.distribute_reverse),
+            self.length.eq(path.length), self.arc.eq(path.arc), self.outward.eq(path.outward),
+            self.major.eq(path.major), self.minor.eq(path.minor),
+            self.divisor.eq(path.divisor), self.change.eq(path.change), self.enter.eq(path.enter),
+        ]
+        wiring.connect(m, path.state, self.state)
+        for its, mine in zip(path.travel, self.travel, strict=True):
+            wiring.connect(m, its, mine)
 
     def elaborate(self, platform):
         m = Module()
@@ -86,16 +84,14 @@ class Distributor(wiring.Component):
             arc.pulse.eq(self.pulse & self.arc),
             arc.reverse.eq(self.reverse),
             arc.negative.eq(Cat(travel.negative for travel in self.travel)),
-            *(getattr(arc, name).eq(getattr(self, name)) for name in (
-                "outward", "major", "minor", "divisor", "change", "enter")),
-            *(getattr(arc.state, name).eq(getattr(self.state, name))
-              for name in ArcState().members),
-            *(getattr(self, name).eq(getattr(arc, name)) for name in ("pace", "along", "across")),
+            arc.outward.eq(self.outward), arc.major.eq(self.major), arc.minor.eq(self.minor),
+            arc.divisor.eq(self.divisor), arc.change.eq(self.change), arc.enter.eq(self.enter),
+            self.pace.eq(arc.pace), self.along.eq(arc.along), self.across.eq(arc.across),
         ]
+        wiring.connect(m, wiring.flipped(self.state), arc.state)
         for axis in range(self.axes):
+            wiring.connect(m, wiring.flipped(self.travel[axis]), line.travel[axis])
             m.d.comb += [
-                line.travel[axis].magnitude.eq(self.travel[axis].magnitude),
-                line.travel[axis].negative.eq(self.travel[axis].negative),
                 line.other[axis].eq(self.arc & ((self.major == axis) | (self.minor == axis))),
                 self.pi[axis].eq(line.pi[axis] | arc.pi[axis]),
                 self.pi_reverse[axis].eq(Mux(arc.pi[axis], arc.pi_reverse[axis],

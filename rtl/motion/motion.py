@@ -7,14 +7,15 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from rtl.events import Happened
 from rtl.motion.conservation import Conservation
 from rtl.motion.distribution import Distributor
-from rtl.motion.distributor import Travel
 from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.feed_forward import FORWARD_BITS, FeedForward
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
-from rtl.motion.retraction import Happened, Retraction, State
+from rtl.motion.retraction import Retraction, State
+from rtl.motion.retraction_members import DATA
 
 __all__ = ["STEERING", "Motion"]
 
@@ -192,20 +193,20 @@ class Motion(wiring.Component):
             ahead.reverse.eq(self.retraction.reverse),
             ahead.lead.eq(self.registers.ramp.lead),
             ahead.ready.eq(path.ready),
-            *(getattr(ahead, name).eq(getattr(path, name))
-              for name in ("length", "arc", "major", "minor", "divisor")),
-            *(getattr(mine, name).eq(getattr(its, name))
-              for mine, its in zip(ahead.travel, path.travel, strict=True)
-              for name in Travel().members),
-            *(getattr(ahead, name).eq(getattr(self.distributor, name))
-              for name in ("pace", "along", "across")),
+            ahead.length.eq(path.length), ahead.arc.eq(path.arc), ahead.major.eq(path.major),
+            ahead.minor.eq(path.minor), ahead.divisor.eq(path.divisor),
+            ahead.pace.eq(self.distributor.pace), ahead.along.eq(self.distributor.along),
+            ahead.across.eq(self.distributor.across),
             *(mine.eq(its) for mine, its in zip(self.forward, ahead.speed, strict=True)),
             self.ahead.eq(ahead.ahead),
         ]
+        for its, mine in zip(path.travel, ahead.travel, strict=True):
+            wiring.connect(m, its, mine)
 
     def _window(self, m, load, drop):
         """Pp along the segments, and over the axes: Pi."""
         path, registers = self.path, self.registers.path
+        self.distributor.follow(m, path)
         m.d.comb += [
             path.select.eq(registers.slot_select),
             path.select_strobe.eq(registers.slot_select_strobe),
@@ -224,7 +225,6 @@ class Motion(wiring.Component):
             path.pace_slot.eq(registers.pace_slot),
             path.pace_strobe.eq(registers.pace_slot_strobe),
 
-            *self.distributor.follow(path),
             self.distributor.restart.eq(load),
             self.pi.eq(self.distributor.pi),
             self.pi_reverse.eq(self.distributor.pi_reverse),
@@ -237,7 +237,7 @@ class Motion(wiring.Component):
         ramp, path, gap = self.ramp, self.path, self.gap
         order = registers.command_strobe
         m.d.comb += [
-            *(getattr(retraction, name).eq(getattr(registers, name)) for name in retraction.DATA),
+            *(getattr(retraction, name).eq(getattr(registers, name)) for name in DATA),
             retraction.commit_valid.eq(registers.commit),
             retraction.commit_strobe.eq(registers.commit_strobe),
             retraction.run.eq(registers.control_run & ~self.abort),

@@ -2,14 +2,15 @@
 """Retraction: when to go back along the path, how far, and how to come forward again."""
 
 from amaranth import *
-from amaranth.lib import data, enum, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import Out
 
-from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
+from rtl.events import Cause, Event, Halt, Phase, Reason
 from rtl.motion.figures import Figures
+from rtl.motion.retraction_members import MEMBERS, STAGED
 from rtl.motion.servo import Servo
 
-__all__ = ["Happened", "Retraction", "State"]
+__all__ = ["Retraction", "State"]
 
 
 class State(enum.Enum, shape=4):
@@ -22,16 +23,6 @@ class State(enum.Enum, shape=4):
     HIGH = 4        # re-advance at VH (H of the tape), to the changeover position
     LOW = 5         # re-advance at VL (E of the tape), to the start point
     HALTED = 6      # stopped by an alarm
-
-
-class Happened(data.Struct):
-    """An event: its kind, its values by ``rtl.events``, and the clock when it happened."""
-
-    kind: Event
-    detail: FIELDS["detail"]
-    cycle: FIELDS["cycle"]
-    first: FIELDS["first"]
-    second: FIELDS["second"]
 
 
 class _Own:
@@ -103,48 +94,19 @@ class Retraction(wiring.Component):
 
     Ref: first patent (retraction conditions in the tape), Figs. 2 to 4. The rules where it is
     silent: docs/reference/retraction.md.
+
+    Members
+    -------
+    state : Out(State)
+        What the motion is doing.
+    The others, with their units: ``rtl.motion.retraction_members``.
     """
 
-    # Words of the tape and of its rules; softcore/regmap.py describes each under the same name.
-    DATA = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead", "jump_distance",
-            "jump_rate", "jump_high_rate", "jump_period", "gain", "repeats", "settle")
     PREPARE = 6   # clocks until bounds and comparisons have followed a change of state
     MARGIN = 4    # pulses before a bound at which the ramp is back at the start/stop speed
 
     def __init__(self):
-        rate, length, coordinate = 30, 31, signed(32)
-        super().__init__({
-            # data, staged
-            "rate": In(rate), "limit": In(length), "high_rate": In(rate), "low_rate": In(rate),
-            "changeover": In(length), "low_lead": In(24),
-            "jump_distance": In(length), "jump_rate": In(rate), "jump_high_rate": In(rate),
-            "commit_valid": In(1), "commit_strobe": In(1),
-            # rules
-            "jump_period": In(32), "gain": In(16), "repeats": In(8), "settle": In(24),
-            "run": In(1), "hold": In(1), "retract": In(1), "release": In(1), "backpressure": In(1),
-            # the servo
-            "servo": In(1), "up": In(1), "down": In(1), "step": In(16), "held": Out(1),
-            # the machine
-            "safe": In(1), "shorted": In(1), "completed": In(1), "discharging": In(1),
-            "wait": In(1), "contact": In(1), "wanted": Out(1),
-            "in_position": In(1), "cycle": In(32),
-            # the path
-            "load": In(1), "feed": In(rate), "highest": In(26),
-            "ahead": In(coordinate), "behind": In(coordinate),
-            "back_limit": In(coordinate),
-            "fast_ahead": In(coordinate), "fast_behind": In(coordinate),
-            "command": In(coordinate), "position": In(coordinate), "front": In(coordinate),
-            # the ramp
-            "ready": In(1), "pp": In(1), "rest": In(1), "steady": In(1), "distance": In(24),
-            # orders
-            "go": Out(1), "reverse": Out(1), "target": Out(rate), "bound": Out(coordinate),
-            "brake": Out(1), "sensing": Out(1), "quiet": Out(1),
-            # reports
-            "state": Out(State), "start": Out(coordinate), "first": Out(coordinate),
-            "burst": Out(8),
-            "mark": Out(1),
-            "event": Out(Happened),
-        })
+        super().__init__(MEMBERS | {"state": Out(State)})
 
     def elaborate(self, platform):
         m = Module()
@@ -216,8 +178,8 @@ class Retraction(wiring.Component):
             figures.stopping.eq(self.state == State.STOPPING),
             figures.retracting.eq(self.state == State.RETRACTING),
             figures.moving.eq(own.moving),
-            *(getattr(figures, name).eq(getattr(self, name))
-              for name in ("steady", "pp", "reverse", "completed")),
+            figures.steady.eq(self.steady), figures.pp.eq(self.pp),
+            figures.reverse.eq(self.reverse), figures.completed.eq(self.completed),
         ]
         return figures
 
@@ -393,9 +355,9 @@ class Retraction(wiring.Component):
 
     def _data_in_force(self, m):
         """Take the staged words over together, at the front."""
-        words = ("rate", "limit", "high_rate", "low_rate", "changeover", "low_lead",
-                 "jump_distance", "jump_rate", "jump_high_rate")
-        force = {word: Signal.like(getattr(self, word), name=f"{word}_in_force") for word in words}
+        staged = {word: getattr(self, word) for word in STAGED}
+        force = {word: Signal.like(value, name=f"{word}_in_force")
+                 for word, value in staged.items()}
         force["valid"] = Signal(name="valid")
         pending = Signal()
         valid = Signal()
@@ -403,7 +365,7 @@ class Retraction(wiring.Component):
             m.d.sync += [pending.eq(1), valid.eq(self.commit_valid)]
         with m.Elif(pending & (self.state == State.FRONT)):
             m.d.sync += pending.eq(0)
-            m.d.sync += [force[word].eq(getattr(self, word)) for word in words]
+            m.d.sync += [force[word].eq(value) for word, value in staged.items()]
             m.d.sync += force["valid"].eq(valid)
         return force
 

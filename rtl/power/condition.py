@@ -58,8 +58,6 @@ class Condition(wiring.Component):
         See ``rtl.power.settling``.
     """
 
-    REPORTS = ("count", "at", "switched")
-
     @staticmethod
     def in_force(registers: Mapping[str, wiring.Signature]) -> wiring.Signature:
         """Signature of the words, each as wide as the register in which it is staged."""
@@ -77,7 +75,7 @@ class Condition(wiring.Component):
         words, switch = self.in_force(registers), self.switch.signature.members
         super().__init__({
             "registers": In(registers["condition"]), "staged": In(words), "words": Out(words),
-            **{name: switch[name] for name in ("between", "position", *self.REPORTS)},
+            **{name: switch[name] for name in ("between", "position", "count", "at", "switched")},
             "latched": Out(1), "settled": Out(1),
         })
 
@@ -91,19 +89,19 @@ class Condition(wiring.Component):
         m = Module()
         m.submodules.switch = switch = self.switch
         m.submodules.settling = settling = self.settling
-        registers = self.registers
+        registers, words = self.registers, self.words
         m.d.comb += [
             switch.between.eq(self.between), switch.position.eq(self.position),
-            *(getattr(self, name).eq(getattr(switch, name)) for name in self.REPORTS),
-            *(getattr(switch, name).eq(registers.order_strobe & getattr(registers, f"order_{name}"))
-              for name in ("commit", "disarm", "restart")),
+            self.count.eq(switch.count), self.at.eq(switch.at), self.switched.eq(switch.switched),
+            switch.commit.eq(registers.order_strobe & registers.order_commit),
+            switch.disarm.eq(registers.order_strobe & registers.order_disarm),
+            switch.restart.eq(registers.order_strobe & registers.order_restart),
             switch.depth.eq(registers.depth), switch.arm.eq(registers.depth_strobe),
-            *(getattr(registers, f"status_{name}").eq(getattr(switch, name))
-              for name in ("armed", "pending", "count")),
-            settling.supply.eq(Cat(self.words.power_supply_voltage,
-                                   self.words.power_supply_negative)),
-            settling.reference.eq(Cat(getattr(self.words, f"gap_reference_{name}")
-                                      for name in ("open", "arc", "short"))),
+            registers.status_armed.eq(switch.armed), registers.status_pending.eq(switch.pending),
+            registers.status_count.eq(switch.count),
+            settling.supply.eq(Cat(words.power_supply_voltage, words.power_supply_negative)),
+            settling.reference.eq(Cat(words.gap_reference_open, words.gap_reference_arc,
+                                      words.gap_reference_short)),
             settling.longer.eq(registers.settle),
             self.latched.eq(settling.latched), self.settled.eq(settling.settled),
             registers.status_settled.eq(settling.latched & settling.settled),

@@ -63,10 +63,10 @@ class Limiter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         level_max, on_max, off_min = C(self.level_max, 6), C(self.on_max, 20), C(self.off_min, 20)
-        rest = Signal(20)  # what the on-time leaves for the wait
+        longest = Signal(20)  # wait that the on-time leaves
         m.d.comb += [
-            rest.eq(on_max - self.allowed_on),
-            self.allowed_wait.eq(Mux(self.wait_time > rest, rest, self.wait_time)),
+            longest.eq(on_max - self.allowed_on),
+            self.allowed_wait.eq(Mux(self.wait_time > longest, longest, self.wait_time)),
             self.allowed_level.eq(Mux(self.level > level_max, level_max, self.level)),
             self.allowed_on.eq(Mux(self.on_time > on_max, on_max, self.on_time)),
             self.allowed_off.eq(Mux(self.off_time < off_min, off_min, self.off_time)),

@@ -121,8 +121,9 @@ class Power(wiring.Component):
             pulses.level.eq(limiter.allowed_level), pulses.on_time.eq(limiter.allowed_on),
             pulses.wait_time.eq(limiter.allowed_wait),
             pulses.off_time.eq(limiter.allowed_off),
-            *(getattr(pulses, name).eq(getattr(self, name))
-              for name in ("off_extra", "sense_on", "sense_off", "cut", "abnormal", "ignited")),
+            pulses.off_extra.eq(self.off_extra), pulses.sense_on.eq(self.sense_on),
+            pulses.sense_off.eq(self.sense_off), pulses.cut.eq(self.cut),
+            pulses.abnormal.eq(self.abnormal), pulses.ignited.eq(self.ignited),
             pulses.live.eq(readback.live | ~self.latched),
             self.on.eq(pulses.on), self.sense.eq(pulses.sense),
             self.level_out.eq(pulses.level_out), self.between.eq(pulses.between),

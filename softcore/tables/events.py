@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["CAUSES", "EVENTS", "HALTS", "PHASES", "QUEUE", "REASONS", "SOURCES", "Choice", "Event",
-           "Field", "named", "numbered"]
+__all__ = ["CAUSES", "EVENTS", "HALTS", "PHASES", "QUEUE", "REASONS", "SOURCES", "TOLD", "Choice",
+           "Event", "Field", "named", "numbered"]
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,8 @@ def _field(name: str, kind: Kind, doc: str, *, unit: str = "", choices: tuple[Ch
 QUEUE: dict[str, tuple[int, bool]] = {
     "detail": (8, False), "slot": (8, False), "cycle": (32, False), "path": (32, True),
     "first": (32, False), "second": (32, False)}
+# Those of them that the source of an event tells. The queue adds the place.
+TOLD = ("detail", "cycle", "first", "second")
 
 EVENTS: tuple[Event, ...] = (
     Event(name="program_start", word="start", doc="The program has begun.", fields=(
@@ -178,8 +180,8 @@ EVENTS: tuple[Event, ...] = (
           fields=(
         _field("code", "count", "Number of the alarm."),
         _field("text", "text", "The sentence of the alarm, with its place."))),
-    Event(name="pause", word="pause", doc="M00, or M01 if it stops. In simulation `run` resumes "
-          "by itself; at a port Enter does.",
+    Event(name="pause", word="pause", doc="M00, M01 if it stops, or the end of a block in single "
+          "block. In simulation `run` resumes by itself; at a port Enter does.",
           filed=False),
     Event(name="program_end", word="end", doc="The program has ended."),
 )

@@ -44,10 +44,10 @@ class Setting:
     """A number that the host writes as ``$number=value``; whole and not negative.
 
     ``$ES`` sends ``title`` and ``unit``. ``meaning`` is for the page; ``{name}`` stands for the
-    number of another setting and ``{alarm_name}`` for that of an alarm. No setting can change
-    while a program runs. A setting that ``guards`` the machine cannot change while the machine
-    moves or machines either. ``switches_off`` names the guard that the value 0 switches off, for
-    the status report; ``""`` if there is none.
+    number of another setting and ``{alarm_name}`` for that of an alarm. Only an operator's switch
+    can change at ``any_time``, the others not while a program runs. A setting that ``guards`` the
+    machine cannot change while the machine moves or machines either. ``switches_off`` names the
+    guard that the value 0 switches off, for the status report; ``""`` if there is none.
     """
 
     number: int
@@ -61,15 +61,17 @@ class Setting:
     meaning: str
     guards: bool = True
     switches_off: str = ""
+    any_time: bool = False
 
 
 def _set(number: int, name: str, title: str, unit: str, bounds: tuple[int, int, int], group: Group,
-         meaning: str, *, guards: bool = True, switches_off: str = "") -> Setting:
+         meaning: str, *, guards: bool = True, switches_off: str = "",
+         any_time: bool = False) -> Setting:
     """Setting with its default, lowest and highest value as ``bounds``."""
     default, lowest, highest = bounds
     return Setting(number=number, name=name, title=title, unit=unit, default=default,
                    lowest=lowest, highest=highest, group=group, meaning=meaning, guards=guards,
-                   switches_off=switches_off)
+                   switches_off=switches_off, any_time=any_time)
 
 
 def _travel(number: int, end: str, axis: str) -> Setting:
@@ -142,9 +144,10 @@ SETTINGS: tuple[Setting, ...] = (
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
     _set(423, "block_skip", "blocks with / are skipped", "", (1, 0, 1), "program",
-         "1: blocks that begin with `/` are skipped. 0: they are carried out.", guards=False),
+         "1: blocks that begin with `/` are skipped. 0: they are carried out. It holds "
+         "from the next block on that is read.", guards=False, any_time=True),
     _set(424, "optional_stop", "M01 stops", "", (0, 0, 1), "program",
-         "1: M01 stops as M00 does. 0: it does nothing.", guards=False),
+         "1: M01 stops as M00 does. 0: it does nothing.", guards=False, any_time=True),
     _set(425, "fin_ms", "longest wait for the machine side", "ms", (500, 1, 60_000), "side",
          "Alarm {alarm_fin} comes if the machine side has not answered an M, S or T in this time."),
     _set(426, "fluid_required", "low fluid trips while discharging", "", (1, 0, 1), "side",
@@ -330,6 +333,14 @@ SETTINGS: tuple[Setting, ...] = (
     _set(537, "home_pull_off_um", "homing: pull-off", "um", (1000, 10, 20_000), "travel",
          "How far the axis goes away from its reference switch. There it stands at the end of its "
          "travel: at its soft limit on that side.", guards=False),
+    _set(538, "single_block", "single block", "", (0, 0, 1), "program",
+         "1: a tape stops after each of its blocks, as at M00: the discharge is off, and `~` goes "
+         "on. Switched on in a run, it stops after the first block that is not planned yet.",
+         guards=False, any_time=True),
+    _set(539, "dry_run_mm_min", "dry run: feed of cuts (0 off)", "mm/min", (0, 0, 60_000),
+         "program", "Not 0: M03 switches no discharge on and needs no arming, G95 does not serve, "
+         "and cuts go at this feed, at most `${highest_speed_mm_min}`. Overrides scale it. Rapids, "
+         "jogs and touch-offs keep their speeds."),
 )
 
 

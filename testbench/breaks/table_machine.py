@@ -13,9 +13,37 @@ LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
 TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
+SINGLE = "unit/firmware/test_single_block.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
+    *breaks_of(
+        "softcore/firmware/app/execute.c", SINGLE,
+        ("return !by_hand && length && settings", "return length && settings",
+         "a line entered by hand is no single block"),
+        ("return !by_hand && length && settings", "return !by_hand && settings",
+         "a comment is no single block"),
+        ("work->acts_after || single() ?", "work->acts_after ?",
+         "single block stops after the motion"),
+        ("        if (!single())\n            return PART_DONE;\n    }",
+         "        return PART_DONE;\n    }", "single block stops"),
+        ("machine_dry() ? FEED_CONSTANT : mode", "mode", "G95 does not serve in a dry run"),
+        ("|| rapid || jog_active()", "|| rapid", "a jog keeps its speed in a dry run"),
+        ("!dry || rapid ||", "!dry ||", "a rapid keeps its speed in a dry run"),
+        ("dry < highest ? dry : highest", "dry", "a dry run is no faster than the machine"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/machine.c", SINGLE,
+        ("machining = on && !machine_dry();", "machining = on;", "a dry run has no discharge"),
+        ("    burns = burns && !machine_dry();\n", "", "a dry run needs no arming"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/commands.c", SINGLE,
+        ("program_running() && !settings_switch(number)", "program_running()",
+         "a switch is turned while a program runs"),
+        ("program_running() && !settings_switch(number)", "!settings_switch(number) && false",
+         "no other setting changes while a program runs"),
+    ),
     *breaks_of(
         "softcore/firmware/app/machine.c", "unit/firmware/test_image_watch.py",
         ("    if (!image_watch_sound(f))\n        return false;\n", "",
@@ -225,15 +253,15 @@ MACHINE = (
     *breaks_of(
         "softcore/firmware/interp/retraction.c", "unit/firmware/test_retraction.py",
         ("> highest_speed)", ">= highest_speed)", "the highest speed itself is allowed"),
-        ("(uint32_t)set->value[item] > highest_speed)", "complete && !highest_speed)",
+        ("(uint32_t)set.value[item] > highest_speed)", "complete && !highest_speed)",
          "no faster than the machine"),
-        ("set->value[item] < 0 || (set->value[item] == 0 && item != ITEM_Q)",
-         "set->value[item] < 0", "zero is no speed and no limit"),
-        ("set->value[ITEM_Q] > set->value[ITEM_L]", "set->value[ITEM_Q] < 0",
+        ("set.value[item] < 0 || (set.value[item] == 0 && item != ITEM_Q)",
+         "set.value[item] < 0", "zero is no speed and no limit"),
+        ("set.value[ITEM_Q] > set.value[ITEM_L]", "set.value[ITEM_Q] < 0",
          "the changeover is within the limit"),
         ("units_braking(data.low_rate,", "units_braking(data.high_rate,",
          "the low speed's way to rest is kept"),
-        ("(set->given & ALL_BUT_CEILING) == ALL_BUT_CEILING", "set->given & ALL_BUT_CEILING",
+        ("(given & ALL_BUT_CEILING) == ALL_BUT_CEILING", "given & ALL_BUT_CEILING",
          "data that lack a word are none"),
     ),
     *breaks_of(

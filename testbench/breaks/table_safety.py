@@ -176,7 +176,7 @@ SAFETY = (
          "the highest level holds"),
         ("Mux(self.on_time > on_max, on_max, self.on_time)", "self.on_time",
          "the longest on-time holds"),
-        ("rest.eq(on_max - self.allowed_on)", "rest.eq(on_max)",
+        ("longest.eq(on_max - self.allowed_on)", "longest.eq(on_max)",
          "the wait leaves room for the on-time"),
     ),
     *breaks_of(
@@ -214,7 +214,7 @@ SAFETY = (
     ),
     *breaks_of(
         "rtl/power/limiter.py", "formal/test_power.py",
-        ("Mux(self.wait_time > rest, rest, self.wait_time)", "self.wait_time",
+        ("Mux(self.wait_time > longest, longest, self.wait_time)", "self.wait_time",
          "waiting and on-time together are limited"),
     ),
     *breaks_of(

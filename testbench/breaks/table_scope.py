@@ -29,8 +29,8 @@ SCOPE = (
         ("with m.Elif(now.sampled):\n            m.d.sync += [known", "with m.Else():\n"
          "            m.d.sync += [known", "only samples are compared with the level"),
         ("looked.eq(0), stamp.eq(0)]", "looked.eq(0)]", "the first stamp is 0"),
-        ("        with m.If(runs):\n            m.d.sync += [\n                *(getattr(now",
-         "        with m.If(1):\n            m.d.sync += [\n                *(getattr(now",
+        ("        with m.If(runs):\n            m.d.sync += [\n                now.high",
+         "        with m.If(1):\n            m.d.sync += [\n                now.high",
          "what is before the arming counts for nothing"),
         ("        with m.If(self.arm):\n            m.d.sync += [self.recording",
          "        with m.If(self.arm & ~self.stop):\n            m.d.sync += [self.recording",

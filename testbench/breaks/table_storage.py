@@ -6,6 +6,7 @@ from testbench.breaks.harness import breaks_of
 __all__ = ["STORAGE"]
 
 JOURNAL = "unit/firmware/test_journal.py"
+SLOTS = "unit/firmware/test_slots.py"
 STORAGE = (
     *breaks_of(
         "softcore/firmware/store/journal.c", JOURNAL,
@@ -22,6 +23,28 @@ STORAGE = (
         ("    if (digest == stored[kind])", "    if (false)", "an equal value is not written"),
         ("++failures > FAILURES", "++failures > 1000u", "a memory that keeps nothing is told"),
         ("of.bytes[at] && same;", "of.bytes[at] || same;", "a page is read back"),
+    ),
+    *breaks_of(
+        "softcore/firmware/store/slots.c", SLOTS,
+        ("h->sum == sum_of(h)", "true", "the sum of a head is looked at"),
+        ("next_word() == total && total == h->digest", "true",
+         "the digest is looked at before the start"),
+        ("next_word() == sum && sum == coming.digest", "true", "what was written is read back"),
+        ("    begin_erase(sector_of(slot), 0);\n    return SLOTS_WELL;",
+         "    begin_program(sector_of(slot), 0, &coming, sizeof coming);\n    doing = ERASE;\n"
+         "    return SLOTS_WELL;", "the head is written last"),
+        ("i = IMAGE_MARK; i < IMAGE_WORDS", "i = IMAGE_MARK; i < IMAGE_EDITION",
+         "the edition is looked at"),
+        ("h->base == base && is_ours", "is_ours", "slots of another bitstream are passed over"),
+        ("!stays && marked(number, TRIED)", "false", "what does not answer is not tried twice"),
+        ("running ? running % SLOTS :", "running ? running - 1 :",
+         "the running firmware's slot stays"),
+        ("place != have ||", "", "pieces come in their order"),
+        ("    if (hal_arm_pressed())\n", "    if (false)\n", "ARM leads back"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/firmware.c", SLOTS,
+        ("    if (!may())\n", "    if (false)\n", "firmware is taken only at rest and disarmed"),
     ),
     *breaks_of(
         "softcore/firmware/app/keep.c", JOURNAL,

@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.motion.motion import Motion as Joined
-from rtl.motion.retraction import Retraction
+from rtl.motion.retraction_members import DATA
 from softcore.csr import interfaces
 from softcore.regmap import BLOCKS
 
@@ -15,7 +15,7 @@ __all__ = ["Motion"]
 
 REGISTERS = interfaces(BLOCKS)
 # Members that lead to registers of a block, and those of the gap, the interlock and the operator.
-OF_RETRACTION = (*Retraction.DATA, "commit_strobe")
+OF_RETRACTION = (*DATA, "commit_strobe")
 OF_PATH = {"ahead": "ahead", "behind": "behind", "back_limit": "back_limit",
            "select": "slot_select", "select_strobe": "slot_select_strobe", "data": "slot_data",
            "data_strobe": "slot_data_strobe", "load": "origin_strobe", "load_slot": "origin"}

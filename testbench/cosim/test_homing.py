@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Homing on the simulated machine's reference switches: the frame that it makes."""
+"""Homing on the simulated machine's reference switches: its frame against the true places."""
 
 import pytest
 
@@ -9,9 +9,9 @@ from testbench.cosim import homing
 from testbench.native.simulation import Simulation
 
 SINKER = machines.load("sinker")
-SWITCH_MM = 1.0         # from where the axes start; nearer than as delivered: a run is short
+SWITCH_MM = 1.0         # from the start of the axes; as delivered a run would be long
 SCATTER_UM = SINKER.tables["side"]["limit_scatter_um"]
-# A pulse at which the switch is pressed, one of the coder, and the clocks that it takes to be seen.
+# Rounding of the switch's place and of the coder, a pulse each, and the way until it is seen.
 PULSE_UM = 0.2
 LOW_MM, HIGH_Z_MM = -299.0, 100.0   # ends of the travel as delivered
 
@@ -27,10 +27,10 @@ def run(*lines, seed=1, scatter_um=SCATTER_UM, times=1, pull_off_mm=homing.PULL_
 
 
 def error_um(found, axis):
-    """How far the axis's frame is from that of a switch pressed at its own place, in um."""
+    """Error of the axis's frame against a switch without scatter, in um."""
     down = axis != "z"
     end, way = (LOW_MM, -1) if down else (HIGH_Z_MM, 1)
-    # At the end of the travel it stands the pull-off before the switch.
+    # At the end of its travel the axis stands the pull-off before the switch.
     wanted = end - way * (SWITCH_MM - homing.PULL_OFF_MM)
     return (found[axis] - wanted) * 1000
 
@@ -44,7 +44,7 @@ def test_every_axis_is_homed_within_the_scatter_of_its_switch():
 @pytest.mark.parametrize("seed", [2, *(pytest.param(seed, marks=pytest.mark.soak)
                                        for seed in range(3, 101))])
 def test_the_scatter_of_the_switch_is_all(seed):
-    """Each time at another place; without scatter always at the same, to the pulse."""
+    """With scatter each cycle ends at another place; without, at the same to the pulse."""
     order = assign("home_order", 1)
     errors = [error_um(found, "x") for found in run(order, seed=seed, times=2)]
     assert all(abs(error) <= SCATTER_UM / 2 + PULSE_UM for error in errors), errors

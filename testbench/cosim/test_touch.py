@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Touch-off on both machines: the place that is told, against the true one."""
+"""Touch-off on both machines: the place that the controller reports, against the true one."""
 
 import pytest
 
@@ -11,13 +11,13 @@ SINKER, WIRE = machines.load("sinker"), machines.load("wire")
 # Machine, axis, and where its electrode meets the work, in mm of the machine frame.
 Z_DOWN = SINKER, 2, -SINKER.tables["initial_gap_um"] / 1000
 X_UP = WIRE, 0, WIRE.tables["stock"]["edge_mm"] - WIRE.tables["wire"]["diameter_mm"] / 2
-# A narrower gap conducts: the offset to calibrate.
+# Widest gap that conducts: the contact offset, which a user calibrates.
 BEFORE_UM = SINKER.tables["gap"]["contact_um"]
 LAG_S = 4.1e-3          # of an axis with feed-forward: that of its drive
 # 0.4 um late at F60, in one of three phases of the sensing pulses; in the plain loop 0.2.
 LATE = pytest.mark.xfail(reason="with feed-forward 0.4 um late, which is not explained yet")
-OPEN_LATE_UM = 0.2      # at F2: three clear sensing pulses, and a pass of the firmware
-JITTER_UM = 0.3         # a period of the sensing pulses, and a pulse of the axis
+OPEN_LATE_UM = 0.2      # at F2: way in three clear sensing pulses and a pass of the firmware
+JITTER_UM = 0.3         # way in a period of the sensing pulses, and a pulse of the axis
 
 
 def run(place, scenario, *arguments, seed=1, **options):
@@ -35,7 +35,7 @@ def run(place, scenario, *arguments, seed=1, **options):
 def test_the_place_of_contact_is_told(place, word, feed):
     found = run(place, touch.off, f"G38.2 {word} F{feed}")
     assert abs(found["error"] + BEFORE_UM) <= JITTER_UM, found
-    # The axes go on to where the command stood: their lag.
+    # The axes go on to where the command stood, that is by their lag.
     assert 0 <= found["beyond"] <= feed / 60 * LAG_S * 1000 + 1, found
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from softcore.flash import SECTOR
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from softcore.soc import MEMORY_SIZE
-from softcore.top import SIMULATED_DIVISOR, SIMULATED_JOURNAL
+from softcore.top import SIMULATED_DIVISOR, SIMULATED_JOURNAL, is_kept
 from testbench.native import waves as waveforms
 from testbench.native.build import library, options
 from testbench.native.probes import PROBES
@@ -81,20 +82,20 @@ class Simulation(Session):
     image : Path or None
         Firmware; compiled from the sources if not given.
     flash : bytes or None
-        What the flash memory's region of the journal holds; blank if not given. ``power_off``
-        returns it.
+        What the flash memory's region of journal and firmware slots holds; blank if not given, and
+        behind what is given. ``power_off`` returns it.
 
     Raises
     ------
     ValueError
-        If ``flash`` has another length than the region.
+        If ``flash`` has no length of ``softcore.top.is_kept``.
     """
 
     def __init__(self, *, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
                  trace: bool = True, progress: Callable[[str], None] = lambda _: None,
                  code: Path | None = None, image: Path | None = None,
                  flash: bytes | None = None):
-        if flash is not None and len(flash) != SIMULATED_JOURNAL.size:
+        if flash is not None and not is_kept(len(flash)):
             raise ValueError(f"the flash memory's journal has {SIMULATED_JOURNAL.size} bytes, and "
                              f"{len(flash)} were given")
         with ThreadPoolExecutor(1) as pool:     # the two compilations are independent
@@ -141,9 +142,15 @@ class Simulation(Session):
         self._handle = None
 
     def power_off(self) -> bytes:
-        """Cut the power of the flash memory now; return what its region of the journal holds."""
+        """Cut the power of the flash memory now; return what its region holds.
+
+        Blank sectors at its end, behind the journal, are left out.
+        """
         self.flash.cut(self.cycle)
-        return self.flash.read(SIMULATED_JOURNAL.base, SIMULATED_JOURNAL.size)
+        region = SIMULATED_JOURNAL
+        held = self.flash.read(region.base, region.whole)
+        sectors = -(-len(held.rstrip(b"\xff")) // SECTOR)
+        return held[:max(region.size, sectors * SECTOR)]
 
     @property
     def cycle(self) -> int:

@@ -5,6 +5,7 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/execute.h"
+#include "app/firmware.h"
 #include "app/homing.h"
 #include "app/homing_cycle.h"
 #include "app/image_watch.h"
@@ -35,12 +36,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Compiled for size: the link, not this code, limits how fast answers come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
-#define VERSION "0.1"
 /* Rows of `$#`: work offsets, G28 and G30, G92 with the lines that grbl sends after it, wire
    offsets. */
 #define OFFSET_PLACES PLAN_SYSTEMS
@@ -68,6 +63,7 @@ static void restart(void) {
     offset_row = OFFSET_ROWS;
     unlocked_rows = 0;
     roughing_stop();
+    firmware_stop();
     link_restart();
 }
 
@@ -91,6 +87,8 @@ __attribute__((noinline)) void commands_answer_program(void) {
     }
     if (homing_answers())
         answer(homing_answer());
+    if (firmware_answers())
+        answer(firmware_answer());
 }
 
 /* Answer a line that was carried out, or keep its refusal for the next step. */
@@ -194,7 +192,7 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
         return;
     watch_between();
     bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
-    if (program_running())
+    if (program_running() && !settings_switch(number))
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
     else if ((machine_machining() || !stands()) && settings_guard(number))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
@@ -253,14 +251,6 @@ __attribute__((noinline)) static void tell_unlocked(void) {
         answer(0);
 }
 
-/* `$I` as grbl sends it: its version followed by our name, then its options. There are none; the
-   two numbers are the most blocks and bytes that `Bf` can report. The bytes are those that the
-   gateware's queue alone holds while lines wait for their answers. */
-static void tell_version(void) {
-    output_line("[VER:1.1h:Gapkeeper " VERSION "]");
-    output_line("[OPT:,%u,%u]", (uint32_t)PATH_LEAD, (uint32_t)STATUS_BYTES);
-}
-
 static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
@@ -280,7 +270,7 @@ static bool begins_words(const char *line, uint32_t length, fault *f) {
 }
 
 /* A line that begins with `$`. */
-__attribute__((noinline)) static void command(const char *line, uint32_t length) {
+__attribute__((noinline)) static void command(char *line, uint32_t length) {
     fault f = {0};
     char c = length > 1 ? line[1] : '\0';
     if (begins_list(line, length))
@@ -311,6 +301,10 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
         (void)scope_line(line, length, &first, &end, &f); /* refused: f says why, and end is 0 */
         return end ? listing_begin_scope(first, end) : answer_with(&f);
     }
+    if (length > 8 && says(line, 9, "$FIRMWARE")) {
+        line_open = firmware_line(line, length, &f);
+        return line_open ? (void)0 : answer_with(&f);
+    }
     if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);
     else if (says(line, length, "$POSITION=HERE"))
@@ -318,7 +312,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'X' || c == 'x'))
         return unlock();
     else if (length == 2 && (c == 'I' || c == 'i'))
-        tell_version();
+        firmware_tell_version();
     else if (length == 2 && (c == 'G' || c == 'g'))
         status_tell_modes();
     else if (length == 2 && (c == 'N' || c == 'n'))
@@ -328,7 +322,7 @@ __attribute__((noinline)) static void command(const char *line, uint32_t length)
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -432,10 +426,6 @@ bool commands_serve(void) {
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
 
 /* The operator's reset. It drops everything received; the greeting follows when the line is
    quiet. */

@@ -14,11 +14,6 @@
 #include "link/output.h"
 #include "path/path.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define RING 16             /* gateware events; a power of two */
 /* The interrupt handler takes events until this many wait in the ring. The gateware keeps the
    others and stops forward motion until the firmware takes them (backpressure). The bound also
@@ -298,7 +293,3 @@ bool events_step(void) {
 }
 
 bool events_idle(void) { return head == tail && !back_waits && !blocks_wait; }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

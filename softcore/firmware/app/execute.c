@@ -3,6 +3,7 @@
 
 #include "app/auxiliary.h"
 #include "app/events.h"
+#include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
@@ -94,7 +95,7 @@ static void commit(void) {
 
 /* Set the feed mode. It decides whether overrides scale the feed, so they follow at once. */
 static void serve(unsigned mode, const condition_row *judged) {
-    gap_servo(mode, judged);
+    gap_servo(machine_dry() ? FEED_CONSTANT : mode, judged);
     override_step();
 }
 
@@ -112,6 +113,8 @@ bool execute_start(void) {
     output_frame(state.offset);
     execute_resynchronise();
     commit();
+    if (machine_dry())
+        output_line("[MSG:dry run: no discharge, cuts at F%u]", settings_get(SET_DRY_RUN_MM_MIN));
     machine_run(true);
     return true;
 }
@@ -131,6 +134,20 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     sent = resumed = false;
     if (manual && alarm_line())
         alarm_set_line(ALARM_BY_HAND);
+}
+
+/* Does the machine stop after this block? Single block is for blocks of a tape, as written there: not
+   for a comment, nor for the arc that a wire offset puts in at a corner. */
+static bool single(void) { return !by_hand && length && settings_get(SET_SINGLE_BLOCK); }
+
+static part after_motion(void) { return work->acts_after || single() ? PART_AFTER : PART_DONE; }
+
+/* Speed along a cut, um/min: its own, or the one of the dry run. A jog and a touch-off are no cuts. */
+static uint32_t speed_of(uint32_t own, bool rapid) {
+    uint32_t dry = 1000 * settings_get(SET_DRY_RUN_MM_MIN), highest = settings_highest_speed();
+    if (!dry || rapid || jog_active() || work->act == ACT_TOUCH)
+        return own;
+    return dry < highest ? dry : highest;
 }
 
 bool execute_paused(void) { return at == PART_PAUSED; }
@@ -183,9 +200,9 @@ static bool function(hal_letter letter, int32_t code, fault *f) {
 /* Tell the retraction data in force. Only a complete set is in force; an operator may enter it in
    several blocks. */
 static void tell_set(void) {
-    retraction_layer set = retraction_combined(&state.memory);
-    if (!retraction_complete(&set))
+    if (!retraction_complete(&state.memory))
         return;
+    retraction_layer set = retraction_combined(&state.memory);
     char ceiling[TEXT_NUMBER] = "-";
     if (set.given & (1u << ITEM_Z))
         text_print(ceiling, sizeof ceiling, "%d", set.value[ITEM_Z] - state.offset[2]);
@@ -241,7 +258,7 @@ static part move(fault *f) {
         if (path_at_front() && events_idle() && events_tell_notice())
             return PART_MOVE;
         plan_copy(&state, &work->after);
-        return work->acts_after ? PART_AFTER : PART_DONE;
+        return after_motion();
     }
     path_room room = path_has_room();
     if (room == PATH_UNCOVERED) {
@@ -254,8 +271,8 @@ static part move(fault *f) {
     if (!told)
         notice();
     if (work->corners && !cornered) {
-        path_append(&work->corner, units_rate(work->corner_speed), work->corner_rapid,
-                    machine_machining());
+        path_append(&work->corner, units_rate(speed_of(work->corner_speed, work->corner_rapid)),
+                    work->corner_rapid, machine_machining());
         cornered = true;
         machine_run(true);
         return PART_MOVE;
@@ -264,10 +281,11 @@ static part move(fault *f) {
         touch_begin(work->touch_away);
         override_step();
     }
-    path_append(&work->move, units_rate(work->speed), work->rapid, machine_machining());
+    path_append(&work->move, units_rate(speed_of(work->speed, work->rapid)), work->rapid,
+                machine_machining());
     plan_copy(&state, &work->after);
     machine_run(true);
-    return work->act == ACT_TOUCH ? PART_TOUCH : work->acts_after ? PART_AFTER : PART_DONE;
+    return work->act == ACT_TOUCH ? PART_TOUCH : after_motion();
 }
 
 /* Forget the path up to here: the rest of a touch-off is never gone. */
@@ -297,18 +315,20 @@ static part touch(fault *f) {
         fault_at(f, FAULT_TOUCHES, 0, work->touch_away ? "the electrode does not touch the work before G38.4 or G38.5" : FAULT_TEXT_TOUCHES);
     else if (found == TOUCH_LOOKS && work->touch_needed)
         fault_at(f, FAULT_NO_TOUCH, 0, work->touch_away ? "the end of G38.4 was reached, and the electrode still touches" : FAULT_TEXT_NO_TOUCH);
-    return work->acts_after ? PART_AFTER : PART_DONE;
+    return after_motion();
 }
 
 static part stop(void) {
     switch (work->stop) {
     case STOP_OPTIONAL:
-        if (!settings_get(SET_OPTIONAL_STOP))
+        if (!settings_get(SET_OPTIONAL_STOP) && !single())
             return PART_DONE;
         break;
     case STOP_PROGRAM: break;
     case STOP_END: return PART_END;
-    default: return PART_DONE;
+    default:
+        if (!single())
+            return PART_DONE;
     }
     /* The discharge goes off: the operator may reach into the tank during a stop. */
     was_machining = machine_machining();
@@ -362,10 +382,11 @@ static part advance(fault *f) {
         return at;
     case PART_MACHINING_ON:
         if (work->machining_on) {
-            if (!machine_allows(false, true, f) || !gap_ready(f))
+            if (!machine_allows(false, true, f) || (!machine_dry() && !gap_ready(f)))
                 return at;
             machine_discharge(true);
-            events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 3u);
+            if (!machine_dry())
+                events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 3u);
         }
         return PART_ACT;
     case PART_ACT:

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What is known of a homing cycle (`$H`) under way, for the rooms below it; `homing_cycle` goes
-   through the cycle.
+/* State of the homing cycle (`$H`), for the modules that `homing_cycle` calls; `homing_cycle` itself
+   carries the cycle out.
 
    The limit switch at one end of an axis is its reference. The guard of the limit switches stays in
-   force: a pressed switch makes the outputs safe by itself, as at any other time. The event of this
-   trip has the place of the axis in its clock. In a homing cycle it is no alarm. */
+   force: a pressed switch trips the interlock, which makes the outputs safe, as at any other time.
+   The event of the trip has the place of the axis in that clock. During the cycle the trip of the
+   wanted switch is no alarm. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -26,15 +27,16 @@ extern homing_state homing_now;
 void homing_init(void);
 bool homing_active(void);
 
-/* End the cycle with its answer: 0, or a fault. */
+/* End the cycle. Its answer to `$H` is the fault, or success if `why` is 0. */
 void homing_end(const fault *why);
 
-/* End it: an alarm or a reset has come. Does nothing without one. */
+/* End a cycle under way, since an alarm or a reset has come. */
 void homing_stop(void);
 
-/* The interlock has tripped. True if this was the switch that is looked for. */
+/* The interlock has tripped. True if the cause is the switch that the cycle looks for: the trip is
+   then no alarm. `place`: the places of the axes in the clock of the trip. */
 bool homing_takes(unsigned cause, unsigned axes, const int32_t *place);
 
-/* Has the cycle ended, and has its answer to `$H` not been taken? It is 0 or a fault. */
+/* Has a cycle ended whose answer has not been taken yet? homing_answer takes it: 0 or a fault. */
 bool homing_answers(void);
 const fault *homing_answer(void);

@@ -14,18 +14,13 @@
 #include "hal/hal.h"
 #include "path/path.h"
 
-/* Compiled for size: nothing here is in a hurry. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
+#define REST_US 50000       /* axes are at rest when they have stood for this time */
+#define LEAVE_UM_MIN 60000  /* highest speed that the gateware allows on a switch */
+#define AGAIN 2             /* longest slow approach, in pull-offs */
 
-#define REST_US 50000       /* axes without drives rest when they have stood for so long */
-#define LEAVE_UM_MIN 60000  /* on a switch the gateware allows no more */
-#define AGAIN 2             /* the slow approach looks as many pull-offs far */
-
-static uint32_t order;          /* axes still to come, as digits; the present one is lowest */
+static uint32_t order;          /* axes still to be homed, as digits; the next one is lowest */
 static bool slow;               /* this is the slow approach */
-static int32_t stood[HAL_AXES];
+static int32_t stood[HAL_AXES]; /* places of the axes when stands() looked last */
 
 static void fail(fault_code code, const char *why) {
     fault f = {.line = alarm_line()};
@@ -38,7 +33,7 @@ static bool pressed(void) {
     return (homing_now.down ? limits.low : limits.high) >> homing_now.axis & 1;
 }
 
-/* Go along the axis; the position is not known, so the soft limits mean nothing. */
+/* Move the axis by `way`. Its position is not known, so its soft limits are out of force. */
 static void go(int32_t way, uint32_t speed) {
     uint32_t highest = settings_highest_speed();
     path_move move = {0};
@@ -66,7 +61,7 @@ static void seek(void) {
         go(-AGAIN * pull_off(), settings_get(SET_HOME_SLOW_MM_MIN) * 1000);
         return;
     }
-    /* As grbl: half as far again as the travel is long. */
+    /* As grbl: at most 1.5 times the travel. */
     uint32_t um = settings_travel_um(homing_now.axis) / 2 * 3;
     uint32_t most = UNITS_POSITION_LIMIT / (uint32_t)units_pulses_of_um(1);
     int32_t way = units_pulses_of_um(um < most ? um : most);
@@ -92,7 +87,8 @@ static void next(void) {
     }
 }
 
-/* The digits in reverse, so that the first one comes lowest; 0 if they are not axes. */
+/* Reverse the digits, so that the first axis is the lowest digit. 0 if a digit is no axis, or comes
+   twice. */
 static uint32_t reversed(uint32_t digits) {
     uint32_t all = 0, seen = 0;
     for (; digits; digits /= 10) {
@@ -125,13 +121,14 @@ bool homing_cycle_begin(fault *f) {
     machine_lose_position();
     homing_now.phase = HOMING_STOP;
     slow = false;
-    homing_now.axis = HAL_AXES;    /* none yet: first of all the axes come to rest */
+    homing_now.axis = HAL_AXES;    /* none yet: the axes must come to rest first */
     homing_now.since = hal_cycle_low();
     override_step();
     return true;
 }
 
-/* Have the axes stood? With the drives off they never reach their commands. */
+/* Have all axes stood for REST_US? Their error counters cannot tell it: with the drives off an axis
+   never reaches its command. */
 static bool stands(void) {
     uint32_t now = hal_cycle_low();
     for (unsigned k = 0; k < HAL_AXES; k++)
@@ -158,7 +155,8 @@ static void stopped(void) {
     }
 }
 
-/* Off the switch. After the slow approach this is the end of the travel. */
+/* The way off the switch has ended. After the slow approach the axis stands at the end of its
+   travel, and its position is known. */
 static void left(void) {
     machine_run(false);
     if (pressed()) {
@@ -192,7 +190,3 @@ void homing_cycle_step(void) {
     else
         fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -4,11 +4,6 @@
 #include "base/alarm.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define SLICE 64            /* words in a step: some 1000 clocks */
 #define SHARE 64            /* the pause after a step is this many times as long as the step */
 
@@ -73,7 +68,3 @@ void image_watch_step(void) {
 }
 
 uint32_t image_watch_clocks(void) { return clocks; }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

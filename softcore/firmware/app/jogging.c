@@ -13,11 +13,6 @@
 #include "link/lines.h"
 #include "path/path.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static bool flushes;        /* since the last cancellation lines have always waited */
 
 void jogging_init(void) {
@@ -62,7 +57,3 @@ void jogging_step(void) {
     jog_stop();
     override_step();
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "app/execute.h"
+#include "app/firmware.h"
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/meter.h"
@@ -16,11 +17,6 @@
 #include "link/output.h"
 #include "store/flash.h"
 #include "store/journal.h"
-
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
 
 enum { SETTINGS_KIND, PLACES_KIND, CONDITIONS_KIND, CLASSES_KIND };
 _Static_assert(CLASSES_KIND + 1 == JOURNAL_KINDS, "the journal knows the number of kinds");
@@ -191,6 +187,7 @@ void keep_tell(void) {
     if (told)
         return;
     told = true;
+    firmware_tell_found();
     static const char *const SAYS[] = {
         [JOURNAL_NONE] = "no flash memory answers (identity %u): power-off clears settings and offsets",
         [JOURNAL_UNREADABLE] = "the journal in flash memory cannot be read: settings, offsets, "
@@ -211,6 +208,8 @@ bool keep_step(void) {
             editions[kind] = edition(kind);
             journal_note(kind);
         }
+    if (firmware_step(journal_waits()))
+        return true;
     if (!journal_waits() || machine_machining() || !meter_rests())
         return false;
     watch_between();
@@ -250,7 +249,3 @@ void keep_restore(char what, uint32_t length, fault *f) {
     }
     output_line("[MSG:Restoring defaults]");
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -6,11 +6,6 @@
 #include "base/settings.h"
 #include "link/output.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* Rows of a list: grbl's settings come before ours, so that numbers ascend. */
 #define ROWS (GRBL_ROWS + SETTINGS)
 /* Types and formats of values as in grblHAL. */
@@ -84,7 +79,3 @@ void listing_begin_scope(uint32_t first, uint32_t last) {
     next = first;
     end = last;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

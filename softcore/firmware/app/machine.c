@@ -32,6 +32,7 @@ void machine_init(void) {
 bool machine_locked(void) { return locked; }
 bool machine_held(void) { return held; }
 bool machine_machining(void) { return machining; }
+bool machine_dry(void) { return settings_get(SET_DRY_RUN_MM_MIN); }
 bool machine_burns(void) { return machining && !quenched; }
 bool machine_goes(void) { return running && !held && !waits; }
 
@@ -41,6 +42,7 @@ void machine_know_position(void) { place = KNOWN; }
 void machine_lose_position(void) { place = 0; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {
+    burns = burns && !machine_dry();
     if ((moves || burns) && machine_position_lost())
         return fault_at(f, FAULT_POSITION_LOST, 0, FAULT_TEXT_POSITION_LOST);
     if (burns && hal_limits_read().leaving)
@@ -88,7 +90,7 @@ void machine_wait(bool wait) {
 void machine_discharge(bool on) {
     if (machining && !on)
         path_note_work(false);
-    machining = on;
+    machining = on && !machine_dry();
     hal_discharge(machine_burns());
 }
 

@@ -12,6 +12,7 @@ bool machine_locked(void);
 bool machine_held(void);
 bool machine_machining(void);           /* the program has switched the discharge on (M03) */
 bool machine_burns(void);               /* machining, and the operator has not switched it off */
+bool machine_dry(void);                 /* dry run: M03 switches nothing on */
 bool machine_goes(void);                /* path pulses are allowed, and forward motion is wanted */
 
 /* Does the machine's state allow a block that moves, or that switches the discharge on? False with

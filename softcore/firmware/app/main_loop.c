@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/control.h"
 #include "app/events.h"
+#include "app/firmware.h"
 #include "app/homing.h"
 #include "app/homing_cycle.h"
 #include "app/image_watch.h"
@@ -61,6 +62,7 @@ void main_loop_interrupt(void) {
 }
 
 void main_loop_boot(void) {
+    firmware_boot();
     turn = 0;
     busy = true;
     calm = false;
@@ -112,7 +114,7 @@ static bool watched(unsigned task, bool (*work)(unsigned), uint32_t *now) {
     bool more = work(task);
     if (alarm_raised())
         control_take_alarm();
-    if (program_answers() || homing_answers())
+    if (program_answers() || homing_answers() || firmware_answers())
         commands_answer_program();
     watch_end();
     *now = hal_cycle_low();

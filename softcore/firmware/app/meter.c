@@ -4,11 +4,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* The machine is at rest if it has been in position, and no axis has moved further than
    REST_PULSES, for REST_US. An oscillating loop crosses its target faster, and a creeping one moves
    on in this time. A machine at rest may creep one pulse further: otherwise its last pulse would
@@ -92,7 +87,3 @@ uint32_t meter_feed(void) {
     uint32_t pulses = way < 0 ? 0u - (uint32_t)way : (uint32_t)way;
     return units_speed_of_count(pulses, hal_cycle_low() - marks[0].clock);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -10,11 +10,6 @@
 #include "path/history.h"
 #include "path/path.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define PASSES 4            /* rounds of the main loop from one look to the next */
 /* Motion is stuck if no pulse comes in STUCK_US plus the time of STUCK_PULSES. STUCK_US is longer
    than any legal delay of the front. */
@@ -91,7 +86,3 @@ void motion_watch_step(void) {
         doubted = false;
     look_at_pace();
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

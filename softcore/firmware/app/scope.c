@@ -7,11 +7,6 @@
 #include "link/crc.h"
 #include "link/output.h"
 
-/* Compiled for size: the link, not this code, limits how fast entries come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define BEGIN 7             /* characters of `$SCOPE=` */
 #define HALF 50
 #define MOST_BEFORE 99      /* % */
@@ -143,7 +138,3 @@ uint32_t scope_tell(uint32_t first, uint32_t end) {
     tell(text, length);
     return count;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -18,11 +18,6 @@
 #include "path/path.h"
 #include "roughing/commands.h"
 
-/* Compiled for size: the link, not this code, limits how fast answers come. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static enum { PART_NONE, PART_PLACE, PART_FEED, PART_OURS, PART_SEND } part;
 
 void status_init(void) { part = PART_NONE; }
@@ -136,7 +131,3 @@ void status_tell_modes(void) {
                 auxiliary_fluid() ? 8u : 9u, auxiliary_last(AUXILIARY_T), um / 1000, um / 100 % 10,
                 um / 10 % 10, um % 10, auxiliary_last(AUXILIARY_S));
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/alarm.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static bool raised;     /* an alarm has been raised and not yet taken */
 static bool untold;
 static alarm first;
@@ -57,7 +52,3 @@ void alarm_told(void) { untold = false; }
 uint32_t alarm_line(void) { return line & ALARM_BY_HAND ? 0 : line; }
 uint32_t alarm_number(void) { return line & ~ALARM_BY_HAND; }
 void alarm_set_line(uint32_t number) { line = number; }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -6,11 +6,6 @@
 #include "hal/hal.h"
 #include "hal/regs.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define AXES_TEXT 48     /* includes the room that text_print needs before a character */
 
 static const char *const TEXT[CAUSES] = {CAUSE_TEXTS};
@@ -121,7 +116,3 @@ void cause_position(fault *f, bool lost) {
     size_t at = __builtin_strlen(f->text);
     text_print(f->text + at, sizeof f->text - at, "; the position is %s", lost ? "lost" : "kept");
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,11 +5,6 @@
 
 #include "base/text.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 bool fault_at(fault *f, fault_code code, uint32_t column, const char *format, ...) {
     if (f->code != FAULT_NONE)
         return false;
@@ -55,7 +50,3 @@ size_t fault_sentence(const fault *f, char *buffer, size_t size) {
         at += text_print(buffer + at, size - at, ", character %u", f->column);
     return at + text_print(buffer + at, size - at, "%s%s.", at ? ": " : "", f->text);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

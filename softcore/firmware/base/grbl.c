@@ -5,11 +5,6 @@
 #include "base/text.h"
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 unsigned grbl_find(uint32_t number) {
     unsigned row = number < SETTINGS_FIRST ? 0 : GRBL_ROWS;
     while (row < GRBL_ROWS && GRBL_TABLE_ROWS[row].number != number)
@@ -61,7 +56,3 @@ bool grbl_refuses(const char *line, uint32_t length, fault *f) {
                  settings_number((setting)first), settings_number((setting)second));
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

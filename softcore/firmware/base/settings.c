@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
 #define DRIVE_LAG_US 4096 /* of the drive in the gateware's model of it */
 
@@ -213,6 +208,11 @@ bool settings_guard(uint32_t number) {
     return which == SETTINGS || SETTINGS_TABLE_ROWS[which].guards;
 }
 
+bool settings_switch(uint32_t number) {
+    setting which = settings_find(number);
+    return which != SETTINGS && SETTINGS_TABLE_ROWS[which].any_time;
+}
+
 void settings_masked(char *text, size_t size) {
     size_t at = 0;
     *text = '\0';
@@ -300,10 +300,6 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
     return settings_set(number, value) ||
            fault_at(f, FAULT_SETTING, 0, "setting %u does not exist or is out of range", number);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif
 
 uint32_t settings_start_rate(void) { return start_rate; }
 uint32_t settings_lag_clocks(void) { return lag_clocks; }

@@ -29,6 +29,7 @@ uint32_t settings_number(setting which);
 /* Does this setting guard the machine, so that it may not change while the machine moves or
    machines? Also true for a number without a setting. */
 bool settings_guard(uint32_t number);
+bool settings_switch(uint32_t number);  /* the operator may change it while a program runs */
 
 /* Write the names, separated by commas, of guards that settings have switched off and of coders
    that step axes do not have. The buffer needs SETTINGS_MASKED characters. */

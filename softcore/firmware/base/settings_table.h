@@ -96,12 +96,14 @@ typedef enum {
     SET_HOME_SLOW_MM_MIN,
     SET_HOME_FAST_MM_MIN,
     SET_HOME_PULL_OFF_UM,
+    SET_SINGLE_BLOCK,
+    SET_DRY_RUN_MM_MIN,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 537u
+#define SETTINGS_LAST 539u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
@@ -121,7 +123,8 @@ typedef struct {
     uint32_t initial, lowest, highest;
     uint16_t number;        /* of the line `$number=value` */
     uint8_t group;
-    bool guards;            /* locked while the machine moves or machines */
+    bool guards : 1;        /* locked while the machine moves or machines */
+    bool any_time : 1;      /* an operator's switch: may change while a program runs */
     const char *title;
     const char *unit;       /* empty for a pure number */
     const char *guard;      /* guard that the value 0 switches off, or 0 */

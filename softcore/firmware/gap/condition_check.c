@@ -5,11 +5,6 @@
 #include "gap/feed_modes.h"
 #include "gap/in_force.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 /* 1 more than a value that the setting could have, or 0. */
 static bool instead_of(uint32_t one_more, setting which) {
     const settings_table_row *range = &SETTINGS_TABLE_ROWS[which];
@@ -45,7 +40,3 @@ bool condition_check_row(const condition_row *r) {
     uint32_t no_load_mv = feed_modes_no_load_mv(r, 100);
     return below(r->reference_mv, no_load_mv) && below(r->drop_mv, no_load_mv);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static const condition_row BUILT_IN[] = {CONDITIONS_BUILT_IN};
 #define BUILT_IN_ROWS (sizeof BUILT_IN / sizeof *BUILT_IN)
 
@@ -153,7 +148,3 @@ bool conditions_seen(const condition_row *row) {
     fault unused;
     return conditions_judge(row, 0, &unused);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

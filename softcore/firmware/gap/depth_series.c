@@ -5,11 +5,6 @@
 #include "gap/in_force.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static depth_step steps[DEPTH_SERIES_STEPS];
 static bool running;
 static unsigned count;          /* number of steps */
@@ -111,7 +106,3 @@ const depth_step *depth_series_switched(void) {
     look();
     return told == next ? 0 : &steps[told++];
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* A level is 2**-16 of the converter's full scale, 100 V at the gap. K is for 1/16 of full
    scale. */
 #define LEVELS(mv) ((mv) * 2048 / 3125)
@@ -124,7 +119,3 @@ bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
     before = state.mean;
     return measured;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -8,11 +8,6 @@
 #include "gap/feed_modes.h"
 #include "gap/in_force.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define PERIOD_LIMIT ((1u << 24) - 1)   /* clocks */
 
 static bool stale;              /* the gateware does not yet have the condition as it is now */
@@ -237,7 +232,3 @@ bool gap_watch(const gap_view *view) {
     watch_time(front, view);
     return brought;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

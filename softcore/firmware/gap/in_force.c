@@ -6,11 +6,6 @@
 #include "gap/feed_modes.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define REFERENCE_FULL_V 100    /* voltage at the gap for the full scale of a reference */
 #define REFERENCE_STEPS 1024
 #define DELAY_LIMIT ((1u << 16) - 1)    /* clocks */
@@ -155,7 +150,3 @@ void in_force_apply(void) {
     if (conditioned)
         feed_modes_condition(&row, classes[fluid].share_percent);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -22,6 +22,18 @@ typedef struct {
 } hal_image;
 
 hal_image hal_image_read(void);
+
+/* Firmware that was started from the flash memory: its digest, that of the firmware which the
+   gateware was loaded with, its slot, and whether it has been confirmed. No digest of the firmware in
+   memory: it is the one that the gateware was loaded with. */
+typedef struct {
+    uint32_t digest, base, slot, confirmed;
+} hal_started;
+
+hal_started hal_started_read(void);
+/* Note this and start the image of `count` words, which are the next bytes of the flash memory. Does
+   not come back on the target; if the image has another digest, all stands still there. */
+void hal_image_start(const hal_started *note, uint32_t count);
 uint32_t hal_clock_hz(void);
 uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
@@ -56,9 +68,11 @@ bool hal_transmit_ready(void);
 void hal_transmit(uint8_t byte);
 
 /* Serial flash memory: exchange a byte, in which the processor waits for some 20 clocks (70 on a
-   board). Its region for the journal, in sectors of 4096 bytes. */
+   board). Its region for the journal, and that of each of the two firmware slots behind it, in
+   sectors of 4096 bytes. */
 typedef struct {
     uint32_t first, sectors;    /* sectors 0: there is none */
+    uint32_t slot;              /* 0: there are none */
 } hal_flash_region;
 
 hal_flash_region hal_flash_region_read(void);
@@ -292,6 +306,7 @@ uint32_t hal_damage(void);
 void hal_interlock_clear(void);
 void hal_interlock_trip(void);
 void hal_fluid_required(bool required);
+bool hal_arm_pressed(void);     /* the level of the button ARM */
 bool hal_armed(void);           /* the operator has pressed ARM, which allows the discharge */
 void hal_disarm(void);          /* the operator has to press ARM again */
 

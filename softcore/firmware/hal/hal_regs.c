@@ -36,6 +36,27 @@ hal_image hal_image_read(void) {
     uint32_t bytes = (uint32_t)__image_digest - (uint32_t)_start;
     return (hal_image){_start, bytes / sizeof *_start, *__image_digest};
 }
+
+/* Of link.ld and start.S. */
+extern hal_started __started;
+extern const uint8_t image_loader[], image_loader_end[];
+#define LOADER_BELOW 2048   /* bytes below the stack's end: no image, and none of our stack */
+
+_Static_assert((uintptr_t)FLASH == 0x80000080u && offsetof(flash_regs, send) == 0 &&
+               offsetof(flash_regs, select) == 4 && offsetof(flash_regs, status) == 8 &&
+               FLASH_STATUS_RECEIVED_MASK == 0xff && FLASH_STATUS_BUSY_MASK == 0x100,
+               "start.S and the register table disagree on the flash memory's port");
+
+hal_started hal_started_read(void) { return __started; }
+
+void hal_image_start(const hal_started *note, uint32_t count) {
+    uint8_t *place = (uint8_t *)&__started - LOADER_BELOW;
+    __started = *note;
+    __builtin_memcpy(place, image_loader, (size_t)(image_loader_end - image_loader));
+    __asm__ volatile(".word 0x0000100f" ::: "memory"); /* fence.i */
+    ((void (*)(uint32_t, uint32_t))(uintptr_t)place)(count, note->digest);
+}
+
 uint32_t hal_clock_hz(void) { return SYSTEM->clock_hz; }
 uint32_t hal_pulses_per_mm(void) { return SYSTEM->pulses_per_mm; }
 unsigned hal_jump_axis(void) { return GET(SYSTEM->shape, SYSTEM_SHAPE_JUMP_AXIS); }
@@ -92,7 +113,8 @@ void hal_transmit(uint8_t byte) { LINK->transmit = byte; }
 
 hal_flash_region hal_flash_region_read(void) {
     uint32_t word = FLASH->region;
-    return (hal_flash_region){GET(word, FLASH_REGION_FIRST), GET(word, FLASH_REGION_SECTORS)};
+    return (hal_flash_region){GET(word, FLASH_REGION_FIRST), GET(word, FLASH_REGION_SECTORS),
+                              GET(word, FLASH_REGION_SLOT)};
 }
 
 void hal_flash_select(bool on) { FLASH->select = on; }
@@ -419,6 +441,7 @@ void hal_leave(void) { SAFETY->leave = 0x5a; }
 uint32_t hal_damage(void) { return SAFETY->damage; }
 void hal_interlock_clear(void) { SAFETY->clear = 0x5a; }
 void hal_interlock_trip(void) { SAFETY->stop = 1; }
+bool hal_arm_pressed(void) { return SAFETY->arming & SAFETY_ARMING_PRESSED_MASK; }
 bool hal_armed(void) { return SAFETY->arming & SAFETY_ARMING_ARMED_MASK; }
 void hal_disarm(void) { SAFETY->disarm = 1; }
 void hal_fluid_required(bool required) { SAFETY->fluid = PUT(required, SAFETY_FLUID_REQUIRED); }

@@ -1,4 +1,4 @@
-/* Generated from softcore/regmap.py and softcore/linkmap.py by `python -m softcore.generate`; do not edit. */
+/* Generated from regmap.py, flashmap.py, linkmap.py, scopemap.py and tables/ in softcore by `python -m softcore.generate`; do not edit. */
 #pragma once
 #include <stddef.h>
 #include <stdint.h>
@@ -32,12 +32,12 @@ _Static_assert(offsetof(system_regs, sleep) == 0x1c, "");
 #define SYSTEM_SLEEP_VALUE_MASK 0x0000ffffu
 #define SYSTEM ((system_regs *)0x80000000u)
 
-/* Serial flash memory, which keeps the journal; see ``softcore.flash``. */
+/* Serial flash memory of journal and firmware; see ``softcore.flash``. */
 typedef volatile struct {
     uint32_t send; /* Exchange a byte with the memory. Does nothing while ``busy``. */
     uint32_t select; /* Select the memory, around the bytes of a command. */
     const uint32_t status; /* State of the exchange. */
-    const uint32_t region; /* The journal's region of the memory: nothing else is ever written. */
+    const uint32_t region; /* The journal's region of the memory, and two firmware slots behind it: nothing else is ever written. */
 } flash_regs;
 _Static_assert(offsetof(flash_regs, send) == 0x0, "");
 _Static_assert(offsetof(flash_regs, select) == 0x4, "");
@@ -55,6 +55,8 @@ _Static_assert(offsetof(flash_regs, region) == 0xc, "");
 #define FLASH_REGION_FIRST_MASK 0x0000ffffu
 #define FLASH_REGION_SECTORS_SHIFT 16
 #define FLASH_REGION_SECTORS_MASK 0x00ff0000u
+#define FLASH_REGION_SLOT_SHIFT 24
+#define FLASH_REGION_SLOT_MASK 0xff000000u
 #define FLASH ((flash_regs *)0x80000080u)
 
 /* Bytes to and from the host; see ``softcore.link_decoder``. */
@@ -501,6 +503,8 @@ _Static_assert(offsetof(safety_regs, watch) == 0x34, "");
 #define SAFETY_ARMING_CONTACTOR_MASK 0x00000001u
 #define SAFETY_ARMING_ARMED_SHIFT 1
 #define SAFETY_ARMING_ARMED_MASK 0x00000002u
+#define SAFETY_ARMING_PRESSED_SHIFT 2
+#define SAFETY_ARMING_PRESSED_MASK 0x00000004u
 #define SAFETY_DISARM_VALUE_SHIFT 0
 #define SAFETY_DISARM_VALUE_MASK 0x00000001u
 #define SAFETY_LEAVE_VALUE_SHIFT 0

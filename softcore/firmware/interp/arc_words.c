@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "interp/plane.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 static const char AXIS[HAL_AXES] = {'X', 'Y', 'Z'}, CENTRE[HAL_AXES] = {'I', 'J', 'K'};
 
 static bool too_small(fault *f, uint32_t column) {
@@ -167,7 +162,3 @@ plan_result arc_words_step(plan *p, const travel_range *t, fault *f) {
     }
     return !right ? PLAN_FAULT : p->arc == ARC_NONE ? PLAN_DONE : PLAN_MORE;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

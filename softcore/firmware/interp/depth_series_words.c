@@ -5,11 +5,6 @@
 #include "gap/feed_modes.h"
 #include "roughing/result.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* G39 P1: the first condition of the planned staircase acts like a C, the others are its depth
    series. */
 static bool plan_planned(context *c, const word *which, const word *other, unsigned jump_axis) {
@@ -66,7 +61,3 @@ bool depth_series_words_take(context *c, unsigned jump_axis) {
     return depth_series_check(p->step_depth, after->offset[jump_axis], p->step_condition,
                               after->servo, depth->column, c->f);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -6,11 +6,6 @@
 #include "base/watch.h"
 #include "gap/feed_modes.h"
 
-/* Compiled for size: few blocks have these words. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 bool gap_words_feed_mode(const word *w, uint32_t column, uint8_t *mode, fault *f) {
     if (!w)
         return fault_at(f, FAULT_MISSING, column, "G95 needs its feed mode, P1 to P5");
@@ -172,7 +167,3 @@ bool gap_words_class(context *c) {
                                   (uint8_t)share};
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

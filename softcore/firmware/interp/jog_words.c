@@ -4,11 +4,6 @@
 #include "gap/feed_modes.h"
 #include "interp/path_words.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 /* Codes of a jog, by the bit that notes them. */
 enum { INCHES = 1, MILLIMETRES = 2, ABSOLUTE = 4, INCREMENTAL = 8, MACHINE = 16 };
 
@@ -88,7 +83,3 @@ bool jog_words_judge(const block *b, const modal *state, uint32_t highest_speed,
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -198,8 +198,7 @@ bool path_words_move(context *c, uint32_t highest_speed, const travel_range *t) 
         if (c->p->changes_servo && !depth_series_reached() &&
             !feed_modes_check(after->served, after->condition, 0, c->f))
             return false;
-        retraction_layer set = retraction_combined(&after->memory);
-        if (after->served && !retraction_complete(&set))
+        if (after->served && !retraction_complete(&after->memory))
             return fault_at(c->f, FAULT_RETRACTION, 0, "G95 needs retraction data (G36) before it");
     }
     c->p->rapid = after->mode == MODE_RAPID;

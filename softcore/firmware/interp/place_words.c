@@ -4,11 +4,6 @@
 #include "gap/feed_modes.h"
 #include "interp/path_words.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 void place_words_store(context *c, unsigned number) {
     modal *after = &c->p->after;
     c->p->act = ACT_TABLE;
@@ -54,7 +49,3 @@ bool place_words_go(context *c, unsigned number, uint32_t highest_speed, const t
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -32,15 +32,15 @@ extern const char RETRACTION_LETTERS[ITEMS];
 /* Both layers combined; values of the tape override. */
 retraction_layer retraction_combined(const retraction_memory *memory);
 
-/* Check a combined set: each item in range, and Q not above L. `complete`: no item may be missing
-   but Z. `columns` gives the place of a fault, for each item its column in the block, 0 if it is
-   not there. */
-bool retraction_check(const retraction_layer *set, bool complete, uint32_t highest_speed,
+/* Check both layers combined: each item in range, and Q not above L. `complete`: no item may be
+   missing but Z. `columns` gives the place of a fault, for each item its column in the block, 0 if
+   it is not there. */
+bool retraction_check(const retraction_memory *memory, bool complete, uint32_t highest_speed,
                       const uint32_t columns[ITEMS], fault *f);
 
-/* Does the set have all items? The ceiling Z may be missing. */
-bool retraction_complete(const retraction_layer *set);
+/* Do both layers together have all items? The ceiling Z may be missing. */
+bool retraction_complete(const retraction_memory *memory);
 
-/* Convert a set and a jump into register values. */
+/* Convert a combined set and a jump into register values. They are valid if the set is complete. */
 hal_retraction retraction_rates(const retraction_layer *set, const retraction_jump *jump,
                                 uint32_t start_rate, uint32_t acceleration);

@@ -3,11 +3,6 @@
 
 #include "base/units.h"
 
-/* Compiled for size: this runs seldom. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsigned jump_axis) {
     uint32_t letters = BLOCK_BIT('R') | BLOCK_BIT('L') | BLOCK_BIT('H') | BLOCK_BIT('E') |
                        BLOCK_BIT('Q') | BLOCK_BIT('Z');
@@ -40,8 +35,7 @@ bool retraction_words_enter(context *c, bool mdi, uint32_t highest_speed, unsign
         layer->given |= (uint8_t)(1u << item);
     }
     /* Data entered by hand may be incomplete; the tape may complete them. */
-    retraction_layer set = retraction_combined(&after->memory);
-    return retraction_check(&set, !mdi, highest_speed, columns, c->f);
+    return retraction_check(&after->memory, !mdi, highest_speed, columns, c->f);
 }
 
 bool retraction_words_defaults(context *c, uint32_t highest_speed) {
@@ -49,8 +43,7 @@ bool retraction_words_defaults(context *c, uint32_t highest_speed) {
     if (!words_alone(c, 0))
         return false;
     c->p->after.memory.tape.given = 0;
-    retraction_layer set = retraction_combined(&c->p->after.memory);
-    return retraction_check(&set, true, highest_speed, nowhere, c->f);
+    return retraction_check(&c->p->after.memory, true, highest_speed, nowhere, c->f);
 }
 
 static bool jump_speed(context *c, const word *w, char letter, uint32_t highest, uint32_t *value) {
@@ -87,12 +80,7 @@ bool retraction_words_jump(context *c, uint32_t highest_speed) {
     if (missing)
         return fault_at(c->f, FAULT_MISSING, 0, "G38 needs %c, above zero", missing);
     /* The re-advance of a jump needs the retraction data too: it changes to the low speed at Q. */
-    retraction_layer set = retraction_combined(&c->p->after.memory);
-    if (!retraction_complete(&set))
+    if (!retraction_complete(&c->p->after.memory))
         return fault_at(c->f, FAULT_RETRACTION, 0, "G38 needs retraction data (G36) before it");
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -4,11 +4,6 @@
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define ROOM 512            /* bytes; a power of two */
 
 /* A sender may stop at the program's end, or send the trailer of the tape. This is the time to wait
@@ -70,7 +65,3 @@ void tape_step(void) {
     if (state == OVER && (ended || hal_cycle_low() - over_since > units_clocks_of_us(TRAILER_US)))
         state = NONE;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -8,14 +8,16 @@
 
 #define FIRST 0xe00u            /* sector */
 #define SECTORS 16u
+#define SLOT 80u
 #define SECTOR 4096u
 #define HEAD 4u                 /* bytes of a command and its address */
+#define BYTE_CLOCKS 20u         /* that the processor waits for a byte */
 
 enum { PROGRAM = 0x02, READ = 0x03, STATUS = 0x05, ERASE = 0x20, IDENTIFY = 0x9f };
 
 static gk_flash_order answers;
 static void *memory;
-static hal_flash_region region = {FIRST, SECTORS};
+static hal_flash_region region = {FIRST, SECTORS, SLOT};
 static uint8_t cells[SECTORS * SECTOR];
 static uint32_t count;          /* bytes of the command so far */
 static uint8_t command;
@@ -27,7 +29,7 @@ void gk_flash(gk_flash_order order, void *handle) {
 }
 
 void gk_flash_region(uint32_t first, uint32_t sectors) {
-    region = (hal_flash_region){first, sectors};
+    region = (hal_flash_region){first, sectors, sectors ? SLOT : 0};
 }
 
 void host_flash_boot(void) {
@@ -52,6 +54,7 @@ static uint8_t *cell(void) {
 
 uint8_t hal_flash_exchange(uint8_t byte) {
     static const uint8_t IDENTITY[] = {0xef, 0x40, 0x18};
+    host_cost(BYTE_CLOCKS);
     if (answers)
         return answers(memory, hal_cycle(), 2, byte);
     uint32_t place = count++;

@@ -185,6 +185,11 @@ void gk_flash(gk_flash_order order, void *handle);
 void gk_flash_region(uint32_t first, uint32_t sectors); /* sectors of 4096 bytes */
 /* Words, at most 256, that take the place of the firmware in memory, and the digest for them. */
 void gk_image(const uint32_t *words, uint32_t count, uint32_t digest);
+/* The image that each gk_boot begins with, as the gateware brings it; ARM is held or not; has an image
+   been started that the loader of the target would stop at? */
+void gk_configured(const uint32_t *words, uint32_t count, uint32_t digest);
+void gk_press_arm(uint32_t held);
+uint32_t gk_hangs(void);
 uint32_t gk_unwatched(void);    /* tasks that began before the watchdog's first key */
 
 /* Edges of the control flow that were taken since the last call, and never before or never as

@@ -4,11 +4,6 @@
 #include "base/text.h"
 #include "base/watch.h"
 
-/* Compiled for size: nothing waits for the planner. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 typedef struct {
     uint16_t ip;                        /* 1/100 */
     uint16_t undersize[BASIC_DEPTHS];   /* 0.1 um */
@@ -273,7 +268,3 @@ float basic_ip_of(unsigned area, unsigned current) {
 float basic_undersize_of(unsigned area, unsigned current, unsigned depth) {
     return basic_number(rows[begins[first + area] + current].undersize[depth], 10);
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

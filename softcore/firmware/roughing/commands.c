@@ -7,11 +7,6 @@
 #include "roughing/result.h"
 #include "roughing/staircase.h"
 
-/* Compiled for size: nothing waits for the planner. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define NUMBERS (1 + BASIC_DEPTHS)
 #define JOB_LEAST 3
 #define JOB_NUMBERS 5
@@ -284,7 +279,3 @@ roughing_step roughing_serve(bool program_runs, char *text, size_t size, fault *
     doing = IDLE;
     return ROUGHING_ANSWERS;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0f
 #include "roughing/network.h"
 
-/* Compiled for size: nothing waits for the planner. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define INPUTS NETWORK_INPUTS
 #define HIDDEN 6
 #define ROWS (NETWORK_SAMPLES + 1)  /* the samples, then the question */
@@ -429,7 +424,3 @@ bool network_answer(float *out) {
 }
 
 unsigned network_iterations(void) { return iterations; }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

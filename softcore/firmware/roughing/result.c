@@ -5,11 +5,6 @@
 #include "base/units.h"
 #include "roughing/staircase.h"
 
-/* Compiled for size: this runs seldom, or is short. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define WITHIN_MILLI_IP 10      /* largest deviation of a condition from the planned current */
 
 static condition_row rows[STAIRCASE_STEPS];
@@ -58,7 +53,3 @@ const condition_row *result_first(void) {
 }
 const condition_row *result_row(unsigned step) { return &rows[step]; }
 int32_t result_depth(unsigned step) { return depths[step]; }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

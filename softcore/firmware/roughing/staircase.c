@@ -4,11 +4,6 @@
 #include "roughing/basic.h"
 #include "roughing/network.h"
 
-/* Compiled for size: nothing waits for the planner. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#endif
-
 #define GRANTED 0x1p-10f
 #define DEGREE 0.017453292519943295f
 #define TERMS 8
@@ -399,7 +394,3 @@ const staircase_result *staircase_found(fault *f) {
     *f = refusal;
     return 0;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -3,14 +3,10 @@
 
 #include "hal/hal.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 enum { READ = 0x03, STATUS = 0x05, WRITE_ENABLE = 0x06, PROGRAM = 0x02, ERASE = 0x20,
        WAKE = 0xab, IDENTIFY = 0x9f };
 #define STATUS_BUSY 1u
+#define BUSY_S 1u               /* longest wait for a memory that erases: at power-on */
 
 static hal_flash_region region;
 static uint32_t identity;
@@ -19,6 +15,8 @@ uint8_t flash_byte(uint8_t byte) { return hal_flash_exchange(byte); }
 void flash_end(void) { hal_flash_select(false); }
 uint32_t flash_identity(void) { return identity; }
 unsigned flash_sectors(void) { return region.sectors; }
+unsigned flash_slot_sectors(void) { return region.slot; }
+static uint32_t all_sectors(void) { return region.sectors + 2 * region.slot; }
 
 static void command(uint8_t code) {
     hal_flash_select(true);
@@ -30,16 +28,15 @@ static void order(uint8_t code) {
     flash_end();
 }
 
-/* `sector` counts from the region's first. */
 static void command_at(uint8_t code, unsigned sector, unsigned at) {
-    uint32_t address = (region.first + sector % region.sectors) * FLASH_SECTOR + at;
+    uint32_t address = (region.first + sector % all_sectors()) * FLASH_SECTOR + at;
     command(code);
     flash_byte((uint8_t)(address >> 16));
     flash_byte((uint8_t)(address >> 8));
     flash_byte((uint8_t)address);
 }
 
-bool flash_open(void) {
+bool flash_open(void (*between)(void)) {
     region = hal_flash_region_read();
     identity = 0;
     if (!region.sectors)
@@ -51,8 +48,11 @@ bool flash_open(void) {
         identity = identity << 8 | flash_byte(0);
     flash_end();
     uint32_t maker = identity >> 16, size = identity & 0xff; /* of 2**size bytes */
-    return (maker == 0xef || maker == 0x9d || maker == 0xc8) && size < 25 &&
-           (region.first + region.sectors) * FLASH_SECTOR <= 1u << size;
+    if ((maker != 0xef && maker != 0x9d && maker != 0xc8) || size >= 25 ||
+        (region.first + all_sectors()) * FLASH_SECTOR > 1u << size)
+        return false;
+    flash_settle(between);
+    return true;
 }
 
 bool flash_busy(void) {
@@ -60,6 +60,12 @@ bool flash_busy(void) {
     bool busy = flash_byte(0) & STATUS_BUSY;
     flash_end();
     return busy;
+}
+
+void flash_settle(void (*between)(void)) {
+    uint32_t began = hal_cycle_low();
+    while (flash_busy() && hal_cycle_low() - began < BUSY_S * hal_clock_hz())
+        between();
 }
 
 void flash_read(unsigned sector, unsigned at) { command_at(READ, sector, at); }
@@ -74,7 +80,3 @@ void flash_erase(unsigned sector) {
     command_at(ERASE, sector, 0);
     flash_end();
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

@@ -5,18 +5,12 @@
 #include "store/crc32.h"
 #include "store/flash.h"
 
-/* Compiled for size: nothing here hurries. */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((minsize, noinline)), apply_to = function)
-#endif
-
 #define PAGES (FLASH_SECTOR / FLASH_PAGE)
 #define HEAD 12u
 #define CHECK 4u
 #define MARK 0x314a4b47u        /* GKJ1 */
 #define OPENING 0xffu           /* kind of a sector's first page */
 #define SLICE 32u               /* bytes in a step */
-#define BUSY_S 1u               /* longest wait at power-on for a memory that still erases */
 #define FAILURES 3u             /* pages in a row that do not read back, until the journal ends */
 
 typedef enum { REST, JUDGE, ERASE, ERASING, FILL, SEND, PROGRAMMING, COMPARE } stage;
@@ -108,10 +102,8 @@ journal_state journal_open(const journal_source *whose, void (*between)(void)) {
     dirty = sequence = failures = 0;
     renewing = false;
     __builtin_memset(newest, 0, sizeof newest);
-    if (!flash_open())
+    if (!flash_open(between))
         return state = JOURNAL_NONE;
-    for (uint32_t began = hal_cycle_low(); flash_busy() && hal_cycle_low() - began < BUSY_S * hal_clock_hz();)
-        between();
     state = JOURNAL_KEEPS;
     sector = flash_sectors() - 1; /* of an empty region the first one follows */
     page = PAGES;
@@ -329,7 +321,3 @@ bool journal_step(void) {
     }
     return true;
 }
-
-#ifdef __clang__
-#pragma clang attribute pop
-#endif

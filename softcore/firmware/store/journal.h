@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 /* Journal in a ring of sectors of the flash memory: keeps the state of the machine over power-off.
 
-   The state has kinds. A record has one kind, whole; the newest whole record of a kind counts. It
-   takes one page or several, each with its own check (CRC-32), and no page is programmed twice. A
-   page: sequence number of its record (4 bytes), kind, number of the page in the record, pages of the
-   record, words of its part of the state, the mark GKJ1, this part, the check (4 bytes); the lowest
-   byte first.
+   The state has several kinds, such as settings and offsets. A record holds everything of one kind.
+   The newest complete record of a kind is in force. A record takes one page or more, each with its
+   own check (CRC-32). No page is programmed twice between two erases.
 
-   When a sector is full, the next one is erased and gets a record of every kind. Its first page,
-   written last, then makes it the present one. So there is always a sector with whole records of all
-   kinds, whenever the power is cut, and a cut record leaves the one before it in force.
+   Layout of a page, lowest byte first: sequence number of the record (4 bytes); kind; number of this
+   page in the record; number of pages of the record; number of words in this page (1 byte each); the
+   mark GKJ1 (4 bytes); the words; the check (4 bytes).
 
-   Wear: a sector has 15 pages for records. A change takes 1 to 4 of them, and a new sector 4 to 10
-   for all kinds; so at least 5 pages of changes go into a sector. In a ring of 16 sectors that may be
-   erased 100 000 times this is 8 million pages: 2 million of the largest changes, or one every 5
-   minutes for 19 years, day and night. An equal value is not written again. */
+   When a sector is full, the next one is erased, and a record of every kind is written into it. Its
+   first page is written last and makes it the present sector. So at any cut of the power there is a
+   sector with complete records of all kinds; a record that was cut leaves the one before it in force.
+
+   Wear: a sector has 15 pages for records. The records of all kinds take 4 to 10 of them, so at least
+   5 are left for changes, which take 1 to 4 pages each. A ring of 16 sectors that bear 100 000 erases
+   takes 8 million pages of changes: 2 million of the largest changes, or one every 5 minutes for 19
+   years. A change that leaves the state as it is kept is not written. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -22,8 +24,9 @@
 #define JOURNAL_KINDS 4
 #define JOURNAL_PART 60u        /* most words of the state in a page */
 
-/* Whoever owns the state: how many pages does a kind take now, at least 1, and what is in one of
-   them? `fill` writes at most JOURNAL_PART words and returns their number. */
+/* Functions of the module that owns the state. `pages`: number of pages that a kind takes now, at
+   least 1. `fill`: writes the words of one of these pages, at most JOURNAL_PART, and returns their
+   number. */
 typedef struct {
     unsigned (*pages)(unsigned kind);
     unsigned (*fill)(unsigned kind, unsigned page, uint32_t *part);
@@ -32,11 +35,11 @@ typedef struct {
 typedef enum {
     JOURNAL_KEEPS,
     JOURNAL_NONE,               /* no known memory answers */
-    JOURNAL_UNREADABLE,         /* something is in the region, but no whole record of every kind */
+    JOURNAL_UNREADABLE,         /* the region is not empty, but lacks a complete record of a kind */
     JOURNAL_FAILED              /* the memory does not take what is written; the journal has ended */
 } journal_state;
 
-/* Find the newest records. Takes long, so `between` is called between the parts. */
+/* Find the newest records. This takes long, so `between` is called again and again meanwhile. */
 journal_state journal_open(const journal_source *source, void (*between)(void));
 journal_state journal_now(void);
 
@@ -44,14 +47,14 @@ journal_state journal_now(void);
    pointer if there is none. `count` is its words. Call it before journal_begin. */
 const uint32_t *journal_load(unsigned kind, unsigned part, unsigned *count);
 
-/* The state is as loaded: only what differs from it is written from now on. */
+/* Call when the state has been loaded. From then on only changes against it are written. */
 void journal_begin(void (*between)(void));
 
-/* A kind may have changed. It is written when nothing has changed for a quarter of a second. */
+/* Call when a kind may have changed. It is written after a quarter of a second without changes. */
 void journal_note(unsigned kind);
 
-/* Is there work? And a step of it, which takes some 3000 clocks at most; true if more can be done
-   at once. Call it only while the machine may be disturbed; a record waits half written without
-   harm. */
+/* journal_waits: is there anything to be written? journal_step: do a step of it, at most some 3000
+   clocks; true if another one can follow at once. Call journal_step only while the machine may be
+   disturbed. A record may stay half written for any time. */
 bool journal_waits(void);
 bool journal_step(void);

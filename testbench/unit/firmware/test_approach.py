@@ -14,13 +14,6 @@ UNIQUE = count(1)   # pulses, so that no two moves are the same
 
 
 @pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
-@pytest.fixture
 def wire():
     ready = Controller(jump_axis=15)
     ready.unlock()

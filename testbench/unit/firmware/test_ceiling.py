@@ -5,15 +5,8 @@ import math
 
 import pytest
 
-from testbench.firmware import Controller, events
+from testbench.firmware import events
 from testbench.travel import go, load
-
-
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
 
 
 def test_ceiling_is_a_limit(machine):

@@ -16,13 +16,6 @@ TOP = round(1800 / MM_MIN)                  # the highest speed, as a rate
 DRIVES = ("gear_steps_x", "gear_pulses_z", "backlash_y", "reversed_drives", "step_axes")
 
 
-@pytest.fixture
-def machine():
-    machine = Controller()
-    machine.unlock()
-    return machine
-
-
 def drive(machine, axis):
     """Mode, steps, pulses and backlash of an axis as the gateware has them."""
     words = (ctypes.c_uint32 * 5)()

@@ -5,20 +5,13 @@ import pytest
 
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
-from testbench.firmware import Controller, events
+from testbench.firmware import events
 from testbench.programs import punched
 
 CLOCK_HZ = 2_000_000
 DATA = "G36 R300 L.5 H600 E60 Q.1"
 ROW = "G10 C900 I1 P20 Q60 E80 V12.5 U3.25"     # 20 V without discharges
 SILENT = 8
-
-
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
 
 
 def level(volts):

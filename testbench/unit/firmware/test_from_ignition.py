@@ -5,17 +5,9 @@ import pytest
 
 from softcore.tables.faults import error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Controller
 
 PATH = 4        # clocks of the pads, 2 us at 2 MHz
 NEW = "I1 P40 Q60"
-
-
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
 
 
 def enter(machine, *rows):

@@ -5,7 +5,7 @@ import pytest
 
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
-from testbench.firmware import Checker, Controller, Fault, events
+from testbench.firmware import Checker, Fault, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
@@ -13,13 +13,6 @@ SECOND_PATENT = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
 SHARES = [100, 99, 98, 75]   # of the open voltage, percent
 SECOND = 2000   # passes: 2 MHz, 1000 clocks each
 BROKEN_LOW, BROKEN_HIGH, DISORDERED, SILENT, KNOWN = 1, 2, 4, 8, 16
-
-
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
 
 
 def run(machine, *blocks, passes=4000):

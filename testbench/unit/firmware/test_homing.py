@@ -8,9 +8,8 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line, named
 from softcore.tables.settings import assign
-from testbench.firmware import Controller, events
+from testbench.firmware import REST, Controller, events
 
-REST = 120
 CAUSES = numbers()
 X, Y, Z = range(3)
 # Ends of the travel as delivered, pulses; the jump axis is Z.

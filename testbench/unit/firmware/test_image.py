@@ -55,3 +55,11 @@ def test_what_memory_is_left_remembers_the_path():
     assert [image.path_units(size) for size in (311_296, 212_992, 184_320)] == [8192, 2048, 512]
     with pytest.raises(image.FirmwareError, match="does not fit"):
         image.path_units(SMALLEST - image.PATH_UNIT)
+
+
+def test_what_is_compiled_for_speed_is_one_list_of_sources_that_exist():
+    sources = {str(path.relative_to(image.SOURCES)) for path in image.SOURCES.rglob("*.c")}
+    assert sources > image.FAST
+    told = [path for path in image.SOURCES.rglob("*.[ch]")
+            if "minsize" in path.read_text() or "optimize(" in path.read_text()]
+    assert not told, "size or speed is chosen in softcore.image alone"

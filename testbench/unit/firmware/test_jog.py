@@ -6,12 +6,11 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number, error_line, named
 from softcore.tables.settings import assign
-from testbench.firmware import Controller, events
+from testbench.firmware import REST, Controller, events
 from testbench.models import jog as model
 from testbench.programs import punched
 
 CANCEL, HOLD, RESUME, RETRACT, RESET = b"\x85", b"!", b"~", b"\xb0", b"\x18"
-REST = 120              # passes in which a machine that has ended its path is taken to rest
 LONG = "$J=G91 X20 F600"
 NEVER = 5000            # the longest silence that can be set, ms
 ENDED = error_line("jog_ended")
@@ -19,16 +18,10 @@ CONTACT = 6              # detail of the event `halt`
 
 
 @pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    ready.run(REST)
-    return ready
-
-
-def state(machine):
-    (line,) = (line for line in machine.line("?", 30) if line.startswith("<"))
-    return line[1:line.index("|")]
+def machine(machine):
+    """The unlocked controller, after it has come to rest."""
+    machine.run(REST)
+    return machine
 
 
 def jogging(machine, *lines):
@@ -36,7 +29,7 @@ def jogging(machine, *lines):
     machine.library.gk_speed(10)
     for line in lines or (LONG,):
         assert machine.line(line, 20) == ["ok"], line
-    assert state(machine) == "Jog"
+    assert machine.reported_state() == "Jog"
 
 
 def came_to_rest(machine):
@@ -120,11 +113,11 @@ def test_jogs_are_answered_when_planned_and_follow_each_other(machine):
     for count in range(5):
         assert machine.line("$J=G91 X.01 F600", 12)[-1:] == ["ok"], count
     assert machine.axes[0] < 500
-    assert state(machine) == "Jog"
+    assert machine.reported_state() == "Jog"
     machine.run(60)
     assert machine.axes == (500, 0, 0)
     machine.run(REST)
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
 
 
 @pytest.mark.parametrize("line", ["G00 X1", "G21", "M03"])
@@ -184,7 +177,7 @@ def test_a_jog_needs_idle_or_jog(machine, scene):
     machine.library.gk_speed(1)
     machine.run(20)
     assert machine.axes[1:] == place[1:]
-    assert state(machine) != "Jog"
+    assert machine.reported_state() != "Jog"
 
 
 def test_no_jog_after_a_lost_position():
@@ -224,7 +217,7 @@ def test_it_is_cancelled(machine, byte):
     place = came_to_rest(machine)
     assert 0 < place[0] < 20_000
     assert place[1:] == (0, 0)
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
     assert not machine.flags & {"hold", "held"}
     machine.send(RESUME)
     machine.run(REST)
@@ -242,14 +235,14 @@ def test_it_is_cancelled_while_it_still_comes_to_rest(machine):
     for byte in (RESUME, RETRACT, CANCEL):
         machine.send(byte)
         assert machine.run(20) == []
-    assert state(machine) == "Jog"
+    assert machine.reported_state() == "Jog"
     assert machine.line("$J=G91 X1 F100")[-1] == ENDED
     assert machine.line("$RESUME")[-1] == "ok"
     machine.run(20)
     assert machine.axes == place
     machine.library.gk_moving(0)
     machine.run(REST)
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
     assert machine.axes == place
 
 
@@ -268,7 +261,7 @@ def test_jogs_that_wait_are_cancelled_too(machine):
     assert machine.lines.count("ok") == planned
     assert machine.lines.count(ENDED) == 70 - planned
     assert machine.axes[0] <= 10
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
 
 
 @pytest.mark.parametrize("passes", range(8))
@@ -280,7 +273,7 @@ def test_a_cancel_right_behind_a_jog_is_not_lost(machine, passes):
     machine.run(passes)
     machine.send(CANCEL)
     machine.run(2 * REST)
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
     assert sum(machine.axes) < 20
     assert len([line for line in machine.lines if line in ("ok", ENDED)]) == 2
     assert ask(machine, "G91 Y.1 F600") == 0
@@ -306,7 +299,7 @@ def test_silence_ends_it(machine):
     before = machine.axes[0]
     machine.run(1000)
     assert before < machine.axes[0] <= before + 2000 + 100
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
 
 
 def test_silence_ends_jogs_that_wait_in_the_queue(machine):
@@ -322,7 +315,7 @@ def test_silence_ends_jogs_that_wait_in_the_queue(machine):
     before = machine.axes[0]
     machine.run(3000)
     assert 0 < before < machine.axes[0] <= before + 2000 + 100
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
 
 
 @pytest.mark.parametrize("noise", [b"\n", b"G91\n", b"~", b"\x91", b"\x00\xff", b"$\n"])
@@ -351,7 +344,7 @@ def test_a_reset_ends_it_with_an_alarm(machine):
     place = machine.axes
     machine.run(400)
     assert machine.axes == place
-    assert state(machine) == "Alarm"
+    assert machine.reported_state() == "Alarm"
     assert machine.line("$X")[-1] == "ok"
     machine.run(REST)
     assert ask(machine, "G91 Y.1 F600") == 0
@@ -365,7 +358,7 @@ def test_contact_ends_it(machine):
     machine.run(100)
     (alarm,) = events(machine.lines, "alarm")
     assert alarm[1] == str(named("contact").alarm)
-    assert state(machine) == "Alarm"
+    assert machine.reported_state() == "Alarm"
     assert machine.line("$X")[-1] == "ok"
     machine.run(REST)
     assert ask(machine, "G91 X-1 F100") == 0
@@ -405,7 +398,23 @@ def test_a_tape_waits_for_its_end(machine, byte):
     machine.run(1500)
     if byte:
         assert machine.axes[0] == 0
-        assert state(machine) == "Hold:0"
+        assert machine.reported_state() == "Hold:0"
         machine.send(RESUME)
         machine.run(1500)
     assert machine.axes[0] == 10_000
+
+
+def test_a_tape_waits_until_the_axes_have_come_to_rest(machine):
+    """The path of the jog has ended, but the axes must have stood for 20 ms, some 40 passes."""
+    rows = punched(["G91 G00 X1", "M02"])
+    machine.library.gk_speed(1 << 30)
+    assert machine.line("$J=G91 Y0.001 F600", 14) == ["ok"]
+    assert machine.axes[1] == 10
+    parts = [b"", *(rows[at:at + 64] for at in range(0, len(rows), 64))]
+    for number, part in enumerate(parts):
+        machine.send(machine.framed(len(part), number, part))
+        machine.run(3)
+    machine.run(10)
+    assert events(machine.lines, "start") == []
+    machine.run(REST)
+    assert len(events(machine.lines, "start")) == 1

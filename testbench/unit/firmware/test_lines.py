@@ -16,13 +16,6 @@ REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 STALE = "what came before it was damaged, and a part of it may be missing"
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 class Sender:
     """Numbered lines, one after the other."""
 

@@ -19,13 +19,6 @@ ACK, NAK = 0x06, 0x15
 LOST = "the position is lost: $H finds it, or $POSITION=HERE accepts the counted one"
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 frame = Controller.framed
 REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 
@@ -107,7 +100,8 @@ def test_a_blank_line_behind_a_damaged_frame_has_its_answer(machine):
 
 
 def test_what_senders_for_grbl_ask_first(machine):
-    assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,56,255]", "ok"]
+    assert machine.line("$I") == ["[VER:1.1h:Gapkeeper 0.1]", "[OPT:,56,255]",
+                                    "[FIRMWARE:0,built-in,0,0,0,323584]", "ok"]
     assert machine.line("$G") == ["[GC:G80 G54 G17 G21 G90 G94 M5 M9 T0 F0.000 S0]", "ok"]
     assert machine.line("G55 G18 G20 G91 G01 F1 M8 S70 T12 C100 M3", passes=3000)[-1] == "ok"
     assert machine.line("$g") == ["[GC:G1 G55 G18 G20 G91 G94 M3 M8 T12 F25.400 S70]", "ok"]

@@ -17,13 +17,6 @@ REST = 200              # passes of the main loop after which axes that stand co
 BURNS = ("G36 R300 L1 H600 E60 Q0.1", "C130", "M03")
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def enter(machine, *lines):
     """Enter lines that must all be accepted."""
     for line in lines:

@@ -10,13 +10,6 @@ DATA = "G36 R300 L.5 H600 E60 Q.1"
 CUT = ("G10 C130 V20 U20", "C130 M03")
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def rates(machine, count):
     return [machine.slot(number).rate for number in range(count)]
 

@@ -22,13 +22,6 @@ LAG_S = 4.096e-3    # of a drive in the controller's model of it
 DEVIATION_UM = named("arc_deviation_nm").default / 1000
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def test_segment_is_as_long_as_its_line(machine, rng):
     """N is the distance rounded to whole pulses: the coordinate at the end counts them."""
     moves = [[rng.randint(-30000, 30000) for _ in range(3)] for _ in range(8)]

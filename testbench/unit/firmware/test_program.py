@@ -13,13 +13,6 @@ from testbench.programs import damage, program, punched
 DATA = "G36 R300 L.5 H600 E60 Q.1"
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def names(lines):
     return [event[0] for event in events(lines)]
 

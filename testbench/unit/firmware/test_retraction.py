@@ -12,13 +12,6 @@ from testbench.programs import punched
 CLOCK_HZ, PULSES_PER_MM = 2_000_000, 10_000
 
 
-@pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    return ready
-
-
 def rate(mm_per_min):
     """2**-32 pulse/clock of a speed, to the nearest."""
     return round(Fraction(str(mm_per_min)) * PULSES_PER_MM * (1 << 32) / (60 * CLOCK_HZ))

@@ -9,17 +9,10 @@ import pytest
 from softcore.tables.faults import error_line
 from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import FIRST, GROUPS, SETTINGS, assign, named
-from testbench.firmware import Checker, Controller
+from testbench.firmware import Checker
 
 BY_NAME = {one.name: str(one.number) for one in SETTINGS}
 GRBL = {str(one.number) for one in GRBL_SETTINGS}
-
-
-@pytest.fixture
-def machine():
-    machine = Controller()
-    machine.unlock()
-    return machine
 
 
 def listed(machine):

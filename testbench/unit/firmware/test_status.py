@@ -19,11 +19,10 @@ WORK = ("M03", "G01 X1 F60")
 
 
 @pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    ready.run(REST)
-    return ready
+def machine(machine):
+    """The unlocked controller, after it has come to rest."""
+    machine.run(REST)
+    return machine
 
 
 def report(machine, passes=30):

@@ -4,29 +4,22 @@
 import pytest
 
 from softcore.tables.faults import alarm_number, error_line, named
-from testbench.firmware import Checker, Controller, Fault, events
+from testbench.firmware import REST, Checker, Fault, events
 from testbench.programs import punched
 
-REST = 120              # passes in which a machine that has ended its path is taken to rest
 CONTACT, LIMIT = 6, 1   # details of the event `halt`
 
 
 @pytest.fixture
-def machine():
-    ready = Controller()
-    ready.unlock()
-    ready.run(REST)
-    return ready
+def machine(machine):
+    """The unlocked controller, after it has come to rest."""
+    machine.run(REST)
+    return machine
 
 
 def told(machine):
     """The places that touch-offs have told: x, y, z and whether there was contact."""
     return [line for line in machine.lines if line.startswith("[PRB:")]
-
-
-def state(machine):
-    (line,) = (line for line in machine.line("?", 30) if line.startswith("<"))
-    return line[1:line.index("|")]
 
 
 def looking(machine, line="G38.2 Z-1 F60", pulses=500):
@@ -76,7 +69,7 @@ def test_refusals_are_one_sentence_and_nothing_moves(machine, line, fault, said)
     assert answer[-1] == error_line(fault)
     assert said in answer[0]
     machine.run(REST)
-    assert (machine.axes, told(machine), state(machine)) == ((0, 0, 0), [], "Idle")
+    assert (machine.axes, told(machine), machine.reported_state()) == ((0, 0, 0), [], "Idle")
 
 
 @pytest.mark.parametrize("blocks", [("C130", "M03", "G38.2 Z-1 F10"), ("C130", "G38.2 Z-1 F10 M03"),
@@ -112,7 +105,7 @@ def test_contact_ends_it_where_the_axes_are(machine):
     place = touches(machine)
     assert told(machine) == [f"[PRB:0.0000,0.0000,{place[2] / 10_000:.4f}:1]"]
     assert machine.lines[-1] == "ok"
-    assert state(machine) == "Idle"
+    assert machine.reported_state() == "Idle"
     assert not events(machine.lines, "alarm")
 
 
@@ -161,7 +154,7 @@ def test_the_end_without_contact(machine, code, alarm):
     assert machine.axes == (1000, -2000, 0)
     assert told(machine) == ["[PRB:0.1000,-0.2000,0.0000:0]"]
     assert (f"ALARM:{named('no_touch').alarm}" in machine.lines) == alarm
-    assert state(machine) == ("Alarm" if alarm else "Idle")
+    assert machine.reported_state() == ("Alarm" if alarm else "Idle")
 
 
 def test_contact_before_the_first_pulse_is_an_alarm(machine):

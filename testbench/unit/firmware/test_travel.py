@@ -15,13 +15,6 @@ NUMBER = numbers()
 X, Y, Z = 1, 2, 4
 
 
-@pytest.fixture
-def machine():
-    machine = Controller()
-    machine.unlock()
-    return machine
-
-
 def words(machine, axis):
     """Soft limits and gain of an axis, as written to the gateware."""
     row = (ctypes.c_int32 * 3)()

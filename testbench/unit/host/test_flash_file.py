@@ -67,7 +67,7 @@ def test_a_file_of_another_length_is_refused_and_stays(started, workdir):
     path = workdir / "short.flash"
     path.write_bytes(b"mine")
     with pytest.raises(UsageError, match=r"short.flash is not what a flash memory holds: it has 4 "
-                                         r"bytes, not 65536\."):
+                                         r"bytes, not 65536 or whole sectors more\."):
         started(path)
     assert path.read_bytes() == b"mine"
 

@@ -204,8 +204,8 @@ REPORT = "<Idle|MPos:0,0,0|WCO:0,0,0|Ln:0|Er:0,0,0|Rt:0,0|Gap:0,0,0,0>\r\n"
 
 
 @pytest.mark.parametrize(("says", "message"), [
-    ("", "nobody answers at socket://other:1: the controller is off, the cable is off, or the baud "
-         "rate is another."),
+    ("", "nobody answers at socket://other:1: the controller is off, a cable is unplugged, or the "
+         "baud rate is wrong."),
     ("login: ", "the other end of socket://other:1 is not Gapkeeper: asked for its status, it says "
                 "'login: login: login:'."),
     ("<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n",

@@ -16,7 +16,7 @@ from host.experiments.removal_bound import (
 @pytest.mark.parametrize("removal", [0.5, 0.8, 1.0, 1.2, 1.5, 3.0])
 @pytest.mark.parametrize("slope", [0.0, 0.1, 0.3, 1.0])
 def test_the_best_by_drop_is_where_the_loop_comes_to_rest(removal, slope):
-    """The law of P4, step by step, on an Ex that is linear in the removal."""
+    """The feed mode P4, step by step, on an Ex that is linear in the removal."""
     x = removal
     for _ in range(2000):
         x += 0.1 * (removal / (1 + slope * (x - 1)) - x)

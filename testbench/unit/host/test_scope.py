@@ -297,7 +297,7 @@ def test_silence_is_told():
         def time_s(self):
             return self.now
 
-    with pytest.raises(LinkError, match="nobody answers"):
+    with pytest.raises(LinkError, match="nobody answers: the controller is off"):
         acquire(Silent(), Acquisition(Trigger("now")))
 
 

@@ -156,7 +156,7 @@ def test_a_slow_touch_without_contact_ends_it():
     next(cycle)
     for place in (Place(0, 0, 0, contact=True), None, None, None):
         cycle.send(place)
-    with pytest.raises(TouchError, match="the slow touch of X has told no place"):
+    with pytest.raises(TouchError, match="reported no contact for the slow touch of X"):
         cycle.send(Place(0, 0, 0, contact=False))
 
 

@@ -8,12 +8,13 @@ import re
 from dataclasses import replace
 
 import pytest
+from amaranth.hdl import Shape
 
 from constraints import ulx3s
 from constraints.board import CHAIN, KEEP, PADS
 from host import alarms
 from host.run.events import EventError, Scale, parse
-from rtl.events import FIELDS, Cause, Event, Halt, Phase, Reason
+from rtl.events import Cause, Event, Halt, Happened, Phase, Queued, Reason
 from softcore import render
 from softcore.image import SOURCES
 from softcore.pins import pins_page
@@ -231,7 +232,12 @@ def test_the_gateware_has_the_numbers_of_the_table():
                           (events.PHASES, Phase), (events.HALTS, Halt)):
         assert {one.name.lower(): one.value for one in made} == {
             "none": 0, **{choice.name: choice.number for choice in choices}}
-    assert list(FIELDS) == list(events.QUEUE)
+    for struct, values in ((Queued, list(events.QUEUE)), (Happened, list(events.TOLD))):
+        fields = dict(struct.as_shape())
+        assert list(fields) == ["kind", *values]
+        for value in values:
+            shape = Shape.cast(fields[value].shape)
+            assert (shape.width, shape.signed) == events.QUEUE[value]
 
 
 def test_an_event_is_changed_in_one_place():

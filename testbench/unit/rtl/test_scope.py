@@ -209,6 +209,7 @@ def test_an_idle_one_changes_no_register(simulate, rng):
             assert ctx.get(dut.recording) == Recording.IDLE
             assert ctx.get(dut.count) == 0
             assert ctx.get(dut.time) == 0
+            assert ctx.get(dut.now.as_value()) == 0
 
     simulate(bench.dut, run)
 
