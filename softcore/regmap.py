@@ -197,7 +197,8 @@ GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the shor
     ("criteria", "How discharges are classified; see ``rtl.gap.discriminator``.", (
         Field(name="current", bits=1, doc="Ignition is detected by current, not by voltage."),
         Field(name="delay", bits=1, doc="A discharge without delay is suspect."),
-        Field(name="noise", bits=1, doc="A discharge without high frequencies is suspect."))),
+        Field(name="noise", bits=1, doc="A discharge without high frequencies is suspect."),
+        Field(name="relaxation", bits=1, doc="The main source charges a capacitor."))),
     ("reference", "References of the comparators.", (
         Field(name="open", bits=10, doc="Open level.", unit="1/1024 full scale"),
         Field(name="arc", bits=10, doc="Arc level.", unit="1/1024 full scale"),

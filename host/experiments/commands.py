@@ -67,8 +67,9 @@ def experiment_removal(
     One wall has a step in its stock; the other has even stock in a flow that drifts. All modes run
     with the same seeds. Results: variation of the removal per time, the finished surface,
     retractions and time; what the signal of P4 is made of, and the best that P4 and P5 could do by
-    theirs beside what they did. Once more in G94, shorts are judged by the mean voltage. P3's gain
-    is tuned before, on another stock. Takes minutes, on all cores.
+    theirs beside what they did. Once more in G94, shorts are judged by the mean voltage, and once
+    more in P4 a capacitor takes the place of pulses; energy per spark and its deviation are told of
+    all. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
     """
     from host.experiments.removal import removal
     removal(seeds=seeds, way_mm=way, folder=folder, console=out)

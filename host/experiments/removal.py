@@ -15,12 +15,14 @@ Calibration and tuning have seeds of their own.
 * P2 has the slope of P4 at the calibrated place, F/Es. So it stands still at twice the drop Es, and
   its feed is at most 2 F.
 * P5's Es is the discharge per distance of that place, measured by P5 at constant feed.
+* *capacitor* is P4 on the machine ``relaxation``: a capacitor in place of pulses of 20 A. Its Es is
+  the drop of the same place at constant feed.
 * P4 measures its no-load voltage (setting ``law_no_load``). All other settings are the defaults.
 """
 
 import copy
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, cast
@@ -60,6 +62,8 @@ __all__ = ["FIGURES", "GAINS", "MODES", "WALLS", "Plan", "Trial", "measure", "pl
 
 MACHINE = "wall"    # its file has the place of the start and the removal scale
 CONDITION = "I1 P10 Q25 R25 E80"    # 20 A for at most 10 us
+RELAXATION = "relaxation"           # the machine with a capacitor, and its condition
+CHARGING = "I1 P50 Q25 R25 E80 A2"
 FEED = 12                           # mm/min, in life a tenth
 PATH_MM = -0.11                     # Y of the wire's axis: 10 um off the finished surface
 NOMINAL_UM, WIDE_UM = 20.0, 30.0
@@ -68,7 +72,7 @@ DRIFT = 1.0                         # deviation of the logarithm of the flow
 WALLS = ("step", "drift")
 EVEN = "even"                       # the wall of the calibration: no step, no drift
 MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4", "P5": "G95 P5",
-         "mean Ss": "G94"}
+         "mean Ss": "G94", "capacitor": "G95 P4"}
 SHORT_MV = 5000                     # "mean Ss": the gap is shorted below this mean voltage
 OPEN_V = 80
 UNIT_MM = 0.001 * named("law_unit_um").default
@@ -87,10 +91,12 @@ FIGURES = {
     "noise": ("of it, number of craters, %", 1),
     "at_step": ("removal at the step, times", 2), "behind_step": ("behind it, times", 2),
     "surface_um": ("surface, deviation, um", 2), "surface_step_um": ("its step, um", 2),
+    "spark_uj": ("energy per spark, uJ", 0), "spark_variation": ("its deviation, %", 1),
     "gap_um": ("gap, um", 1), "retractions": ("retractions", 1), "time_s": ("time, s", 2),
 }
 COLOURS = {"G94": figures.FAINT, "P2": figures.CAUSES["operator"], "P3": figures.GAP,
-           "P4": figures.PATH, "P5": figures.INK, "mean Ss": figures.CAUSES["jump"]}
+           "P4": figures.PATH, "P5": figures.INK, "mean Ss": figures.CAUSES["jump"],
+           "capacitor": figures.CLASSES["dame"][1]}
 
 
 @dataclass(frozen=True)
@@ -102,6 +108,7 @@ class Plan:
     drop: float = 1.0
     discharge: float = 1.0      # Es of P5
     no_load: float = 22.86
+    capacitor_drop: float = 1.0     # Es of P4 with a capacitor
 
 
 @dataclass(frozen=True)
@@ -122,24 +129,27 @@ class Trial:
 
 def machine_for(trial: Trial) -> Machine:
     """The machine with this stock on its wall, and this flow."""
-    tables = copy.deepcopy(machines.load(MACHINE).tables)
+    name = RELAXATION if trial.mode == "capacitor" else MACHINE
+    tables = copy.deepcopy(machines.load(name).tables)
     nominal, wide = OTHER_UM if trial.other else (NOMINAL_UM, WIDE_UM)
     steps = [[0.0, nominal]]
     if trial.wall == "step":
         steps.append([STEP * trial.plan.way_mm, wide])
     tables["stock"]["steps"] = steps
     tables["debris"]["flow_spread"] = DRIFT if trial.wall == "drift" else 0.0
-    return Machine(MACHINE, tables)
+    return Machine(name, tables)
 
 
 def tape_for(trial: Trial) -> Tape:
     """Tape of an approach, in which V0 is measured, and of the wall."""
     plan = trial.plan
     voltage = plan.voltage - (plan.drop if trial.mode == "P2" else 0)
-    drop = plan.discharge if trial.mode == "P5" else plan.drop
+    drop = (plan.discharge if trial.mode == "P5" else plan.capacitor_drop
+            if trial.mode == "capacitor" else plan.drop)
+    condition = CHARGING if trial.mode == "capacitor" else CONDITION
     feed = 2 * FEED if trial.mode == "P2" else FEED
     return encode("\n".join([
-        "%", "G21 G90 G94", f"G10 C900 {CONDITION} V{voltage:.3f} U{drop:.3f}", "C900",
+        "%", "G21 G90 G94", f"G10 C900 {condition} V{voltage:.3f} U{drop:.3f}", "C900",
         "G36 R60 L0.06 H120 E30 Q0.02", "M08", "M03",
         f"{MODES[trial.mode]} G01 Y{PATH_MM} F{feed // 3}", f"X{plan.way_mm:g} F{feed}",
         "M05", "M09", "M02", "%", ""]))
@@ -157,8 +167,9 @@ def settings_for(trial: Trial) -> list[str]:
 
 
 def execute(trial: Trial,
-            watch: Callable[[Run], None] = lambda run: None) -> tuple[Run, Columns, Columns]:
-    """Run a trial; return it with its trace and what is left of the workpiece."""
+            watch: Callable[[Run], None] = lambda run: None
+            ) -> tuple[Run, Columns, Columns, Record]:
+    """Run a trial; return it, its trace, what is left of the workpiece, and figures of sparks."""
     machine = machine_for(trial)
     machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
                                   progress=lambda _: None)
@@ -166,19 +177,29 @@ def execute(trial: Trial,
               watch=watch)
     try:
         job.execute()
-        return job, machine_on.trace(), machine_on.workpiece()
+        return job, machine_on.trace(), machine_on.workpiece(), spark_energy(machine_on.get)
     finally:
         machine_on.close()
 
 
+def spark_energy(get: Callable[[str], float]) -> Record:
+    """Mean energy of the whole run's good discharges, and its deviation in percent."""
+    count, total = get("read.sparks"), get("read.spark_uj")
+    if not count or not total:
+        return {"spark_uj": None, "spark_variation": None}
+    mean = total / count
+    square = max(0.0, get("read.spark_uj2") / count - mean**2)
+    return {"spark_uj": mean, "spark_variation": 100 * float(np.sqrt(square)) / mean}
+
+
 def run(trial: Trial) -> Record:
     """Run a trial; return how it ended, and the figures of a wall that was cut to its end."""
-    job, trace, plan = execute(trial)
+    job, trace, plan, sparks = execute(trial)
     found: Record = {"wall": trial.wall, "mode": trial.mode, "gain": trial.gain, "seed": trial.seed,
              "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"]}
     if job.outcome != "end":
         return found
-    found |= measure(trace, plan, trial.plan.way_mm, trial.wall == "step")
+    found |= measure(trace, plan, trial.plan.way_mm, trial.wall == "step") | sparks
     if trial.wall == "step":
         at, inside = _inside(trace, trial.plan.way_mm)
         found["parts"] = parts(trace, inside & (trace["state"] == 0),
@@ -276,11 +297,11 @@ def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     return made
 
 
-def calibrate(way_mm: float) -> Plan:
-    """Cut even nominal stock at the preset speed; the plan with Vs and Es."""
+def _mean_voltages(trial: Trial) -> tuple[float, float]:
+    """Mean voltage in the cut, and without discharges in the approach."""
     free: list[float] = []
     cut: list[float] = []
-    burnt: list[float] = []
+    way_mm = trial.plan.way_mm
 
     def watch(job: Run) -> None:
         machine_on = cast(Simulated, job.simulation)
@@ -291,10 +312,16 @@ def calibrate(way_mm: float) -> Plan:
         elif BEGIN * way_mm < x < way_mm - AHEAD_MM:
             cut.append(volts)
 
-    job, _, _ = execute(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]), watch)
+    job, *_ = execute(trial, watch)
     if not free or not cut:
         raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
-    voltage, no_load = float(np.mean(cut)), float(np.mean(free))
+    return float(np.mean(cut)), float(np.mean(free))
+
+
+def calibrate(way_mm: float) -> Plan:
+    """Cut even nominal stock at the preset speed; the plan with Vs and Es, but for a capacitor."""
+    burnt: list[float] = []
+    voltage, no_load = _mean_voltages(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]))
 
     def watch_discharge(job: Run) -> None:
         machine_on = cast(Simulated, job.simulation)
@@ -302,11 +329,18 @@ def calibrate(way_mm: float) -> Plan:
         if BEGIN * way_mm < x < way_mm - AHEAD_MM:
             burnt.append(OPEN_V * machine_on.measured_share())
 
-    job, _, _ = execute(Trial(Plan(way_mm), EVEN, "P5", OTHER_SEEDS[0], even_feed=True),
-                        watch_discharge)
+    job, *_ = execute(Trial(Plan(way_mm), EVEN, "P5", OTHER_SEEDS[0], even_feed=True),
+                      watch_discharge)
     if not burnt:
         raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
     return Plan(way_mm, voltage, no_load - voltage, float(np.mean(burnt)), no_load)
+
+
+def capacitor_drop(way_mm: float) -> float:
+    """Es of P4 with a capacitor, from even nominal stock at the preset speed."""
+    cut, free = _mean_voltages(Trial(Plan(way_mm), EVEN, "capacitor", OTHER_SEEDS[0],
+                                     even_feed=True))
+    return free - cut
 
 
 def mean_variations(runs: list[Record]) -> dict[float, float | None]:
@@ -368,9 +402,9 @@ def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> Non
     """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
     make_folder(folder)
     build_simulator(machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0])), console)
-    plan = calibrate(way_mm)
+    plan = replace(calibrate(way_mm), capacitor_drop=capacitor_drop(way_mm))
     said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
-            f"P5 {plan.discharge:.3f} V."]
+            f"P5 {plan.discharge:.3f} V, with a capacitor {plan.capacitor_drop:.2f} V."]
     console.print(said[0], soft_wrap=True)
     tried = [Trial(plan, wall, "P3", seed, gain, other=True)
              for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]

@@ -184,6 +184,25 @@ class Source(Table):
         "Highest current of the sensing source, by its resistor alone.")
 
 
+class Relaxation(Table):
+    """A capacitor at the main source, which is charged until the gap breaks down.
+
+    It takes the place of discharges of `source.step_a`. The source charges it through a resistor
+    while its gate is on, the breakdown empties it, and a transistor does while the gate is off. The
+    table, and each of its numbers, may be left out: there is no capacitor then.
+    """
+
+    step_nf: float = _number("nF", ANY,
+        "Capacitor for each step of the current level, which chooses it here. 0: there is none, "
+        "and the discharges have `source.step_a`.", 0.0)
+    charging_ohm: float = _number("Ω", DIVISOR, "Resistor through which it is charged.", 20.0)
+    emptying_ohm: float = _number("Ω", DIVISOR,
+        "Resistor through which a transistor empties it while the gate is off.", 2.0)
+    inductance_nh: float = _number("nH", DIVISOR,
+        "Stray inductance of the leads from it to the gap: with the capacitor it gives the time of "
+        "the discharge, half a period.", 500.0)
+
+
 class Comparator(Table):
     """The comparators at the gap, and the detector of a spark's noise."""
 
@@ -408,6 +427,7 @@ class MachineFile(Table):
     z: Drive = Drive()
     fluid: Fluid
     source: Source
+    relaxation: Relaxation = Relaxation()
     comparator: Comparator
     side: Side
     settings: dict[Number, Value] = Field(

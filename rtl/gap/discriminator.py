@@ -43,6 +43,22 @@ class Discriminator(wiring.Component):
     Sensing pulses carry too little current for any of this: they are ``SHORT`` if ``short`` was
     high in the last clock, else ``OPEN``.
 
+    With ``relaxation``, for a supply that charges a capacitor until the gap breaks down, the
+    voltage rises slowly, and the capacitor is empty after the discharge. So the class comes from
+    how far the voltage had risen before:
+
+    * the main pulse is *charged* once ``short`` has been low in a clock of it, blanked or not, and
+      *full* once ``high`` has been high. With ``from_ignition`` the blanking ends after a clock
+      with ``short`` low, too;
+    * it ignites (breaks down) in the first clock past the blanking in which ``high`` is low and it
+      was full before, or ``short`` is high and it was charged before; with ``use_current`` by
+      ``current`` as above;
+    * it is ``SHORT`` if it was never charged, else ``OPEN`` if it did not ignite, ``DAME`` if it
+      was not full before it ignited or if it is suspect, and ``OK`` otherwise. ``arc`` and
+      ``settle`` have no effect;
+    * ``shorted_now`` says that it is past its blanking and not charged, ``abnormal`` that this has
+      been so for ``confirm`` clocks, or that it has ignited before it was full.
+
     ``ignited`` says in the same clock that the main pulse has ignited. ``shorted_now`` says in the
     same clock that the pulse is past its blanking and settling, and ``short`` is high. ``abnormal``
     says that in a main pulse ``short`` or ``arc`` has been high for ``confirm`` clocks in a row,
@@ -78,6 +94,8 @@ class Discriminator(wiring.Component):
         Criteria in use.
     from_ignition : In(1)
         The blanking ends when the voltage has risen.
+    relaxation : In(1)
+        The main source charges a capacitor.
     sample : Out(1)
         A pulse was classified: high for one clock.
     kind : Out(PulseClass)
@@ -113,6 +131,7 @@ class Discriminator(wiring.Component):
     use_delay: In(1)
     use_noise: In(1)
     from_ignition: In(1)
+    relaxation: In(1)
     sample: Out(1)
     kind: Out(PulseClass)
     sample_sensing: Out(1)
@@ -155,8 +174,21 @@ class Discriminator(wiring.Component):
             m.d.sync += reached.eq(now | sooner)
             return now
 
+        # A capacitor: how far it had been charged before this clock.
+        charges = Signal()
+        was_charged, was_full = Signal(), Signal()
+        charged, full = Signal(), Signal()      # the same within this pulse
+        m.d.comb += [
+            charges.eq(self.relaxation & self.on),
+            charged.eq(was_charged & same), full.eq(was_full & same),
+        ]
+        m.d.sync += [was_charged.eq(charged | ~self.short), was_full.eq(full | self.high)]
+        empty = Signal()      # it is not charged in this clock either
+        m.d.comb += empty.eq(~charged & self.short)
+
         risen = Signal()      # nothing is left to wait for at the start of the pulse
-        m.d.comb += risen.eq(self.from_ignition & self.on & (self.use_current | self.high))
+        m.d.comb += risen.eq(self.from_ignition & self.on
+                             & (self.use_current | self.high | (self.relaxation & ~self.short)))
         past = Signal()       # the comparators count
         m.d.comb += past.eq((gates != 0) & since(self.blanking, "unblanked", risen))
 
@@ -168,14 +200,19 @@ class Discriminator(wiring.Component):
         settled = Signal()
         early = Signal()
         heard = Signal()
+        fallen = Signal()
+        was_weak, weak = Signal(), Signal()     # the capacitor has broken down before it was full
         m.d.comb += [
+            fallen.eq(Mux(self.relaxation, (full & ~self.high) | (charged & self.short),
+                          ~self.high)),
             burning.eq(past & self.on
-                       & ((lit & same) | Mux(self.use_current, self.current, ~self.high))),
+                       & ((lit & same) | Mux(self.use_current, self.current, fallen))),
             self.ignited.eq(burning),
             settled.eq(Mux(self.on, burning & (was_settled | (burnt == self.settle)), past)),
-            self.shorted_now.eq(settled & self.short),
+            weak.eq(burning & charges & Mux(lit & same, was_weak, ~full)),
+            self.shorted_now.eq(Mux(charges, past & empty, settled & self.short)),
         ]
-        m.d.sync += [lit.eq(burning), was_settled.eq(settled & self.on)]
+        m.d.sync += [lit.eq(burning), was_settled.eq(settled & self.on), was_weak.eq(weak)]
         with m.If(burning):
             m.d.sync += burnt.eq(burnt + 1)
         with m.Else():
@@ -190,9 +227,11 @@ class Discriminator(wiring.Component):
         number = Signal(8, init=1)  # of this clock among those low running
         was_abnormal = Signal()
         m.d.comb += [
-            low.eq(settled & self.on & (self.arc | self.short)),
-            self.abnormal.eq(low & (was_abnormal | (number == self.confirm)
-                                    | (self.confirm == 0))),
+            low.eq(Mux(charges, weak | (past & empty),
+                       settled & self.on & (self.arc | self.short))),
+            # A breakdown ends its pulse at once: nothing is left to confirm.
+            self.abnormal.eq(weak | (low & (was_abnormal | (number == self.confirm)
+                                            | (self.confirm == 0)))),
         ]
         m.d.sync += was_abnormal.eq(self.abnormal)
         with m.If(low):
@@ -207,7 +246,7 @@ class Discriminator(wiring.Component):
         m.d.sync += [
             valid.eq(past),
             short.eq(self.shorted_now),
-            arc.eq(settled & self.arc),
+            arc.eq(Mux(charges, weak, settled & self.arc)),
         ]
 
         main = before[0]

@@ -138,6 +138,7 @@ class Gap(wiring.Component):
             discriminator.use_current.eq(self.condition.gap_criteria_current),
             discriminator.use_delay.eq(self.condition.gap_criteria_delay),
             discriminator.use_noise.eq(self.condition.gap_criteria_noise),
+            discriminator.relaxation.eq(self.condition.gap_criteria_relaxation),
         ]
         m.d.sync += discriminator.from_ignition.eq(self.condition.power_wait_time != 0)
         m.d.comb += [

@@ -18,6 +18,7 @@ WORDS = (
     "power_supply_voltage", "power_supply_negative",
     "gap_reference_open", "gap_reference_arc", "gap_reference_short",
     "gap_delay_least", "gap_criteria_current", "gap_criteria_delay", "gap_criteria_noise",
+    "gap_criteria_relaxation",
     "servo_presets_dame", "servo_presets_open", "servo_presets_ok", "servo_step",
     "servo_counting_mode", "servo_counting_window", "servo_counting_weight",
     "feed_no_load", "feed_reference_voltage", "feed_reference_drop", "feed_share",

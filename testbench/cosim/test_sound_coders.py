@@ -25,7 +25,7 @@ ENDS = {
     "sink_shallow_deep": ("sinker", "end"), "sink_staircase": ("sinker", "end"),
     "wire_arcs": ("wire", "end"), "wire_finish_p2": ("wall", "end"),
     "wire_finish_p3": ("wall", "end"), "wire_finish_p4": ("wall", "end"),
-    "wire_finish_p5": ("wall", "end"),
+    "wire_finish_p5": ("wall", "end"), "wire_finish_relaxation": ("relaxation", "end"),
     "wire_punch": ("wire", "end"), "wire_slot": ("wire", "end"),
 }
 SEEDS = 20

@@ -27,6 +27,7 @@ class Rules:
     use_delay: int = 0
     use_noise: int = 0
     from_ignition: int = 0
+    relaxation: int = 0
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ class Discriminator:
         """Clocks of the pulse so far in which the comparators do not count."""
         if self.source == "main" and rules.from_ignition:
             for number, clock in enumerate(self.pulse, 1):
-                if rules.use_current or clock.high:
+                if (rules.use_current or clock.high
+                        or (rules.relaxation and not clock.short)):
                     return min(rules.blanking, number)
         return rules.blanking
 
@@ -78,6 +80,10 @@ class Discriminator:
         blanked = self._blanked(rules)
         for number, clock in enumerate(self.pulse):
             lit = clock.current if rules.use_current else not clock.high
+            if rules.relaxation and not rules.use_current:
+                before = self.pulse[:number]
+                lit = ((any(c.high for c in before) and not clock.high)
+                       or (not all(c.short for c in before) and clock.short))
             if number >= blanked and lit:
                 return number
         return None
@@ -94,7 +100,27 @@ class Discriminator:
         ignition = self._ignition(rules)
         return [] if ignition is None else self.pulse[ignition + rules.settle:]
 
+    def _weak(self, rules):
+        """Whether the capacitor has broken down before it was full."""
+        ignition = self._ignition(rules)
+        return ignition is not None and not any(c.high for c in self.pulse[:ignition])
+
+    def _empty(self, clocks):
+        """Whether the capacitor has not been charged in the first clocks of the pulse."""
+        return all(clock.short for clock in self.pulse[:clocks])
+
+    def _charging(self, rules):
+        """As ``_now``, of a pulse that charges a capacitor."""
+        ignition, weak, run = self._ignition(rules), self._weak(rules), 0
+        for number in range(self._blanked(rules), len(self.pulse)):
+            low = self._empty(number + 1) or (weak and number >= ignition)
+            run = run + 1 if low else 0
+        past = len(self.pulse) > self._blanked(rules)
+        return past and self._empty(len(self.pulse)), weak or run >= max(1, rules.confirm)
+
     def _now(self, rules):
+        if self.source == "main" and rules.relaxation:
+            return self._charging(rules)
         seen = self._readable(rules)
         if not seen:
             return False, False
@@ -109,7 +135,8 @@ class Discriminator:
             return None
         sensing = self.source == "sense"
         seen = self._readable(rules)
-        if seen and seen[-1].short:
+        charges = rules.relaxation and not sensing
+        if self._empty(len(self.pulse)) if charges else seen and seen[-1].short:
             return Sample(SHORT, sensing)
         ignition = self._ignition(rules)
         if sensing or ignition is None:
@@ -119,5 +146,6 @@ class Discriminator:
             says.append(ignition < rules.delay_least)
         if rules.use_noise:
             says.append(not any(clock.noise for clock in self.pulse[ignition:]))
-        bad = (seen and seen[-1].arc) or (says and all(says))
+        arc = self._weak(rules) if charges else seen and seen[-1].arc
+        bad = arc or (says and all(says))
         return Sample(DAME if bad else OK, sensing)

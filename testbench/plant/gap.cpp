@@ -8,6 +8,7 @@ namespace plant {
 
 namespace {
 
+constexpr double PI = 3.14159265358979;
 constexpr double RISEN = 0.995;  // of the open voltage: from here on it counts as reached
 constexpr double FALLEN_V = 0.05;  // below this the voltage counts as 0
 constexpr uint32_t NEVER = UINT32_MAX;
@@ -75,6 +76,10 @@ void Gap::open() {
     leak_ohm_ = leak_ohm();
     source_v_ = supply_v_ * leak_ohm_ / (leak_ohm_ + source_ohm_);
     rising_ = std::exp(-clock_us_ / p_.source.rise_us * p_.source.source_ohm / source_ohm_);
+    if (capacitor_nf_ > 0) {
+        const double ohm = source_ohm_ * leak_ohm_ / (source_ohm_ + leak_ohm_);
+        rising_ = std::exp(-clock_us_ / (ohm * capacitor_nf_ * 1e-3));
+    }
     draw_ = gate_ == Gate::main ? draw() : 0;
     integral_ = 0;
     waited_ = looked_ = 0;
@@ -102,21 +107,35 @@ bool Gap::contact() const {
 bool Gap::touching() const { return contact() || (single_ && !interrupted()); }
 
 void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
-    if (gate_ != Gate::none)
+    if (discharge_left_ != 0 && gate != Gate::none) {
+        discharge_left_ = 0;
         extinguish();
+    } else if (gate_ != Gate::none && discharge_left_ == 0) {
+        extinguish();
+    }
     gate_ = gate;
     if (gate == Gate::none) {
         const double leak = p_.source.source_ohm / (p_.source.rise_us * leak_ohm());
         falling_ = std::exp(-clock_us_ * (1 / p_.source.fall_us + leak));
+        if (capacitor_nf_ > 0)
+            falling_ = std::exp(-clock_us_ / (p_.relaxation.emptying_ohm * capacitor_nf_ * 1e-3));
+        if (discharge_left_ != 0)
+            return;     // a capacitor goes on into the gap
         amps_ = 0;
         fall();
         return;
     }
+    capacitor_nf_ = 0;
     if (gate == Gate::main) {
         const unsigned steps = supply & 15;
         supply_v_ = steps != 0 ? steps * p_.source.supply_step_v : p_.source.open_v;
         source_ohm_ = p_.source.source_ohm;
         amps_ = level < BARE ? level * p_.source.step_a : supply_v_ / source_ohm_;
+        if (level < BARE && p_.relaxation.step_nf > 0 && level > 0) {
+            capacitor_nf_ = level * p_.relaxation.step_nf;
+            source_ohm_ = p_.relaxation.charging_ohm;
+            amps_ = charging_a_ = supply_v_ / source_ohm_;
+        }
     } else {
         supply_v_ = p_.source.sensing_v;
         source_ohm_ = p_.source.sensing_v / p_.source.sensing_a;
@@ -131,13 +150,22 @@ void Gap::switch_to(Gate gate, unsigned level, unsigned supply) {
         enter(State::shorted, p_.source.short_v + p_.source.short_ohm * amps_);
         return;
     }
+    begin_pulse();
+}
+
+void Gap::begin_pulse() {
     open();
     // If the last discharge has left charge carriers, the next one ignites at once, as an arc.
+    early_ = false;
     const double pause = static_cast<double>(now_ - ended_) * clock_us_;
-    if (gate == Gate::main &&
+    if (gate_ == Gate::main &&
         sparks_.uniform() < p_.debris.arc_share * debris_ * std::exp(-pause / deionisation_us_) &&
-        source_v_ > p_.source.arc_v && !interrupted())
-        ignite(true);
+        source_v_ > p_.source.arc_v && !interrupted()) {
+        if (capacitor_nf_ > 0)
+            early_ = true;
+        else
+            ignite(true);
+    }
 }
 
 // The hazard rate is integrated in steps of a microsecond until it reaches the pulse's random draw.
@@ -155,6 +183,10 @@ void Gap::wait() {
     }
     const double elapsed = (waited_ - looked_) * clock_us_;
     looked_ = waited_;
+    if (early_ && volts_ > p_.source.burning_v) {
+        ignite(true);
+        return;
+    }
     if (gate_ != Gate::main || waited_ * clock_us_ <= p_.gap.formative_us)
         return;
     if (volts_ != field_v_) {
@@ -163,7 +195,8 @@ void Gap::wait() {
         field_ = std::abs(share - 1) < 0.001 ? 1 : std::pow(share, p_.gap.ignition_power);
     }
     integral_ += hazard_ * field_ * elapsed;
-    if (integral_ > draw_ && source_v_ > p_.source.burning_v)
+    if (integral_ > draw_ &&
+        (capacitor_nf_ > 0 ? volts_ : source_v_) > p_.source.burning_v)
         ignite(false);
 }
 
@@ -175,14 +208,45 @@ void Gap::ignite(bool arc) {
     began_ = now_;
     const double wanted = arc ? p_.source.arc_v + p_.source.arc_spread_v * sparks_.normal()
                               : p_.source.burning_v + p_.source.burning_spread_v * sparks_.normal();
+    if (capacitor_nf_ > 0)
+        empty(wanted);
     enter(arc ? State::arcing : State::burning, wanted);
+}
+
+// The capacitor discharges through the gap within half a period of it and the leads. A diode keeps
+// it from being charged the other way round: what energy the leads have then goes into the gap as
+// well. So the gap gets what the capacitor loses: all of C V^2 / 2 from twice the burning voltage
+// on, else until the current is 0.
+void Gap::empty(double burning_v) {
+    const double left_v = std::max(0.0, 2 * burning_v - volts_);
+    const double nj = std::max(0.0, capacitor_nf_ / 2 * (volts_ * volts_ - left_v * left_v));
+    discharge_us_ = PI * std::sqrt(p_.relaxation.inductance_nh * capacitor_nf_) * 1e-3;
+    discharge_left_ = static_cast<uint32_t>(std::max(1.0, std::round(discharge_us_ / clock_us_)));
+    amps_ = nj * 1e-3 / (burning_v * discharge_us_);    // mean of the discharge
+}
+
+void Gap::discharged() {
+    extinguish();
+    set_volts(0);
+    amps_ = gate_ == Gate::none ? 0 : charging_a_;
+    if (gate_ == Gate::none)
+        fall();
+    else
+        begin_pulse();  // it is charged anew
 }
 
 // At the end of a discharge the removed material becomes debris.
 void Gap::extinguish() {
     if (state_ != State::burning && state_ != State::arcing)
         return;
-    const double microseconds = static_cast<double>(now_ - began_) * clock_us_;
+    const double microseconds = capacitor_nf_ > 0
+                                    ? discharge_us_
+                                    : static_cast<double>(now_ - began_) * clock_us_;
+    if (state_ == State::burning) {
+        const double uj = amps_ * volts_ * microseconds;
+        spark_uj_ += uj;
+        spark_uj2_ += uj * uj;
+    }
     double volume = crater_mm3(microseconds);
     if (state_ == State::arcing)
         volume *= p_.gap.arc_removal;
@@ -256,6 +320,10 @@ void Gap::tick(const Place& place, double dt) {
             open();
     } else if (touching()) {
         extinguish();
+        if (discharge_left_ != 0) {
+            discharge_left_ = 0;
+            amps_ = charging_a_;
+        }
         enter(State::shorted, p_.source.short_v + p_.source.short_ohm * amps_);
     }
 }

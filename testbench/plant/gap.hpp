@@ -59,6 +59,8 @@ public:
             switch_to(gate, level, supply);
         else if (state_ <= State::open && ++waited_ >= next_)
             wait();
+        else if (discharge_left_ != 0 && --discharge_left_ == 0)
+            discharged();
         ++now_;
     }
 
@@ -82,6 +84,9 @@ public:
     // Tool and work touch, or something between them conducts: not for one pulse only.
     bool contact() const;
     double removed_mm3() const { return removed_; }
+    // Energy that the sparks (no arcs) have had from the main source, and the sum of its squares.
+    double spark_uj() const { return spark_uj_; }
+    double spark_uj2() const { return spark_uj2_; }
     // Volts times clocks since the start.
     double voltage_sum() const { return sum_ + volts_ * static_cast<double>(now_ - since_); }
     uint64_t sparks() const { return spark_count_; }
@@ -127,6 +132,9 @@ private:
     void wait();
     void fall();
     void ignite(bool arc);
+    void empty(double burning_v);
+    void discharged();
+    void begin_pulse();
     void extinguish();
     void enter(State state, double volts);
     void set_volts(double volts);
@@ -151,6 +159,12 @@ private:
     double rising_ = 0, falling_ = 0;   // shares of the voltage difference left after a clock
     double draw_ = 0, integral_ = 0, field_v_ = 0, field_ = 0;
     double fluid_ = 0, ease_ = 1, deionisation_us_ = 0;
+
+    // A capacitor at the main source; 0 nF: none.
+    double capacitor_nf_ = 0, charging_a_ = 0, discharge_us_ = 0;
+    uint32_t discharge_left_ = 0;   // clocks of its discharge
+    bool early_ = false;            // it breaks down as soon as it can: the channel is still there
+    double spark_uj_ = 0, spark_uj2_ = 0;
 
     double hazard_ = 0;
     double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;

@@ -150,6 +150,19 @@ struct SourceParameters {
     double sensing_a = 1.0;
 };
 
+struct RelaxationParameters {
+    // Capacitor for each step of the current level, which chooses it here. 0: there is none, and
+    // the discharges have `source.step_a`. [nF]
+    double step_nf = 0.0;
+    // Resistor through which it is charged. [Ω]
+    double charging_ohm = 20.0;
+    // Resistor through which a transistor empties it while the gate is off. [Ω]
+    double emptying_ohm = 2.0;
+    // Stray inductance of the leads from it to the gap: with the capacitor it gives the time of the
+    // discharge, half a period. [nH]
+    double inductance_nh = 500.0;
+};
+
 struct ComparatorParameters {
     // 1: the comparators have the levels below; 0: those that the controller's reference pins give,
     // filtered.
@@ -411,6 +424,7 @@ struct MachineParameters {
     ZParameters z;
     FluidParameters fluid;
     SourceParameters source;
+    RelaxationParameters relaxation;
     ComparatorParameters comparator;
     SideParameters side;
     GapParameters gap;
@@ -485,6 +499,10 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"source.short_ohm", &p.source.short_ohm},
         {"source.sensing_v", &p.source.sensing_v},
         {"source.sensing_a", &p.source.sensing_a},
+        {"relaxation.step_nf", &p.relaxation.step_nf},
+        {"relaxation.charging_ohm", &p.relaxation.charging_ohm},
+        {"relaxation.emptying_ohm", &p.relaxation.emptying_ohm},
+        {"relaxation.inductance_nh", &p.relaxation.inductance_nh},
         {"comparator.fixed", &p.comparator.fixed},
         {"comparator.high_level_v", &p.comparator.high_level_v},
         {"comparator.arc_level_v", &p.comparator.arc_level_v},

@@ -83,6 +83,8 @@ bool Plant::get(const std::string& name, double& value) {
         {"read.hazard_per_us", gap_->hazard_per_us()},
         {"read.bridged", gap_->bridged()},
         {"read.removed_mm3", gap_->removed_mm3()},
+        {"read.spark_uj", gap_->spark_uj()},
+        {"read.spark_uj2", gap_->spark_uj2()},
         {"read.sparks", static_cast<double>(gap_->sparks())},
         {"read.arcs", static_cast<double>(gap_->arcs())},
         {"read.bridges", static_cast<double>(gap_->bridges())},

@@ -127,7 +127,7 @@ static bool is_bool(const void *from, size_t at) { return ((const uint8_t *)from
 static bool load_row(const uint32_t *from) {
     condition_row row;
     if (!is_bool(from, offsetof(condition_row, negative)) ||
-        !is_bool(from, offsetof(condition_row, from_ignition)))
+        ((const uint8_t *)from)[offsetof(condition_row, from_ignition)] > CONDITIONS_RELAXATION)
         return false;
     __builtin_memcpy(&row, from, sizeof row);
     return condition_check_row(&row) && conditions_enter(&row, true);

@@ -19,7 +19,8 @@ static bool pulse(const condition_row *r) {
     uint32_t wait = r->wait_us ? r->wait_us : r->on_us;
     return r->on_us >= 1 && r->on_us <= CONDITIONS_PULSE_US && r->off_us >= 1 &&
            r->off_us <= CONDITIONS_OFF_US && r->rest_us <= CONDITIONS_OFF_US &&
-           (r->from_ignition ? r->on_us + wait <= CONDITIONS_PULSE_US : !r->wait_us);
+           (r->from_ignition ? r->on_us + wait <= CONDITIONS_PULSE_US : !r->wait_us) &&
+           (r->from_ignition != CONDITIONS_RELAXATION || !r->wait_us);
 }
 
 static bool levels(const condition_row *r) {

@@ -7,11 +7,15 @@
 #include "base/fault.h"
 #include "gap/built_in.h"
 
+#define CONDITIONS_RELAXATION 2u
+
 typedef struct {
     uint32_t number;
     uint16_t milli_ip;          /* current, 1/1000 IP */
     bool negative;              /* electrode negative */
-    bool from_ignition;         /* the on-time counts from the ignition, else from the gate */
+    uint8_t from_ignition;      /* 1: the on-time counts from the ignition; 0: from the gate;
+                                   CONDITIONS_RELAXATION: the ignition ends the pulse, which charges
+                                   a capacitor for at most the on-time */
     uint16_t on_us, off_us;
     uint16_t rest_us;           /* additional off-time after an arc or a short */
     uint16_t open_v;            /* open voltage */

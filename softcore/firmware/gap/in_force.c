@@ -108,6 +108,7 @@ static void stage_rules(const condition_row *r) {
         .current = criteria & 1,
         .delay = criteria & 2,
         .noise = criteria & 4,
+        .relaxation = r->from_ignition == CONDITIONS_RELAXATION,
     };
     hal_criteria(&rules);
     hal_counting(own_or(r->counting, SET_SERVO_MODE), own_or(r->window, SET_SERVO_WINDOW),
@@ -121,7 +122,7 @@ static void stage(const condition_row *r, uint32_t no_load) {
     uint32_t level = 0, on = units_clocks_of_us(r->on_us), lag = conditions_lag();
     (void)conditions_level(r, &level);
     if (r->from_ignition)
-        on = on > lag ? on - lag : 1;
+        on = on > lag && r->from_ignition != CONDITIONS_RELAXATION ? on - lag : 1;
     hal_presets(own ? r->dame : c->dame, own ? r->open : c->open, own ? r->ok : c->ok);
     hal_pulse(on, units_clocks_of_us(conditions_wait_us(r)), units_clocks_of_us(r->off_us),
               units_clocks_of_us(r->rest_us), level);

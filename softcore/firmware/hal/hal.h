@@ -171,6 +171,7 @@ typedef struct {
 typedef struct {
     uint32_t delay_least;                               /* clocks */
     bool current, delay, noise;                         /* which are in use */
+    bool relaxation;                                    /* the main source charges a capacitor */
 } hal_criterion;
 
 void hal_short_write(const hal_short_detector *detector);

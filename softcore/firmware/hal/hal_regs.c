@@ -315,7 +315,8 @@ void hal_discriminate(const hal_discriminator *rules) {
 void hal_criteria(const hal_criterion *c) {
     GAP->delay_least = c->delay_least;
     GAP->criteria = PUT(c->current, GAP_CRITERIA_CURRENT) | PUT(c->delay, GAP_CRITERIA_DELAY) |
-                    PUT(c->noise, GAP_CRITERIA_NOISE);
+                    PUT(c->noise, GAP_CRITERIA_NOISE) |
+                    PUT(c->relaxation, GAP_CRITERIA_RELAXATION);
 }
 
 void hal_supply(uint32_t voltage, bool negative) {

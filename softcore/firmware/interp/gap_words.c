@@ -84,14 +84,14 @@ static bool references(const word *voltage, const word *drop, condition_row *row
 static bool ignition(context *c, uint32_t on_us, condition_row *row) {
     uint32_t from = row->from_ignition, wait = row->wait_us;
     const word *longest = block_has(c->b, 'B') ? BLOCK_WORD(c->b, 'B') : 0;
-    if (!words_whole(c, 'A', 0, 1, "where the on-time counts from", &from) ||
+    if (!words_whole(c, 'A', 0, CONDITIONS_RELAXATION, "where the on-time counts from", &from) ||
         !words_whole(c, 'B', 0, CONDITIONS_PULSE_US, "the longest wait for the ignition", &wait))
         return false;
-    if (longest && !from)
+    if (longest && from != 1)
         return fault_at(c->f, FAULT_TABLE, longest->column,
                         "the longest wait B needs A1, the on-time from the ignition");
-    row->from_ignition = from;
-    row->wait_us = from ? (uint16_t)wait : 0;
+    row->from_ignition = (uint8_t)from;
+    row->wait_us = from == 1 ? (uint16_t)wait : 0;
     if (from && on_us + (row->wait_us ? row->wait_us : on_us) > CONDITIONS_PULSE_US)
         return fault_at(c->f, FAULT_TABLE, longest ? longest->column : 0,
                         "the on-time P and the wait B (without B as long as P) must not be above "

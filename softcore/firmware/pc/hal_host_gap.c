@@ -124,7 +124,8 @@ bool hal_shorted(void) { return touches; }
 void gk_shorted(uint32_t on) { touches = on; }
 void hal_discriminate(const hal_discriminator *rules) { (void)rules; }
 void hal_criteria(const hal_criterion *c) {
-    staged.criteria = c->current * 1u + c->delay * 2u + c->noise * 4u;
+    staged.criteria = c->current * 1u + c->delay * 2u + c->noise * 4u +
+                      c->relaxation * 8u;
     staged.delay_least = c->delay_least;
 }
 void hal_pulse(uint32_t on, uint32_t wait, uint32_t off, uint32_t rest, uint32_t level) {

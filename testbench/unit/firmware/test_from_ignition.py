@@ -40,10 +40,25 @@ def test_the_wait_is_as_long_as_the_on_time_or_its_own(machine):
     assert enter(machine, "A1")[1] == 120, "A0 has forgotten B"
 
 
+def test_a_capacitor_is_charged_for_at_most_the_on_time(machine):
+    """The ignition ends the pulse; how it is judged follows with the condition."""
+    assert enter(machine, f"{NEW} A2") == (1, 80, 120)
+    assert machine.gap["criteria"] == 8
+    assert enter(machine, "F1") == (1, 80, 120)
+    assert machine.gap["criteria"] == 9
+    assert enter(machine, "P70")[:2] == (1, 140)
+    assert enter(machine, "A1 B50 F0") == (140 - PATH, 100, 120)
+    assert machine.gap["criteria"] == 0
+    assert enter(machine, "A2")[1] == 140, "A2 has forgotten B"
+    assert enter(machine, "A0") == (140, 0, 120)
+
+
 @pytest.mark.parametrize(("row", "column", "said"), [
     (f"{NEW} B50", 21, "the longest wait B needs A1, the on-time from the ignition"),
     (f"{NEW} A0 B50", 24, "the longest wait B needs A1, the on-time from the ignition"),
-    (f"{NEW} A2", 21, "where the on-time counts from"),
+    (f"{NEW} A3", 21, "where the on-time counts from"),
+    (f"{NEW} A2 B50", 24, "the longest wait B needs A1, the on-time from the ignition"),
+    ("I1 P1001 Q60 A2", 0, "must not be above 2000 us together"),
     (f"{NEW} A1 B2001", 24, "the longest wait for the ignition"),
     ("I1 P1001 Q60 A1", 0, "must not be above 2000 us together"),
     ("I1 P1000 Q60 A1 B1001", 26, "must not be above 2000 us together"),

@@ -122,7 +122,7 @@ def test_unknown_machine_is_named(program, workdir):
     result = gapkeeper("run", program, "--machine", "lathe", "--out", workdir / "out")
     assert result.returncode == 2
     assert result.stderr == ('gapkeeper: there is no machine "lathe": give a TOML file, or one of: '
-                             "cavity, half, sinker, small, stepper, wall, wire.\n")
+                             "cavity, half, relaxation, sinker, small, stepper, wall, wire.\n")
     assert not (workdir / "out").exists()
 
 

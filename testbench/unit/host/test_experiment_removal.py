@@ -2,6 +2,7 @@
 """``gapkeeper experiment removal``: its figures on invented walls, its table, a short run of it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -184,6 +185,27 @@ def test_references_and_gains():
         assert f"\nX1 F{feed}\n" in text
 
 
+def test_a_capacitor_takes_the_place_of_pulses():
+    trial = Trial(replace(PLAN, capacitor_drop=7.0), "step", "capacitor", 1)
+    text, _ = decode(tape_for(trial).rows)
+    assert "A2 V20.000 U7.000" in text
+    assert "G95 P4 G01" in text
+    made, wall = machine_for(trial), machine_for(Trial(PLAN, "step", "P4", 1))
+    assert made.number("relaxation", "step_nf") > 0
+    assert {name for name in made.tables if made.tables[name] != wall.tables.get(name)} == {
+        "relaxation", "settings", "workpiece"}
+    assert made.tables["settings"] == wall.tables["settings"] | {"404": 6000}
+
+
+def test_energy_of_the_sparks():
+    readings = {"read.sparks": 2, "read.spark_uj": 10.0, "read.spark_uj2": 58.0}    # 3 and 7
+    found = removal.spark_energy(readings.__getitem__)
+    assert found["spark_uj"] == 5
+    assert found["spark_variation"] == pytest.approx(40)
+    assert removal.spark_energy(dict.fromkeys(readings, 0.0).__getitem__) == {
+        "spark_uj": None, "spark_variation": None}
+
+
 def test_plot_is_drawn(workdir):
     plot([*RUNS, {"wall": "step", "mode": "G94", "gain": 0.0, "seed": 3, "outcome": "alarm",
                   "alarm": "too bad"}], workdir / "plot.png")
@@ -204,6 +226,7 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
 
     monkeypatch.setattr(removal.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(removal, "calibrate", lambda way_mm: PLAN)
+    monkeypatch.setattr(removal, "capacitor_drop", lambda way_mm: 7.0)
     monkeypatch.setattr(removal, "in_parallel", made_up_runs)
     with (workdir / "said.txt").open("w") as file:
         removal.removal(seeds=2, way_mm=WAY, folder=workdir / "out",
@@ -217,8 +240,9 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     assert {trial.gain for trial in compared if trial.mode == "P3"} == {1.0}
     found = json.loads((workdir / "out" / "runs.json").read_text())
     assert found["plan"] == {"way_mm": WAY, "voltage": 20.0, "drop": 2.0, "discharge": 0.5,
-                             "no_load": 22.0}
+                             "no_load": 22.0, "capacitor_drop": 7.0}
     assert len(found["runs"]) == 4 * len(MODES)
+    assert all(trial.plan.capacitor_drop == 7 for trial in compared)
     page = (workdir / "out" / "table.md").read_text()
     assert "Vs 20.00 V, Es 2.00 V" in page
     assert "0.5: 0.5 %, 1: 0.0 %. Compared with 1." in page

@@ -19,6 +19,7 @@ NO_NUMBERS = {*WORDS, "stock.steps", "settings"}
 
 # Unit by the end of a number's name, the longest that fits.
 UNITS = {
+    "nf": "nF", "nh": "nH",
     "hz": "Hz", "um": "µm", "mm": "mm", "mm2": "mm²", "us": "µs", "ms": "ms", "s": "s", "v": "V",
     "a": "A", "ohm": "Ω", "ohm_cm": "Ω cm", "mm_s": "mm/s", "mm_s2": "mm/s²", "mm3_s": "mm³/s",
     "mm3_min_a": "mm³/(min A)", "um_a": "µm/A", "per_s": "1/s", "per_us": "1/µs", "per_um": "1/µm",

@@ -43,7 +43,7 @@ def test_the_plant_has_every_number_of_a_machine_as_its_file_gives_it(kind):
     seen = 0
     for name, field in entries(MACHINES[kind]):
         outer, _, inner = name.rpartition(".")
-        value = (tables[outer] if outer else tables).get(inner)
+        value = (tables.get(outer, {}) if outer else tables).get(inner, field.default)
         if field.annotation is float:
             assert plant.get(name) == value, name
             seen += 1

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Unit tests of ``rtl.gap.discriminator``, against the exact model."""
 
+from dataclasses import replace
+
 import pytest
 
 from rtl.gap.discriminator import Discriminator, PulseClass
@@ -10,6 +12,7 @@ from testbench.simulators.benches import settle
 LEVELS = "high", "arc", "short", "current", "noise"
 COUNTS = "open_count", "ok_count", "dame_count", "short_count"
 Rules = model.Rules
+CAPACITOR = Rules(blanking=5, from_ignition=1, relaxation=1)
 
 
 class Bench:
@@ -54,7 +57,8 @@ def rules(rng):
         blanking=rng.choice((0, 0, 1, 2, 3, 5)), settle=rng.choice((0, 0, 1, 2, 4)),
         confirm=rng.choice((0, 1, 1, 2, 3)), delay_least=rng.choice((0, 2, 4, 7)),
         use_current=rng.random() < 0.2, use_delay=rng.random() < 0.4,
-        use_noise=rng.random() < 0.4, from_ignition=rng.random() < 0.5)
+        use_noise=rng.random() < 0.4, from_ignition=rng.random() < 0.5,
+        relaxation=rng.random() < 0.4)
 
 
 def test_follows_the_model(simulate, rng):
@@ -121,6 +125,18 @@ def test_follows_the_model(simulate, rng):
     (Rules(blanking=5, use_current=1), "cccc", None),
     (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hh..", model.DAME),
     (Rules(blanking=5, from_ignition=1, use_delay=1, delay_least=3), "hhh.", model.OK),
+    # A capacitor is charged, full, and empty after its discharge.
+    (CAPACITOR, "ss...hhh", model.OPEN), (CAPACITOR, "ss......", model.OPEN),
+    (CAPACITOR, "ss...hh.s", model.OK), (CAPACITOR, "ss...hhs", model.OK),
+    (CAPACITOR, "s.hs", model.OK), (CAPACITOR, "s.s", model.DAME),
+    (CAPACITOR, "ss....s", model.DAME), (CAPACITOR, "ss....s.h", model.DAME),
+    (CAPACITOR, "ss.aaah.", model.OK), (CAPACITOR, "ss...hhss", model.OK),
+    (CAPACITOR, "ssssss", model.SHORT), (CAPACITOR, "sssss", None), (CAPACITOR, "ss", None),
+    (CAPACITOR, "sssssss.", model.OPEN),
+    (replace(CAPACITOR, use_current=1), "ss.h.", model.OPEN),
+    (replace(CAPACITOR, use_current=1), "ss.hc", model.OK),
+    (replace(CAPACITOR, use_current=1), "ss.c", model.DAME),
+    (replace(CAPACITOR, use_delay=1, delay_least=4), "s.hs", model.DAME),
 ])
 def test_classes(simulate, rules, pulse, kind):
     bench = Bench(rules)
