@@ -54,4 +54,5 @@ def test_the_end_of_contact_is_told(seed):
     found = run(Z_DOWN, touch.opens, seed=seed)
     # The place is a whole pulse.
     assert found["opened"] - 0.1 <= found["place"] <= found["opened"] + OPEN_LATE_UM, found
-    assert found["place"] <= found["stands"] <= found["place"] + 3, found
+    # And the axis may rest a pulse from its command.
+    assert found["place"] - 0.11 <= found["stands"] <= found["place"] + 3, found
