@@ -43,6 +43,7 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
+    "ulx3s": BoardBudget(luts=26_464, ff=12_981, bram=176, dsp=4, mhz=46.5),
     "ulx3s_45f": BoardBudget(luts=25_610, ff=12_976, bram=105, dsp=4, mhz=52.3),
 }
 
