@@ -246,7 +246,8 @@ def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
     machine.send(b"?")
     said = machine.run(60_000)
     assert said[0].startswith("<Run|"), "a host that waits for the answer asks"
-    assert said[-2].startswith("[OPT:")
+    assert said[-3].startswith("[OPT:")
+    assert said[-2].startswith("[FIRMWARE:")
     assert said.count("ok") == 2
 
 

@@ -91,7 +91,7 @@ def test_a_finer_supply_plans_more_steps_on_a_machine_that_has_it():
     assert len(staircase.steps) == 6
     machine = machine_for(3)
     assert machine.tables["source"]["step_a"] == 0.5
-    assert machine.settings == {"455": 500}
+    assert machine.settings["455"] == 500
     text = decode(tape_for(Trial("staircase", 1, 8.0, 3), DATA).rows)[0]
     assert text.count("G39 Z") == 5
 
