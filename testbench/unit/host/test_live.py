@@ -439,7 +439,7 @@ def test_a_random_client_gets_one_answer_a_line_and_the_motion_that_it_asked_for
     moves = 0
 
     def all_answered(came):
-        done = "[OPT:" in "".join(came[-2:-1])
+        done = "[FIRMWARE:" in "".join(came[-2:-1])
         if not done:
             client.send("~")    # one that came with a `!` has done nothing: the hold wins
         return done
