@@ -479,7 +479,7 @@ def test_no_number_of_a_machine_is_without_bounds(workdir, key):
             load(str(path))
 
 
-@pytest.mark.parametrize("key", re.findall(  # tables of single axes and [relaxation] may be left out
+@pytest.mark.parametrize("key", re.findall(  # tables of axes and [relaxation] may be left out
     r"^([a-z]\w*) = [-\d]", re.sub(r"^\[([xyz]|relaxation)\][^[]*", "", SINKER, flags=re.M), re.M))
 def test_a_machine_that_lacks_a_number_is_refused(workdir, key):
     path = workdir / "part.toml"
