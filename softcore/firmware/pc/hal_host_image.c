@@ -21,6 +21,8 @@ static hal_image copied(uint32_t to[WORDS], const uint32_t *from, uint32_t count
 void host_image_boot(void) {
     image = configured;
     image.words = configured.count ? loaded : words;
+    for (uint32_t at = 0; at < WORDS; at++)
+        words[at] = 0;
     started = (hal_started){0};
     hangs = false;
 }
