@@ -114,7 +114,7 @@ class Supervision(wiring.Component):
         The finding.
     lag : Out(signed(17))
         How far the model's drive is behind a command at its present speed: the way of its lag, in
-        pulses, rounded down. Changes 20 clocks after ``tick``.
+        pulses, rounded down, and one more below 0. Changes 20 clocks after ``tick``.
 
     Raises
     ------
@@ -185,7 +185,9 @@ class Supervision(wiring.Component):
         came = self._came(m)
         speed = self._model(m, at, valid, came)
         with m.If(at["take"]):
-            m.d.sync += self.lag.eq(speed >> (self.FRACTION - self.LAG))
+            # The same in both directions: a lag of -1 at the slowest speeds would hold an axis that
+            # is a pulse above its command there.
+            m.d.sync += self.lag.eq((speed >> (self.FRACTION - self.LAG)) + speed[-1])
         down = speed[-1]
         pace = _size(speed)
         over = self._misfit(m, at, valid, speed, pace, came)

@@ -220,6 +220,8 @@ MOTION = (
         ("fresh.eq(edges), stale.eq(fresh)", "fresh.eq(edges)", "a phase alone is noticed"),
         ("(over | fails | missing)", "(over | fails)", "edges are missed before the stretch ends"),
         ("lasting & within & ~lively.all()", "within & ~lively.all()", "an axis may start late"),
+        ("(speed >> (self.FRACTION - self.LAG)) + speed[-1]", "speed >> (self.FRACTION - self.LAG)",
+         "the slowest speeds lag by nothing in both directions", "unit/rtl/test_axis.py"),
         ("m.d.sync += mark.eq(0)\n        lasting", "m.d.sync += mark.eq(mark)\n        lasting",
          "a span goes on over the end of a stretch"),
         ("with m.If(rated):", "with m.If(0):", "faster than the machine can go"),

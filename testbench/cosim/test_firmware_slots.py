@@ -10,16 +10,13 @@ from rich.console import Console
 from host import firmware as command
 from host.errors import UserError
 from host.link.link import Link
-from host.machines import machine as machines
 from softcore.flash import SECTOR
 from softcore.image import image_digest, target_image
 from softcore.soc import MEMORY_SIZE
 from softcore.top import SIMULATED_JOURNAL as REGION
 from testbench.cosim.terminal import Terminal
 from testbench.models import firmware_slots as model
-from testbench.native.simulation import Simulation
 
-MACHINE = machines.load("sinker")
 LOADED_S = 12       # longest time of the loader at 2 MHz
 OLD = target_image(MEMORY_SIZE).read_bytes()
 
@@ -33,21 +30,6 @@ def changed(image, version=b"0.2"):
 
 NEW = changed(OLD)
 BASE = model.words(OLD)[-1]
-
-
-@pytest.fixture
-def on():
-    """Switch a machine on, with what its flash memory holds; all are closed in the end."""
-    running = []
-
-    def switched_on(flash=None, seed=1):
-        running.append(Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=seed,
-                                  trace=False, flash=flash))
-        return running[-1]
-
-    yield switched_on
-    for session in running:
-        session.close()
 
 
 def memory(*slots):

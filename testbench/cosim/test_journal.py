@@ -3,31 +3,13 @@
 
 import pytest
 
-from host.machines import machine as machines
 from softcore.tables.settings import SETTINGS
 from softcore.top import SIMULATED_JOURNAL as REGION
 from testbench.cosim.terminal import Terminal
 from testbench.models import journal
-from testbench.native.simulation import Simulation
 
-MACHINE = machines.load("sinker")
 SPEED = {one.name: one.number for one in SETTINGS}["highest_speed_mm_min"]
 WRITTEN_S = 0.6     # quiet for a quarter of a second, an erase, some pages
-
-
-@pytest.fixture
-def on():
-    """Switch a machine on, with what its flash memory holds; all are closed in the end."""
-    running = []
-
-    def switched_on(flash=None, seed=1):
-        running.append(Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=seed,
-                                  trace=False, flash=flash))
-        return running[-1]
-
-    yield switched_on
-    for session in running:
-        session.close()
 
 
 def greeting(session):

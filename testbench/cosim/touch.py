@@ -11,7 +11,6 @@ from testbench.native.station import Session
 __all__ = ["found", "off", "opens", "twice"]
 
 WATCHED = ("pp", "gap_on", "gap_sense", "safe")
-REST_PULSES = 1         # from its command at which an axis may rest
 PLACE = re.compile(r"\[PRB:(-?[\d.]+),(-?[\d.]+),(-?[\d.]+):([01])\]")
 
 
@@ -48,9 +47,7 @@ def off(session: Session, block: str, axis: int, true_mm: float) -> dict:
     assert stands == session.positions()["xyz"[axis]] / MM
     # The next block counts from here.
     job.link.command(f"G91 G01 {'XYZ'[axis]}{-0.05 * way:.3f} F60")
-    # With feed-forward an axis may rest a pulse from its command: the model's lag is rounded down.
-    goal = round((stands - 0.05 * way) * MM)
-    job.until(lambda: abs(session.positions()["xyz"[axis]] - goal) <= REST_PULSES,
+    job.until(lambda: session.positions()["xyz"[axis]] == round((stands - 0.05 * way) * MM),
               "the way back")
     return {"error": (found - true_mm) * way * 1000, "beyond": (stands - found) * way * 1000}
 

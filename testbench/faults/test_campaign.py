@@ -180,9 +180,7 @@ def test_a_witness_notes_what_is_done_to_it():
         session.set("force.estop", 1)
         assert session.deeds == [(session.cycle, "force.estop = 1")]
         session.run(100_000)
-        told = session.told()
-        assert (told.state, told.lost) == ("Alarm", False)
-        assert told.places == pytest.approx([0, 0, -500], abs=1)    # it may rest a pulse away
+        assert session.told() == Told("Alarm", [0, 0, -500], False)
         assert "emergency stop" in session.said(session.begun)
 
 

@@ -146,7 +146,7 @@ class Supervision:
         if self.since == WAY:
             self._go()
         if self.since == AGED:
-            self.lag = self.speed // 32
+            self.lag = self.speed // 32 + (self.speed < 0)
         if self.since == AGED and self.valid:
             if self.stretch.pulses >= 16:
                 self.stretch.ticks = min(512, self.stretch.ticks + 1)
