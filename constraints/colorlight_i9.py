@@ -130,7 +130,7 @@ class _ColorlightI9(LatticeECP5Platform):
 
 BOARDS = (
     Board("colorlight_i9", "Colorlight i9 v7.2", _ColorlightI9, clock_hz=40_000_000,
-          memory_size=184_320, memory_banks=True, scope_depth=512, wires=WIRES, sites=SITES,
+          memory_size=188_416, memory_banks=True, scope_depth=512, wires=WIRES, sites=SITES,
           headers=tuple(map(_header, SITES_OF)),
           # 8 MB, of which the bitstream has the first 2.
           flash=Flash("W25Q64JV", 1 << 23, Journal(0x60_0000, 0x1_0000, 0x5_0000)),

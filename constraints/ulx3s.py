@@ -9,7 +9,7 @@ What happens without a bitstream, and when a wire breaks, stands with each wire
 (``constraints/machine_wires.py``). The shift registers come up at random: their output enable must
 be wired to ``drive_enable`` (inverted), which a resistor holds low.
 
-The memory is 304 KiB in the 85F and 180 KiB in the 45F; ``docs/reference/retraction.md`` says how
+The memory is 304 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retraction.md`` says how
 far back along the path each remembers. The smaller devices have too little memory.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
@@ -123,7 +123,7 @@ FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24,
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=40_000_000, memory_size=311_296,
           pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH),
-    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=40_000_000, memory_size=184_320,
+    Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=40_000_000, memory_size=188_416,
           memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS,
           sites=SITES, flash=FLASH),
 )

@@ -10,15 +10,15 @@ from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from softcore.top import Top
 from testbench.cosim.job import Data, Job, program
+from testbench.cosim.record import WATCHDOG, WATCHDOG_S
 from testbench.cosim.retractions import pace
 from testbench.native.station import Session
 
 __all__ = ["FAULTS", "browned_out", "hung", "tripped"]
 
 PINS = ("gap_on", "gap_sense", "dac", "drive_enable", "contactor", "safe")
-WATCHED = (*PINS, "safety_pet_strobe", "safety_pet", "safety_latched", "path_command",
+WATCHED = (*PINS, *WATCHDOG, "safety_latched", "path_command",
            "path_position")
-WATCHDOG_S = 5e-3
 PADS = 5  # clocks from a pin in to a pin out: synchronisers, a debounced clock, output registers
 BROWN_OUT = 4  # clocks from the supply's failure to the reset's effect at the pins
 LOOP = 0x6F.to_bytes(4, "little")  # jump to itself

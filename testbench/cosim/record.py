@@ -8,12 +8,15 @@ from itertools import pairwise
 from rtl.motion.retraction import State
 from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
 
-__all__ = ["SIGNALS", "Excursion", "Record"]
+__all__ = ["SIGNALS", "WATCHDOG", "WATCHDOG_S", "Excursion", "Record"]
 
 SIGNALS = ("path_command", "path_position", "path_front", "path_status_state",
            "path_status_reverse", "axis_x_command", "axis_y_command", "axis_z_command",
            "gap_status_shorted", "completed", "pp", "go", "ramp_above", "retraction_first",
            "event_head_valid", "safety_status_safe", "power_control_machining")
+
+WATCHDOG = ("safety_pet_strobe", "safety_pet")
+WATCHDOG_S = 5e-3   # longest time between two calls
 
 FEWEST_PULSES = 20  # a speed is measured over at least so many
 
@@ -87,6 +90,18 @@ class Record:
         """Clocks of the main loop's longest step: from one of its keys to the next."""
         steps = [clock for clock, key in self.watch_keys(begin) if key != THIRD_KEY]
         return max(after - before for before, after in pairwise(steps))
+
+    def watched_well(self, clock_hz: int, begin: int = 0) -> int:
+        """Clocks of the longest step.
+
+        Raises
+        ------
+        AssertionError
+            If it takes more than 85 % of the watchdog's period.
+        """
+        longest = self.longest_step(begin)
+        assert longest <= 0.85 * WATCHDOG_S * clock_hz, longest
+        return longest
 
     # ---- motion
 

@@ -124,7 +124,7 @@ def test_levels_are_those_at_the_pins_in_the_same_clocks(recorded):
     record, seen = recorded
     # The trigger came before the ring was full.
     before = 4096 * 40 // 100
-    assert 100 < record.trigger <= before
+    assert 0 < record.trigger <= before
     assert len(record) == record.trigger + 4096 - before
     for name in COMPARATORS:
         pins = seen.of(f"gap_{name}", SYNC)

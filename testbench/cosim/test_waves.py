@@ -9,6 +9,7 @@ import re
 import pytest
 import pywellen
 
+from host.link.link import RETRACT
 from host.machines import machine as machines
 from host.run import simulation
 from host.run.run import Run
@@ -167,8 +168,16 @@ def test_coders_pins_count_to_the_fed_back_position(played):
 def test_states_and_places_agree_with_the_events(workdir):
     machine_on = simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=7, waves=workdir,
                                   trace=False, progress=print)
-    job = Run(SINKER, load(TAPES / "sink_shallow_deep.nc"), machine_on,
-              watch=lambda run: None, until_s=1.7)
+    pressed = []
+
+    def retract(run):
+        """The operator takes the electrode back once, so far that the way forward begins at VH."""
+        if not pressed and machine_on.cycle > 0.9 * SINKER.clock_hz:
+            run.link.press(RETRACT)
+            pressed.append(machine_on.cycle)
+
+    job = Run(SINKER, load(TAPES / "sink_shallow_deep.nc"), machine_on, watch=retract,
+              until_s=1.7)
     try:
         job.execute()
     finally:
@@ -224,7 +233,7 @@ def test_surfer_names_an_item_by_its_number_to_base_16():
 def test_view_of_a_wire_machine_is_not_flat(workdir):
     machine_on = simulation.start(WIRE, clock_hz=WIRE.clock_hz, seed=1, waves=workdir,
                                   trace=False, progress=print)
-    job = Run(WIRE, encode(BEND), machine_on, watch=lambda run: None, until_s=5)
+    job = Run(WIRE, encode(BEND), machine_on, watch=lambda run: None, until_s=3)
     try:
         job.execute()
     finally:

@@ -16,6 +16,7 @@ from host.tape.tape import encode
 from rtl.motion.retraction import State
 from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Data, Job, program
+from testbench.cosim.record import WATCHDOG
 from testbench.firmware import Arc, Checker, Move
 from testbench.models.arc import Curve
 from testbench.models.distributor import steps
@@ -236,6 +237,13 @@ class Train:
 
 # ---- the scenario
 
+def _take(job, train):
+    """Go on with what the job's controller has done, and record the calls of the watchdog."""
+    changes = job.session.changes()
+    train.take([change for change in changes if change[1] in WATCHED])
+    job.record.extend([change for change in changes if change[1] in WATCHDOG])
+
+
 class _Operator:
     """Shorts and buttons at random moments, all along a run."""
 
@@ -250,7 +258,7 @@ class _Operator:
         end = self.job.session.cycle + round(_size(self.rng, 1, most))
         while self.job.session.cycle < end and not self._over():
             self.job.run(min(20_000, end - self.job.session.cycle))
-            self.train.take(self.job.session.changes())
+            _take(self.job, self.train)
 
     def _state(self):
         return State(self.job.probe("path_status_state"))
@@ -260,7 +268,7 @@ class _Operator:
         job, before = self.job, None
         while before != (before := job.probe("path_position")):
             job.run(4000)
-            self.train.take(job.session.changes())
+            _take(job, self.train)
         assert self.train.settled()
         stands = tuple(job.probe(name) for name in COMMANDS)
         assert stands == self.train.place(before), (before, stands)
@@ -340,14 +348,16 @@ def wander(session: Session, program_seed: int, count: int = 8, size: float = 60
     train = Train(places(tape.rows))
     assert train.way[-1] == tuple(target)
     # No short burst is too long, and a short may stand at the limit for a while.
-    job = Job(session, assign("repeats", 0), assign("settle_us", 300_000), watched=WATCHED)
+    job = Job(session, assign("repeats", 0), assign("settle_us", 300_000),
+              watched=(*WATCHED, *WATCHDOG))
     job.start(tape)
     job.wait("retraction_set")
-    train.take(session.changes())
+    _take(job, train)
     _Operator(job, rng, train).work(troubles, quiet)
     assert not job.told("alarm"), job.told("alarm")
     job.run(2000)
-    train.take(session.changes())
+    _take(job, train)
+    job.record.watched_well(session.clock_hz)
     assert train.settled()
     assert job.probe("path_position") == len(train.way) - 1
     assert [job.probe(name) for name in COMMANDS] == target

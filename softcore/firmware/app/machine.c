@@ -5,6 +5,7 @@
 #include "base/alarm.h"
 #include "base/cause.h"
 #include "base/settings.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 #include "link/output.h"
@@ -120,6 +121,7 @@ __attribute__((noinline)) void machine_tell_alarm(void) {
     char sentence[OUTPUT_LINE / 2];
     const alarm *last = alarm_first();
     fault_sentence(&last->what, sentence, sizeof sentence);
+    watch_between(); /* sentence and event are long texts */
     if (last->what.line)
         alarm_set_line(last->what.line);
     output_event(EVENT_WORD_ALARM, last->cycle, alarm_line(), last->position, EVENT_FORMAT_ALARM,

@@ -142,7 +142,13 @@ static bool watch_over(unsigned task) {
     return gap_watch(&view) || keeps;
 }
 
-static bool look(unsigned task) { return watch_over(task) || step(task); }
+/* The checks and a step may each take long. */
+static bool look(unsigned task) {
+    if (watch_over(task))
+        return true;
+    watch_between();
+    return step(task);
+}
 
 /* Does the machine move on without help, and does nothing wait to be told? */
 static bool goes_by_itself(void) {

@@ -57,7 +57,7 @@ def test_records_have_the_layout_of_the_library():
 
 def test_what_memory_is_left_remembers_the_path():
     """A retraction over 5000 blocks needs the larger board."""
-    assert [image.path_units(size) for size in (311_296, 212_992, 184_320)] == [8192, 2048, 512]
+    assert [image.path_units(size) for size in (311_296, 212_992, 188_416)] == [8192, 2048, 512]
     with pytest.raises(image.FirmwareError, match="does not fit"):
         image.path_units(SMALLEST - image.PATH_UNIT)
 
