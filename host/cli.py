@@ -85,6 +85,12 @@ def run(
              "tape leaves out. May be given several times.",
     )] = None,
     scope: RunScope = None,
+    start: Annotated[str | None, typer.Option(
+        "--from", metavar="BLOCK", show_default=False,
+        help="Begin at a block of the tape: its number as messages have it (7), or its N word "
+             "(N60). The blocks before it only set modes and places; the machine goes there "
+             "without discharge, at a port after Enter.",
+    )] = None,
     until: Annotated[float | None, typer.Option(
         min=0.0, metavar="SECONDS", show_default=False,
         help="Stop after so much of the machine's time, the set-up included: the feed is held "
@@ -137,7 +143,7 @@ def run(
                                      folder=None if folder is None else Path(folder),
                                      mdi=mdi or [], until_s=until, clock_hz=clock,
                                      at_start=at_start, arm=not no_arm, reset=reset, scope=scope,
-                                     console=out))
+                                     start=start, console=out))
     if at_start or no_arm or reset or baud != BAUD:
         raise UsageError("--baud, --at-start, --no-arm and --reset are for a controller at a "
                          "--port.")
@@ -145,7 +151,7 @@ def run(
     raise typer.Exit(run_tape(tape, machine=machine, seed=seed, waves=waves,
                               folder=None if folder is None else Path(folder),
                               mdi=mdi or [], until_s=until, clock_hz=clock, scope=scope,
-                              flash=memory, console=out))
+                              flash=memory, start=start, console=out))
 
 
 app.command("scope")(record_gap)

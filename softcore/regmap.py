@@ -475,7 +475,7 @@ def _axis(index: int, letter: str) -> Block:
         ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
          "count of steps anew; see ``rtl.motion.gear``.", (
             Field(name="steps", bits=16, init=1, doc="n.", unit="step"),
-            Field(name="rest", bits=16, doc="m - n.", unit="pulse")), "write"),
+            Field(name="surplus", bits=16, doc="m - n.", unit="pulse")), "write"),
         ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
          "up; see ``rtl.motion.backlash``.", (
             Field(name="size", bits=13, doc="Backlash.", unit="pulse"),

@@ -141,8 +141,8 @@ def settings_page(table: Sequence[Setting], faults: Sequence[Fault] = FAULTS,
         "those of grbl were adopted: add 400 to them (`$44` is `$444`). `$ES` lists title, unit "
         "and range of all settings, `$ES=number` of one. A [machine's "
         "file](machine-file.md) gives them in its table `[settings]`. All values are whole "
-        "numbers; both ends of a range are allowed. After power-on every setting has its "
-        "default.", "",
+        "numbers; both ends of a range are allowed. A changed setting outlives power-off where the "
+        "board has a [flash memory](storage.md); `$RST=$` brings all defaults back.", "",
         "Those marked *any time* are switches of the operator. No other setting can change while a "
         "program runs. Those marked *rest* guard the machine: they cannot change while it moves or "
         "machines either (" + filled(

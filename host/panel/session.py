@@ -35,6 +35,7 @@ from host.panel.sharing import Jog, Sharing
 from host.panel.touching import Touching
 from host.panel.wires import Wire
 from host.run.events import Scale
+from host.tape.start import STARTS_AT
 from host.tape.tape import Tape, decode, is_punched, load, text_of
 from softcore.tables.settings import named
 
@@ -127,7 +128,7 @@ class Session:
         self._typed: str | None = None      # the page that has sent a jog as a line
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
-        self._start = False
+        self._start = 0             # block at which the tape is to begin, 0: not yet
         self._stop_s: float | None = None   # machine's time when the stop was pressed
         self._asked_s = self._modes_s = self._report_s = self._clock()
         self.running = False
@@ -168,8 +169,9 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``touch`` a ``Touching``, ``scope`` a ``Trigger`` and whether to go on; the others
-        have no words. What the controller refuses is told by ``notices``.
+        ``Job``, ``run`` the block at which the tape begins (1 without it), ``touch`` a
+        ``Touching``, ``scope`` a ``Trigger`` and whether to go on; the others have no words.
+        What the controller refuses is told by ``notices``.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -261,7 +263,7 @@ class Session:
             self._set_up(wire)
             while not self._over.is_set() and not self._again.is_set():
                 self._pass()
-                if self._start:
+                if self._start and self._sent is None:
                     self._send_tape()
                 self._controller.poll(POLL_S)
         finally:
@@ -301,8 +303,10 @@ class Session:
                                    else "unlock, and declare the position, before any motion."))
 
     def _send_tape(self) -> None:
-        self._start = False
+        begin, self._start = self._start, 0
         assert self.job is not None
+        if begin > 1:
+            self._controller.command(f"$FROM={begin}")
         with self.lock:
             self.running, self.heard.ended = True, ""
         self._controller.send_tape(self.job.tape.rows, self._interrupted)
@@ -343,7 +347,7 @@ class Session:
             self._end_jog()
             self._lines.clear()
             self._touch = None
-            self._start = False
+            self._start = 0
             self._controller.press(HOLD)
             self._stop_s = self._wire.time_s()
             self.tell("stop: the feed is held; the program ends as soon as the axes rest.")
@@ -360,7 +364,7 @@ class Session:
         elif name == "jog_end":
             self._end_jog()
         elif name == "run":
-            self._start = True
+            self._start = words[0] if words else 1
         elif name == "arm":
             self._wire.arm()
         elif name == "touch":
@@ -485,6 +489,8 @@ class Session:
                 self._touch[1].hear(line)
             if line.startswith("[MSG:"):
                 self._sent_said = line[5:-1]
+                if STARTS_AT.match(self._sent_said):
+                    self.tell(self._sent_said)
             self.heard.hear(line, self._wire.time_s(), volts)
             if self.heard.starts != before and self.running:
                 self.running, self.heard.ended = False, "stopped"

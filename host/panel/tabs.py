@@ -14,6 +14,7 @@ from host.panel.frame import Frame
 from host.panel.scope_tab import ScopeTab
 from host.panel.session import Job
 from host.panel.touch_tab import TouchTab
+from host.tape.start import block_of
 from softcore.tables.settings import GROUPS, SETTINGS, Setting, named
 
 __all__ = ["Tabs", "field_text", "html"]
@@ -67,11 +68,13 @@ class Tabs:
         self.page.locked(choose)
         with ui.row().style("gap:8px;margin:8px 0;width:100%;flex-wrap:nowrap"):
             for title, order, kind in (("Start", "run", "key-resume"), ("Arm", "arm", "key-hold")):
-                button = ui.button(title, color=None,
-                                   on_click=lambda order=order: self.page.order(order))
+                button = ui.button(title, color=None, on_click=self._run if order == "run" else
+                                   lambda: self.page.order("arm"))
                 self.page.locked(button.classes(kind).style("flex:1").props(
                     f'no-caps data-testid="{order}"'))
             self.arm = button
+            self.begin = self.page.locked(ui.input("from block").props(
+                'dense outlined clearable data-testid="from"').style("flex:1"))
         self._switches()
         upload = ui.upload(label="or a file: .nc, .ptp", auto_upload=True,
                            max_file_size=LARGEST, on_upload=self._upload,
@@ -80,6 +83,13 @@ class Tabs:
         self.page.locked(upload.props("flat bordered accept=.nc,.ptp").style(
             "width:100%;margin-bottom:8px"))
         self.listing = html().classes("tape").props('data-testid="tape"')
+
+    def _run(self) -> None:
+        wanted, job = (self.begin.value or "").strip(), self.session.job
+        try:
+            self.page.order("run", block_of(job.tape, wanted) if wanted and job else 1)
+        except UserError as error:
+            ui.notify(str(error), type="warning", position="top")
 
     def _switches(self) -> None:
         self._states: dict[int, tuple[Setting, Any]] = {}

@@ -92,6 +92,13 @@ def shorts_by(summary: dict[str, Any]) -> str:
     return SHORTS_BY[summary.get("short_by", VOLTAGE)]
 
 
+def begun_at(summary: dict[str, Any]) -> str:
+    """Sentence on a tape that was not run from its beginning; empty if it was."""
+    block = summary.get("from_block", 0)
+    return (f"Begun at block {block}: the blocks before it only set modes and places."
+            if block > 1 else "")
+
+
 def collision(summary: dict[str, Any]) -> str:
     """Sentence on an electrode that was pushed into solid work; empty if it was not."""
     pressed = summary.get("pressed_mm", 0.0)
@@ -173,7 +180,7 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
         title=title, machine=machine, summary=summary, outcome=outcome, colour=colour,
         cause=alarms.cause(code), remedy=alarms.remedy(code),
         tiles=_tiles(summary, retractions, wire), listing=listing,
-        guards_off=guards_off(summary), shorts_by=shorts_by(summary),
+        guards_off=guards_off(summary), begun_at=begun_at(summary), shorts_by=shorts_by(summary),
         collision=collision(summary), axes=axes, wire=wire,
         overview=figures.overview(trace, events, retractions, axes) if drawn else "",
         staircase=figures.staircase(trace, events) if drawn else "",

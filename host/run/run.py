@@ -37,6 +37,7 @@ from host.run import events
 from host.run.controller import SAMPLE_S, Controller
 from host.run.events import Event
 from host.scope.acquire import Acquisition
+from host.tape.start import STARTS_AT
 from host.tape.tape import Tape
 
 ALIVE_S = 1.0      # longest silence of the controller before it is asked for its status,
@@ -89,10 +90,12 @@ class Run:
     hand before the tape. ``until_s`` of the machine's time ends the run early: the feed is held at
     the next poll. ``interrupt`` does the same. ``at_start`` declares that the machine stands at the
     start of its file; without it both position and program zero must have been declared. With
-    ``arm`` the run waits until the discharge is armed. ``goes_on`` is called at a programmed stop,
-    until it returns True. ``watch`` is called now and then with the run, to show its progress.
-    ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
-    ``scope_failed`` says why there is none.
+    ``arm`` the run waits until the discharge is armed. With ``from_block`` the tape begins at this
+    block, counted from 1: those before it are reckoned only, and the machine stops before it goes
+    there. ``goes_on`` is called at this stop, and at a programmed one, until it returns True; it is
+    given what the controller asks for, or nothing at M00 and M01. ``watch`` is called now and then
+    with the run, to show its progress. ``scope`` is a record of the gap oscilloscope, which is
+    armed as the tape starts; ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (guards of the machine that settings have switched off),
@@ -108,7 +111,8 @@ class Run:
     until_s: float | None = None
     at_start: bool = True
     arm: bool = True
-    goes_on: Callable[[], bool] = lambda: True
+    from_block: int = 0
+    goes_on: Callable[[str], bool] = lambda asked: True
     watch: Callable[["Run"], None] = lambda run: None
     scope: Acquisition | None = None
     events: list[Event] = field(default_factory=list)
@@ -121,7 +125,7 @@ class Run:
         self.scale = events.Scale(self.simulation.clock_hz, self.machine.pulses_per_mm,
                                   self.tape.line, self.tape.told)
         self.link = Link(self.simulation, self._hear)
-        self._message = ""
+        self._message = self._asks = ""
         self._heard_s = 0.0
         self._asked = 0
         self._sampled_s = 0.0
@@ -149,6 +153,8 @@ class Run:
             self._leave()
             raise
         self.began = True
+        if self.from_block > 1:
+            self.link.command(f"$FROM={self.from_block}")
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
                 self.link.poll(POLL_S)
@@ -230,7 +236,7 @@ class Run:
         if isinstance(self.simulation, Controller) and now - self._sampled_s >= SAMPLE_S:
             self._sampled_s = now
             self.link.realtime(STATUS)
-        if self._paused and self.goes_on():
+        if self._paused and self.goes_on(self._asks):
             self._paused = False
             self.link.press(RESUME)
         self._tend_scope()
@@ -304,7 +310,9 @@ class Run:
 
     def _note(self, event: Event) -> None:
         if event["event"] == "pause":  # M00
-            self._paused = not self.goes_on()
+            self._asks = self._message if STARTS_AT.match(self._message) else ""
+            self._message = ""
+            self._paused = not self.goes_on(self._asks)
             if not self._paused:
                 self.link.press(RESUME)
             return

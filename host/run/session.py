@@ -38,6 +38,7 @@ from host.run.workpiece import Columns
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import write
 from host.scope.record_at import told
+from host.tape.start import block_of
 from host.tape.tape import Tape, decode, is_punched, load, text_of
 from host.terminal import enter_pressed
 from host.words import counted
@@ -53,18 +54,20 @@ CONTROLLERS = ("kind", "pulses_per_mm", *DRIVES, "settings")
 
 def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
              mdi: list[str], until_s: float | None, clock_hz: int | None, scope: str | None,
-             console: Console, flash: Path | None = None) -> int:
+             console: Console, flash: Path | None = None, start: str | None = None) -> int:
     """Run a tape on a simulated machine, write its folder, print the result; return the status."""
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
     tape = _punched(path, folder, chosen, seed, clock_hz)
+    begin = 0 if start is None else block_of(tape, start)
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
                                       waves=folder if waves else None, flash=flash)
         began = time.perf_counter()
         job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, scope=wanted,
+                  from_block=begin,
                   watch=Watch(console, status, chosen))
         try:
             _execute(job, folder)
@@ -83,7 +86,8 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
 
 def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path | None,
                 mdi: list[str], until_s: float | None, clock_hz: int | None, at_start: bool,
-                arm: bool, reset: bool, scope: str | None, console: Console) -> int:
+                arm: bool, reset: bool, scope: str | None, console: Console,
+                start: str | None = None) -> int:
     """Run a tape on the controller at a port; otherwise as ``run_tape``.
 
     ``at_start``, ``arm``: see ``Run``. With ``reset`` even a busy controller is reset and used.
@@ -91,6 +95,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted, tape = _scope(scope), load(path)
+    begin = 0 if start is None else block_of(tape, start)
     port = Port(url, baud)
     try:
         with console.status("asking the controller who it is") as status:
@@ -100,7 +105,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
             controller = Controller(port, chosen, clock_hz=clock_hz, say=say)
             controller.identify(reset=reset)
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
-                      arm=arm, goes_on=Stop(say), scope=wanted,
+                      arm=arm, goes_on=Stop(say), scope=wanted, from_block=begin,
                       watch=Watch(console, status, chosen))
             _execute(job, folder)
             status.update("drawing the report")
@@ -116,15 +121,18 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
 
 
 class Stop:
-    """A programmed stop (M00) at a real machine: Enter resumes it, or a button there."""
+    """A stop at a real machine that the program or its start asked for.
+
+    Enter resumes it, or a button at the machine.
+    """
 
     def __init__(self, say: simulation.Progress) -> None:
         self.say = say
         self._told = False
 
-    def __call__(self) -> bool:
+    def __call__(self, asked: str) -> bool:
         if not self._told:
-            self.say("programmed stop (M00): Enter goes on")
+            self.say(f"{asked} (Enter)" if asked else "programmed stop (M00): Enter goes on")
         self._told = not enter_pressed()
         return not self._told
 
@@ -285,6 +293,8 @@ def _tell(console: Console, summary: Summary, folder: Path, kind: str) -> None:
             console.print(f"What to do: {remedy}", markup=False, soft_wrap=True)
     else:
         console.print(name, style="green")
+    if begun := report.begun_at(summary):
+        console.print(begun, soft_wrap=True)
     if masked := report.guards_off(summary):
         console.print(masked, style="yellow", soft_wrap=True)
     if collision := report.collision(summary):

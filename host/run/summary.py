@@ -65,7 +65,7 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
     ``cavity`` has the walls of a sinker with sides: by how much each layer is wider than the
     electrode, and the greatest of that, which the undersize must at least have been.
     ``guards_off`` names the guards of the machine that settings have switched off, ``short_by``
-    what tells a short.
+    what tells a short. ``from_block`` is the block at which the tape was begun, 0 for the first.
     """
     positions = _positions(job)
     narrowest = trace["gap_um"].min(initial=0.0) / 1000
@@ -78,7 +78,8 @@ def summary_of(job: Run, machine_on: Simulation, trace: Columns, *, seed: int,
         "pressed_mm": round(-float(narrowest), 6) + 0.0,
         "removed_mm3": round(float(trace["removed_mm3"].max(initial=0.0)), 6),
         **_cavity(machine_on.cavity()), "clear_of_shorts": clear_of_shorts(job, machine_on),
-        "guards_off": job.guards_off, "short_by": job.short_by, "seed": seed,
+        "guards_off": job.guards_off, "short_by": job.short_by, "from_block": job.from_block,
+        "seed": seed,
         "clock_hz": machine_on.clock_hz, "removal_scale": job.machine.removal_scale,
         "versions": _versions(),
     }
@@ -95,7 +96,7 @@ def summary_of_controller(job: Run, controller: Controller, trace: Columns) -> S
         "outcome": job.outcome, "alarm": job.alarm, "time_s": round(controller.time_s(), 3),
         "discharges": controller.discharges(), "retractions": count_retractions(job.events),
         "pos": positions, "max_depth_mm": _depth(trace, positions),
-        "guards_off": job.guards_off, "short_by": job.short_by,
+        "guards_off": job.guards_off, "short_by": job.short_by, "from_block": job.from_block,
         "port": controller.port.url, "clock_hz": controller.clock_hz, "unknown": UNKNOWN,
         "versions": _versions(),
     }
@@ -110,7 +111,7 @@ def summary_of_unpunched(error: TapeError, machine: Machine, seed: int,
         "discharges": dict.fromkeys(("open", "ok", "dame", "short"), 0),
         "retractions": count_retractions([]), "pos": dict.fromkeys("xyz", 0.0),
         "max_depth_mm": 0.0, "pressed_mm": 0.0, "removed_mm3": 0.0, "clear_of_shorts": [],
-        "guards_off": [], "short_by": VOLTAGE, "seed": seed,
+        "guards_off": [], "short_by": VOLTAGE, "from_block": 0, "seed": seed,
         "clock_hz": clock_hz, "removal_scale": machine.removal_scale, "versions": _versions(),
     }
 

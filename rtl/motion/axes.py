@@ -73,7 +73,7 @@ class Axes(wiring.Component):
               "travel")
     SETTINGS = ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
                 "mode_swap", "step_time_width", "step_time_space", "step_time_setup", "gain",
-                "gear_steps", "gear_rest", "gear_strobe", "backlash_size", "backlash_strobe")
+                "gear_steps", "gear_surplus", "gear_strobe", "backlash_size", "backlash_strobe")
     BOUNDS = ("low", "high", "follow_stopped", "follow_moving", "gain")
     REPORTS = ("command", "position", "error", "overshoot", "backlash_taken_up",
                "status_saturated", "status_illegal", "status_check")

@@ -166,7 +166,7 @@ class Axis(wiring.Component):
         The encoder counts the other way.
     mode_swap : In(1)
         The drive turns the other way: ``dir`` and ``dac_negative`` are inverted.
-    gear_steps, gear_rest : In(16), gear_strobe : In(1)
+    gear_steps, gear_surplus : In(16), gear_strobe : In(1)
         n and m - n of the ``Gear``; the strobe begins to count with them.
     backlash_size : In(13), backlash_strobe : In(1)
         See ``Backlash``; the strobe clears.
@@ -252,7 +252,7 @@ class Axis(wiring.Component):
             "mode_reverse":      In(1),
             "mode_swap":         In(1),
             "gear_steps":        In(GEAR_BITS, init=1),
-            "gear_rest":         In(GEAR_BITS),
+            "gear_surplus":         In(GEAR_BITS),
             "gear_strobe":       In(1),
             "backlash_size":     In(BACKLASH_BITS),
             "backlash_strobe":   In(1),
@@ -305,7 +305,7 @@ class Axis(wiring.Component):
             gear.pending.eq(counter.error != 0),
             gear.negative.eq(counter.error < 0),
             gear.steps.eq(self.gear_steps),
-            gear.rest.eq(self.gear_rest),
+            gear.surplus.eq(self.gear_surplus),
             gear.clear.eq(self.gear_strobe | ~self.mode_step),
             gear.width.eq(self.step_time_width),
             gear.space.eq(self.step_time_space),

@@ -15,8 +15,8 @@ GEAR_BITS = 16
 class Gear(wiring.Component):
     """Takes the pulses that a signed counter outside holds, and sends the steps that they make.
 
-    With ``n = steps``, ``m = steps + rest`` and P the sum of all pulses taken since ``clear``, the
-    sum S of the steps sent since then is
+    With ``n = steps``, ``m = steps + surplus`` and P the sum of all pulses taken since ``clear``,
+    the sum S of the steps sent since then is
 
         S = floor((P n + floor(m / 2)) / m)
 
@@ -30,8 +30,8 @@ class Gear(wiring.Component):
     n = m every pulse is a step. Times, and ``safe``, are those of ``StepDir``; while ``safe`` no
     pulse is taken.
 
-    ``clear`` begins to count anew, with the ``steps`` and ``rest`` of that clock; they change only
-    then. No pulse is taken in that clock.
+    ``clear`` begins to count anew, with the ``steps`` and ``surplus`` of that clock; they change
+    only then. No pulse is taken in that clock.
 
     Proof: ``testbench/formal/test_gear.py``.
 
@@ -43,7 +43,7 @@ class Gear(wiring.Component):
         They go down. Read while ``pending`` is high.
     steps : In(16)
         n, at least 1.
-    rest : In(16)
+    surplus : In(16)
         m - n, so that n is at most m. The sum m is at most 2**16.
     clear : In(1)
         Begin to count.
@@ -62,7 +62,7 @@ class Gear(wiring.Component):
     pending: In(1)
     negative: In(1)
     steps: In(GEAR_BITS, init=1)
-    rest: In(GEAR_BITS)
+    surplus: In(GEAR_BITS)
     clear: In(1)
     width: In(8)
     space: In(8)
@@ -90,8 +90,8 @@ class Gear(wiring.Component):
         silent = Signal()       # a pulse without a step is taken
         down = Signal()
         m.d.comb += [
-            low.eq(phase - Mux(self.negative, self.steps, self.rest)),
-            high.eq(phase + Mux(self.negative, self.rest, self.steps)),
+            low.eq(phase - Mux(self.negative, self.steps, self.surplus)),
+            high.eq(phase + Mux(self.negative, self.surplus, self.steps)),
             borrow.eq(low[-1]),
             makes.eq(borrow == self.negative),
             # In the clock of a pulse the counter does not know of it yet.
@@ -114,6 +114,6 @@ class Gear(wiring.Component):
         with m.If(take | step_dir.takes):
             m.d.sync += [phase.eq(Mux(borrow, high, low)), down.eq(self.negative)]
         with m.If(self.clear):
-            m.d.sync += phase.eq((self.steps + self.rest) >> 1)
+            m.d.sync += phase.eq((self.steps + self.surplus) >> 1)
 
         return m

@@ -180,9 +180,10 @@ EVENTS: tuple[Event, ...] = (
           fields=(
         _field("code", "count", "Number of the alarm."),
         _field("text", "text", "The sentence of the alarm, with its place."))),
-    Event(name="pause", word="pause", doc="M00, M01 if it stops, or the end of a block in single "
-          "block. In simulation `run` resumes by itself; at a port Enter does.",
-          filed=False),
+    Event(name="pause", word="pause",
+          doc="M00, M01 if it stops, the end of a block in single block, or the start of a tape at "
+          "one of its blocks (`$FROM`). In simulation `run` resumes by itself; at a port Enter "
+          "does.", filed=False),
     Event(name="program_end", word="end", doc="The program has ended."),
 )
 

@@ -193,6 +193,9 @@ FAULTS: tuple[Fault, ...] = (
            "The line would change something that may not change meanwhile.",
            "Wait for the end of the program. For a setting that guards the machine, send M05 and "
            "wait until the machine is at rest.", error=8),
+    _fault(178, "start_block", "program", "the tape ends before the block at which it was to begin",
+           "`$FROM=n` names a block that the tape does not have, or one behind a touch-off.",
+           "Name a block of the tape; it ends with M02 or M30.", spoken=True),
     _fault(139, "table", "program", "a row of a table is invalid",
            "A row of G10, or basic data for planning, has an impossible value.",
            "Correct the value that the message names."),

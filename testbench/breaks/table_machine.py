@@ -14,9 +14,30 @@ CEILING = "unit/firmware/test_ceiling.py"
 TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
 SINGLE = "unit/firmware/test_single_block.py"
+START = "cosim/test_start_block.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
+    *breaks_of(
+        "softcore/firmware/app/start_block.c", START,
+        ("line < first;", "line <= first;", "the block itself is carried out"),
+        ("    if (p->corners)\n        add(&p->corner);\n", "", "corners left out are reckoned"),
+        ("bool up = way[jump] > 0;", "bool up = way[jump] < 0;", "down comes last"),
+        ("axis != jump && way[axis]", "way[axis]", "down comes at all"),
+        ("    first = 0;\n", "", "the block is forgotten"),
+        ("settings_highest_speed()), true, false", "settings_highest_speed()), true, true",
+         "the way has no discharge"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/execute.c", START,
+        ("    if (skipped || code < 0)", "    if (code < 0)", "no function of a block left out"),
+        ("if (skipped && work->stop == STOP_END)", "if (false)", "the tape has the block"),
+        ("if (skipped && work->act == ACT_TOUCH)", "if (false)", "no touch-off is left out"),
+        ("        resumed = false;\n        serve", "        serve",
+         "a word that begins the way is none for a stop in its block"),
+        ("return PART_START_WAITS;", "return PART_START_WAY;", "it waits for the operator"),
+        ("if (start_block_machining() && !switch_on(f))", "if (false)", "M03 is in force there"),
+    ),
     *breaks_of(
         "softcore/firmware/app/execute.c", SINGLE,
         ("return !by_hand && length && settings", "return length && settings",

@@ -131,7 +131,7 @@ MOTION = (
         "rtl/motion/gear.py", "unit/rtl/test_gear.py",
         ("makes.eq(borrow == self.negative)", "makes.eq(~borrow)", "both ways alike"),
         ("Mux(borrow, high, low)", "low", "the phase stays in its range"),
-        ("phase.eq((self.steps + self.rest) >> 1)", "phase.eq(0)", "to the nearest"),
+        ("phase.eq((self.steps + self.surplus) >> 1)", "phase.eq(0)", "to the nearest"),
         ("self.pending & ~self.fp & ~self.clear", "self.pending & ~self.clear",
          "no pulse is taken twice"),
         ("waits & ~makes & ~self.safe", "waits & ~makes", "no pulse while safe"),

@@ -36,7 +36,7 @@ BUDGETS = {
     "interlock":     Cells(lut4=297,  ccu2c=65,  ff=194,  ram=0,  bram=0,  dsp=0),
     "limits_z":      Cells(lut4=41,   ccu2c=35,  ff=6,    ram=0,  bram=0,  dsp=0),
     "mean_level":    Cells(lut4=34,   ccu2c=59,  ff=79,   ram=0,  bram=0,  dsp=0),
-    "memory":        Cells(lut4=460,  ccu2c=0,   ff=145,  ram=0,  bram=93, dsp=0),
+    "memory":        Cells(lut4=460,  ccu2c=0,   ff=145,  ram=0,  bram=95, dsp=0),
     "notice":        Cells(lut4=220,  ccu2c=28,  ff=67,   ram=0,  bram=0,  dsp=0),
     "path":          Cells(lut4=775,  ccu2c=110, ff=758,  ram=0,  bram=2,  dsp=0),
     "power":         Cells(lut4=297,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),

@@ -171,13 +171,13 @@ def test_a_tape_begins_to_finish_a_wall_in_each_feed_mode(mode):
 
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1) as session:
         job = Run(machine, load(TAPES / f"wire_finish_p{mode}.nc"), simulation.Simulation(session),
-                  until_s=2.5, watch=look)
+                  until_s=2.7, watch=look)
         assert job.execute() == "stopped", job.alarm
         trace = session.trace()
     assert modes == {0, min(mode, 4) - 1}   # constant feed, and that of the tape
     # P5 measures a share of the time, half a percent; P4 a drop of more than a volt.
     assert mode < 4 or (np.median(drops) / 65536 < 0.01) == (mode == 5)
-    inside = (trace["x"] > 0.02 * MM) & (trace["t"] > 1.3) & (trace["t"] < 2.4)
+    inside = (trace["x"] > 0.02 * MM) & (trace["t"] > 1.3) & (trace["t"] < 2.6)
     t, x = trace["t"][inside], trace["x"][inside]
     assert t[-1] - t[0] > 0.8
     assert (x[-1] - x[0]) / MM / (t[-1] - t[0]) * 60 == pytest.approx(12, rel=0.25)

@@ -16,7 +16,7 @@ class GearContract(wiring.Component):
     """P n + m/2 = S m + phase with 0 <= phase < m, and so S = floor((P n + m/2) / m)."""
 
     steps: In(16)
-    rest: In(16)
+    surplus: In(16)
     pending: In(1)
     negative: In(1)
     safe: In(1)
@@ -31,14 +31,14 @@ class GearContract(wiring.Component):
         for name in self.signature.members:
             m.d.comb += getattr(dut, name).eq(getattr(self, name))
         n, whole = Signal(17), Signal(17)
-        m.d.comb += [n.eq(self.steps), whole.eq(self.steps + self.rest),
+        m.d.comb += [n.eq(self.steps), whole.eq(self.steps + self.surplus),
                      dut.clear.eq(~begun), Assume(~ResetSignal("sync")),
                      Assume(self.steps != 0), Assume(whole <= 1 << 16)]
-        was_steps, was_rest = Signal(16), Signal(16)
-        m.d.sync += [begun.eq(1), was_steps.eq(self.steps), was_rest.eq(self.rest),
+        was_steps, was_surplus = Signal(16), Signal(16)
+        m.d.sync += [begun.eq(1), was_steps.eq(self.steps), was_surplus.eq(self.surplus),
                      before.eq(dut.step)]
         with m.If(begun):
-            m.d.comb += [Assume(self.steps == was_steps), Assume(self.rest == was_rest)]
+            m.d.comb += [Assume(self.steps == was_steps), Assume(self.surplus == was_surplus)]
 
         # The pulse of this clock, and the step that has begun in it.
         pulse = Mux(dut.fp, Mux(dut.fp_reverse, -n, n), 0)

@@ -60,7 +60,7 @@ void gear_run(uint32_t n, uint32_t m, uint64_t pulses, uint32_t seed, uint64_t* 
     top.eval();
     top.rst = 0;
     top.steps = n;
-    top.rest = m - n;
+    top.surplus = m - n;
     top.width = width;
     top.space = space;
     top.setup = setup;

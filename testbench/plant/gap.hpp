@@ -126,6 +126,7 @@ protected:
     double amps_ = 0;
     double gap_ = 0, debris_ = 0;
     bool bridged_ = false;
+    double bridge_gap_ = 0, bridge_stretch_ = 0;    // narrowest gap since it grew; its limit
 
 private:
     void switch_to(Gate gate, unsigned level, unsigned supply);
@@ -167,7 +168,7 @@ private:
     double spark_uj_ = 0, spark_uj2_ = 0;
 
     double hazard_ = 0;
-    double bridge_gap_ = 0, bridge_stretch_ = 0, removed_ = 0;
+    double removed_ = 0;
     uint64_t spark_count_ = 0, arc_count_ = 0, bridge_count_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include "wire_gap.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace plant {
 
@@ -37,14 +38,16 @@ void WireGap::change(const Place& place, double dt) {
     if (!std::isnan(force_.debris))
         wire_.put_debris(debris_, gap_);
 
-    // A contact or a clogged gap stays shorted until the wire has drawn back beyond the stretch.
     // Particles in the flow short the gap for a while.
     const DebrisParameters& d = p_.debris;
-    if (bridged_)
-        draw_bridge();
-    else if (gap_ < p_.gap.contact_um ||
-             debris_ > std::min(d.clog_least + d.clog_per_um * gap_, d.clog_most))
+    if (bridged_) {
+        touch(place);
+    } else if (gap_ < p_.gap.contact_um ||
+               debris_ > std::min(d.clog_least + d.clog_per_um * gap_, d.clog_most)) {
         build_bridge(d.stretch_um * bridges_.gamma(STRETCH_SHAPE));
+        touched_x_um_ = place.x_um;
+        touched_y_um_ = place.y_um;
+    }
     const double us = dt * 1e6;
     const double chance =
         sparking() ? d.random_short_per_us * us * (1 - gap_ / d.random_short_um) : 0;
@@ -52,6 +55,19 @@ void WireGap::change(const Place& place, double dt) {
         random_short_us_ -= us;
     else if (chance > 0 && bridges_.uniform() < chance)
         random_short_us_ = d.random_short_us;
+}
+
+// A contact or a clogged gap stays shorted until the wire has drawn back beyond the stretch: the gap
+// is so much wider, or the wire so far from where it was closest. In its kerf the gap to the sides
+// never is.
+void WireGap::touch(const Place& place) {
+    if (gap_ < bridge_gap_) {
+        touched_x_um_ = place.x_um;
+        touched_y_um_ = place.y_um;
+    }
+    draw_bridge();
+    const double way = std::hypot(place.x_um - touched_x_um_, place.y_um - touched_y_um_);
+    bridged_ = bridged_ && way <= bridge_stretch_;
 }
 
 }  // namespace plant

@@ -26,7 +26,10 @@ protected:
     void change(const Place& place, double dt) override;
 
 private:
+    void touch(const Place& place);
+
     Wire wire_;
+    double touched_x_um_ = 0, touched_y_um_ = 0;    // where the contact was closest
     double random_short_us_ = 0;  // remaining time of a random short
 };
 

@@ -19,6 +19,7 @@
 #include "app/profile.h"
 #include "app/program.h"
 #include "app/scope.h"
+#include "app/start_block.h"
 #include "app/status.h"
 #include "app/touch.h"
 #include "base/alarm.h"
@@ -307,6 +308,9 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     }
     if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);
+    else if (length > 5 && says(line, 6, "$FROM="))
+        program_running() ? (void)fault_at(&f, FAULT_BUSY, 0, "a program runs: $FROM is for the next tape")
+                          : start_block_line(line, length, &f);
     else if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
@@ -322,7 +326,7 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

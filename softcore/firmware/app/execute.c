@@ -7,6 +7,7 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
+#include "app/start_block.h"
 #include "app/touch.h"
 #include "base/alarm.h"
 #include "base/settings.h"
@@ -21,6 +22,8 @@
 
 /* The parts of a block in their order. Between them the machine may move for hours. */
 typedef enum {
+    PART_START_BLOCK,   /* the first block after those left out: tell the operator, and wait */
+    PART_START_WAITS, PART_START_WAY, PART_START_FLUID, PART_START_DISCHARGE,
     PART_BEFORE,        /* wait for the front, if something acts before the motion */
     PART_CONDITION, PART_CONDITION_TOLD, PART_S, PART_T, PART_M, PART_MACHINING_ON, PART_ACT,
     PART_BOUNDS, PART_TELL,
@@ -40,6 +43,7 @@ static uint32_t length;
 static bool starting;       /* a tape's start is half done */
 static bool cornered;       /* the corner before the motion has been appended */
 static bool told;           /* the block's event has been sent, or waits as a notice */
+static bool skipped;        /* the block is left out: it only changes the state */
 static part at;
 static unsigned m_index;
 static unsigned step_index; /* next step of a planned depth series */
@@ -112,12 +116,15 @@ bool execute_start(void) {
     plan_start(&state);
     output_frame(state.offset);
     execute_resynchronise();
+    start_block_begin();
     commit();
     if (machine_dry())
         output_line("[MSG:dry run: no discharge, cuts at F%u]", settings_get(SET_DRY_RUN_MM_MIN));
     machine_run(true);
     return true;
 }
+
+static part before_motion(void) { return work->acts_before ? PART_BEFORE : PART_MOVE; }
 
 void execute_begin(const plan *p, bool manual, uint32_t source_line, const char *source,
                    uint32_t source_length) {
@@ -126,8 +133,9 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     line = source_line;
     text = source;
     length = source_length;
-    told = source_length == 0;
-    at = p->acts_before ? PART_BEFORE : PART_MOVE;
+    skipped = !manual && start_block_skips(source_line);
+    told = source_length == 0 || skipped;
+    at = !manual && !skipped && start_block_due() ? PART_START_BLOCK : before_motion();
     m_index = 0;
     step_index = 1;
     cornered = false;
@@ -150,7 +158,7 @@ static uint32_t speed_of(uint32_t own, bool rapid) {
     return dry < highest ? dry : highest;
 }
 
-bool execute_paused(void) { return at == PART_PAUSED; }
+bool execute_paused(void) { return at == PART_PAUSED || at == PART_START_WAITS; }
 void execute_resume(void) { resumed = true; }
 
 /* Is the machine at the front, and has everything been told that it did on the way? Each call tells
@@ -180,7 +188,9 @@ static void tell(void) {
 
 /* Send a function and wait for its FIN; true when it is done. */
 static bool function(hal_letter letter, int32_t code, fault *f) {
-    if (code < 0)
+    if (skipped && letter == AUXILIARY_M)
+        start_block_function(code);
+    if (skipped || code < 0)
         return true;
     if (!sent) {
         auxiliary_send(letter, (uint32_t)code);
@@ -213,7 +223,13 @@ static void tell_set(void) {
 }
 
 /* Carry out the block's non-modal function. `state` is already the state after the block. */
-static part act(void) {
+static part act(fault *f) {
+    if (skipped && work->act == ACT_DWELL)
+        return PART_MOVE;
+    if (skipped && work->act == ACT_TOUCH) {
+        fault_at(f, FAULT_START_BLOCK, 0, "a touch-off (G38.2 to G38.5) cannot be left out: what it finds is not known");
+        return at;
+    }
     switch (work->act) {
     case ACT_DWELL:
         dwell_end = hal_cycle() + work->dwell;
@@ -248,6 +264,11 @@ static part act(void) {
 }
 
 static part move(fault *f) {
+    if (skipped) {
+        start_block_move(work);
+        plan_copy(&state, &work->after);
+        return PART_AFTER;
+    }
     if (!work->moves) {
         if (!told) {
             /* A block that only changes modes is told in order with the motion. */
@@ -318,7 +339,11 @@ static part touch(fault *f) {
     return after_motion();
 }
 
-static part stop(void) {
+static part stop(fault *f) {
+    if (skipped && work->stop == STOP_END)
+        fault_at(f, FAULT_START_BLOCK, 0, FAULT_TEXT_START_BLOCK);
+    if (skipped)
+        return PART_DONE;
     switch (work->stop) {
     case STOP_OPTIONAL:
         if (!settings_get(SET_OPTIONAL_STOP) && !single())
@@ -349,9 +374,40 @@ static void end(void) {
         events_now(EVENT_WORD_PROGRAM_END, "");
 }
 
+/* Switch the discharge on; false with a fault if that is not allowed. */
+static bool switch_on(fault *f) {
+    if (!machine_allows(false, true, f) || (!machine_dry() && !gap_ready(f)))
+        return false;
+    machine_discharge(true);
+    if (!machine_dry())
+        events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 3u);
+    return true;
+}
+
 /* Carry out part `at`. Returns the next part, or `at` again if this part is not finished. */
 static part advance(fault *f) {
     switch (at) {
+    case PART_START_BLOCK:
+        start_block_tell();
+        events_now(EVENT_WORD_PAUSE, "");
+        return PART_START_WAITS;
+    case PART_START_WAITS:
+        if (!resumed)
+            return at;
+        resumed = false;
+        serve(FEED_CONSTANT, 0);
+        return PART_START_WAY;
+    case PART_START_WAY: return !arrived() || start_block_goes() ? at : PART_START_FLUID;
+    case PART_START_FLUID:
+        if (start_block_fluid() && !function(AUXILIARY_M, 8, f))
+            return at;
+        serve(state.served, state.condition);
+        return PART_START_DISCHARGE;
+    case PART_START_DISCHARGE:
+        if (start_block_machining() && !switch_on(f))
+            return at;
+        start_block_drop();
+        return before_motion();
     case PART_BEFORE:
         if (!arrived())
             return at;
@@ -381,20 +437,17 @@ static part advance(fault *f) {
             m_index++;
         return at;
     case PART_MACHINING_ON:
-        if (work->machining_on) {
-            if (!machine_allows(false, true, f) || (!machine_dry() && !gap_ready(f)))
-                return at;
-            machine_discharge(true);
-            if (!machine_dry())
-                events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 3u);
-        }
+        if (work->machining_on && skipped)
+            start_block_burns(true);
+        else if (work->machining_on && !switch_on(f))
+            return at;
         return PART_ACT;
     case PART_ACT:
         if (work->changes_servo)
             serve(work->after.served, work->after.condition);
         if (work->changes_frame)
             output_frame(work->after.offset);
-        return act();
+        return act(f);
     case PART_BOUNDS: return path_bounds_step() ? PART_TELL : at;
     case PART_TELL:
         if (work->act != ACT_JUMP)
@@ -409,13 +462,15 @@ static part advance(fault *f) {
         alarm_set_line(line);
         return PART_MACHINING_OFF;
     case PART_MACHINING_OFF:
-        if (work->machining_off) {
+        if (work->machining_off && skipped) {
+            start_block_burns(false);
+        } else if (work->machining_off) {
             machine_discharge(false);
             events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 5u);
         }
         return PART_FLUID_OFF;
     case PART_FLUID_OFF: return !work->fluid_off || function(AUXILIARY_M, 9, f) ? PART_STOP : at;
-    case PART_STOP: return stop();
+    case PART_STOP: return stop(f);
     case PART_PAUSED:
         if (!resumed)
             return at;

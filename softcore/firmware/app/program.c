@@ -7,6 +7,7 @@
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/override.h"
+#include "app/start_block.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
@@ -95,6 +96,7 @@ void program_abort(void) {
     }
     tape_drop();
     drop_block();
+    start_block_drop();
 }
 
 bool program_jogs(void) { return jogs && (by_hand || line_waits); }

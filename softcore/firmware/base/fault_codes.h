@@ -39,6 +39,7 @@ typedef enum {
     FAULT_SETTING = 136,
     FAULT_LOCKED = 137,
     FAULT_BUSY = 138,
+    FAULT_START_BLOCK = 178,
     FAULT_TABLE = 139,
     FAULT_TRIP = 140,
     FAULT_LIMIT = 157,
@@ -67,6 +68,8 @@ typedef enum {
 
 #define FAULT_TEXT_JOG_ENDED \
     "the jog was cancelled before it could begin"
+#define FAULT_TEXT_START_BLOCK \
+    "the tape ends before the block at which it was to begin"
 #define FAULT_TEXT_HALT_LIMIT \
     "still short at the retractable limit"
 #define FAULT_TEXT_HALT_BACK_LIMIT \

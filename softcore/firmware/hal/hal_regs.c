@@ -455,7 +455,7 @@ void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
 /* A gear 1:1 is written as such, so that both parts fit 16 bits. */
 void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
     uint32_t n = steps == pulses ? 1 : steps;
-    AXIS(axis)->gear = PUT(n, AXIS_GEAR_STEPS) | PUT(pulses - steps, AXIS_GEAR_REST);
+    AXIS(axis)->gear = PUT(n, AXIS_GEAR_STEPS) | PUT(pulses - steps, AXIS_GEAR_SURPLUS);
 }
 
 void hal_axis_backlash(unsigned axis, uint32_t pulses) {

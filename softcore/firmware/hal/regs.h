@@ -629,8 +629,8 @@ _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_GAIN_VALUE_MASK 0x00003fffu
 #define AXIS_GEAR_STEPS_SHIFT 0
 #define AXIS_GEAR_STEPS_MASK 0x0000ffffu
-#define AXIS_GEAR_REST_SHIFT 16
-#define AXIS_GEAR_REST_MASK 0xffff0000u
+#define AXIS_GEAR_SURPLUS_SHIFT 16
+#define AXIS_GEAR_SURPLUS_MASK 0xffff0000u
 #define AXIS_BACKLASH_SIZE_SHIFT 0
 #define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
 #define AXIS_BACKLASH_TAKEN_UP_SHIFT 13

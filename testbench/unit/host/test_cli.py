@@ -327,7 +327,7 @@ def test_a_fault_of_the_program_is_no_traceback(workdir):
 
 SUMMARY = {"outcome", "alarm", "time_s", "cycles", "wall_s", "cycles_per_s", "discharges",
            "retractions", "pos", "max_depth_mm", "pressed_mm", "removed_mm3",
-           "clear_of_shorts", "guards_off", "short_by", "seed", "clock_hz",
+           "clear_of_shorts", "guards_off", "short_by", "from_block", "seed", "clock_hz",
            "removal_scale", "versions"}
 
 

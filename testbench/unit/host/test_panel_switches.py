@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Single block and dry run from the panel, without its page: the controller is the firmware."""
+"""Single block, dry run, and a start at a block, from the panel without its page.
+
+The controller is the firmware.
+"""
 
 from host.panel.session import Job
 from softcore.tables.settings import named
@@ -48,3 +51,18 @@ def test_a_dry_run_needs_no_arming(serve, tmp_path):
     until(lambda: session.heard.settings[dry] == "900", lambda: session.seen("a"))
     assert session.order("a", "run") == ""
     until(lambda: session.heard.ended == "end", lambda: session.seen("a"))
+
+
+def test_a_tape_begins_at_a_block_after_resume(serve, tmp_path):
+    session = serve(Board(pulses_per_pass=20))
+    session.take("a")
+    session.order("a", "choose", short_job(tmp_path))
+    session.order("a", "arm")
+    until(lambda: "Armed" in session.heard.fields, lambda: session.seen("a"))
+    assert session.order("a", "run", 5) == ""
+    until(lambda: session.heard.state == "Hold:0", lambda: session.seen("a"))
+    assert session.notice.startswith("Block 5 begins at X0.2000 Y0.0000 Z")
+    assert session.heard.place[0] == 0
+    session.order("a", "resume")
+    until(lambda: session.heard.ended == "end", lambda: session.seen("a"))
+    until(lambda: session.heard.place[0] == 0.3, lambda: session.seen("a"))

@@ -246,6 +246,11 @@ def test_guards_that_are_switched_off_are_told():
     assert "Switched off by settings: fluid, coder Z." in page(guards_off=["fluid", "coder Z"])
 
 
+def test_a_tape_begun_at_a_block_is_said():
+    assert "Begun at block 7: the blocks before it only" in page(from_block=7)
+    assert "Begun at block" not in page(from_block=0)
+
+
 @pytest.mark.parametrize(("pressed_mm", "said"), [(0.0, False), (0.004, False), (0.1373, True)])
 def test_an_electrode_pushed_into_the_work_is_a_collision(pressed_mm, said):
     sentence = ("The electrode was pressed 0.137 mm into the workpiece: on a real machine, a "

@@ -345,6 +345,24 @@ def test_contact_shorts_until_the_wire_is_back(seed):
     assert not plant.get("read.bridged")
 
 
+def test_a_contact_ends_by_the_way_back_where_the_kerf_is_narrower_than_its_stretch(seed):
+    # The gap to the sides of the kerf stays 10 um all the way.
+    plant = at(seed, machine(debris={"stretch_um": 30}))
+    plant.set("force.gap_um", 1)
+    plant.run(100)
+    plant.set("force.gap_um", 10)
+    plant.run(100)
+    assert plant.get("read.bridged")
+    place(plant, x=-200)
+    assert not plant.get("read.bridged")
+    plant.set("force.gap_um", 1)
+    plant.run(100)
+    assert plant.get("read.bridged")
+    plant.set("force.gap_um", 10)
+    place(plant, x=0)   # forward or back: away from where it touched
+    assert not plant.get("read.bridged")
+
+
 @pytest.mark.parametrize(("gap_um", "debris", "short"), [
     (10, 0.49, 0), (10, 0.51, 1), (40, 0.94, 0), (40, 0.96, 1)])
 def test_a_clogged_gap_is_shorted(seed, gap_um, debris, short):

@@ -47,7 +47,7 @@ class Bench:
             ctx.set(signal, value)
         if gear:
             ctx.set(dut.gear_steps, gear[0])
-            ctx.set(dut.gear_rest, gear[1] - gear[0])
+            ctx.set(dut.gear_surplus, gear[1] - gear[0])
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         await settle(ctx)
         assert ctx.get(dut.fp) == abs(fp)

@@ -25,7 +25,7 @@ class Bench:
     async def clock(self, ctx, *, added=0, times=(1, 1, 1), safe=False, begin=False):
         dut = self.dut
         n, m = self.ratio
-        for signal, value in ((dut.steps, n), (dut.rest, m - n), (dut.clear, begin),
+        for signal, value in ((dut.steps, n), (dut.surplus, m - n), (dut.clear, begin),
                               (dut.pending, self.held != 0), (dut.negative, self.held < 0),
                               (dut.safe, safe), *zip((dut.width, dut.space, dut.setup), times,
                                                      strict=True)):

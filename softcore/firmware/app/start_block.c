@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/start_block.h"
+
+#include "app/machine.h"
+#include "base/settings.h"
+#include "base/units.h"
+#include "hal/hal.h"
+#include "link/output.h"
+#include "path/path.h"
+
+#define FROM_WORD 6         /* characters of `$FROM=` */
+#define FROM_DIGITS 8
+#define M_FLUID_ON 8
+#define M_FLUID_OFF 9
+
+static uint32_t first;              /* block at which the tape begins, 0: no block is left out */
+static bool skipped, fluid, machining;
+static int32_t place[HAL_AXES];     /* machine frame, where the next block begins */
+
+void start_block_line(const char *line, uint32_t length, fault *f) {
+    uint32_t named = 0;
+    bool number = length > FROM_WORD && length <= FROM_WORD + FROM_DIGITS;
+    for (uint32_t i = FROM_WORD; number && i < length; i++) {
+        number = line[i] >= '0' && line[i] <= '9';
+        named = 10 * named + (uint32_t)(line[i] - '0');
+    }
+    if (!number)
+        fault_at(f, FAULT_COMMAND, 0, "$FROM takes the number of a block of the next tape, as $FROM=7");
+    else
+        first = named;
+}
+
+void start_block_drop(void) {
+    first = 0;
+    skipped = false;
+}
+
+void start_block_begin(void) {
+    skipped = fluid = machining = false;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        place[axis] = hal_axis_command(axis);
+}
+
+bool start_block_skips(uint32_t line) {
+    bool skips = line < first;
+    skipped = skipped || skips;
+    return skips;
+}
+
+bool start_block_due(void) { return skipped; }
+
+static void add(const path_move *move) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        place[axis] += move->delta[axis];
+}
+
+void start_block_move(const plan *p) {
+    if (p->corners)
+        add(&p->corner);
+    if (p->moves)
+        add(&p->move);
+}
+
+void start_block_function(int32_t m) {
+    if (m == M_FLUID_ON || m == M_FLUID_OFF)
+        fluid = m == M_FLUID_ON;
+}
+
+void start_block_burns(bool on) { machining = on; }
+bool start_block_fluid(void) { return fluid; }
+bool start_block_machining(void) { return machining; }
+
+bool start_block_goes(void) {
+    unsigned jump = hal_jump_axis();
+    int32_t way[HAL_AXES];
+    bool across = false;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        way[axis] = place[axis] - hal_axis_command(axis);
+        across = across || (axis != jump && way[axis]);
+    }
+    bool up = way[jump] > 0;
+    path_move move = {0};
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        if (axis == jump ? up || !across : !up)
+            move.delta[axis] = way[axis];
+    if (!across && !way[jump])
+        return false;
+    path_append(&move, units_rate(settings_highest_speed()), true, false);
+    machine_run(true);
+    return true;
+}
+
+void start_block_tell(void) {
+    output_line("[MSG:block %u begins at X%p Y%p Z%p: ~ goes there without discharge, and on from there]",
+                first, place[0] - output_origin(0), place[1] - output_origin(1),
+                place[2] - output_origin(2));
+}

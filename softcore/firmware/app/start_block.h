@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/* Running a tape from one of its blocks. The blocks before it are judged, and bring their modes,
+   conditions, retraction data and places into force, but nothing moves, and no function goes to the
+   machine side. The machine then waits for the operator, goes to where the block begins with the
+   discharge off, and brings fluid and discharge into force as the blocks left out would have. */
+#pragma once
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/fault.h"
+#include "interp/plan.h"
+
+/* `$FROM=n`: the next tape begins at its block n, counted from 1; with 0 or 1 it is carried out
+   whole. In force for one tape, and until an alarm or a reset. */
+void start_block_line(const char *line, uint32_t length, fault *f);
+void start_block_drop(void);
+
+/* A tape starts: what follows is reckoned from where the machine stands. */
+void start_block_begin(void);
+
+bool start_block_skips(uint32_t line);  /* is this block of the tape left out? */
+bool start_block_due(void);             /* blocks were left out, and the machine is not yet there */
+
+/* Take what a block left out would have done. */
+void start_block_move(const plan *p);
+void start_block_function(int32_t m);   /* an M code for the machine side */
+void start_block_burns(bool on);
+
+bool start_block_fluid(void);           /* M08 is in force */
+bool start_block_machining(void);       /* M03 is in force */
+
+/* Append the next move to where the block begins: first up and then across, or first across and
+   then down. Only at the front; false if the machine is there. */
+bool start_block_goes(void);
+void start_block_tell(void);            /* tell the place, and what the operator is asked to do */
