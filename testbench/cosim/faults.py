@@ -9,6 +9,7 @@ from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from softcore.top import Top
+from testbench.cosim.coder import jump_between_edges
 from testbench.cosim.job import Data, Job, program
 from testbench.cosim.record import WATCHDOG, WATCHDOG_S
 from testbench.cosim.retractions import pace
@@ -87,8 +88,11 @@ def tripped(session: Session, cause: str) -> dict:
     job = _machining(session, *settings)
     if cause == "following_moving":
         job.run(session.clock_hz // 10)     # until the axis lags by all of its lag
-    begun = session.cycle
-    session.set(force, value)
+    if cause == "encoder":
+        begun = jump_between_edges(session)
+    else:
+        begun = session.cycle
+        session.set(force, value)
     alarm = job.alarm()
     record = job.record
     safe = record.rises("safe", begun)[0]

@@ -11,6 +11,7 @@
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "interp/interpreter.h"
 #include "interp/jog_words.h"
@@ -277,6 +278,7 @@ static void step_plan(void) {
         fail();
         return;
     }
+    watch_between(); /* to judge a block with many words takes long, and so does what follows */
     /* A line entered by hand is refused at once if the discharge is not armed. A tape is read
        ahead, so the operator may still press ARM in time. */
     if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {

@@ -17,7 +17,7 @@
 #define FAR_SIDE (HAL_SLOTS - 1 - NEAR_SIDE)
 
 /* Segments examined per step in the search for a new back limit; a line needs a square root. */
-#define SCAN 4
+#define SCAN 3
 
 /* Segments that get a new rate per step. */
 #define PACES 16
