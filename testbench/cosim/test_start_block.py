@@ -29,9 +29,11 @@ M03
 G36 R60 L0.3 H120 E30 Q0.05
 G41 D1 G01 X0.2 F60
 G01 X0.3
-G03 X0.5 Y0.2 J0.2
-G01 Y0.4
-G40 X0.3
+Y-0.2
+X0.6
+G03 X0.8 Y0. J0.2
+G01 Y0.2
+G40 X0.6
 M02
 %
 """
@@ -126,7 +128,7 @@ def test_the_electrode_goes_across_above_and_then_down():
     assert record.at("axis_z_command", begun) <= round(0.08 * MM)
 
 
-@pytest.mark.parametrize("block", [9, 10, 11])
+@pytest.mark.parametrize("block", [10, 11, 13])     # before and behind an outside corner, an arc
 def test_a_wire_offset_is_in_force_at_the_place_of_the_block(cut, block):
     begins, _, end = cut
     _, _, _, at, stands = from_block(WIRE, CUT, block, (-0.01, 0, 0))
@@ -140,6 +142,31 @@ def job():
     with Simulation(machine=SINKER.tables, clock_hz=SINKER.clock_hz, seed=1,
                     trace=False) as session:
         yield Job(session, watched=WATCHED)
+
+
+def test_a_stop_in_the_first_block_is_one_more(job):
+    job.link.command("$FROM=8")
+    job.start(program(Data(), "G01 X0.02 F600", "M00", "X0.03"))
+    for count in (1, 2):
+        job.wait("pause", count)
+        job.run(40_000)
+        assert job.probe("axis_x_command") == 200 * (count - 1)
+        job.press(RESUME)
+    job.finish()
+    assert job.probe("axis_x_command") == 300
+
+
+def test_an_electrode_that_touches_may_go_up_to_its_block(job):
+    job.start(program(Data(), "G01 Z0.05 F600"))
+    job.finish()
+    job.short(True)
+    job.link.command("$FROM=8")
+    job.start(program(Data(), "G00 Z0.09", "G01 X0.01 F600"))
+    job.wait("pause")
+    job.press(RESUME)
+    job.until(lambda: job.probe("axis_z_command") == -100, "the way up")
+    job.short(False)
+    job.finish()
 
 
 def test_a_block_behind_the_end_is_an_alarm_before_any_motion(job):
