@@ -4,7 +4,7 @@
 from itertools import pairwise
 
 from softcore.tables.faults import alarm_number
-from softcore.tables.settings import assign
+from softcore.tables.settings import assign, named
 from testbench.cosim.checks import pulses
 from testbench.cosim.job import Data, Job, program
 from testbench.native.station import Session
@@ -95,9 +95,9 @@ def widens_beyond(session: Session) -> dict:
 
 def stuck_open(session: Session) -> dict:
     """No discharge comes: the servo goes no step further than allowed without one."""
-    # Firmware checks now and then, so the time between steps must be longer than that.
-    job = _start(session, assign("servo_period_us", 10_000), assign("no_discharge_um", 150),
-                 data=Data())
+    # As delivered: firmware checks now and then, and the time between steps must be longer.
+    job = _start(session, assign("servo_period_us", named("servo_period_us").default),
+                 assign("no_discharge_um", 150), data=Data())
     alarm = job.alarm()
     assert alarm["code"] == alarm_number("no_discharge")
     assert "no discharge on the last 150 um of the way" in alarm["text"]

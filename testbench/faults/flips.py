@@ -16,7 +16,9 @@ BORNE = (Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD)
 SHARE = 0.005       # of all that may end wrong, each listed
 PROCESSOR, MEMORY = "soc.cpu.", "memory, "
 STACK = 1024        # bytes of the stack that are in use
-LOOP = "main"       # with all functions that are called only there
+# The main loop: functions that are called at one place only are inside of these, and which of them
+# stand alone is the compiler's choice. All together do not fit into the processor's cache.
+LOOP = ("main", "step", "watch_over")
 
 
 def turn_over(job: Job, rng: random.Random) -> str:
@@ -47,9 +49,10 @@ def bend_memory(job: Job, rng: random.Random) -> str:
 def bend_code(job: Job, rng: random.Random) -> str:
     """Invert a bit in every word of the main loop: the word that is read first shows it."""
     bit = rng.randrange(33)
-    begin, extent = firmware_symbols()[LOOP]
-    for address in range(begin + 3 & -4, begin + extent & -4, 4):
-        job.session.flip(address, bit)
+    symbols = firmware_symbols()
+    for begin, extent in (symbols[name] for name in LOOP if name in symbols):
+        for address in range(begin + 3 & -4, begin + extent & -4, 4):
+            job.session.flip(address, bit)
     job.session.send(b"?")
     return f"bit {bit}"
 

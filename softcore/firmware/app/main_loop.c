@@ -35,11 +35,11 @@
 /* While the machine moves on without help and nothing waits to be told, the processor sleeps
    longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes without
    an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK sleeps it
-   also runs its checks of the machine, at 2 MHz within 10 ms. The watchdog's interrupt waits for
-   the end of a sleep, so two sleeps must be shorter than the watchdog's period. */
+   also runs its checks of the machine. The watchdog's interrupt waits for the end of a sleep, so
+   two sleeps must be shorter than the watchdog's period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
-#define SLEEPS_A_LOOK 3
+#define SLEEPS_A_LOOK 4
 
 /* A task with more work may go on for this many clocks and steps. A short block or a piece of an
    arc needs several steps, and the other tasks must not delay each of them. Bytes that come

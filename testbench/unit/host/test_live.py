@@ -342,7 +342,7 @@ def test_without_a_declared_start_the_controllers_zero_holds():
 def test_a_programmed_stop_waits_until_it_is_resumed():
     asked = []
 
-    def goes_on():
+    def goes_on(_):
         asked.append(True)
         return len(asked) > 3
 
