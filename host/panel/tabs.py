@@ -74,7 +74,7 @@ class Tabs:
                     f'no-caps data-testid="{order}"'))
             self.arm = button
             self.begin = self.page.locked(ui.input("from block").props(
-                'dense outlined clearable data-testid="from"').style("flex:1"))
+                'dense outlined data-testid="from"').style("flex:0 0 112px"))
         self._switches()
         upload = ui.upload(label="or a file: .nc, .ptp", auto_upload=True,
                            max_file_size=LARGEST, on_upload=self._upload,
