@@ -24,6 +24,7 @@ from host.link.link import (
     STATUS,
     Link,
     LinkError,
+    RefusedError,
     Sent,
     check_line,
 )
@@ -169,9 +170,8 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``run`` the block at which the tape begins (1 without it), ``touch`` a
-        ``Touching``, ``scope`` a ``Trigger`` and whether to go on; the others have no words.
-        What the controller refuses is told by ``notices``.
+        ``Job``, ``run`` the first block, ``touch`` a ``Touching``, ``scope`` a ``Trigger`` and
+        whether to go on; the others have no words. ``notices`` tell what the controller refuses.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -305,8 +305,12 @@ class Session:
     def _send_tape(self) -> None:
         begin, self._start = self._start, 0
         assert self.job is not None
-        if begin > 1:
-            self._controller.command(f"$FROM={begin}")
+        try:
+            if begin > 1:
+                self._controller.command(f"$FROM={begin}")
+        except RefusedError as error:
+            self.tell(str(error))
+            return
         with self.lock:
             self.running, self.heard.ended = True, ""
         self._controller.send_tape(self.job.tape.rows, self._interrupted)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The block at which a tape begins that is not run from its beginning ."""
+"""The block at which a tape begins that is not run from its beginning."""
 
 import re
 

@@ -66,3 +66,14 @@ def test_a_tape_begins_at_a_block_after_resume(serve, tmp_path):
     session.order("a", "resume")
     until(lambda: session.heard.ended == "end", lambda: session.seen("a"))
     until(lambda: session.heard.place[0] == 0.3, lambda: session.seen("a"))
+
+
+def test_a_start_that_the_controller_refuses_is_told_and_the_connection_stays(serve, tmp_path):
+    session = serve(Board(pulses_per_pass=20))
+    session.take("a")
+    session.order("a", "choose", short_job(tmp_path))
+    session.order("a", "arm")
+    until(lambda: "Armed" in session.heard.fields, lambda: session.seen("a"))
+    assert session.order("a", "run", 10**9) == ""   # more digits than `$FROM` takes
+    until(lambda: "takes the number of a block" in session.notice, lambda: session.seen("a"))
+    assert (session.link, session.running) == ("connected", False)
