@@ -25,8 +25,9 @@ MACHINE = (
         ("bool up = way[jump] > 0;", "bool up = way[jump] < 0;", "down comes last"),
         ("axis != jump && way[axis]", "way[axis]", "down comes at all"),
         ("    first = 0;\n", "", "the block is forgotten"),
-        ("settings_highest_speed()), true, false", "settings_highest_speed()), true, true",
+        ("start : highest, true, false", "start : highest, true, true",
          "the way has no discharge"),
+        ("start < highest ? start : highest", "highest", "the way goes at the start/stop speed"),
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", START,
@@ -35,8 +36,10 @@ MACHINE = (
         ("if (skipped && work->act == ACT_TOUCH)", "if (false)", "no touch-off is left out"),
         ("        resumed = false;\n        serve", "        serve",
          "a word that begins the way is none for a stop in its block"),
+        ("work->machining_on && !skipped &&", "work->machining_on &&",
+         "M03 left out burns nothing"),
         ("return PART_START_WAITS;", "return PART_START_WAY;", "it waits for the operator"),
-        ("if (start_block_machining() && !switch_on(f))", "if (false)", "M03 is in force there"),
+        ("if (state.machining && !switch_on(f))", "if (false)", "M03 is in force there"),
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", SINGLE,

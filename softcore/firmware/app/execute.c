@@ -404,7 +404,7 @@ static part advance(fault *f) {
         serve(state.served, state.condition);
         return PART_START_DISCHARGE;
     case PART_START_DISCHARGE:
-        if (start_block_machining() && !switch_on(f))
+        if (state.machining && !switch_on(f))
             return at;
         start_block_drop();
         return before_motion();
@@ -437,9 +437,7 @@ static part advance(fault *f) {
             m_index++;
         return at;
     case PART_MACHINING_ON:
-        if (work->machining_on && skipped)
-            start_block_burns(true);
-        else if (work->machining_on && !switch_on(f))
+        if (work->machining_on && !skipped && !switch_on(f))
             return at;
         return PART_ACT;
     case PART_ACT:
@@ -462,9 +460,7 @@ static part advance(fault *f) {
         alarm_set_line(line);
         return PART_MACHINING_OFF;
     case PART_MACHINING_OFF:
-        if (work->machining_off && skipped) {
-            start_block_burns(false);
-        } else if (work->machining_off) {
+        if (work->machining_off && !skipped) {
             machine_discharge(false);
             events_now(EVENT_WORD_AUX, EVENT_FORMAT_AUX, 'M', 5u);
         }

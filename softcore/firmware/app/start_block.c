@@ -3,7 +3,6 @@
 
 #include "app/machine.h"
 #include "base/settings.h"
-#include "base/units.h"
 #include "hal/hal.h"
 #include "link/output.h"
 #include "path/path.h"
@@ -14,7 +13,7 @@
 #define M_FLUID_OFF 9
 
 static uint32_t first;              /* block at which the tape begins, 0: no block is left out */
-static bool skipped, fluid, machining;
+static bool skipped, fluid;
 static int32_t place[HAL_AXES];     /* machine frame, where the next block begins */
 
 void start_block_line(const char *line, uint32_t length, fault *f) {
@@ -36,7 +35,7 @@ void start_block_drop(void) {
 }
 
 void start_block_begin(void) {
-    skipped = fluid = machining = false;
+    skipped = fluid = false;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         place[axis] = hal_axis_command(axis);
 }
@@ -66,9 +65,7 @@ void start_block_function(int32_t m) {
         fluid = m == M_FLUID_ON;
 }
 
-void start_block_burns(bool on) { machining = on; }
 bool start_block_fluid(void) { return fluid; }
-bool start_block_machining(void) { return machining; }
 
 bool start_block_goes(void) {
     unsigned jump = hal_jump_axis();
@@ -85,7 +82,9 @@ bool start_block_goes(void) {
             move.delta[axis] = way[axis];
     if (!across && !way[jump])
         return false;
-    path_append(&move, units_rate(settings_highest_speed()), true, false);
+    /* No faster than contact can stop the axes at once. */
+    uint32_t start = settings_start_rate(), highest = settings_highest_rate();
+    path_append(&move, start < highest ? start : highest, true, false);
     machine_run(true);
     return true;
 }

@@ -24,12 +24,10 @@ bool start_block_due(void);             /* blocks were left out, and the machine
 /* Take what a block left out would have done. */
 void start_block_move(const plan *p);
 void start_block_function(int32_t m);   /* an M code for the machine side */
-void start_block_burns(bool on);
 
 bool start_block_fluid(void);           /* M08 is in force */
-bool start_block_machining(void);       /* M03 is in force */
 
-/* Append the next move to where the block begins: first up and then across, or first across and
-   then down. Only at the front; false if the machine is there. */
+/* Append the next move to where the block begins, at the start/stop speed: first up and then across,
+   or first across and then down. Only at the front; false if the machine is there. */
 bool start_block_goes(void);
 void start_block_tell(void);            /* tell the place, and what the operator is asked to do */
