@@ -15,15 +15,19 @@ HELD = {"input", "register"}        # keep their value; all other nodes are comp
 SINKS = {"register", "write"}
 DECODER = 8                         # comparisons of one word with so many constants
 LARGEST = 48                        # nodes in a part
-# Registers that change in most clocks, as measured. Their readers form one part, which is computed
-# in every clock. A wrong entry in this list only costs time.
+# Registers that change in a fifth of the clocks of a sinker's cut or more, as measured. Their readers
+# form one part, which is computed in every clock. A wrong entry in this list only costs time.
 PROCESSOR = ("soc.cpu", "soc.memory")
 BUSY = re.compile(r"""
     soc\.(cycle | uart\.receiver\.timer | sleep\.left
-    | controller\.(auxiliary\.waited | watchdog(\$\d+)?\.(age|unanswered) | motion\.ramp\.clocks
-        | motion\.feed(\$\d+)?\.phase | power\.pulses\.remaining | drives\.count
-        | drives\.axis_[xyz]\.(rest | dac(\$\d+)?\.modulator\.\w+)
-        | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | discriminator\.age)))
+    | controller\.(watchdog(\$\d+)?\.(age|unanswered)
+        | motion\.(ramp\.clocks | feed(\$\d+)?\.phase
+            | feed_forward\.(count|bits|total|product))
+        | power\.pulses\.remaining
+        | drives\.(count | axis_[xyz]\.supervision\.step
+            | axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+))
+        | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
+            | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
     | gap_reference(\$\d+)?""", re.X)
 
 
