@@ -23,7 +23,10 @@ _start:
     la a1, __bss_end
 1:  bgeu a0, a1, 2f
     sw zero, 0(a0)
-    addi a0, a0, 4
+    sw zero, 4(a0)
+    sw zero, 8(a0)
+    sw zero, 12(a0)
+    addi a0, a0, 16
     j 1b
 2:  call main
 3:  j 3b

@@ -45,6 +45,11 @@ typedef struct {
 #define BOWS 2
 #define NO_BLOCK UINT32_MAX
 
+/* A reset does not clear it (link.ld): that would take most of the start, and a unit is written
+   before it is read. */
+#ifdef __riscv
+__attribute__((section(".bss.uncleared")))
+#endif
 static unit ring[PATH_RING];
 static uint32_t oldest, next;   /* ring holds the blocks [oldest, next) */
 static int32_t end[HAL_AXES];   /* end point of the last block */
