@@ -87,9 +87,9 @@ def run(
     scope: RunScope = None,
     start: Annotated[str | None, typer.Option(
         "--from", metavar="BLOCK", show_default=False,
-        help="Begin at a block of the tape: its number as messages have it (7), or its N word "
-             "(N60). The blocks before it only set modes and places; the machine goes there "
-             "without discharge, at a port after Enter.",
+        help="Begin at a block of the tape: its number as messages have it (7), its N word (N60), "
+             "or `last`, where a run with this DIR was interrupted. The blocks before only set "
+             "modes and places; the machine goes there without discharge, at a port after Enter.",
     )] = None,
     until: Annotated[float | None, typer.Option(
         min=0.0, metavar="SECONDS", show_default=False,

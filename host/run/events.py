@@ -113,6 +113,11 @@ def is_event(line: str) -> bool:
     return line.startswith("[E:")
 
 
+def block_of(line: str) -> int:
+    """Block of the tape that an event line belongs to, counted from 1; 0 for a line by hand."""
+    return int(line.split(",")[2])
+
+
 def parse(line: str, scale: Scale, kinds: Sequence[table.Event] = table.EVENTS) -> Event:
     """Read an event line, one of ``kinds``.
 

@@ -92,10 +92,11 @@ class Run:
     start of its file; without it both position and program zero must have been declared. With
     ``arm`` the run waits until the discharge is armed. With ``from_block`` the tape begins at this
     block, counted from 1: those before it are reckoned only, and the machine stops before it goes
-    there. ``goes_on`` is called at this stop, and at a programmed one, until it returns True; it is
-    given what the controller asks for, or nothing at M00 and M01. ``watch`` is called now and then
-    with the run, to show its progress. ``scope`` is a record of the gap oscilloscope, which is
-    armed as the tape starts; ``scope_failed`` says why there is none.
+    there. ``at_block`` is called with the number of every block that begins. ``goes_on`` is called
+    at this stop, and at a programmed one, until it returns True; it is given what the controller
+    asks for, or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its
+    progress. ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
+    ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (guards of the machine that settings have switched off),
@@ -112,6 +113,7 @@ class Run:
     at_start: bool = True
     arm: bool = True
     from_block: int = 0
+    at_block: Callable[[int], None] = lambda block: None
     goes_on: Callable[[str], bool] = lambda asked: True
     watch: Callable[["Run"], None] = lambda run: None
     scope: Acquisition | None = None
@@ -279,6 +281,9 @@ class Run:
             return
         if events.is_event(line):
             event = events.parse(line, self.scale)
+            if event["event"] == "block" and self.outcome is None and (
+                    block := events.block_of(line)):
+                self.at_block(block)
             self._heard_at.append((self._heard_s, event["t"]))
             self._note(event)
         elif line.startswith("<"):

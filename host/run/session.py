@@ -24,6 +24,7 @@ from host.machines.machine import Machine
 from host.machines.machine_file import DRIVES
 from host.run import report, simulation
 from host.run.controller import Controller
+from host.run.interrupted import LAST, Interrupted, block_of_last
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
 from host.run.summary import (
     Summary,
@@ -60,7 +61,7 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
     tape = _punched(path, folder, chosen, seed, clock_hz)
-    begin = 0 if start is None else block_of(tape, start)
+    begin = _begin(folder, tape, start)
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
@@ -95,7 +96,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted, tape = _scope(scope), load(path)
-    begin = 0 if start is None else block_of(tape, start)
+    begin = _begin(folder, tape, start)
     port = Port(url, baud)
     try:
         with console.status("asking the controller who it is") as status:
@@ -107,7 +108,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
                       arm=arm, goes_on=Stop(say), scope=wanted, from_block=begin,
                       watch=Watch(console, status, chosen))
-            _execute(job, folder)
+            block = _execute(job, folder)
             status.update("drawing the report")
             trace = columns_of(job, controller)
             summary = summary_of_controller(job, controller, trace)
@@ -116,6 +117,9 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
     finally:
         port.close()
     _tell(console, summary, folder, chosen.kind)
+    if block > 1:
+        console.print(f"  --from {LAST} begins the tape at block {block}, where it was interrupted",
+                      soft_wrap=True)
     _write_scope(console, job, folder)
     return STATUS_OF[summary["outcome"]]
 
@@ -183,8 +187,25 @@ def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: in
         raise
 
 
-def _execute(job: Run, folder: Path) -> None:
-    """Run the tape; write the events even if the run breaks off."""
+def _begin(folder: Path, tape: Tape, start: str | None) -> int:
+    """Block at which the tape begins, 0 for its beginning."""
+    if start is None:
+        return 0
+    return block_of_last(folder, tape) if start.lower() == LAST else block_of(tape, start)
+
+
+def _execute(job: Run, folder: Path) -> int:
+    """Run the tape; write the events even if the run breaks off.
+
+    Return the block in which it was interrupted, or 0.
+    """
+    interrupted, watch, block = Interrupted(folder, job.tape), job.watch, 0
+
+    def keep(run: Run) -> None:
+        interrupted.keep()
+        watch(run)
+
+    job.at_block, job.watch = interrupted.at, keep
     try:
         with _interruptible(job):
             job.execute()
@@ -192,6 +213,8 @@ def _execute(job: Run, folder: Path) -> None:
         if job.began:
             _clear(folder)
             write_events(job.events, folder / "events.jsonl")
+            block = interrupted.over(job.outcome)
+    return block
 
 
 @contextmanager
