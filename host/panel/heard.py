@@ -72,11 +72,12 @@ class Heard:
     modal: str = ""             # words of $G
     feed_mode: str = ""         # P of the last G95
     condition: Event | None = None
-    line: int = 0               # of the source, of the block under way
+    line: int = 0               # of the source, of the block under way,
+    number: int = 0             # and its number by the controller's messages
     block: str = ""
     alarm: tuple[int, str] | None = None
     message: str = ""           # the controller's last
-    ended: str = ""             # "end", "alarm" or "": how the program has ended
+    ended: str = ""             # "end", "alarm", "stopped" or "": how the program has ended
     starts: int = 0             # times that the controller has greeted
     _counts: list[int] | None = None
 
@@ -112,6 +113,17 @@ class Heard:
     def meaning(self) -> str:
         """What the state means."""
         return STATES.get(self.state, STATES.get(self.fields.get("state", ""), ""))
+
+    @property
+    def ending(self) -> str:
+        """How the program has ended, and where it may begin again, in a sentence."""
+        if self.ended == "end":
+            return "the program has ended."
+        how = "with an alarm" if self.ended == "alarm" else "by the stop"
+        if self.number < 2:
+            return f"the program has ended {how}."
+        return (f"the program has ended {how} in block {self.number}: with {self.number} in "
+                '"from block" it begins there again.')
 
     def numbers(self, name: str) -> list[float]:
         """Numbers of a field of the report; empty if it has none."""
@@ -162,6 +174,7 @@ class Heard:
         name = event["event"]
         if name == "block":
             self.line, self.block = event["line"], event["text"]
+            self.number = events.block_of(text)
             for word in event["text"].split():
                 if word == "G94":
                     self.feed_mode = ""
@@ -172,7 +185,7 @@ class Heard:
         elif name == "retraction_start":
             self.retractions[event["cause"]] += 1
         elif name == "program_start":
-            self.ended = ""
+            self.ended, self.number = "", 0
             self.trail.clear()
         elif name == "program_end":
             self.ended = "end"

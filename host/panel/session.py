@@ -336,8 +336,7 @@ class Session:
             self._tend_lines(now)
             if self.running and self.heard.ended:
                 self.running = False
-                self.tell("the program has ended." if self.heard.ended == "end" else
-                          "the program has ended with an alarm.")
+                self.tell(self.heard.ending)
 
     def _carry_out(self, page: str, name: str, words: tuple[Any, ...]) -> None:
         if name == "hold":
@@ -393,6 +392,7 @@ class Session:
             if self.running:
                 self.running = False
                 self.heard.ended = "stopped"
+                self.tell(self.heard.ending)
 
     def _tend_jog(self) -> None:
         if self._typed is not None and self.sharing.holder != self._typed:

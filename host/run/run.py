@@ -45,6 +45,7 @@ ASKED = 3          # so many times: a byte may get lost
 SCOPE_S = 5.0      # longest wait for the rest of a record of the oscilloscope
 SETTLE_S = 1.0     # longest wait for the axes to come to rest after the end
 AT_REST_PULSES = 1
+ZERO_MM = 2e-4     # by which program zero may differ from where it was: the report's last digit
 
 VOLTAGE = "voltage"  # what tells a short unless the status says otherwise
 
@@ -92,10 +93,11 @@ class Run:
     start of its file; without it both position and program zero must have been declared. With
     ``arm`` the run waits until the discharge is armed. With ``from_block`` the tape begins at this
     block, counted from 1: those before it are reckoned only, and the machine stops before it goes
-    there. ``at_block`` is called with the number of every block that begins. ``goes_on`` is called
-    at this stop, and at a programmed one, until it returns True; it is given what the controller
-    asks for, or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its
-    progress. ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
+    there. ``zero`` is where program zero must be at the start, as ``offset``, if that is known.
+    ``at_block`` is called with the number of every block that begins. ``goes_on`` is called at this
+    stop, and at a programmed one, until it returns True; it is given what the controller asks for,
+    or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its progress.
+    ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
     ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
@@ -113,6 +115,7 @@ class Run:
     at_start: bool = True
     arm: bool = True
     from_block: int = 0
+    zero: dict[str, float] = field(default_factory=dict)
     at_block: Callable[[int], None] = lambda block: None
     goes_on: Callable[[str], bool] = lambda asked: True
     watch: Callable[["Run"], None] = lambda run: None
@@ -220,6 +223,21 @@ class Run:
         if self.mdi or not self.at_start:  # a line by hand may have declared another zero
             places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
+        self._check_zero(status)
+
+    def _check_zero(self, status: dict[str, str]) -> None:
+        """Refuse a program zero that is not where it was; tell the line that sets it there."""
+        if all(abs(self.offset[axis] - place) <= ZERO_MM for axis, place in self.zero.items()):
+            return
+        now, then = (" ".join(f"{axis.upper()}{place:.4f}" for axis, place in zero.items())
+                     for zero in (self.offset, self.zero))
+        stands = zip(self.zero.items(), status["MPos"].split(","), strict=True)
+        line = " ".join(f"{axis.upper()}{round(float(place) - zero, 4) + 0.0:.4f}"
+                        for (axis, zero), place in stands)
+        raise UsageError(f"program zero is at {now} of the machine's frame, and was at {then} when "
+                         "the interrupted run began: the tape, a line by hand or power-off has "
+                         f"moved it. Where the axes now stand, --mdi 'G92 {line}' sets it there "
+                         "again.")
 
     def _enter(self, line: str, name: str) -> None:
         try:

@@ -24,7 +24,7 @@ from host.machines.machine import Machine
 from host.machines.machine_file import DRIVES
 from host.run import report, simulation
 from host.run.controller import Controller
-from host.run.interrupted import LAST, Interrupted, block_of_last
+from host.run.interrupted import LAST, Interrupted, Last, last
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
 from host.run.summary import (
     Summary,
@@ -61,14 +61,14 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
     tape = _punched(path, folder, chosen, seed, clock_hz)
-    begin = _begin(folder, tape, start)
+    begin, zero = _begin(folder, tape, start)
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
                                       waves=folder if waves else None, flash=flash)
         began = time.perf_counter()
         job = Run(chosen, tape, machine_on, mdi=mdi, until_s=until_s, scope=wanted,
-                  from_block=begin,
+                  from_block=begin, zero=zero,
                   watch=Watch(console, status, chosen))
         try:
             _execute(job, folder)
@@ -96,7 +96,10 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
     chosen = machines.load(machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted, tape = _scope(scope), load(path)
-    begin = _begin(folder, tape, start)
+    begin, zero = _begin(folder, tape, start)
+    if zero and at_start:
+        raise UsageError(f"--from {LAST} and --at-start: the machine stands where the tape was "
+                         "interrupted, and not at its start.")
     port = Port(url, baud)
     try:
         with console.status("asking the controller who it is") as status:
@@ -107,7 +110,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
             controller.identify(reset=reset)
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
                       arm=arm, goes_on=Stop(say), scope=wanted, from_block=begin,
-                      watch=Watch(console, status, chosen))
+                      zero=zero, watch=Watch(console, status, chosen))
             block = _execute(job, folder)
             status.update("drawing the report")
             trace = columns_of(job, controller)
@@ -118,7 +121,8 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path |
         port.close()
     _tell(console, summary, folder, chosen.kind)
     if block > 1:
-        console.print(f"  --from {LAST} begins the tape at block {block}, where it was interrupted",
+        place = tape.told(f"Block {block}").replace("B", "b", 1)
+        console.print(f"  --from {LAST} begins the tape at {place}, where it was interrupted",
                       soft_wrap=True)
     _write_scope(console, job, folder)
     return STATUS_OF[summary["outcome"]]
@@ -187,11 +191,11 @@ def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: in
         raise
 
 
-def _begin(folder: Path, tape: Tape, start: str | None) -> int:
-    """Block at which the tape begins, 0 for its beginning."""
+def _begin(folder: Path, tape: Tape, start: str | None) -> Last:
+    """Block at which the tape begins, 0 for its beginning, and where its zero must be, if known."""
     if start is None:
-        return 0
-    return block_of_last(folder, tape) if start.lower() == LAST else block_of(tape, start)
+        return 0, {}
+    return last(folder, tape) if start.lower() == LAST else (block_of(tape, start), {})
 
 
 def _execute(job: Run, folder: Path) -> int:
@@ -202,6 +206,7 @@ def _execute(job: Run, folder: Path) -> int:
     interrupted, watch, block = Interrupted(folder, job.tape), job.watch, 0
 
     def keep(run: Run) -> None:
+        interrupted.zero = run.offset
         interrupted.keep()
         watch(run)
 

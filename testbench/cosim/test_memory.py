@@ -5,6 +5,8 @@ Every word of a region gets an inverted bit; the word that is read first shows i
 may stay in the processor's caches and not be read again soon.
 """
 
+import random
+
 import pytest
 
 from host.link.link import HeldError
@@ -12,6 +14,7 @@ from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import load
+from softcore.image import target_image
 from softcore.soc import MEMORY_SIZE
 from softcore.tables.faults import alarm_line, alarm_number
 from testbench.cosim.job import Data, Job, program
@@ -36,9 +39,7 @@ def region(kind):
         top = symbols["__stack_top"][0]
         return range(top - 1024, top, 4)
     if kind == "data":
-        begin, end = symbols["__bss_start"][0], symbols["__bss_end"][0]
-        ring, extent = symbols["ring"]
-        return [place for place in range(begin, end, 4) if not ring <= place < ring + extent]
+        return range(symbols["__bss_start"][0], symbols["__bss_end"][0] & -4, 4)
     begin, extent = symbols["ring" if kind == "path" else "main"]
     return range(begin + 3 & -4, begin + extent & -4, 4)
 
@@ -84,7 +85,8 @@ def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
         assert code == alarm_line("guard")
         assert int(place, 16) in flipped
         # Nothing but power brings it back, neither the operator's reset nor a line; and that only
-        # if what is damaged is cleared when firmware starts. Code and stack are not.
+        # if what is damaged is cleared when firmware starts, or not read before it is written, as
+        # the history of the path. Code and stack are neither.
         job.press(b"\x18")
         with pytest.raises(HeldError):
             job.link.command("$X")
@@ -94,6 +96,28 @@ def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
         session.set("force.brown_out", 0)
         session.run(300_000)
         assert session.probe("processor_held") == (kind in ("code", "stack"))
+
+
+def test_what_the_ring_of_the_path_held_before_a_start_is_never_read():
+    """A start does not clear it: the way back over a hundred blocks is the same with any words."""
+    ring, extent = firmware_symbols()["ring"]
+    image = target_image().read_bytes()
+    assert len(image) == ring, "the ring follows the image"
+    seen = []
+    for held in (b"", random.Random(1).randbytes(extent)):
+        with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                        trace=False) as session:
+            session.load(image + held)
+            job = Job(session, watched=("path_position", *SAFE))
+            job.start(program(Data(limit=5), "G91", *["G01 Z-0.01 F300"] * 100))
+            job.reach(9500, pace(session, 300))
+            job.short(True)
+            job.until(lambda job=job: job.probe("path_position") < 1500, "the way back")
+            job.short(False)
+            job.finish()
+            assert job.told("retraction_end")[0]["distance"] > 0.8
+            seen.append((job.events, job.collect().changes("path_position")))
+    assert seen[0] == seen[1]
 
 
 def test_a_run_ends_with_the_alarm():

@@ -37,7 +37,7 @@ def bend_memory(job: Job, rng: random.Random) -> str:
     """Invert any bit of the memory, in code, data or stack; return its place."""
     symbols = firmware_symbols()
     end, top = symbols["__bss_end"][0], symbols["__stack_top"][0]
-    begin = symbols["__bss_start"][0]
+    begin = symbols["__image_end"][0]
     kind, words = rng.choice((("code", range(0, begin & -4, 4)),
                               ("data", range(begin & -4, end & -4, 4)),
                               ("stack", range(top - STACK, top, 4))))

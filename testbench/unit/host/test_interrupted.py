@@ -2,20 +2,25 @@
 """The block in which a run was interrupted: kept while it runs, and found by ``--from last``."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
 import time
+from hashlib import sha256
 
 import pytest
 
 from host.errors import UsageError
-from host.run import interrupted
-from host.run.interrupted import FILE, Interrupted, block_of_last
+from host.machines import machine as machines
+from host.run import interrupted, session, simulation
+from host.run.interrupted import FILE, Interrupted, last
+from host.run.run import Run
 from host.tape.tape import encode
 
 TAPE = encode("%\nG21\nG01 X1\n(a comment)\nM02\n%\n")
 OTHER = encode("%\nG21\nG01 X2\nM02\n%\n")
+ZERO = {"x": 1.5, "y": 0.0, "z": -2.0}
 LONG = """%
 N10 G21 G90 G94
 N20 C100
@@ -29,30 +34,49 @@ N80 M02
 """
 
 
-@pytest.mark.parametrize("outcome", ["alarm", "stopped", "rejected", None])
+def kept_in(folder, tape=TAPE):
+    """What keeps the block of a tape in a folder without a file."""
+    (folder / FILE).unlink(missing_ok=True)
+    kept = Interrupted(folder, tape)
+    kept.zero = ZERO
+    return kept
+
+
+@pytest.mark.parametrize("outcome", ["alarm", "stopped", None])
 def test_the_block_outlives_an_interruption(workdir, outcome):
-    kept = Interrupted(workdir, TAPE)
+    kept = kept_in(workdir)
     for block in (2, 3):
         kept.at(block)
     assert kept.over(outcome) == 3
-    assert block_of_last(workdir, TAPE) == 3
+    assert last(workdir, TAPE) == (3, ZERO)
     # The next run has not come to a block yet: what was kept stays.
     assert Interrupted(workdir, TAPE).over(outcome) == 0
-    assert block_of_last(workdir, TAPE) == 3
+    assert last(workdir, TAPE) == (3, ZERO)
 
 
 def test_a_tape_that_has_ended_has_none(workdir):
-    kept = Interrupted(workdir, TAPE)
+    kept = kept_in(workdir)
     kept.at(2)
+    kept.keep()
     assert kept.over("end") == 0
-    with pytest.raises(UsageError, match="was interrupted in a block"):
-        block_of_last(workdir, TAPE)
+    with pytest.raises(UsageError, match="has no interrupted run"):
+        last(workdir, TAPE)
+
+
+def test_a_tape_that_was_rejected_leaves_the_block_of_the_one_before(workdir):
+    kept = kept_in(workdir)
+    kept.at(700)
+    kept.over("alarm")
+    wrong = Interrupted(workdir, OTHER)
+    wrong.at(2)
+    assert wrong.over("rejected") == 0
+    assert last(workdir, TAPE) == (700, ZERO)
 
 
 def test_it_is_written_at_once_and_then_now_and_then(workdir, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(interrupted.time, "monotonic", lambda: clock[0])
-    kept = Interrupted(workdir, TAPE)
+    kept = kept_in(workdir)
     found = []
     # A short block and a long one behind it: the long one is written without a further block.
     for block, now in ((1, 100), (2, 100.1), (3, 100.3), (4, 100.4), (0, 100.6)):
@@ -60,29 +84,67 @@ def test_it_is_written_at_once_and_then_now_and_then(workdir, monkeypatch):
         if block:
             kept.at(block)
         kept.keep()
-        found.append(block_of_last(workdir, TAPE))
+        found.append(last(workdir, TAPE)[0])
     assert found == [1, 1, 3, 3, 4]
 
 
-def test_a_disk_that_is_full_does_not_end_the_cut(workdir):
+def test_a_disk_that_is_full_ends_neither_the_cut_nor_its_report(workdir):
     kept = Interrupted(workdir / "missing", TAPE)
     kept.at(2)
     kept.keep()
+    assert kept.over("alarm") == 0, "nothing is told of a block that is not kept"
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"block": "x", "tape_sha256": ""}', "\x00"])
+GOOD = json.dumps({"block": 3, "tape_sha256": sha256(TAPE.rows).hexdigest(), "zero": ZERO})
+
+
+@pytest.mark.parametrize("text", [
+    "", "{}", "[]", "\x00", *(GOOD.replace(": 3", f": {block}") for block in (
+        '"x"', "0", "-1", "100000000", "Infinity", "null")),
+    GOOD.replace('"y"', '"u"'), GOOD.replace("1.5", "[]")])
 def test_a_damaged_file_is_refused(workdir, text):
+    (workdir / FILE).write_text(GOOD)
+    assert last(workdir, TAPE) == (3, ZERO)
     (workdir / FILE).write_text(text)
     with pytest.raises(UsageError, match="cannot be read"):
-        block_of_last(workdir, TAPE)
+        last(workdir, TAPE)
 
 
-def test_another_tape_is_refused(workdir):
-    other = Interrupted(workdir, OTHER)
-    other.at(2)
-    other.keep()
-    with pytest.raises(UsageError, match="was one of another tape; give the block itself"):
-        block_of_last(workdir, TAPE)
+def test_another_tape_is_refused_with_the_block(workdir):
+    kept = kept_in(workdir, OTHER)
+    kept.at(2)
+    kept.keep()
+    with pytest.raises(UsageError, match=r"the tape has changed since .* in block 2; look where"):
+        last(workdir, TAPE)
+
+
+def test_it_is_not_the_start_of_the_machine(workdir):
+    (workdir / "part.nc").write_text("%\nG21\nG01 X1\n(a comment)\nM02\n%\n")
+    (workdir / FILE).write_text(GOOD)
+    with pytest.raises(UsageError, match="--from last and --at-start: the machine stands where"):
+        session.run_tape_at("socket://nowhere:1", workdir / "part.nc", baud=1, machine="sinker",
+                            folder=workdir, mdi=[], until_s=None, clock_hz=None, at_start=True,
+                            arm=False, reset=False, scope=None, console=None, start="LAST")
+
+
+def test_a_zero_that_has_moved_is_refused_until_it_is_there_again():
+    machine = machines.load("sinker")
+    moved = {axis: (axis == "x") - place for axis, place in machine.start_mm.items()}
+
+    def tried(*lines):
+        machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, trace=False,
+                                      waves=None, progress=print)
+        job = Run(machine, TAPE, machine_on, mdi=list(lines), from_block=3, zero=moved, arm=False)
+        try:
+            job.set_up()
+        finally:
+            machine_on.close()
+        return job.offset
+
+    with pytest.raises(UsageError, match=r"program zero is at X.* and was at X1\.0000") as refused:
+        tried()
+    line = re.search(r"--mdi '(G92 [^']*)'", str(refused.value))[1]
+    assert tried(line) == pytest.approx(moved, abs=1e-4)
 
 
 def run(*options):
@@ -90,7 +152,7 @@ def run(*options):
 
 
 def test_a_run_that_was_killed_goes_on_in_its_block(workdir):
-    """Not even Python can clean up behind SIGKILL, as behind a power cut."""
+    """Python can clean up nothing behind SIGKILL."""
     part, folder = workdir / "part.nc", workdir / "run"
     part.write_text(LONG)
     for path in folder.glob("*"):
@@ -98,7 +160,7 @@ def test_a_run_that_was_killed_goes_on_in_its_block(workdir):
     with subprocess.Popen(run(part, "--out", folder), stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT) as killed:
         end = time.monotonic() + 60
-        while not (folder / FILE).exists() or block_of_last(folder, encode(LONG)) < 7:
+        while not (folder / FILE).exists() or last(folder, encode(LONG))[0] < 7:
             assert killed.poll() is None, killed.stdout.read()
             assert time.monotonic() < end, "the block did not come"
             time.sleep(0.05)
@@ -112,4 +174,4 @@ def test_a_run_that_was_killed_goes_on_in_its_block(workdir):
     assert (summary["outcome"], summary["from_block"]) == ("stopped", 7)
     events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
     assert [event["text"] for event in events if event["event"] == "block"] == ["N60 X2 F5"]
-    assert block_of_last(folder, encode(LONG)) == 7
+    assert last(folder, encode(LONG))[0] == 7

@@ -3,8 +3,10 @@
 
 import pytest
 
-from host.panel.heard import CLASSES, condition_words, sentence
+from host.panel.heard import CLASSES, Heard, condition_words, sentence
 from host.panel.outline import outline
+from host.run.events import Scale
+from host.tape.tape import encode
 from softcore.tables import events as table
 from testbench.punch import TAPES
 
@@ -44,3 +46,26 @@ def test_an_outline_goes_round_a_full_circle_and_down_in_steps():
     assert min(x for x, *_ in drawn.points) == pytest.approx(-2.0)
     assert max(x for x, *_ in drawn.points) == pytest.approx(2.0)
     assert drawn.points[-1][2] == pytest.approx(1.0)
+
+
+# ---- how a program has ended
+
+@pytest.mark.parametrize(("lines", "words"), [
+    (["[E:end,9,7,0,0,0]"], "the program has ended."),
+    (["[MSG:No way.]", "ALARM:1"],
+     'the program has ended with an alarm in block 7: with 7 in "from block" it begins there '
+     "again."),
+    (["[E:start,9,1,0,0,0]", "ALARM:1"], "the program has ended with an alarm."),
+], ids=["end", "alarm", "before the first block"])
+def test_it_is_told_where_the_program_may_begin_again(lines, words):
+    heard = Heard(Scale(2_000_000, 10_000, encode("(leader)\n%\nG21\nM02\n%\n").line))
+    for line in ("[E:start,1,1,0,0,0]", "[E:block,5,7,0,0,0,G01 X1]", *lines):
+        heard.hear(line, 0.0)
+    assert heard.ending == words
+
+
+def test_it_is_told_after_a_stop_too():
+    heard = Heard(Scale(2_000_000, 10_000))
+    heard.hear("[E:block,5,7,0,0,0,G01 X1]", 0.0)
+    heard.ended = "stopped"
+    assert heard.ending.startswith("the program has ended by the stop in block 7: with 7 in")
