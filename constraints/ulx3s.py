@@ -9,8 +9,9 @@ What happens without a bitstream, and when a wire breaks, stands with each wire
 (``constraints/machine_wires.py``). The shift registers come up at random: their output enable must
 be wired to ``drive_enable`` (inverted), which a resistor holds low.
 
-The memory is 304 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retraction.md`` says how
-far back along the path each remembers. The smaller devices have too little memory.
+The memory is 256 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retraction.md`` says how
+far back along the path each remembers. The smaller devices have too little memory. In the 85F 304
+KiB would remember twice as far, but with its 176 block RAMs the layout just misses the clock.
 
 Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
 """
@@ -121,7 +122,7 @@ FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24,
               Journal(0xE0_0000, 0x1_0000, 0x5_0000))
 
 BOARDS = (
-    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=40_000_000, memory_size=311_296,
+    Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=40_000_000, memory_size=262_144,
           pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH),
     Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=40_000_000, memory_size=188_416,
           memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS,
