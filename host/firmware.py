@@ -23,6 +23,7 @@ from host.run.controller import Controller
 __all__ = ["CHUNK", "Firmware", "characters", "firmware", "orders"]
 
 CHUNK = 128             # bytes of a line
+READ_BACK_S = 60.0      # for the last line's answer: the image is read back before it
 IMAGE_MARK = 0x49464B47     # word 1 of an image: GKFI
 REST = {"Idle", "Alarm"}
 BASE64 = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
@@ -150,7 +151,7 @@ def firmware(url: str, *, baud: int, file: Path | None, built_in: bool, console:
             return
         with Progress(console=console) as bar:
             for line in bar.track(list(orders(image)), description=f"firmware {digest:08x}"):
-                link.command(line)
+                link.command(line, within_s=READ_BACK_S)
     finally:
         port.close()
     say(f"Firmware {digest:08x} is in the flash memory, whole. Switch the controller off and on: "

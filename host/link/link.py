@@ -279,8 +279,10 @@ class Link:
         finally:
             self.on_line = inner
 
-    def command(self, line: str) -> None:
+    def command(self, line: str, within_s: float = ANSWER_TIMEOUT_S) -> None:
         """Send a line and wait for its answer for as long as the controller works on it.
+
+        At rest that is ``within_s`` at most.
 
         Raises
         ------
@@ -305,7 +307,7 @@ class Link:
         try:
             sent = self._post(line, awaited=True)
             while sent.answer is None:
-                self._await_answer(sent)
+                self._await_answer(sent, within_s)
         finally:
             self.on_line = inner
             if sent in self._open:
@@ -335,8 +337,8 @@ class Link:
         self.pipe.write(numbered(sent.number, line))
         return sent
 
-    def _await_answer(self, sent: Sent) -> None:
-        if (not self._came(lambda: sent.answer is not None, ANSWER_TIMEOUT_S)
+    def _await_answer(self, sent: Sent, within_s: float) -> None:
+        if (not self._came(lambda: sent.answer is not None, within_s)
                 and self.status()["state"] not in _BUSY and sent.answer is None):
             raise LinkError(f'the controller does not answer to "{sent.text}".')
 

@@ -13,7 +13,7 @@ from testbench.cosim.netlist import MACHINE, compare
 from testbench.native import synthesised
 
 PARTS = {
-    "controller.motion": {"LUT4": 4000, "TRELLIS_FF": 3000},
+    "controller.motion": {"LUT4": 3500, "TRELLIS_FF": 3000},
     "": {"LUT4": 12_000, "TRELLIS_FF": 9000, "DP16KD": 100, "MULT18X18D": 4},
 }
 

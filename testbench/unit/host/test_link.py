@@ -268,6 +268,25 @@ def test_an_order_is_looked_after_while_something_else_is_waited_for():
     assert len(lost) == 3
 
 
+@pytest.mark.parametrize(("within_s", "answered"), [(2.0, False), (60.0, True)])
+def test_an_answer_at_rest_is_awaited_for_as_long_as_the_caller_says(within_s, answered):
+    """The controller reads firmware back for seconds, and its state stays Idle."""
+    controller = Controller(script=lambda _, line: "")
+
+    def late(direction, data):
+        if controller.lines and link.pipe.now > 9 and not controller.out:
+            controller.say("ok @0")
+        return data
+
+    link, _ = talk(controller, noise=late)
+    if answered:
+        link.command("$FIRMWARE=E", within_s=within_s)
+        assert 9 < link.pipe.now < 12
+    else:
+        with pytest.raises(LinkError, match="does not answer"):
+            link.command("$FIRMWARE=E", within_s=within_s)
+
+
 def test_an_order_that_nobody_hears_is_an_error():
     controller = Controller()
     link, _ = talk(controller, noise=lambda direction, data: (
