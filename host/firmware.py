@@ -150,8 +150,10 @@ def firmware(url: str, *, baud: int, file: Path | None, built_in: bool, console:
                 say("That is the same as here: nothing to do.")
             return
         with Progress(console=console) as bar:
-            for line in bar.track(list(orders(image)), description=f"firmware {digest:08x}"):
-                link.command(line, within_s=READ_BACK_S)
+            *pieces, end = orders(image)
+            for line in bar.track(pieces, description=f"firmware {digest:08x}"):
+                link.command(line)
+        link.command(end, within_s=READ_BACK_S)
     finally:
         port.close()
     say(f"Firmware {digest:08x} is in the flash memory, whole. Switch the controller off and on: "

@@ -27,7 +27,7 @@ MACHINE = (
         ("    first = 0;\n", "", "the block is forgotten"),
         ("start : highest, true, false", "start : highest, true, true",
          "the way has no discharge"),
-        ("start < highest ? start : highest", "highest", "the way goes at the start/stop speed"),
+        ("start < highest ?", "start > highest ?", "the way goes at the start/stop speed"),
     ),
     *breaks_of(
         "softcore/firmware/app/execute.c", START,

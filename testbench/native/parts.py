@@ -15,7 +15,7 @@ HELD = {"input", "register"}        # keep their value; all other nodes are comp
 SINKS = {"register", "write"}
 DECODER = 8                         # comparisons of one word with so many constants
 LARGEST = 48                        # nodes in a part
-# Registers that change in a fifth of the clocks of a sinker's cut or more, as measured. Their
+# Registers that change in about a sixth of the clocks of a sinker's cut or more, as measured. Their
 # readers form one part, which is computed in every clock. A wrong entry only costs time.
 PROCESSOR = ("soc.cpu", "soc.memory")
 BUSY = re.compile(r"""
