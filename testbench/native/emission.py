@@ -17,6 +17,7 @@ __all__ = ["Emission"]
 
 # Number of nodes in both branches of a choice up to which computing them is faster than a jump.
 FEW = {"processor": 12, "busy": 6, "": 3}
+MOST_TESTS = 3  # conditions in one guard
 
 
 class Block:
@@ -47,7 +48,7 @@ class Emission(Expressions):
         self.deferred = self._deferred()
         self._now = -1
         self.writers = [PartWriter(self, part) for part in parts.parts]
-        self.guards = [writer.guard() for writer in self.writers]
+        self.guards = [writer.guards() for writer in self.writers]
 
     def _deferred(self):
         """Registers that are read by a part after their own."""
@@ -64,15 +65,14 @@ class Emission(Expressions):
     def marks(self, index: int) -> str:
         """Statements that make every reader of a value dirty.
 
-        A reader that does nothing unless its guard is true is not marked while that is false: the
-        change of the guard will mark it.
+        A reader that uses the value only under a condition is not marked while that is false: the
+        change of the condition will mark it.
         """
         groups = defaultdict(set)
         for reader in self.parts.readers.get(index, ()):
             if self.always(reader) or (reader == self._now and self.whole(reader)):
                 continue
-            test, nodes = self.guards[reader]
-            groups["" if index in nodes else test].add(reader)
+            groups[self.guards[reader].get(index, "")].add(reader)
         return " ".join(
             f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
             for test, readers in groups.items())
@@ -118,10 +118,12 @@ class PartWriter:
                      if node.index in self.kept and not users[node.index] & here]
         self.ending = {node.index for node in self.ends}
         self.paths: dict[int, tuple] = {}
+        self.read_at: dict[int, set[tuple]] = defaultdict(set)     # blocks that read a value
         self.counter = 0
         self.root = Block()
         self.blocks = {(): self.root}
         self.temporary = self._temporary()
+        self.at_once: set[int] = set()
         self._plan()
 
     def _temporary(self):
@@ -144,6 +146,7 @@ class PartWriter:
             if run.node < 0:
                 continue
             for source in self.e.parts.through([run.node]):
+                self.read_at[source].add(path)
                 if source in self.inside and source not in self.ending:
                     old = self.paths.get(source)
                     self.paths[source] = path if old is None else self._common(old, path)
@@ -287,37 +290,42 @@ class PartWriter:
 
     # -- lines
 
-    def guard(self):
-        """C++ of the condition for the part to do anything, or ""; and the nodes that it reads."""
-        words = self._guard(self.root)
-        if not words or len(words) > 3:
-            return "", set()
-        nodes = {source for word in words for run in word if run.node >= 0
-                 for source in self.e.parts.through([run.node])}
-        return " | ".join(self.e.true(list(word)) for word in words), nodes
+    def guards(self) -> dict[int, str]:
+        """C++ of a condition for every value that this part uses only under that condition."""
+        found = {}
+        for source, paths in self.read_at.items():
+            tests = {self._condition(path) for path in paths}
+            if "" not in tests and len(tests) <= MOST_TESTS:
+                found[source] = " | ".join(sorted(tests))
+        return found
 
-    def _guard(self, block):
-        if block.nodes or block.leaves:
-            return None
-        found = []
-        for kind, select, number, _ in block.choices:
-            if kind == "pmux":
-                return None
-            one = self._inner((*block.path, (number, 1)))
-            zero = self._inner((*block.path, (number, 0)))
-            if one:
-                found.append(tuple(select))
-            if zero:
-                below = self._guard(zero)
-                if below is None:
-                    return None
-                found += below
-        return list(dict.fromkeys(found))
+    def _condition(self, path):
+        """C++ of the outermost condition of a block that other parts can read, or ""."""
+        for at, (number, label) in enumerate(path):
+            kind, select = self._select(path[:at], number)
+            if label == "else" or (label == 0 and kind != "pmux"):
+                continue
+            word = self._bit(select, label) if kind == "pmux" else select
+            sources = self.e.parts.through([run.node for run in word if run.node >= 0])
+            if sources <= self.e.stored - self.inside:
+                return self.e.true(list(word))
+        return ""
+
+    def _select(self, path, number):
+        """Kind and select word of a choice in the block at a path."""
+        if number < 0:
+            node = self.e.nodes[-number]
+            return node.kind.removeprefix("$"), node.ports["S"]
+        return next((kind, select) for kind, select, one, _ in self.blocks[path].choices
+                    if one == number)
 
     def lines(self):
         self.e.local = self.inside - self.ending
         out = [f"void part{self.part.index}(Controller& s) {{"]
-        temporary = [sink for sink in self.part.sinks if sink.index in self.temporary]
+        # A register that nothing is told of changes at once; what is computed later reads a copy.
+        self.at_once = {index for index in self.temporary if not self.e.marks(index)}
+        temporary = [sink for sink in self.part.sinks
+                     if sink.index in self.temporary - self.at_once]
         out += [f"    u64 t{sink.index} = s.n{sink.index};" for sink in temporary]
         if self.e.whole(self.part.index) and self.part.sinks:
             tests = {self.e.word(sink.enables[0]) if sink.enables else ""
@@ -325,10 +333,12 @@ class PartWriter:
             mark = self.e.marks_of([self.part.index])
             out.append(f"    {mark}" if "" in tests
                        else f"    if ({' | '.join(sorted(tests))}) {{ {mark} }}")
-        out += self._write(self.root, 1)
+        body = self._write(self.root, 1)
+        out += [f"    const u64 o{index} = s.n{index};" for index in sorted(self.e.copied)]
+        out += body
         out += [f"    {self._keep(sink, f't{sink.index}')}" for sink in temporary]
         out.append("}")
-        self.e.local = set()
+        self.e.local, self.e.changed, self.e.copied = set(), set(), set()
         return out
 
     def _inner(self, path):
@@ -425,6 +435,9 @@ class PartWriter:
             return self._memory(sink)
         text = self.e.word(word) if word is not None else self.e.value(sink)
         index, kind = sink.index, kept_as(sink.width)
+        if index in self.at_once:
+            self.e.changed.add(index)
+            return [f"s.n{index} = ({kind})({text});"]
         if index in self.temporary:
             return [f"t{index} = {text};"]
         wide = "u128" if sink.width > 64 else "u64"

@@ -45,6 +45,8 @@ class Expressions:
         self.parts = parts
         self.nodes = parts.netlist.nodes
         self.local: set[int] = set()    # nodes with a variable in the present function
+        self.changed: set[int] = set()  # registers that it has changed so far
+        self.copied: set[int] = set()   # those of them whose old value it still reads
 
     def name(self, index: int) -> str:
         """C++ of a node's value."""
@@ -52,6 +54,9 @@ class Expressions:
             return self.value(self.nodes[index])
         if index in self.local:
             return f"v{index}"
+        if index in self.changed:
+            self.copied.add(index)
+            return f"o{index}"
         return f"s.n{index}"
 
     def word(self, runs: list[Run], signed_to: int = 0) -> str:

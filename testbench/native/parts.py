@@ -28,7 +28,7 @@ BUSY = re.compile(r"""
             | axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+))
         | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
             | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
-    | gap_reference(\$\d+)?""", re.X)
+    | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?""", re.X)
 
 
 @dataclass(eq=False)
@@ -196,7 +196,8 @@ class Parts:
             found[index] = self._class(nodes[index], hot)
         for node in nodes:
             if node.kind in SINKS:
-                found[node.index] = self._class(node, bool(self.reads[node.index] & busy))
+                hot = node.index in busy or bool(self.reads[node.index] & busy)
+                found[node.index] = self._class(node, hot)
         return found
 
     def _kind(self, index):
