@@ -11,10 +11,10 @@ check, and those of this host always do::
 
 The check is the CRC of everything before the ``*``, in four hexadecimal digits. The answer names
 the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise by 1,
-modulo 65536. A line with the number of the last one gets the same answer again, and is not carried
-out again. Any other number, a wrong check, and a line in which the receiver saw an error are
-refused whole by ``error:108``, with the number if it could be read. This host then sends the line
-again, and also if no answer comes.
+modulo 65536. One of the last 64 lines that comes again gets the same answer again, and is not
+carried out again. Any other number, a wrong check, and a line in which the receiver saw an error
+are refused whole by ``error:108``, with the number if it could be read. This host then sends the
+line again, and also if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
 refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. So no damaged byte
@@ -195,8 +195,7 @@ def frames(rows: bytes) -> Iterator[tuple[int, bytes]]:
     for number, payload in enumerate(payloads):
         sequence = number % 256
         yield sequence, frame(len(payload), sequence, payload)
-    sequence = len(payloads) % 256
-    yield sequence, frame(FINISH, sequence)
+    yield (last := len(payloads) % 256), frame(FINISH, last)
 
 
 @dataclass
@@ -250,7 +249,9 @@ class Link:
         self._tend()
 
     def realtime(self, byte: bytes) -> None:
-        """Send one real-time byte."""
+        """Send one real-time byte. After ``RESET`` no line from before it is sent again."""
+        if byte == RESET:
+            self._forget()
         self.pipe.write(byte)
 
     def press(self, button: bytes | str) -> None:
@@ -463,8 +464,7 @@ class Link:
         elif byte in (TAKEN, AGAIN):
             self._mark = byte  # neither occurs in a line
         elif byte == 0x0A:
-            line = self._line.decode("ascii", "replace").strip()
-            self._line.clear()
+            line, self._line = self._line.decode("ascii", "replace").strip(), bytearray()
             if line:
                 self._dispatch(self._full(line))
         else:
@@ -489,9 +489,12 @@ class Link:
         self.on_line(line)
 
     def _started(self) -> None:
-        """Begin to number anew: a controller that starts has forgotten all lines."""
-        self._number = 0
-        self._held = None
+        """Begin to number anew."""
+        self._number, self._held = 0, None
+        self._forget()
+
+    def _forget(self) -> None:
+        """A controller that starts has forgotten all lines."""
         for sent in self._open:
             sent.answer = "the controller has started anew"
         self._open.clear()
