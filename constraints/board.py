@@ -15,7 +15,7 @@ from amaranth.build import Platform
 
 from constraints.wires import CONFIGURATION_SITES, Wire, unloaded_high
 
-__all__ = ["CHAIN", "CHAINED", "KEEP", "PADS", "POWER", "Board", "Flash", "Header", "Journal",
+__all__ = ["CHAIN", "CHAINED", "FIXED", "PADS", "POWER", "Board", "Flash", "Header", "Journal",
            "Pad", "unsafe_unloaded"]
 
 AXES = 3
@@ -91,9 +91,13 @@ CHAIN = Pad("chain", "o", 3, "Shift registers (data, shift clock, latch clock) f
             + ", ".join(f"`{name}`" for name in CHAINED) + ".")
 
 
-# Two inputs of the flash memory that must be high, where the board connects them to the device.
-KEEP = Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory: always high, "
-           "which is inactive.")
+# Pins with a fixed level, where the board has them: what they drive, and the levels, first bit low.
+FIXED = {
+    Pad("flash_keep", "o", 2, "Write protection and hold of the flash memory: always high, which "
+        "is inactive."): 0b11,
+    Pad("esp32_quiet", "o", 2, "Enable of the board's ESP32, always low, and its GPIO0, always "
+        "high: so it neither drives pins that it shares nor loads another bitstream."): 0b10,
+}
 
 
 @dataclass(frozen=True)

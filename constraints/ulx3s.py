@@ -5,6 +5,11 @@ The pins are not 5 V tolerant, and every wire of a machine comes through an isol
 is left alone: it leads to channels 0 and 1 of the board's converter, a MAX11125, which read the gap
 voltage and the fluid cell.
 
+On PCBs after version 2.0, GP and GN 11 to 13 also lead to the board's ESP32, whose firmware may
+drive 11 and 12, and may load another bitstream. The bitstream holds it in reset by ``wifi_en``, and
+holds ``wifi_gpio0`` high, for whose low level that firmware waits. On version 3.1.7 ``wifi_en`` is
+reported to have no effect: so no guard, coder, gate or enable is on 11 and 12.
+
 What happens without a bitstream, and when a wire breaks, stands with each wire
 (``constraints/machine_wires.py``). The shift registers come up at random: their output enable must
 be wired to ``drive_enable`` (inverted), which a resistor holds low.
@@ -13,14 +18,15 @@ The memory is 256 KiB in the 85F and 184 KiB in the 45F; ``docs/reference/retrac
 far back along the path each remembers. The smaller devices have too little memory. In the 85F 304
 KiB would remember twice as far, but with its 176 block RAMs the layout just misses the clock.
 
-Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins.
+Ref: ULX3S manual, and ``amaranth_boards.ulx3s`` for the headers' pins and the ESP32's; issues 58 of
+olofk/edalize (GPIO0) and 4 of emard/ulx3s-misc (enable on 3.1.7).
 """
 
 from pathlib import Path
 
 from amaranth_boards import ulx3s
 
-from constraints.board import CHAIN, KEEP, PADS, Board, Flash, Header, Journal
+from constraints.board import CHAIN, FIXED, PADS, Board, Flash, Header, Journal
 from constraints.machine_wires import machine_wires
 from constraints.wires import Wire, resource
 
@@ -43,17 +49,17 @@ WIRES = (
         "dac": "3+ 4+ 5+",
         "dac_negative": "3- 4- 5-",
         "step": "6+ 7+ 8+",
-        "dir": "6- 7- 8-",
+        "estop": "6-",
+        "drive_fault": "10- 7- 8-",
         "drive_enable": "9+ 9- 10+",
-        "drive_fault": "10- 11+ 11-",
-        "estop": "12+",
-        "fluid_low": "12-",
+        "dir": "11+ 11- 12+",
+        "gap_noise": "12-",
         "fin": "13+",
         "gap_sense": "13-",
         # J2: the gap, the limit switches, the shift registers.
         "contactor": "15+",
         "arm": "15-",
-        "gap_noise": "16-",
+        "fluid_low": "16-",
         "gap_reference": "16+ 17+ 17-",
         "gap_on": "18+",
         "gap_level": "18- 19+ 19- 20+ 20- 21+",
@@ -81,10 +87,14 @@ WIRES = (
     Wire("flash_keep", "Y2 W1", "memory", "high lets the memory work", ON_BOARD, header=False,
          pull="UP"),
 
+    # Held in reset: its enable and its GPIO0.
+    Wire("esp32_quiet", "F1 L2", "esp32", "low is reset; high does not ask for a bitstream",
+         ON_BOARD, header=False, pull="UP"),
+
     # LED 0.
     Wire("safe", "B2", "lamp", "high is lit", ON_BOARD, header=False, pull="NONE", drive_ma=4),
 )
-DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN, KEEP)}
+DIRECTIONS = {pad.name: pad.direction for pad in (*PADS, CHAIN, *FIXED)}
 RESOURCES = [resource(wire, DIRECTIONS[wire.pad], HEADER) for wire in WIRES]
 
 

@@ -63,6 +63,7 @@ KINDS = {
     "relay": Kind("relay drivers", "24 V relays behind shift registers with 3.3 V inputs and an "
                   "output enable."),
     "memory": Kind("flash memory", "nothing: it is on the board."),
+    "esp32": Kind("ESP32", "nothing: it is on the board."),
     "lamp": Kind("lamp", "nothing: it is on the board."),
 }
 

@@ -23,7 +23,7 @@ from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import boards
-from constraints.board import CHAIN, CHAINED, KEEP, PADS, Board
+from constraints.board import CHAIN, CHAINED, FIXED, PADS, Board
 from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.contents import placeholder, with_firmware
@@ -171,9 +171,11 @@ class BoardTop(Top):
                      self.locked.eq(pll.locked)]
         # The clock of the memory that the device loads its bitstream from.
         m.submodules.mclk = Instance("USRMCLK", i_USRMCLKI=self.flash_clock, i_USRMCLKTS=0)
-        if (KEEP.name, 0) in platform.resources:
-            m.submodules.keep = keep = io.Buffer("o", platform.request(KEEP.name, 0, dir="-"))
-            m.d.comb += keep.o.eq(~0)
+        for pad, level in FIXED.items():
+            if (pad.name, 0) in platform.resources:
+                m.submodules[pad.name] = fixed = io.Buffer(
+                    "o", platform.request(pad.name, 0, dir="-"))
+                m.d.comb += fixed.o.eq(level)
         return m
 
 

@@ -3,12 +3,12 @@
 
 from collections.abc import Iterable
 
-from constraints.board import CHAIN, KEEP, PADS, POWER, Board, Pad
+from constraints.board import CHAIN, FIXED, PADS, POWER, Board, Pad
 from constraints.wires import GROUND_OHM, KINDS, LOW_MAX_V, Wire, unloaded_high, unloaded_v
 
 __all__ = ["alike", "board_drawing", "drawn", "pins_page"]
 
-PAD = {pad.name: pad for pad in (*PADS, CHAIN, KEEP)}
+PAD = {pad.name: pad for pad in (*PADS, CHAIN, *FIXED)}
 TRIED = ("No machine has been wired by this page yet, and no bitstream has been on a board: the "
          "tables are checked against the pin lists and by a test, not on hardware.")
 
@@ -59,7 +59,7 @@ def drawn(board: Board) -> str:
     return f"pins-{board.pin_list.stem}.svg"
 
 
-def pins_page(boards: Iterable[Board], pads: Iterable[Pad] = (*PADS, CHAIN, KEEP)) -> str:
+def pins_page(boards: Iterable[Board], pads: Iterable[Pad] = (*PADS, CHAIN, *FIXED)) -> str:
     """Reference of the pins and wires, in Markdown; boards with the same pin list share a table."""
     boards, pads = tuple(boards), tuple(pads)
     worst = max(unloaded_v(wire)[1] for board in boards for wire in board.wires

@@ -12,7 +12,7 @@ import pytest
 from amaranth.build import Platform
 
 from constraints import wires
-from constraints.board import CHAIN, CHAINED, KEEP, PADS, POWER, unsafe_unloaded
+from constraints.board import CHAIN, CHAINED, FIXED, PADS, POWER, unsafe_unloaded
 from constraints.wires import unloaded_high, unloaded_v
 from rtl import pads
 from softcore import build, top
@@ -71,9 +71,23 @@ def test_every_pad_has_its_pins(board, pin_list):
     wanted = {(pad.name, bit) for pad in PADS for bit in range(pad.width)
               if not (chained and pad.name in CHAINED)}
     wanted |= {(CHAIN.name, bit) for bit in range(CHAIN.width) if chained}
-    wanted |= {(KEEP.name, bit) for bit in range(KEEP.width)
-               if (KEEP.name, 0) in platform.resources}
+    wanted |= {(pad.name, bit) for pad in FIXED for bit in range(pad.width)
+               if (pad.name, 0) in platform.resources}
     assert set(placed(pin_list)) == wanted | {(platform.default_clk, 0)}
+
+
+@pytest.mark.parametrize("name", [name for name in BOARDS if name.startswith("ulx3s")])
+def test_what_an_esp32_can_drive_guards_and_moves_nothing(name):
+    """On later PCBs its GPIO 25, 26, 32 and 33 are GN11, GP11, GN12 and GP12."""
+    board = BOARDS[name]
+    shared = {wire.pad for wire in board.wires
+              if {"11+", "11-", "12+", "12-"} & set(wire.pins.split())}
+    assert shared == {"dir", "gap_noise"}
+    quiet = next(wire for wire in board.wires if wire.pad == "esp32_quiet")
+    assert board.sites_of(quiet) == ["F1", "L2"]
+    netlist = once(name).files["top.il"]
+    module = netlist[netlist.index("module \\top.esp32_quiet\n"):]
+    assert "connect \\A 2'10\n" in module[:module.index("\nend")], "enable low, GPIO0 high"
 
 
 def test_no_pin_is_used_twice_nor_taken_from_the_adc(board, pin_list):

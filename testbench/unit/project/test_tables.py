@@ -11,7 +11,7 @@ import pytest
 from amaranth.hdl import Shape
 
 from constraints import ulx3s
-from constraints.board import CHAIN, KEEP, PADS
+from constraints.board import CHAIN, FIXED, PADS
 from host import alarms
 from host.run.events import EventError, Scale, parse
 from rtl.events import Cause, Event, Halt, Happened, Phase, Queued, Reason
@@ -306,17 +306,17 @@ def test_a_condition_is_changed_in_one_place():
 
 
 def test_a_pin_is_changed_in_one_place():
-    pads = altered((*PADS, CHAIN, KEEP), "estop", doc="The red button.")
+    pads = altered((*PADS, CHAIN, *FIXED), "estop", doc="The red button.")
     row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
     assert row[:5] == ["`estop`", "in", "J1 GP12 (G3)", "yes", "LVCMOS33, pull down"]
     assert row[5].startswith("The red button. A closed contact ")
 
 
 def test_the_page_of_pins_has_every_pad_of_the_board():
-    assert all(pad.doc.endswith(".") for pad in (*PADS, CHAIN, KEEP))
+    assert all(pad.doc.endswith(".") for pad in (*PADS, CHAIN, *FIXED))
     page = pins_page(ulx3s.BOARDS)
     resources = ulx3s.BOARDS[0].platform().resources
-    for pad in (*PADS, CHAIN, KEEP):
+    for pad in (*PADS, CHAIN, *FIXED):
         if (pad.name, 0) in resources:
             assert len(cells(page, f"`{pad.name}`")[2].split(", ")) == pad.width, pad.name
     assert cells(page, "`rx`")[1:4] == ["in", "M1", ""]
