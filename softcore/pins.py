@@ -11,13 +11,74 @@ __all__ = ["alike", "board_drawing", "drawn", "pins_page"]
 PAD = {pad.name: pad for pad in (*PADS, CHAIN, *FIXED)}
 TRIED = ("No machine has been wired by this page yet, and no bitstream has been on a board: the "
          "tables are checked against the pin lists and by a test, not on hardware.")
+# Where the gap voltage and the fluid cell go, by the pin list: sentences for the page, and names
+# for the analogue pins of the headers. For the ULX3S from comments in its maker's pin list.
+ANALOGUE = {
+    "ulx3s_85f": (
+        "**The gap voltage goes to J2 GN14 (U17), the fluid cell to J2 GP14 (U18).** They are "
+        "channels 0 and 1 of the converter on the board, a MAX11125. Both are analogue, against "
+        "the board's ground: from 0 V to the converter's reference, and never above 3.3 V "
+        "(assumed: its inputs are single-ended and unipolar after power-on). The voltage of the "
+        "reference was not looked up: measure it before you choose a divider. A full reading is "
+        "the gap voltage `reference_full_v` of the [machine's file](machine-file.md). The board's "
+        "ground is the computer's USB ground: put an isolating amplifier between the divider at "
+        "the gap and the board. Untried.",
+        {"14-": "gap voltage", "14+": "fluid cell"}),
+    "colorlight_i9": (
+        "**There is no converter on this board: add a MAX11125 with a supply of 3.3 V.** Its "
+        "serial wires go to P2 27 to 30 (`adc_select`, `adc_clock`, `adc_command`, `adc_data`). "
+        "Its channel 0 reads the gap voltage, its channel 1 the fluid cell: from 0 V to its "
+        "reference (assumed: its inputs are single-ended and unipolar after power-on). A full "
+        "reading is the gap voltage `reference_full_v` of the [machine's file](machine-file.md). "
+        "Its ground is that of the divider at the gap. So its four wires go through an isolator. "
+        "Untried.",
+        {}),
+}
+
+
+def _labels(board: Board) -> dict[str, str]:
+    return {pin: f"{header.name} {header.labels.get(pin, pin)}"
+            for header in board.headers for row in header.rows for pin in row}
+
+
+def _taken(board: Board) -> dict[str, tuple[Wire, int]]:
+    """Pins of the headers whose site has a wire on the board itself; the wire and its bit."""
+    at = {site: pin for pin, site in board.sites.items()}
+    return {at[site]: (wire, bit) for wire in board.wires if not wire.header
+            for bit, site in enumerate(board.sites_of(wire)) if site in at}
+
+
+def _name(wire: Wire, bit: int) -> str:
+    return f"{wire.pad}{f'[{bit}]' if PAD[wire.pad].width > 1 else ''}"
 
 
 def _places(wire: Wire, board: Board) -> str:
-    labels = {pin: f"{header.name} {header.labels.get(pin, pin)}"
-              for header in board.headers for row in header.rows for pin in row}
+    labels = _labels(board)
     return ", ".join(f"{labels[pin]} ({site})" if wire.header else site
                      for pin, site in zip(wire.pins.split(), board.sites_of(wire), strict=True))
+
+
+def _notes(board: Board) -> list[str]:
+    """Paragraphs of what a board's table does not say."""
+    labels, taken, found = _labels(board), _taken(board), []
+    if board.pin_list.stem in ANALOGUE:
+        found.append(ANALOGUE[board.pin_list.stem][0])
+    wires = {wire.pad: wire for wire in board.wires}
+    if CHAIN.name in wires:
+        first = wires["drive_enable"].pins.split()[0]
+        found.append(
+            "**The shift registers behind `chain` come up at random: their output enable must be "
+            f"wired to {labels[first]}, `drive_enable[0]`.** Of a register such as the 74HC595 it "
+            "is active low: put an inverter between them. The three pins of `drive_enable` always "
+            "have the same level; take the first. While it is low, as without a bitstream and "
+            "whenever the outputs are safe, the registers drive nothing: give each of their "
+            "outputs a resistor to its inactive level. Keep the resistor to ground on "
+            "`drive_enable`. Untried.")
+    if taken:
+        names = ", ".join(f"{labels[pin]} (`{_name(*taken[pin])}`)" for pin in taken)
+        found.append(f"**Leave these pins of the headers free:** {names}. The board itself uses "
+                     "their sites.")
+    return [line for text in found for line in (text, "")]
 
 
 def _unloaded(wire: Wire) -> str:
@@ -87,7 +148,7 @@ def pins_page(boards: Iterable[Board], pads: Iterable[Pad] = (*PADS, CHAIN, *FIX
             lines.append(f"| {kind.title} | {kind.withstand} | {', '.join(names)} |")
     for same in alike(boards):
         lines += ["", "## " + ", ".join(f"{board.title} (`{board.name}`)" for board in same), "",
-                  f"![The headers from above]({drawn(same[0])})", "",
+                  f"![The headers from above]({drawn(same[0])})", "", *_notes(same[0]),
                   "| signal | direction | pins | active low | electrics | meaning | without a "
                   "bitstream | with a broken wire |", f"|{' --- |' * 8}",
                   *(_row(wire, pad, same[0]) for pad in pads
@@ -123,9 +184,11 @@ def board_drawing(same: list[Board]) -> str:
     """SVG of the headers of boards with the same pins, from above: print, site and signal."""
     board = same[0]
     title = ", ".join(one.title for one in same)
-    used = {pin: (wire, f"{wire.pad}{f'[{bit}]' if PAD[wire.pad].width > 1 else ''}")
-            for wire in board.wires if wire.header
-            for bit, pin in enumerate(wire.pins.split())}
+    used = {pin: (wire, bit) for wire in board.wires if wire.header
+            for bit, pin in enumerate(wire.pins.split())} | _taken(board)
+    drawn_as = {pin: (_kind(wire), _name(wire, bit)) for pin, (wire, bit) in used.items()}
+    drawn_as |= {pin: ("input", name)
+                 for pin, name in ANALOGUE.get(board.pin_list.stem, ("", {}))[1].items()}
     across = min(3, len(board.headers))
     stacks = [board.headers[at:at + across] for at in range(0, len(board.headers), across)]
     height = TOP + sum(max(len(header.rows) for header in stack) * ROW + 46 for stack in stacks)
@@ -149,8 +212,7 @@ def board_drawing(same: list[Board]) -> str:
             for row, pins in enumerate(header.rows):
                 for side, pin in enumerate(pins):
                     site = board.sites.get(pin, "")
-                    wire, name = used.get(pin, (None, ""))
-                    key = _kind(wire) if wire else ("" if site else "supply")
+                    key, name = drawn_as.get(pin, ("" if site else "supply", ""))
                     label = " ".join(filter(None, (header.labels.get(pin, pin), site)))
                     lines += _cell(x + side * HALF, top + 8 + row * ROW, COLOURS[key], label,
                                    name, left=not side)

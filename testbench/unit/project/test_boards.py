@@ -20,7 +20,7 @@ from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan
 from softcore.clock import Pll
 from softcore.contents import placeholder
 from softcore.memory import bank_sizes, parities, words_of
-from softcore.pins import board_drawing
+from softcore.pins import board_drawing, pins_page
 from testbench.refusal import refuses
 
 ADC = {"U18", "U17"}  # J2, pair 14: channels 1 and 0 of the converter, those in use
@@ -167,6 +167,40 @@ def test_the_drawing_has_every_wire_at_its_pin(board):
             here = rf">(?:{re.escape(f'{name} · {label} {sites[bit]}')}|" \
                    rf"{re.escape(f'{label} {sites[bit]} · {name}')})</text>"
             assert len(re.findall(here, text)) == 1, (wire.pad, pin)
+
+
+def test_the_drawing_marks_what_the_board_itself_has_at_a_header(board):
+    """A pin is not unused if its site has the lamp, the link or the converter's input."""
+    text, at = board_drawing([board]), {site: pin for pin, site in board.sites.items()}
+    labels = {pin: header.labels.get(pin, pin) for header in board.headers
+              for row in header.rows for pin in row}
+    wanted = {(wire.pad, at[site]) for wire in board.wires if not wire.header
+              for site in board.sites_of(wire) if site in at}
+    if board.name.startswith("ulx3s"):
+        wanted |= {("gap voltage", "14-"), ("fluid cell", "14+")}
+    else:
+        assert ("safe", "P2.6") in wanted
+    for name, pin in wanted:
+        label = f"{labels[pin]} {board.sites[pin]}"
+        assert f">{name} · {label}<" in text or f">{label} · {name}<" in text, (name, pin)
+
+
+def test_the_page_says_where_the_gap_voltage_goes_and_what_holds_the_shift_registers(board):
+    page, wires = pins_page([board]), {wire.pad: wire for wire in board.wires}
+    if board.name.startswith("ulx3s"):
+        assert "The gap voltage goes to J2 GN14 (U17), the fluid cell to J2 GP14 (U18)" in page
+        enable = "J1 GP9"
+    else:
+        assert "no converter on this board: add a MAX11125" in page
+        assert "to P2 27 to 30 (`adc_select`" in page
+        assert [wires[f"adc_{name}"].pins for name in ("select", "clock", "command", "data")] == [
+            f"P2.{number}" for number in range(27, 31)]
+        assert "P2 6 (`safe`)" in page
+        enable = "P4 5"
+    assert f"their output enable must be wired to {enable}, `drive_enable[0]`" in page
+    # A board with a pin for each needs none.
+    plain = replace(board, wires=tuple(wire for wire in board.wires if wire.pad != CHAIN.name))
+    assert "output enable must be" not in pins_page([plain])
 
 
 def test_clock_makes_the_link_rate_exactly(board):
