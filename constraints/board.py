@@ -224,6 +224,8 @@ def unsafe_unloaded(board: Board) -> list[str]:
     for wire in board.wires:
         if wire.pad not in POWER:
             continue
+        if wire.pad == CHAIN.name and not wire.behind:
+            found.append("chain stands behind nothing: shift registers come up at random")
         before = wires.get(wire.behind)
         if not inactive(wire) and not (before and inactive(before)):
             found.append(f"{wire.pad} may be active: no resistor holds it")

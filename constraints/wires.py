@@ -25,9 +25,10 @@ LOW_MAX_V = 0.8         # highest low level of LVCMOS33
 GROUND_OHM = 2200       # the resistor to ground on every wire that must be low
 
 # Sites of bank 8 of the package BG381. The device uses them to load its bitstream, and may drive
-# them meanwhile. From amaranth_boards.ulx3s (the flash) and from memory (the others).
+# them meanwhile. From amaranth_boards.ulx3s (the flash), from Lattice's pin-out of the package
+# (R3 DOUT, T2 SN, T3 WRITEN, U2 CS1N), and from memory (the others).
 CONFIGURATION_SITES = frozenset(
-    ("R1", "R2", "T1", "U1", "U3", "V1", "V2", "W1", "W2", "Y2"))
+    ("R1", "R2", "R3", "T1", "T2", "T3", "U1", "U2", "U3", "V1", "V2", "W1", "W2", "Y2"))
 
 
 @dataclass(frozen=True)

@@ -177,7 +177,7 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
 
 
 def _manifest(board: str, built: Path) -> dict[str, Any]:
-    from softcore.build import MANIFEST, missed
+    from softcore.build import BOARDS, MANIFEST, missed
     try:
         text = (built / MANIFEST).read_text(encoding="utf-8")
         bits = (built / "top.bit").read_bytes()
@@ -190,7 +190,8 @@ def _manifest(board: str, built: Path) -> dict[str, Any]:
         whose, digest, _, _ = (_text(manifest[key]) for key in (
             "board", "bitstream_sha256", "build", "firmware_sha256"))
         complaint = missed({name: (float(clock["reached"]), float(clock["wanted"]))
-                            for name, clock in manifest["clocks_mhz"].items()})
+                            for name, clock in manifest["clocks_mhz"].items()},
+                           BOARDS[board].clock_hz)
     except (ValueError, TypeError, KeyError, AttributeError, ZeroDivisionError) as error:
         raise UserError(f"the manifest of the bitstream for {board} is damaged: {again}") from error
     if whose != board:

@@ -186,10 +186,9 @@ def test_a_bitstream_for_another_board_is_not_loaded(boards, loader):
 
 
 @pytest.mark.parametrize("change", [
-    {"clocks_mhz": None}, {"clocks_mhz": {}}, {"clocks_mhz": {"clk": 52.5}}, {"clocks_mhz": [1]},
+    {"clocks_mhz": None}, {"clocks_mhz": {"clk": 52.5}}, {"clocks_mhz": [1]},
     {"clocks_mhz": {"clk": {"reached": 52.5}}},
     {"clocks_mhz": {"clk": {"reached": "x", "wanted": 50}}},
-    {"clocks_mhz": {"clk": {"reached": 52.5, "wanted": 0}}},
     {"board": None}, {"build": 7}, {"firmware_sha256": None}, {"bitstream_sha256": []},
     "[]", "null", "7", "{", "",
 ])
@@ -200,6 +199,17 @@ def test_a_damaged_manifest_is_one_sentence(boards, loader, change):
                     json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(UserError, match=r"^the manifest of the bitstream for ulx3s is damaged: "
                                         r"delete .* build it again with .*\.$"):
+        load(boards, "ulx3s")
+    assert called() is None
+
+
+@pytest.mark.parametrize("clocks", [
+    {}, {"clk": {"reached": 52.5, "wanted": 0}}, {"clk": {"reached": 52.5, "wanted": 12.0}}])
+def test_a_layout_whose_clock_was_not_judged_is_not_loaded(boards, loader, clocks):
+    called = loader()
+    path = boards / "ulx3s" / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"clocks_mhz": clocks}))
+    with pytest.raises(UserError, match="no clock was judged at the 40 MHz of the board"):
         load(boards, "ulx3s")
     assert called() is None
 

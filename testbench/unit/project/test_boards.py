@@ -136,6 +136,9 @@ def test_no_output_of_power_can_be_active_without_a_bitstream(board):
     ("contactor", {"hold": "supply"}, "contactor may be active: no resistor holds it"),
     ("gap_sense", {"low": True}, "gap_sense may be active: no resistor holds it"),
     ("chain", {"behind": "safe"}, "chain stands behind safe, which may be active"),
+    ("chain", {"behind": ""}, "chain stands behind nothing: shift registers come up at random"),
+    ("gap_on", {"header": False, "pins": "R3"},
+     "gap_on is at R3, which the device may drive while it loads"),
     ("step", {"header": False, "pins": "W2 V2 A4"},
      "step is at W2, which the device may drive while it loads"),
 ])
@@ -236,10 +239,17 @@ def bitstream(reached, wanted):
 
 
 def test_a_missed_clock_is_one_clear_sentence():
-    bitstream(52.5, 50.0).require_clocks()
+    bitstream(52.5, 50.0).require_clocks(50_000_000)
     with pytest.raises(BuildError, match=r"^the layout is too slow: clock clk reaches 52\.4 MHz of "
                                          r"the 52\.5 MHz that it needs, 5 % to spare included\.$"):
-        bitstream(52.4, 50.0).require_clocks()
+        bitstream(52.4, 50.0).require_clocks(50_000_000)
+
+
+def test_a_layout_that_was_asked_for_a_slower_clock_was_not_judged():
+    """A constraint that got lost: nextpnr then assumes 12 MHz."""
+    for made in (bitstream(60.0, 40.0), Bitstream("", "", Cells(0, 0, 0, 0, 0, 0), 0, {}, 0.0)):
+        with pytest.raises(BuildError, match="no clock was judged at the 50 MHz of the board"):
+            made.require_clocks(50_000_000)
 
 
 def test_a_layout_that_is_too_slow_is_tried_with_further_seeds(workdir, monkeypatch):
