@@ -163,7 +163,7 @@ def test_a_sound_machine_has_nothing_wrong():
 
 
 @pytest.mark.parametrize("machine", [
-    pytest.param("wire", marks=pytest.mark.soak), pytest.param("stepper", marks=pytest.mark.soak)])
+    "wire", pytest.param("stepper", marks=pytest.mark.soak)])
 def test_a_sound_machine_of_another_kind_has_nothing_wrong(machine):
     found = examined(machine=machine, entered=True)
     assert found.wrong == []

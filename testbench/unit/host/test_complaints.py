@@ -4,7 +4,7 @@
 import pytest
 
 from constraints.boards import BOARDS
-from host.doctor.complaints import PLACES, place, suspects
+from host.doctor.complaints import PLACES, place, suspects, touched
 from softcore.tables.causes import CAUSES
 
 ULX3S = BOARDS[0]
@@ -34,6 +34,21 @@ EVENT = "[E:alarm,476269,0,0,0,0,140,interlock: {}; the position is lost.]"
 ])
 def test_a_sentence_leads_to_its_wires(said, wires):
     assert {one.wire for _, places in suspects(ULX3S, [said]) for one in places} == wires
+
+
+def test_a_coder_that_counts_the_wrong_way_may_lack_its_settings():
+    said = EVENT.format("coder of axis Y: it counts against the command")
+    (meaning, _), = suspects(ULX3S, [said])
+    assert "--machine" in meaning
+
+
+@pytest.mark.parametrize(("said", "touches"), [
+    ("contact with the discharge off; from here only a move away from the work is possible", True),
+    ("the electrode touched the work with the discharge off", True),
+    ("emergency stop", False),
+])
+def test_a_touch_is_told_from_other_alarms(said, touches):
+    assert touched(EVENT.format(said)) is touches
 
 
 def test_the_sentences_of_the_causes_are_known():
