@@ -2,6 +2,7 @@
 """``gapkeeper doctor`` on the simulated machine, sound and with each of many wrong wires."""
 
 import time
+from _thread import interrupt_main
 from dataclasses import dataclass
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from host.doctor.command import examine
 from host.doctor.complaints import place
 from host.doctor.doctor import HOME_FIRST, UNCHECKED, Doctor
+from host.link.link import fields_of
 from host.link.port import Port
 from host.link.serve import Tcp
 from host.machines import machine as machines
@@ -198,6 +200,26 @@ def test_a_doctor_that_is_broken_off_leaves_the_machine_disarmed():
     assert {"arm", "end"} <= found.of(True)
     assert not found.armed
     assert "Lost" in found.status, "no position is invented before a yes"
+
+
+def test_ctrl_c_in_the_middle_of_a_motion_stops_it_and_disarms():
+    seen, due_s = bytearray(), []
+
+    def meddle(simulated, data):
+        seen.extend(data)
+        if b"X0.2" in seen and not due_s:
+            due_s.append(simulated.time_s() + 0.1)
+        if due_s and simulated.time_s() > due_s[0]:
+            due_s[0] = float("inf")
+            interrupt_main()
+        return data
+
+    found = examined(agrees="X", meddle=meddle)
+    assert found.ended == "KeyboardInterrupt"
+    assert "end" in found.of(True)
+    assert not found.armed
+    assert 0.01 < float(fields_of(found.status)["MPos"].split(",")[0]) < 0.19
+    assert HOME_FIRST in found.report
 
 
 def test_a_coder_that_fails_on_the_way_back_is_named():
