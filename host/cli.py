@@ -363,6 +363,8 @@ def doctor(
                             "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
     board: Annotated[str, typer.Option(
         metavar="BOARD", help="Board, by which wires have pins.")] = "ulx3s",
+    machine: Annotated[str | None, typer.Option(
+        metavar="NAME|FILE", help="As of `run`: its settings are entered first.")] = None,
     baud: Annotated[int, typer.Option(
         min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
     report: Annotated[Path, typer.Option(
@@ -372,12 +374,12 @@ def doctor(
 ) -> None:
     """Examine a controller and its wires; each wrong wire is named with its pin.
 
-    It resets the controller. Then it checks link, version and inputs, waits for a press of the
-    button `arm`, and moves each axis by 0.2 mm after a question. The discharge stays off. Exit
-    status 1 if something is wrong.
+    It resets the controller, checks link, version and inputs, waits for a press of the button
+    `arm`, and moves each axis by 0.2 mm after a question; a lost position is taken over for that.
+    The discharge stays off; at the end a reset disarms. Exit status 1 if something is wrong.
     """
     from host.doctor.command import examine
-    raise typer.Exit(examine(port, board, baud=baud, report=report, console=out,
+    raise typer.Exit(examine(port, board, baud=baud, report=report, console=out, machine=machine,
                              ask=lambda question: typer.confirm(question)))
 
 

@@ -10,18 +10,21 @@ from constraints.boards import BOARDS
 from host.doctor.doctor import Doctor
 from host.errors import DONE, FAULT, UsageError, UserError
 from host.link.port import Port
+from host.machines import machine as machines
 
 __all__ = ["examine"]
 
 
 def examine(url: str, board: str, *, baud: int, report: Path, console: Console,
-            ask: Callable[[str], bool]) -> int:
+            ask: Callable[[str], bool], machine: str | None = None) -> int:
     """Examine the controller at ``url``, write the report, return the exit status.
+
+    With ``machine``, the settings of that machine's file are entered first.
 
     Raises
     ------
     UsageError
-        If there is no such board.
+        If there is no such board or machine.
     UserError
         If nobody answers there, it is not Gapkeeper, or the report cannot be written.
     """
@@ -29,12 +32,14 @@ def examine(url: str, board: str, *, baud: int, report: Path, console: Console,
     if board not in chosen:
         raise UsageError(f'there is no board "{board}"; there are: {", ".join(sorted(chosen))}.')
 
+    known = None if machine is None else machines.load(machine)
+
     def say(text: str) -> None:
         console.print(text, markup=False, soft_wrap=True)
 
     port = Port(url, baud)
     try:
-        doctor = Doctor(port, chosen[board], ask=ask, say=say)
+        doctor = Doctor(port, chosen[board], ask=ask, say=say, machine=known)
         try:
             doctor.examine()
         finally:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from constraints.board import PADS, Board
 
-__all__ = ["PLACES", "Place", "place", "suspects"]
+__all__ = ["PLACES", "Place", "place", "suspects", "touched"]
 
 AXES = "XYZ"
 WIDTH = {pad.name: pad.width for pad in PADS}
@@ -35,10 +35,15 @@ def place(board: Board, pad: str, bit: int = 0) -> Place:
     return Place(name, f"site {site}, on the board")
 
 
-# What the controller says, the pads of whose axes it speaks, and what that level means.
+CONTACT = r"touche[sd]|contact with"
+# What the controller says, the pads of whose axes it speaks, and what that level means. A pad with
+# a bit is that one wire, whatever axes are named.
 PLACES: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (r"emergency stop", ("estop",),
      "open: the emergency stop is pressed, or its wire is broken"),
+    (r"the wire has a break or its drive", ("drive_fault[2]",),
+     "open: the wire has a break, its drive reports a fault or is off, or the input's wire is "
+     "broken"),
     (r"a drive reports a fault", ("drive_fault",),
      "open: the drive reports a fault or is off, or its wire is broken"),
     (r"lower limit switch", ("limit_low",),
@@ -55,13 +60,15 @@ PLACES: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (r"coder of axis \w: both phases are silent", ("enc_a", "enc_b"), "neither phase changes: the "
      "coder's plug is off, or the drive does not move (enable, command)"),
     (r"coder of axis \w: it counts (against|another)", ("enc_a", "enc_b"), "it counts the wrong "
-     "way: the phases are exchanged, or the command's sign"),
+     "way: the phases are exchanged, or the command's sign, or the settings of the drives are not "
+     "entered (they come first: --machine)"),
     (r"coder of axis \w|an encoder made an illegal transition", ("enc_a", "enc_b"),
      "it does not show the motion: look at both phases and their ground"),
-    (r"current or voltage with both sources off", ("gap_current", "gap_short"),
+    (r"current or voltage with both sources off",
+     ("gap_current", "gap_short", "gap_on", "gap_sense"),
      "current or voltage with both gates off: a comparator's wire is broken (current) or stuck "
-     "(short), or a gate is on"),
-    (r"touche[sd]|contact with", ("gap_short", "gap_sense"), "the gap reads as a short: it is, or "
+     "(short), or a gate is on: its wire is stuck, or its transistor is broken"),
+    (CONTACT, ("gap_short", "gap_sense"), "the gap reads as a short: it is, or "
      "the comparator's wire is broken, or the sensing source has no voltage"),
 )
 
@@ -72,6 +79,17 @@ def _axes(text: str) -> list[int]:
     return [AXES.index(name) for name in re.findall("[XYZ]", found[1])] if found else []
 
 
+def _split(pad: str) -> tuple[str, tuple[int, ...]]:
+    """A pad's name, and its bit if it has one."""
+    name, _, bit = pad.rstrip("]").partition("[")
+    return name, (int(bit),) if bit else ()
+
+
+def touched(text: str) -> bool:
+    """Whether the controller says that electrode and work touch."""
+    return re.search(CONTACT, text) is not None
+
+
 def suspects(board: Board, said: Iterable[str]) -> list[tuple[str, list[Place]]]:
     """Meaning, and the wires that may be wrong, of each sentence that tells of an input."""
     found: list[tuple[str, list[Place]]] = []
@@ -80,8 +98,9 @@ def suspects(board: Board, said: Iterable[str]) -> list[tuple[str, list[Place]]]
             if not re.search(pattern, text):
                 continue
             bits = _axes(text)
-            places = [place(board, pad, bit) for pad in pads
-                      for bit in ((bits or range(WIDTH[pad])) if WIDTH[pad] > 1 else (0,))]
+            places = [place(board, pad, bit) for pad, fixed in map(_split, pads)
+                      for bit in ((bits or range(WIDTH[pad])) if WIDTH[pad] > 1 and not fixed else
+                                  fixed or (0,))]
             if (meaning, places) not in found:
                 found.append((meaning, places))
             break

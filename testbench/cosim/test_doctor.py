@@ -2,68 +2,141 @@
 """``gapkeeper doctor`` on the simulated machine, sound and with each of many wrong wires."""
 
 import time
+from _thread import interrupt_main
+from dataclasses import dataclass
 
 import pytest
 
 from host.doctor.command import examine
 from host.doctor.complaints import place
-from host.doctor.doctor import UNCHECKED, Doctor
+from host.doctor.doctor import HOME_FIRST, UNCHECKED, Doctor
+from host.link.link import fields_of
 from host.link.port import Port
+from host.link.serve import Tcp
 from host.machines import machine as machines
 from host.run import simulation
 from softcore.build import BOARDS
-from testbench.live import serving
+from testbench.live import Client, serving
 
 SINKER = machines.load("sinker")
 BOOTED_S = 0.3
 AXES = "XYZ"
 SHORT, CURRENT = 1, 2       # bits of force.comparator_cut
+MAIN, SENSING, SHORTED = 1, 2, 3    # force.gate_stuck
+GAP = {"gap_current", "gap_short", "gap_on", "gap_sense"}   # of a gap that is not at rest
 
-# Wrong wires: the force that plants one, its value, and the wire that must be named.
+# Wrong wires: the force that plants one, its value, and the wires that must be named.
 WRONG = [
-    ("estop", 1, "estop"),
-    *((f"{name}", 1 << axis, f"{name}[{axis}]")
+    ("estop", 1, {"estop"}),
+    *((f"{name}", 1 << axis, {f"{name}[{axis}]"})
       for name in ("drive_fault", "limit_low", "limit_high") for axis in range(3)),
-    ("comparator_cut", CURRENT, "gap_current"),
-    ("comparator_cut", SHORT, "gap_short"),
-    *((f"encoder_{phase}_{level}", 1 << axis, f"enc_{phase}[{axis}]")
+    ("comparator_cut", CURRENT, GAP),
+    ("comparator_cut", SHORT, {"gap_short", "gap_sense"}),
+    *(("gate_stuck", how, GAP) for how in (MAIN, SENSING, SHORTED)),
+    *((f"encoder_{phase}_{level}", 1 << axis, {f"enc_{phase}[{axis}]"})
       for phase in "ab" for level in ("low", "high") for axis in range(3)),
-    *((f"encoder_{how}", 1 << axis, f"enc_a[{axis}]")
+    *((f"encoder_{how}", 1 << axis, {f"enc_a[{axis}]", f"enc_b[{axis}]"})
       for how in ("swap", "cut", "open") for axis in range(3)),
 ]
-QUICK = {("estop", 1), ("limit_high", 4), ("encoder_b_low", 2), ("comparator_cut", CURRENT)}
+QUICK = {("estop", 1), ("limit_high", 4), ("encoder_b_low", 2), ("comparator_cut", CURRENT),
+         ("gate_stuck", SENSING)}
 
 
-def examined(force=None, value=0, *, arm=True, agrees=AXES):
-    """Findings, report and questions of an examination of a machine with this force.
+class Wire(Tcp):
+    """A line over TCP at which ``meddle`` sees the bytes to the controller, and may change them.
 
-    The person agrees to move the axes of ``agrees``.
+    It is called with them, from the thread of the machine.
     """
-    machine = simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
-                               progress=print)
-    asked = []
+
+    def __init__(self, meddle):
+        super().__init__("127.0.0.1", 0, print)
+        self.meddle = meddle
+
+    def take(self, most):
+        return self.meddle(super().take(most))
+
+
+@dataclass
+class Examined:
+    """What an examination found, and how it left the machine."""
+
+    findings: list
+    report: str
+    asked: list
+    ended: str          # name of the exception that ended it, or nothing
+    armed: bool         # the contactor is closed
+    status: str         # the controller's last report
+
+    @property
+    def wrong(self):
+        return [str(one) for one in self.findings if one.ok is False]
+
+    @property
+    def named(self):
+        """Wires that findings accuse, with their pins."""
+        return {str(one) for finding in self.findings if finding.ok is False
+                for one in finding.places}
+
+    def of(self, ok):
+        return {one.check for one in self.findings if one.ok is ok}
+
+
+def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", entered=False,
+             meddle=lambda simulated, data: data, before=b""):
+    """An examination of a machine with this force.
+
+    With ``arm``, the person presses the button when the doctor asks for it, and agrees to move the
+    axes of ``agrees``; None answers the first question with Ctrl-C. ``entered``: the doctor is
+    given the machine's file. ``meddle`` gets the machine and the bytes to it, as of ``Wire``.
+    ``before`` is sent to the controller before the doctor comes.
+    """
+    chosen = machines.load(machine)
+    simulated = simulation.start(chosen, clock_hz=chosen.clock_hz, seed=1, waves=None, trace=False,
+                                 progress=print)
+    asked, ended, due = [], "", []
+
+    def ask(question):
+        asked.append(question)
+        if agrees is None:
+            raise KeyboardInterrupt
+        return question.split()[1] in agrees
+
+    def say(text):
+        print(text)
+        if arm and text.startswith("Press the button"):
+            due.append(text)
+
+    def look(data):
+        while due:
+            due.pop()
+            simulated.button_arm(True)
+        return meddle(simulated, data)
+
     try:
         if force:
-            machine.set(f"force.{force}", value)
-        with serving(machine, arm=arm, clock=machine.time_s) as (url, _):
-            while machine.time_s() < BOOTED_S:
+            simulated.set(f"force.{force}", value)
+        with serving(simulated, Wire(look), clock=simulated.time_s) as (url, _):
+            while simulated.time_s() < BOOTED_S:
                 time.sleep(0.01)
             port = Port(url)
             try:
-                doctor = Doctor(port, BOARDS["ulx3s"], say=print, wait_s=10.0 if arm else 0.5,
-                                ask=lambda question: (
-                                    asked.append(question) or question.split()[1] in agrees))
-                findings = doctor.examine()
-                return findings, doctor.report(), asked
+                port.write(before)
+                doctor = Doctor(port, BOARDS["ulx3s"], say=say, ask=ask,
+                                machine=chosen if entered else None, wait_s=10.0 if arm else 0.5)
+                try:
+                    doctor.examine()
+                except KeyboardInterrupt as error:
+                    ended = type(error).__name__
+                client = Client(port)
+                client.send("?")
+                status = next(line for line in client.lines_until(
+                    lambda lines: any(line.startswith("<") for line in lines))
+                    if line.startswith("<"))
             finally:
                 port.close()
+        return Examined(doctor.findings, doctor.report(), asked, ended, simulated.armed(), status)
     finally:
-        machine.close()
-
-
-def named(findings):
-    """Wires that findings accuse, with their pins."""
-    return {str(one) for finding in findings if finding.ok is False for one in finding.places}
+        simulated.close()
 
 
 def of(wire):
@@ -76,38 +149,130 @@ def test_enough_wrong_wires_are_planted():
 
 
 def test_a_sound_machine_has_nothing_wrong():
-    findings, report, asked = examined()
-    assert [str(one) for one in findings if one.ok is False] == []
-    good = {one.check for one in findings if one.ok}
-    assert good == {"link", "identity", "quality of the link", "estop", "drive_fault", "limit_low",
-                    "limit_high", "at rest", "arm", "axis X", "axis Y", "axis Z"}
-    assert len(asked) == 3
-    assert "closed: no emergency stop" in report
-    assert all(what in report for what, _ in UNCHECKED)
+    found = examined()
+    assert found.wrong == []
+    assert found.of(True) == {
+        "link", "identity", "quality of the link", "estop", "drive_fault", "limit_low",
+        "limit_high", "at rest", "arm", "at rest, armed", "axis X", "axis Y", "axis Z", "end"}
+    assert len(found.asked) == 3
+    assert "closed: no emergency stop" in found.report
+    assert all(what in found.report for what, _ in UNCHECKED)
+    assert not found.armed
+    assert "Armed" not in found.status
+    assert "taken over as it stands" in found.asked[0]
+    assert not any("taken over" in question for question in found.asked[1:])
+    assert HOME_FIRST in found.report
+
+
+@pytest.mark.parametrize("machine", [
+    "wire", pytest.param("stepper", marks=pytest.mark.soak)])
+def test_a_sound_machine_of_another_kind_has_nothing_wrong(machine):
+    found = examined(machine=machine, entered=True)
+    assert found.wrong == []
+    assert "settings" in found.of(True)
+    assert not found.armed
+    if machine == "wire":
+        assert "axis X" in found.of(None), "the plate is in its way"
+        assert "touched" in found.report
+    else:
+        assert {"axis X", "axis Y", "axis Z"} <= found.of(True)
+
+
+def test_the_wire_and_its_drive_are_the_third_drives_input():
+    found = examined("drive_fault", 4, machine="wire")
+    assert found.named == {of("drive_fault[2]")}
+    assert "the wire" in found.report
 
 
 def test_nothing_moves_without_a_yes():
-    findings, report, asked = examined(agrees="")
-    left_out = {one.check for one in findings if one.ok is None}
-    assert left_out >= {"axis X", "axis Y", "axis Z"}
-    assert len(asked) == 3
-    assert "G01" not in report
+    found = examined(agrees="")
+    assert found.of(None) >= {"axis X", "axis Y", "axis Z"}
+    assert len(found.asked) == 3
+    assert "G01" not in found.report
+    assert HOME_FIRST not in found.report
+    assert "Lost" in found.status
+    assert not found.armed
+
+
+def test_a_doctor_that_is_broken_off_leaves_the_machine_disarmed():
+    found = examined(agrees=None)
+    assert found.ended == "KeyboardInterrupt"
+    assert {"arm", "end"} <= found.of(True)
+    assert not found.armed
+    assert "Lost" in found.status, "no position is invented before a yes"
+
+
+def test_ctrl_c_in_the_middle_of_a_motion_stops_it_and_disarms():
+    seen, due_s = bytearray(), []
+
+    def meddle(simulated, data):
+        seen.extend(data)
+        if b"X0.2" in seen and not due_s:
+            due_s.append(simulated.time_s() + 0.1)
+        if due_s and simulated.time_s() > due_s[0]:
+            due_s[0] = float("inf")
+            interrupt_main()
+        return data
+
+    found = examined(agrees="X", meddle=meddle)
+    assert found.ended == "KeyboardInterrupt"
+    assert "end" in found.of(True)
+    assert not found.armed
+    assert 0.01 < float(fields_of(found.status)["MPos"].split(",")[0]) < 0.19
+    assert HOME_FIRST in found.report
+
+
+def test_a_coder_that_fails_on_the_way_back_is_named():
+    seen = bytearray()
+
+    def meddle(simulated, data):
+        seen.extend(data)
+        if b"X-0.2" in seen:
+            simulated.set("force.encoder_cut", 1)
+        return data
+
+    found = examined(agrees="X", meddle=meddle)
+    assert found.named == {of("enc_a[0]"), of("enc_b[0]")}
+    assert "axis X" not in found.of(True)
+
+
+def test_a_gate_that_shows_only_behind_the_contactor_is_named():
+    found = examined("gate_stuck", MAIN)
+    assert "at rest" in found.of(True)
+    assert found.named == {of(wire) for wire in GAP}
+
+
+def test_an_old_damaged_line_is_not_the_links_fault():
+    found = examined("estop", 1, before=b"@7 G00 X1*0000\n")
+    assert "quality of the link" in found.of(True)
+
+
+def test_a_line_damaged_during_the_examination_is():
+    hit = []
+
+    def meddle(_, data):
+        if b"$G" in data and not hit:
+            hit.append(data)
+            return data.replace(b"$G", b"$X", 1)
+        return data
+
+    found = examined("estop", 1, meddle=meddle)
+    assert hit
+    assert "quality of the link" in found.of(False)
 
 
 def test_a_button_that_nobody_presses_is_named():
-    findings, *_ = examined(arm=False)
-    assert named(findings) == {of("arm")} == {"arm at J2 GN15 (site P16)"}
+    found = examined(arm=False)
+    assert found.named == {of("arm")} == {"arm at J2 GN15 (site P16)"}
 
 
-@pytest.mark.parametrize(("force", "value", "wire"), [
+@pytest.mark.parametrize(("force", "value", "wires"), [
     pytest.param(*one, marks=() if one[:2] in QUICK else pytest.mark.soak) for one in WRONG])
-def test_a_wrong_wire_is_named_with_its_pin(force, value, wire):
+def test_a_wrong_wire_is_named_with_its_pin(force, value, wires):
     axes = AXES[value.bit_length() - 1] if force.startswith("encoder") else AXES
-    findings, report, _ = examined(force, value, agrees=axes)
-    assert of(wire) in named(findings), report
-    others = {one.partition(" at ")[0].rstrip("]").partition("[")[2] for one in named(findings)}
-    if "[" in wire:
-        assert others == {wire.rstrip("]").partition("[")[2]}, "no other axis is accused"
+    found = examined(force, value, agrees=axes)
+    assert found.named == {of(wire) for wire in wires}, found.report
+    assert not found.armed
 
 
 def test_the_command_writes_a_report_and_says_how_many_are_wrong(workdir):

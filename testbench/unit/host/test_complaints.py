@@ -4,7 +4,7 @@
 import pytest
 
 from constraints.boards import BOARDS
-from host.doctor.complaints import PLACES, place, suspects
+from host.doctor.complaints import PLACES, place, suspects, touched
 from softcore.tables.causes import CAUSES
 
 ULX3S = BOARDS[0]
@@ -27,11 +27,28 @@ EVENT = "[E:alarm,476269,0,0,0,0,140,interlock: {}; the position is lost.]"
     (EVENT.format("coder of axis Y: it counts against the command"), {"enc_a[1]", "enc_b[1]"}),
     (EVENT.format("an encoder made an illegal transition (axis Z)"), {"enc_a[2]", "enc_b[2]"}),
     (EVENT.format("the gap had current or voltage with both sources off"),
-     {"gap_current", "gap_short"}),
+     {"gap_current", "gap_short", "gap_on", "gap_sense"}),
+    ("[MSG:the interlock stays open: the wire has a break or its drive reports a fault.]",
+     {"drive_fault[2]"}),
     ("[VER:1.1h:Gapkeeper 0.1]", set()),
 ])
 def test_a_sentence_leads_to_its_wires(said, wires):
     assert {one.wire for _, places in suspects(ULX3S, [said]) for one in places} == wires
+
+
+def test_a_coder_that_counts_the_wrong_way_may_lack_its_settings():
+    said = EVENT.format("coder of axis Y: it counts against the command")
+    (meaning, _), = suspects(ULX3S, [said])
+    assert "--machine" in meaning
+
+
+@pytest.mark.parametrize(("said", "touches"), [
+    ("contact with the discharge off; from here only a move away from the work is possible", True),
+    ("the electrode touched the work with the discharge off", True),
+    ("emergency stop", False),
+])
+def test_a_touch_is_told_from_other_alarms(said, touches):
+    assert touched(EVENT.format(said)) is touches
 
 
 def test_the_sentences_of_the_causes_are_known():
@@ -45,7 +62,7 @@ def test_the_sentences_of_the_causes_are_known():
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
 def test_every_wire_that_can_be_accused_has_a_pin(board):
     for _, pads, _ in PLACES:
-        for pad in pads:
+        for pad in (pad.partition("[")[0] for pad in pads):
             wire = next(wire for wire in board.wires if wire.pad == pad)
             for bit, site in enumerate(board.sites_of(wire)):
                 assert f"(site {site})" in place(board, pad, bit).pin
