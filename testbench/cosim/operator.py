@@ -114,6 +114,7 @@ class Operator:
         self.held: list[int] | None = None  # in a hold, at rest
         self.reset_at: int | None = None
         self.moved = 0
+        self.limit = LIMIT_MM
         self.latched = False
         self.ask_at = 0
         self._connect()
@@ -173,7 +174,7 @@ class Operator:
                 low = [a + b for a, b in zip(low, order.low, strict=True)]
                 high = [a + b for a, b in zip(high, order.high, strict=True)]
         for axis, name in enumerate(AXES):
-            if abs(now[axis]) > LIMIT_MM * MM:
+            if abs(now[axis]) > self.limit * MM:
                 self._fail("limit", f"{name} is commanded to {now[axis]}")
             if not low[axis] <= now[axis] <= high[axis]:
                 self._fail("unasked", f"{name} is commanded to {now[axis]}, and may be from "
@@ -196,6 +197,8 @@ class Operator:
         """Nothing has been commanded for so many seconds: ask the controller where it stands."""
         if self.cable.left is not None:
             return
+        waiting = any(order.sent is not None and order.sent.answer is None
+                      for order in self.orders)     # before the controller tells its state
         state = self.link.status()
         if self.commands() != self.last:
             return      # it has begun to move
@@ -207,8 +210,6 @@ class Operator:
         word = f"{state['state']}:{state.get('substate', '')}".rstrip(":")
         if word == "Hold:0" and self.held is None:
             self.held = list(self.last)
-        waiting = any(order.sent is not None and order.sent.answer is None
-                      for order in self.orders)
         if word in {"Idle", "Alarm"} and not waiting:
             self._nothing_to_do()
 
@@ -230,7 +231,13 @@ class Operator:
         self.log.append(f"{self.session.cycle}: {kind}")
         getattr(self, f"_{kind}")()
 
+    def _settle(self):
+        """Wait until a reset has had its effect: what is ordered now is ordered after it."""
+        while self.reset_at is not None:
+            self.pass_time(SLICE_S)
+
     def _send(self, line, *moves):
+        self._settle()
         self.log.append(f"  > {line}")
         low, high = reach(*moves)
         self.orders.append(Order(self.link.send_line(line), low, high))
@@ -268,6 +275,7 @@ class Operator:
                     for delta in deltas), *(["M05"] if burns else []), "M02", "%", ""]
         self.log.append(f"  > {blocks}")
         low, high = reach(*deltas)
+        self._settle()
         self.orders.append(Order(None, low, high))
         self.held = None
         until = self.link.pipe.time_s() + self.rng.choice((0.02, 0.3, 0.6))

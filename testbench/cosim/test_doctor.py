@@ -165,7 +165,7 @@ def test_a_sound_machine_has_nothing_wrong():
 
 
 @pytest.mark.parametrize("machine", [
-    "wire", pytest.param("stepper", marks=pytest.mark.soak)])
+    pytest.param(kind, marks=pytest.mark.soak) for kind in ("wire", "stepper")])
 def test_a_sound_machine_of_another_kind_has_nothing_wrong(machine):
     found = examined(machine=machine, entered=True)
     assert found.wrong == []

@@ -69,6 +69,6 @@ def test_every_wire_that_can_be_accused_has_a_pin(board):
 
 
 def test_places_are_as_they_are_printed_on_the_board():
-    assert str(place(ULX3S, "estop")) == "estop at J1 GP12 (site G3)"
+    assert str(place(ULX3S, "estop")) == "estop at J1 GN6 (site C7)"
     assert str(place(BOARDS[-1], "limit_low", 2)) == "limit_low[2] at P4 17 (site J5)"
     assert str(place(ULX3S, "rx")) == "rx at site M1, on the board"

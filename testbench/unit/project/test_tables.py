@@ -308,7 +308,7 @@ def test_a_condition_is_changed_in_one_place():
 def test_a_pin_is_changed_in_one_place():
     pads = altered((*PADS, CHAIN, *FIXED), "estop", doc="The red button.")
     row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
-    assert row[:5] == ["`estop`", "in", "J1 GP12 (G3)", "yes", "LVCMOS33, pull down"]
+    assert row[:5] == ["`estop`", "in", "J1 GN6 (C7)", "yes", "LVCMOS33, pull down"]
     assert row[5].startswith("The red button. A closed contact ")
 
 
