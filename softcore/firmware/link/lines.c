@@ -75,7 +75,8 @@ static struct known {
     uint16_t number, check, code;
 } known[KNOWN];
 static uint16_t next;           /* number of the next one */
-static struct known *taken;     /* the line taken last; none if it has no number */
+/* The line taken last, `there` if it has a number: orders may pass it, more than KNOWN of them. */
+static struct known taken;
 static bool guarded;
 static lines_counts counts;
 static uint64_t ended;      /* clock at which the last line that was kept has ended */
@@ -95,7 +96,7 @@ void lines_restart(void) {
     for (unsigned at = 0; at < KNOWN; at++)
         known[at].there = false;
     next = 0;
-    taken = 0;
+    taken.there = false;
     before = GOOD;
     until_end = returned = false;
     until_quiet = true;
@@ -180,14 +181,18 @@ static bool keep(void) {
     return true;
 }
 
-/* Answer a line, and keep the answer of a numbered one. */
-static void answer(struct known *one, const fault *f) {
-    uint32_t code = explain(f);
-    if (one) {
-        one->code = (uint16_t)code;
-        one->answered = true;
-    }
-    say(code, one, one ? one->number : 0);
+/* Answer a line, which is `there` if it has a number, and keep the answer of a numbered one. */
+static void answer(struct known *line, const fault *f) {
+    struct known *one = &known[line->number % KNOWN];
+    line->code = (uint16_t)explain(f);
+    line->answered = true;
+    if (line->there && one->number == line->number)
+        *one = *line;
+    say(line->code, line->there, line->number);
+}
+
+static bool is_again(const struct known *one) {
+    return one->there && one->number == now.number && one->check == now.check;
 }
 
 static bool is_text(const char *order) {
@@ -258,8 +263,10 @@ __attribute__((noinline)) static lines_part end_numbered(void) {
         /* Its check proves that it is whole, whatever came before. */
         before = GOOD;
         told = until_end = until_quiet = false;
-        if (one->there && one->number == now.number && one->check == now.check)
+        if (is_again(one))
             return repeat(one);
+        if (is_again(&taken))
+            return repeat(&taken);
         if (now.number != next)
             why = SEQUENCE;
     }
@@ -277,10 +284,12 @@ __attribute__((noinline)) static lines_part end_numbered(void) {
 }
 
 void lines_ordered(const fault *f) {
-    struct known *one = now.numbered ? &known[now.number % KNOWN] : 0;
+    struct known line = {.there = false};
+    if (now.numbered)
+        line = known[now.number % KNOWN];
     counts.accepted++;
     begin();
-    answer(one, f);
+    answer(&line, f);
 }
 
 /* Append a hexadecimal digit to `value`; false if `c` is not one. */
@@ -432,17 +441,21 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
         tell_refused();
         return LINES_REFUSED;
     }
-    taken = 0;
-    if (queue[tail % ROOM] == '@') {
+    taken = (struct known){.there = queue[tail % ROOM] == '@'};
+    if (taken.there) {
         tail++;
-        taken = &known[take_number() % KNOWN];
+        uint16_t number = (uint16_t)take_number();
+        const struct known *one = &known[number % KNOWN];
+        if (one->number == number)
+            taken = *one;
+        taken.number = number;
     }
     uint32_t count = 0;
     for (; queue[tail % ROOM] != '\n'; tail++)
         text[count++] = queue[tail % ROOM];
     tail++;
-    *length = taken ? count - CHECK : count;
+    *length = taken.there ? count - CHECK : count;
     return LINES_TEXT;
 }
 
-void lines_answer(const fault *f) { answer(taken, f); }
+void lines_answer(const fault *f) { answer(&taken, f); }

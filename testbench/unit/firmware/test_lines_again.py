@@ -28,6 +28,20 @@ def test_lines_that_wait_are_known_again_and_their_answers_too(machine, sender):
     assert machine.axes[0] == 10_000
 
 
+def test_a_line_at_work_keeps_its_number_while_64_orders_pass_it(machine, sender):
+    first = sender.bytes("G04 X1")
+    machine.send(first)
+    assert answers(machine.run(100)) == []
+    for sender.number in range(1, 66):
+        machine.send(sender.bytes("$RESUME"))
+        assert answers(machine.run(20)) == [f"ok @{sender.number}"]
+    machine.send(first)
+    assert answers(machine.run(100)) == [], "it is at work"
+    assert answers(machine.run(4000)) == ["ok @0"]
+    machine.send(first)
+    assert answers(machine.run(100)) == ["ok @0"]
+
+
 def test_the_last_64_lines_are_known_again(machine, sender):
     sent = [(sender.bytes("G91 G00 X0.1"), sender("G91 G00 X0.1")) for _ in range(65)]
     machine.send(sent[1][0])
