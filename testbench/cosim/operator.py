@@ -83,7 +83,7 @@ class Order:
 
     @property
     def refused(self) -> bool:
-        return self.sent is not None and (self.sent.answer or "ok") not in {"ok"}
+        return self.sent is not None and self.sent.answer not in {None, "ok"}
 
 
 def reach(*moves: list[int]) -> tuple[list[int], list[int]]:

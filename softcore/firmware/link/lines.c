@@ -68,8 +68,8 @@ static bool until_end, until_quiet;
 static bool told;           /* while a tape is due: the sender was told that this part is lost */
 
 /* The numbered lines accepted last, by number modulo KNOWN, with their answers. One that comes again
-   gets the same answer again: it was lost. More lines than may wait. */
-#define KNOWN 64
+   gets the same answer again: it was lost. */
+#define KNOWN 32
 static struct known {
     bool there, answered;
     uint16_t number, check, code;

@@ -28,11 +28,11 @@ def test_lines_that_wait_are_known_again_and_their_answers_too(machine, sender):
     assert machine.axes[0] == 10_000
 
 
-def test_a_line_at_work_keeps_its_number_while_64_orders_pass_it(machine, sender):
+def test_a_line_at_work_keeps_its_number_while_32_orders_pass_it(machine, sender):
     first = sender.bytes("G04 X1")
     machine.send(first)
     assert answers(machine.run(100)) == []
-    for sender.number in range(1, 66):
+    for sender.number in range(1, 34):
         machine.send(sender.bytes("$RESUME"))
         assert answers(machine.run(20)) == [f"ok @{sender.number}"]
     machine.send(first)
@@ -42,10 +42,10 @@ def test_a_line_at_work_keeps_its_number_while_64_orders_pass_it(machine, sender
     assert answers(machine.run(100)) == ["ok @0"]
 
 
-def test_the_last_64_lines_are_known_again(machine, sender):
-    sent = [(sender.bytes("G91 G00 X0.1"), sender("G91 G00 X0.1")) for _ in range(65)]
+def test_the_last_32_lines_are_known_again(machine, sender):
+    sent = [(sender.bytes("G91 G00 X0.1"), sender("G91 G00 X0.1")) for _ in range(33)]
     machine.send(sent[1][0])
     assert machine.run(200) == ["ok @1"]
     machine.send(sent[0][0])
     assert named(machine.run(200)) == "its number is not the next"
-    assert machine.axes[0] == 65_000
+    assert machine.axes[0] == 33_000
