@@ -83,7 +83,7 @@ class Order:
 
     @property
     def refused(self) -> bool:
-        return self.sent is not None and self.sent.answer not in {None, "ok"}
+        return self.sent is not None and (self.sent.answer or "").startswith("error")
 
 
 def reach(*moves: list[int]) -> tuple[list[int], list[int]]:
