@@ -7,8 +7,8 @@ must be inverted so that its wire is active-high, or so that a broken wire is a 
 says so (``PinsN``).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from amaranth.build import Platform
@@ -183,6 +183,10 @@ class Board:
         Site of the device for each pin of the headers.
     flash : Flash
         The flash memory that it loads its bitstream from.
+    analogue : str
+        Where the gap voltage and the fluid cell go, in sentences for the page of the pins.
+    analogue_pins : mapping
+        What those pins of the headers are that no wire has because they are analogue.
     """
 
     name: str
@@ -203,6 +207,8 @@ class Board:
     supply_step_a: float = 1.5
     reference_rc_us: float = 200.0
     supply_settle_us: float = 0.0
+    analogue: str = ""
+    analogue_pins: Mapping[str, str] = field(default_factory=dict)
 
     def sites_of(self, wire: Wire) -> list[str]:
         """Sites of a wire's pins, first bit first."""

@@ -128,11 +128,21 @@ class _ColorlightI9(LatticeECP5Platform):
     connectors = (Connector(*HEADER, SITES),)
 
 
+# Where the gap voltage and the fluid cell go.
+ANALOGUE = (
+    "**There is no converter on this board: add a MAX11125 with a supply of 3.3 V.** Its "
+    "serial wires go to P2 27 to 30 (`adc_select`, `adc_clock`, `adc_command`, `adc_data`). "
+    "Its channel 0 reads the gap voltage, its channel 1 the fluid cell: from 0 V to its "
+    "reference (assumed: its inputs are single-ended and unipolar after power-on). A full "
+    "reading is the gap voltage `reference_full_v` of the [machine's file](machine-file.md). "
+    "Its ground is that of the divider at the gap. So its four wires go through an isolator. "
+    "Untried.")
+
 BOARDS = (
     Board("colorlight_i9", "Colorlight i9 v7.2", _ColorlightI9, clock_hz=40_000_000,
           memory_size=188_416, memory_banks=True, scope_depth=512, wires=WIRES, sites=SITES,
           headers=tuple(map(_header, SITES_OF)),
           # 8 MB, of which the bitstream has the first 2.
           flash=Flash("W25Q64JV", 1 << 23, Journal(0x60_0000, 0x1_0000, 0x5_0000)),
-          pin_list=Path(__file__).with_name("colorlight_i9.lpf")),
+          pin_list=Path(__file__).with_name("colorlight_i9.lpf"), analogue=ANALOGUE),
 )

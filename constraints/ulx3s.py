@@ -131,10 +131,24 @@ PIN_LIST = Path(__file__).with_name("ulx3s_85f.lpf")  # the sizes differ in the 
 FLASH = Flash("W25Q128JV or IS25LP128F", 1 << 24,
               Journal(0xE0_0000, 0x1_0000, 0x5_0000))
 
+# Where the gap voltage and the fluid cell go: from comments in the pin list of the board's maker.
+ANALOGUE = (
+    "**The gap voltage goes to J2 GN14 (U17), the fluid cell to J2 GP14 (U18).** They are "
+    "channels 0 and 1 of the converter on the board, a MAX11125. Both are analogue, against "
+    "the board's ground: from 0 V to the converter's reference, and never above 3.3 V "
+    "(assumed: its inputs are single-ended and unipolar after power-on). The voltage of the "
+    "reference was not looked up: measure it before you choose a divider. A full reading is "
+    "the gap voltage `reference_full_v` of the [machine's file](machine-file.md). The board's "
+    "ground is the computer's USB ground: put an isolating amplifier between the divider at "
+    "the gap and the board. Untried.")
+ANALOGUE_PINS = {"14-": "gap voltage", "14+": "fluid cell"}
+
 BOARDS = (
     Board("ulx3s", "ULX3S 85F", _Ulx3s85F, clock_hz=40_000_000, memory_size=262_144,
-          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH),
+          pin_list=PIN_LIST, wires=WIRES, headers=HEADERS, sites=SITES, flash=FLASH,
+          analogue=ANALOGUE, analogue_pins=ANALOGUE_PINS),
     Board("ulx3s_45f", "ULX3S 45F", _Ulx3s45F, clock_hz=40_000_000, memory_size=188_416,
           memory_banks=True, scope_depth=512, pin_list=PIN_LIST, wires=WIRES, headers=HEADERS,
-          sites=SITES, flash=FLASH),
+          sites=SITES, flash=FLASH, analogue=ANALOGUE,
+          analogue_pins=ANALOGUE_PINS),
 )

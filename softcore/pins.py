@@ -11,29 +11,6 @@ __all__ = ["alike", "board_drawing", "drawn", "pins_page"]
 PAD = {pad.name: pad for pad in (*PADS, CHAIN, *FIXED)}
 TRIED = ("No machine has been wired by this page yet, and no bitstream has been on a board: the "
          "tables are checked against the pin lists and by a test, not on hardware.")
-# Where the gap voltage and the fluid cell go, by the pin list: sentences for the page, and names
-# for the analogue pins of the headers. For the ULX3S from comments in its maker's pin list.
-ANALOGUE = {
-    "ulx3s_85f": (
-        "**The gap voltage goes to J2 GN14 (U17), the fluid cell to J2 GP14 (U18).** They are "
-        "channels 0 and 1 of the converter on the board, a MAX11125. Both are analogue, against "
-        "the board's ground: from 0 V to the converter's reference, and never above 3.3 V "
-        "(assumed: its inputs are single-ended and unipolar after power-on). The voltage of the "
-        "reference was not looked up: measure it before you choose a divider. A full reading is "
-        "the gap voltage `reference_full_v` of the [machine's file](machine-file.md). The board's "
-        "ground is the computer's USB ground: put an isolating amplifier between the divider at "
-        "the gap and the board. Untried.",
-        {"14-": "gap voltage", "14+": "fluid cell"}),
-    "colorlight_i9": (
-        "**There is no converter on this board: add a MAX11125 with a supply of 3.3 V.** Its "
-        "serial wires go to P2 27 to 30 (`adc_select`, `adc_clock`, `adc_command`, `adc_data`). "
-        "Its channel 0 reads the gap voltage, its channel 1 the fluid cell: from 0 V to its "
-        "reference (assumed: its inputs are single-ended and unipolar after power-on). A full "
-        "reading is the gap voltage `reference_full_v` of the [machine's file](machine-file.md). "
-        "Its ground is that of the divider at the gap. So its four wires go through an isolator. "
-        "Untried.",
-        {}),
-}
 
 
 def _labels(board: Board) -> dict[str, str]:
@@ -61,8 +38,8 @@ def _places(wire: Wire, board: Board) -> str:
 def _notes(board: Board) -> list[str]:
     """Paragraphs of what a board's table does not say."""
     labels, taken, found = _labels(board), _taken(board), []
-    if board.pin_list.stem in ANALOGUE:
-        found.append(ANALOGUE[board.pin_list.stem][0])
+    if board.analogue:
+        found.append(board.analogue)
     wires = {wire.pad: wire for wire in board.wires}
     if CHAIN.name in wires:
         first = wires["drive_enable"].pins.split()[0]
@@ -187,8 +164,7 @@ def board_drawing(same: list[Board]) -> str:
     used = {pin: (wire, bit) for wire in board.wires if wire.header
             for bit, pin in enumerate(wire.pins.split())} | _taken(board)
     drawn_as = {pin: (_kind(wire), _name(wire, bit)) for pin, (wire, bit) in used.items()}
-    drawn_as |= {pin: ("input", name)
-                 for pin, name in ANALOGUE.get(board.pin_list.stem, ("", {}))[1].items()}
+    drawn_as |= {pin: ("input", name) for pin, name in board.analogue_pins.items()}
     across = min(3, len(board.headers))
     stacks = [board.headers[at:at + across] for at in range(0, len(board.headers), across)]
     height = TOP + sum(max(len(header.rows) for header in stack) * ROW + 46 for stack in stacks)

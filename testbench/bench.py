@@ -22,7 +22,7 @@ from softcore import image
 from softcore.tables.settings import named
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
-from testbench.cosim.netlist import compare
+from testbench.cosim.netlist import SEEN, compare
 from testbench.cosim.planning import plan_on
 from testbench.cosim.pulses import WAYS, clocks_a_pulse
 from testbench.cosim.short_blocks import BLOCK, first_pass, retrace
@@ -218,7 +218,7 @@ def resources():
 def netlist():
     """Row on the motion after synthesis, of the device's cells, beside the Verilog."""
     found = compare("controller.motion")
-    if found.difference is not None or not found.seen:
+    if found.difference is not None or found.seen != SEEN:
         raise SystemExit(f"the motion after synthesis is not as its Verilog: {found}")
     yield (f"motion of {found.cells['LUT4']} LUT4, {found.cells['CCU2C']} CCU2C and "
            f"{found.cells['TRELLIS_FF']} FF beside its Verilog: a jump and a short",

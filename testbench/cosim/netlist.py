@@ -13,10 +13,11 @@ from testbench.native.pair import difference, pair_library
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
-__all__ = ["Compared", "compare"]
+__all__ = ["SEEN", "Compared", "compare"]
 
 MACHINE = machines.load("sinker")
 UNTIL_S = 1.8   # 3.6 million clocks
+SEEN = ["jump", "resume", "short", "resume"]    # in that time
 
 
 @dataclass(frozen=True)
