@@ -17,7 +17,7 @@ from rich.console import Console
 from host.errors import DONE, FAULT, UsageError, UserError
 from host.experiments.commands import experiment_app
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
-from host.options import FlashFile, WithTcp
+from host.options import FlashFile, MachineOfTape, WithTcp
 from host.places import ROOT
 from host.scope.commands import RunScope, record_gap
 from host.tape.commands import tape_app
@@ -63,10 +63,7 @@ def _folder(name: str | None) -> str | None:
 @app.command()
 def run(
     tape: TapeFile,
-    machine: Annotated[str, typer.Option(
-        metavar="NAME|FILE",
-        help="A built-in machine (sinker, small, half, cavity, wire, wall), or a TOML file of one.",
-    )] = "sinker",
+    machine: MachineOfTape = None,
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N",
         help="Seed of everything random. The same seed gives the same events, to the byte.",

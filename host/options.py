@@ -7,7 +7,16 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-__all__ = ["FlashFile", "WithTcp"]
+from host.machines.machine import built_in
+
+__all__ = ["MACHINES", "FlashFile", "MachineOfTape", "WithTcp"]
+
+MACHINES = ", ".join(built_in())
+
+MachineOfTape = Annotated[str | None, typer.Option(
+    "--machine", metavar="NAME|FILE", show_default="the one that the tape names, or else sinker",
+    help=f"A built-in machine ({MACHINES}), or a TOML file of one. A tape names its machine in a "
+         "comment before its first block: (MACHINE WIRE).")]
 
 FlashFile = Annotated[Path | None, typer.Option(
     "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",

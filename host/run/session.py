@@ -39,12 +39,14 @@ from host.run.workpiece import Columns
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import write
 from host.scope.record_at import told
+from host.tape.machine import machine_named
 from host.tape.start import block_of
 from host.tape.tape import Tape, decode, is_punched, load, text_of
 from host.terminal import enter_pressed
 from host.words import counted
 
 RUNS = Path("build") / "runs"
+DEFAULT = "sinker"      # machine of a tape that names none
 FILES = ("events.jsonl", "summary.json", "trace.npz", "workpiece.npz", "report.html",
          "scope.csv", "scope.fst")
 # Time between lines of progress if the output is no terminal.
@@ -53,11 +55,16 @@ QUIET_STEP_S = 10.0
 CONTROLLERS = ("kind", "pulses_per_mm", *DRIVES, "settings")
 
 
-def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path | None,
+def run_tape(path: Path, *, machine: str | None, seed: int, waves: bool, folder: Path | None,
              mdi: list[str], until_s: float | None, clock_hz: int | None, scope: str | None,
              console: Console, flash: Path | None = None, start: str | None = None) -> int:
-    """Run a tape on a simulated machine, write its folder, print the result; return the status."""
-    chosen = machines.load(machine)
+    """Run a tape on a simulated machine, write its folder, print the result; return the status.
+
+    Without ``machine`` it is the one that the tape names, or else the sinker.
+    """
+    chosen = machines.load(machine or machine_named(path) or DEFAULT)
+    if machine is None and chosen.name != DEFAULT:
+        console.print(f"on the machine {chosen.name}, which the tape names", markup=False)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
     tape = _punched(path, folder, chosen, seed, clock_hz)
@@ -85,15 +92,21 @@ def run_tape(path: Path, *, machine: str, seed: int, waves: bool, folder: Path |
     return STATUS_OF[summary["outcome"]]
 
 
-def run_tape_at(url: str, path: Path, *, baud: int, machine: str, folder: Path | None,
+def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder: Path | None,
                 mdi: list[str], until_s: float | None, clock_hz: int | None, at_start: bool,
                 arm: bool, reset: bool, scope: str | None, console: Console,
                 start: str | None = None) -> int:
     """Run a tape on the controller at a port; otherwise as ``run_tape``.
 
     ``at_start``, ``arm``: see ``Run``. With ``reset`` even a busy controller is reset and used.
+    What stands at the port the tape cannot know: if it names another machine than the sinker,
+    ``machine`` must be given.
     """
-    chosen = machines.load(machine)
+    named = machine_named(path)
+    if machine is None and named not in {None, DEFAULT}:
+        raise UsageError(f"{path.name} is for the machine {named}: say with --machine which one is "
+                         "at the port, as its settings are entered there.")
+    chosen = machines.load(machine or DEFAULT)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted, tape = _scope(scope), load(path)
     begin, zero = _begin(folder, tape, start)

@@ -33,7 +33,7 @@ class SimulatedMachine:
     Parameters
     ----------
     machine : str
-        A built-in machine (sinker, small, half, cavity, wire, wall), or a TOML file of one.
+        A built-in machine, such as ``sinker`` or ``wire``, or a TOML file of one.
     seed : int
         Seed of everything random, 0 to 2**64 - 1.
     clock_hz : int or None

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from host.errors import UsageError, UserError
+from host.options import MACHINES
 from host.words import counted
 
 __all__ = ["tape_app"]
@@ -86,9 +87,9 @@ def tape_check(
              "times.",
     )] = None,
     machine: Annotated[str | None, typer.Option(
-        metavar="NAME|FILE", show_default="none",
+        metavar="NAME|FILE", show_default="the one that the tape names, or else none",
         help="Judge clock, settings and travel of this machine too, from where it stands at the "
-             "start: sinker, small, half, cavity, wire, wall, or a TOML file.")] = None,
+             f"start: {MACHINES}, or a TOML file.")] = None,
 ) -> None:
     """Check a tape with the controller's own reader.
 
@@ -98,8 +99,10 @@ def tape_check(
     """
     from host.machines import machine as machines
     from host.tape.check import check
+    from host.tape.machine import machine_named
     from host.tape.notes import notes
     from host.tape.tape import load
+    machine = machine or machine_named(source)
     tape, chosen = load(source), machines.load(machine) if machine else None
     blocks = check(tape, mdi or [], chosen)
     judged = f"for the machine {chosen.name}" if chosen else "travel not judged (--machine)"
