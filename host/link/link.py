@@ -11,10 +11,10 @@ check, and those of this host always do::
 
 The check is the CRC of everything before the ``*``, in four hexadecimal digits. The answer names
 the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise by 1,
-modulo 65536. A line with the number of the last one gets the same answer again, and is not carried
-out again. Any other number, a wrong check, and a line in which the receiver saw an error are
-refused whole by ``error:108``, with the number if it could be read. This host then sends the line
-again, and also if no answer comes.
+modulo 65536. One of the last 32 lines that comes again gets the same answer again, and is not
+carried out again. Any other number, a wrong check, and a line in which the receiver saw an error
+are refused whole by ``error:108``, with the number if it could be read. This host then sends the
+line again, and also if no answer comes.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
 refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. So no damaged byte

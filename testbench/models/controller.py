@@ -51,6 +51,7 @@ class Controller:
         self.lines, self.realtime = [], []
         self.number = 0                    # of the next line
         self.last, self.answer = b"", None  # the last one, and its answer
+        self.earlier = {}                  # lines before it, and their answers
         self.guarded = False
         self.offset = "0.0000,0.0000,0.0000"  # of the program's frame, for status reports
         self.held = False
@@ -95,6 +96,7 @@ class Controller:
         elif byte == 0x18:
             self._in.clear()
             self.number, self.answer, self.guarded = 0, None, False
+            self.earlier.clear()
             self.say(GREETING)
 
     def _step(self):
@@ -125,11 +127,15 @@ class Controller:
         elif self.answer is not None and line == self.last:
             if self.answer:
                 self.say(self.answer)
+        elif line in self.earlier:
+            if self.earlier[line]:
+                self.say(self.earlier[line])
         elif int(number) != self.number:
             self.say(f"error:108 @{int(number)}")
         else:
             self.guarded = True
             self.number = (self.number + 1) % 65536
+            self.earlier[self.last] = self.answer
             self.last = line
             self._obey(command.decode(), f" @{int(number)}")
 

@@ -3,12 +3,10 @@
 
 #include "app/auxiliary.h"
 #include "app/control.h"
-#include "app/events.h"
 #include "app/execute.h"
 #include "app/firmware.h"
 #include "app/homing.h"
 #include "app/homing_cycle.h"
-#include "app/image_watch.h"
 #include "app/jog.h"
 #include "app/jogging.h"
 #include "app/keep.h"
@@ -16,7 +14,6 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
-#include "app/profile.h"
 #include "app/program.h"
 #include "app/scope.h"
 #include "app/start_block.h"
@@ -206,18 +203,6 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
     }
 }
 
-/* `$P`: number of blocks and clocks per block; longest step of each task of the main loop; longest
-   time from an event of the gateware to the end of its interrupt; time spent on checking the image.
-   Times are in clocks since reset. */
-__attribute__((noinline)) static void tell_cost(void) {
-    program_cost cost = program_profile();
-    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u,"
-                "image %u]",
-                cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
-                profile_worst(0), profile_worst(1), profile_worst(2), profile_worst(3), events_worst(),
-                image_watch_clocks());
-}
-
 /* Is the line equal to `text`, which is in capitals? Case does not matter in the line. */
 static bool says(const char *line, uint32_t length, const char *text) {
     uint32_t at = 0;
@@ -254,7 +239,8 @@ __attribute__((noinline)) static void tell_unlocked(void) {
 
 static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
-        [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG"};
+        [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG",
+        [LISTING_COST] = "$P"};
     for (unsigned kind = 0; kind < sizeof LISTS / sizeof *LISTS; kind++)
         if (says(line, length, LISTS[kind]))
             return listing_begin((listing_kind)kind), true;
@@ -321,8 +307,6 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
         status_tell_modes();
     else if (length == 2 && (c == 'N' || c == 'n'))
         output_line("$N0="); /* there are no start-up lines: the machine never moves unasked */
-    else if (length == 2 && (c == 'P' || c == 'p'))
-        tell_cost();
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/listing.h"
 
+#include "app/events.h"
+#include "app/image_watch.h"
+#include "app/profile.h"
+#include "app/program.h"
 #include "app/scope.h"
 #include "base/grbl.h"
 #include "base/settings.h"
@@ -21,7 +25,7 @@ void listing_stop(void) { next = end; }
 void listing_begin(listing_kind kind) {
     list = kind;
     next = 0;
-    end = kind == LISTING_GROUPS ? SETTINGS_GROUPS : ROWS;
+    end = kind == LISTING_GROUPS ? SETTINGS_GROUPS : kind == LISTING_COST ? 1 : ROWS;
 }
 
 bool listing_open(void) { return next < end; }
@@ -52,10 +56,23 @@ static void tell_words(unsigned row) {
     }
 }
 
+/* Number of blocks and clocks per block; longest step of each task of the main loop; longest time
+   from an event of the gateware to the end of its interrupt; time spent on checking the image. Times
+   are in clocks since reset. */
+static void tell_cost(void) {
+    program_cost cost = program_profile();
+    output_line("[PRF:blocks %u,mean %u,worst %u,events %u,path %u,program %u,link %u,interrupt %u,"
+                "image %u]",
+                cost.blocks, cost.blocks ? cost.total / cost.blocks : 0, cost.worst,
+                profile_worst(0), profile_worst(1), profile_worst(2), profile_worst(3), events_worst(),
+                image_watch_clocks());
+}
+
 bool listing_tell(void) {
     switch (list) {
     case LISTING_VALUES: tell_value(next); break;
     case LISTING_WORDS: tell_words(next); break;
+    case LISTING_COST: tell_cost(); break;
     case LISTING_SCOPE: next += scope_tell(next, end); return next == end;
     default: output_line("[SETTINGGROUP:%u|0|%s]", next + 1u, SETTINGS_TABLE_GROUPS[next]); break;
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Lists of the settings, and the record of the gap oscilloscope. Each step sends one line: a whole list at once would take too long. */
+/* Lists of the settings, the costs of the firmware's work, and the record of the gap oscilloscope. Each
+   step sends one line: a whole list at once would take too long. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
@@ -8,6 +9,7 @@ typedef enum {
     LISTING_VALUES, /* `$$`: `$n=value`, as grbl 1.1 */
     LISTING_WORDS,  /* `$ES`: title, unit and range of each setting, as grblHAL */
     LISTING_GROUPS, /* `$EG`: the groups that `$ES` refers to */
+    LISTING_COST,   /* `$P`: one line, what the firmware's work took */
     LISTING_SCOPE,  /* entries of the oscilloscope; by listing_begin_scope */
 } listing_kind;
 

@@ -67,13 +67,16 @@ static reason before;       /* error between the last line and this one */
 static bool until_end, until_quiet;
 static bool told;           /* while a tape is due: the sender was told that this part is lost */
 
-/* A numbered line, identified by its number and its check, and its answer. */
-typedef struct {
+/* The numbered lines accepted last, by number modulo KNOWN, with their answers. One that comes again
+   gets the same answer again: it was lost. */
+#define KNOWN 32
+static struct known {
     bool there, answered;
-    uint16_t number, check;
-    uint32_t code;
-} record;
-static record newest, taken;    /* the lines accepted last and taken last; `there` if numbered */
+    uint16_t number, check, code;
+} known[KNOWN];
+static uint16_t next;           /* number of the next one */
+/* The line taken last, `there` if it has a number: orders may pass it, more than KNOWN of them. */
+static struct known taken;
 static bool guarded;
 static lines_counts counts;
 static uint64_t ended;      /* clock at which the last line that was kept has ended */
@@ -90,7 +93,10 @@ static void begin(void) {
 void lines_restart(void) {
     head = tail = overflowed = 0;
     overflow_told = told = guarded = false;
-    newest.there = taken.there = false;
+    for (unsigned at = 0; at < KNOWN; at++)
+        known[at].there = false;
+    next = 0;
+    taken.there = false;
     before = GOOD;
     until_end = returned = false;
     until_quiet = true;
@@ -175,6 +181,20 @@ static bool keep(void) {
     return true;
 }
 
+/* Answer a line, which is `there` if it has a number, and keep the answer of a numbered one. */
+static void answer(struct known *line, const fault *f) {
+    struct known *one = &known[line->number % KNOWN];
+    line->code = (uint16_t)explain(f);
+    line->answered = true;
+    if (line->there && one->number == line->number)
+        *one = *line;
+    say(line->code, line->there, line->number);
+}
+
+static bool is_again(const struct known *one) {
+    return one->there && one->number == now.number && one->check == now.check;
+}
+
 static bool is_text(const char *order) {
     uint32_t length = 0;
     for (; order[length]; length++) {
@@ -219,16 +239,12 @@ __attribute__((noinline)) static lines_part end_plain(void) {
     return is;
 }
 
-static bool is_again(const record *r) {
-    return r->there && r->number == now.number && r->check == now.check;
-}
-
 /* A repeated line: answer it again, unless its first answer is still to come. */
-static lines_part repeat(const record *r) {
+static lines_part repeat(const struct known *one) {
     begin();
-    if (r->answered)
-        say(r->code, true, r->number);
-    return r->answered ? LINES_ANSWERED : LINES_ENDED;
+    if (one->answered)
+        say(one->code, true, one->number);
+    return one->answered ? LINES_ANSWERED : LINES_ENDED;
 }
 
 static reason judge_numbered(void) {
@@ -242,15 +258,16 @@ static reason judge_numbered(void) {
 
 __attribute__((noinline)) static lines_part end_numbered(void) {
     reason why = judge_numbered();
+    struct known *one = &known[now.number % KNOWN];
     if (why == GOOD) {
         /* Its check proves that it is whole, whatever came before. */
         before = GOOD;
         told = until_end = until_quiet = false;
-        if (is_again(&newest))
-            return repeat(&newest);
+        if (is_again(one))
+            return repeat(one);
         if (is_again(&taken))
             return repeat(&taken);
-        if (now.number != (newest.there ? (uint16_t)(newest.number + 1) : 0))
+        if (now.number != next)
             why = SEQUENCE;
     }
     if (why != GOOD) {
@@ -258,24 +275,21 @@ __attribute__((noinline)) static lines_part end_numbered(void) {
         return LINES_ENDED;
     }
     lines_part is = order_or(LINES_ENDED);
-    record line = {.there = true, .number = (uint16_t)now.number, .check = (uint16_t)now.check};
+    uint16_t check = (uint16_t)now.check;
     if (is == LINES_ENDED && !keep())
         return LINES_ENDED;
-    newest = line;
+    *one = (struct known){.there = true, .number = next++, .check = check};
     guarded = true;
     return is;
 }
 
 void lines_ordered(const fault *f) {
-    bool numbered = now.numbered;
-    uint32_t code = explain(f);
+    struct known line = {.there = false};
+    if (now.numbered)
+        line = known[now.number % KNOWN];
     counts.accepted++;
     begin();
-    if (numbered) {
-        newest.code = code;
-        newest.answered = true;
-    }
-    say(code, numbered, newest.number);
+    answer(&line, f);
 }
 
 /* Append a hexadecimal digit to `value`; false if `c` is not one. */
@@ -427,30 +441,21 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
         tell_refused();
         return LINES_REFUSED;
     }
-    taken = (record){.there = queue[tail % ROOM] == '@'};
+    taken = (struct known){.there = queue[tail % ROOM] == '@'};
     if (taken.there) {
         tail++;
-        taken.number = (uint16_t)take_number();
+        uint16_t number = (uint16_t)take_number();
+        const struct known *one = &known[number % KNOWN];
+        if (one->number == number)
+            taken = *one;
+        taken.number = number;
     }
     uint32_t count = 0;
     for (; queue[tail % ROOM] != '\n'; tail++)
         text[count++] = queue[tail % ROOM];
     tail++;
-    if (taken.there) {
-        uint32_t check = 0;
-        for (uint32_t at = count - CHECK + 1; at < count; at++)
-            (void)read_hex(text[at], &check);
-        taken.check = (uint16_t)check;
-        count -= CHECK;
-    }
-    *length = count;
+    *length = taken.there ? count - CHECK : count;
     return LINES_TEXT;
 }
 
-void lines_answer(const fault *f) {
-    taken.code = explain(f);
-    taken.answered = true;
-    say(taken.code, taken.there, taken.number);
-    if (newest.there && taken.there && newest.number == taken.number)
-        newest = taken;
-}
+void lines_answer(const fault *f) { answer(&taken, f); }

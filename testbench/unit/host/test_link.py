@@ -263,6 +263,18 @@ def test_no_line_from_before_a_reset_is_sent_after_it():
     assert line.answer == "the controller has started anew"
 
 
+def test_several_answers_that_are_lost_come_again():
+    """The cable was pulled while lines were under way, one of which is refused."""
+    controller = Controller(script=lambda _, line: "error:20" if line == "G77" else None)
+    link, _ = talk(controller, noise=lambda direction, data: (
+        b"" if direction == "in" and controller.number and link.pipe.now < 1 else data))
+    lines = [link.send_line(text) for text in ("G91 G00 X1", "G77", "G00 X2")]
+    while link.pipe.now < 2:
+        link.poll(0.01)
+    assert [line.answer for line in lines] == ["ok", "error:20", "ok"]
+    assert controller.lines == ["G91 G00 X1", "G77", "G00 X2"]
+
+
 def test_an_order_is_looked_after_while_something_else_is_waited_for():
     """A line that is sent from within ``on_line``: damaged at first, and then heard."""
     lost = []
