@@ -33,7 +33,7 @@ def panel(*, machine: str, port: str | None, baud: int, clock_hz: int | None, se
         from host.panel.page import build
     except ImportError as error:
         raise UsageError("the panel needs NiceGUI, which is not installed: run make install, or "
-                         f"pip install 'gapkeeper[panel]' ({error}).") from error
+                         f'.venv/bin/python -m pip install -e ".[panel]" ({error}).') from error
 
     def say(text: str) -> None:
         console.print(text, soft_wrap=True, markup=False)

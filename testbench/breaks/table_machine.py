@@ -9,6 +9,7 @@ PROGRAM = "unit/firmware/test_program.py"
 BOTH = f"unit/firmware/test_machine.py {PROGRAM}"
 STATUS = "unit/firmware/test_status.py"
 APPROACH = "unit/firmware/test_approach.py"
+LOOP = "unit/firmware/test_main_loop.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
 TOUCH = "unit/firmware/test_touch.py"
@@ -331,6 +332,11 @@ MACHINE = (
          "the work is between the watchdog's keys"),
         ("    pet(); /* the", "    /* the", "the watchdog is called after a sleep"),
         ("    if (hal_watch_asked())\n", "", "only what is asked is answered"),
+        ("return !program_running() && path", "return path", "the end of a dwell is looked for",
+         LOOP),
+        (" && path_at_front() && meter_rests(); }", "; }", "a coast is looked at", LOOP),
+        ("(path_goes_on() || rests())", "(path_goes_on() || (rests() && false))",
+         "the processor sleeps at rest", LOOP),
     ),
     *breaks_of(
         "softcore/firmware/base/watch.h", PROGRAM,

@@ -32,8 +32,8 @@
    it. Conditions that are only polled (the end of a block, an elapsed time) can wait this long. */
 #define SLEEP_CLOCKS 3000
 
-/* While the machine moves on without help and nothing waits to be told, the processor sleeps
-   longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes without
+/* While the machine moves on or rests without help and nothing waits to be told, the processor
+   sleeps longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes without
    an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK sleeps it
    also runs its checks of the machine. The watchdog's interrupt waits for the end of a sleep, so
    two sleeps must be shorter than the watchdog's period. */
@@ -150,10 +150,15 @@ static bool look(unsigned task) {
     return step(task);
 }
 
-/* Does the machine move on without help, and does nothing wait to be told? */
-static bool goes_by_itself(void) {
-    return path_goes_on() && events_idle() && !alarm_untold() && gap_settled() && link_rests();
+/* Is nothing under way? The steps of a homing cycle are among the checks of the machine. */
+static bool rests(void) { return !program_running() && path_at_front() && meter_rests(); }
+
+static bool needs_no_help(void) {
+    return (path_goes_on() || rests()) && events_idle() && !alarm_untold();
 }
+
+/* Does the machine move on, or rest, without help, and does nothing wait to be told? */
+static bool goes_by_itself(void) { return needs_no_help() && gap_settled() && link_rests(); }
 
 /* True if the sleep lasted its whole time. */
 static bool sleep_for(uint32_t clocks) {
@@ -168,7 +173,7 @@ static bool sleep_for(uint32_t clocks) {
 static bool sleeps_on(unsigned count) {
     uint32_t now = hal_cycle_low();
     bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
-    return !brought && path_goes_on() && events_idle() && !alarm_untold() && !commands_wait();
+    return !brought && needs_no_help() && !commands_wait();
 }
 
 /* Sleep until an event or a byte comes, or until it is time for a round. Not inlined into the pass,

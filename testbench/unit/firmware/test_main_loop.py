@@ -60,10 +60,20 @@ def test_it_sleeps_on_while_the_machine_goes_by_itself(machine):
     assert machine.library.gk_unwatched() == 0, "all work is between the keys"
 
 
-def test_at_the_front_each_sleep_ends_with_a_round(machine):
-    assert sleeps(machine, ROUNDS) == 1, "idle"
-    machine.tape(punched(["G04 P60000", "M02"]), passes=2000)   # the journal is written, too
-    assert sleeps(machine, ROUNDS) == 1, "a dwell is only looked at"
+def test_it_sleeps_on_while_the_machine_rests(machine):
+    assert sleeps(machine, ROUNDS) == SLEEPS
+    machine.library.gk_moving(1)
+    assert sleeps(machine, ROUNDS) == 1, "a coast is looked at"
+    machine.library.gk_moving(0)
+    machine.tape(punched(["G91 G00 X1", "M02"]), passes=2000)
+    machine.run(400)    # the journal is written, too
+    assert sleeps(machine, ROUNDS) == SLEEPS
+
+
+def test_in_a_dwell_each_sleep_ends_with_a_round(machine):
+    """Its end is only looked at."""
+    machine.tape(punched(["G04 P60000", "M02"]), passes=2000)
+    assert sleeps(machine, ROUNDS) == 1
 
 
 @pytest.mark.parametrize("whole", [0, 1, 7])
