@@ -16,7 +16,8 @@ MACHINES = ", ".join(built_in())
 MachineOfTape = Annotated[str | None, typer.Option(
     "--machine", metavar="NAME|FILE", show_default="the one that the tape names, or else sinker",
     help=f"A built-in machine ({MACHINES}), or a TOML file of one. A tape names its machine in a "
-         "comment before its first block: (MACHINE WIRE).")]
+         "comment before its first block: (MACHINE WIRE). With --port, a tape that names another "
+         "than the sinker needs this option.")]
 
 FlashFile = Annotated[Path | None, typer.Option(
     "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",

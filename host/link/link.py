@@ -11,7 +11,7 @@ check, and those of this host always do::
 
 The check is the CRC of everything before the ``*``, in four hexadecimal digits. The answer names
 the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise by 1,
-modulo 65536. One of the last 32 lines that comes again gets the same answer again, and is not
+modulo 65536. One of the last 64 lines that comes again gets the same answer again, and is not
 carried out again. Any other number, a wrong check, and a line in which the receiver saw an error
 are refused whole by ``error:108``, with the number if it could be read. This host then sends the
 line again, and also if no answer comes.

@@ -62,12 +62,11 @@ def run_tape(path: Path, *, machine: str | None, seed: int, waves: bool, folder:
 
     Without ``machine`` it is the one that the tape names, or else the sinker.
     """
-    chosen = machines.load(machine or machine_named(path) or DEFAULT)
-    if machine is None and chosen.name != DEFAULT:
-        console.print(f"on the machine {chosen.name}, which the tape names", markup=False)
-    folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
-    wanted = _scope(scope)
-    tape = _punched(path, folder, chosen, seed, clock_hz)
+    given = None if machine is None else machines.load(machine)
+    folder, wanted = _checked(folder or RUNS / path.stem, mdi), _scope(scope)
+    tape = _punched(path, folder, given or machines.load(DEFAULT), seed, clock_hz)
+    chosen = given or _chosen(tape, console)
+    clock_hz = clock_hz or chosen.clock_hz
     begin, zero = _begin(folder, tape, start)
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
@@ -102,13 +101,13 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
     What stands at the port the tape cannot know: if it names another machine than the sinker,
     ``machine`` must be given.
     """
-    named = machine_named(path)
-    if machine is None and named not in {None, DEFAULT}:
+    tape = load(path)
+    if machine is None and (named := machine_named(tape)) not in {None, DEFAULT}:
         raise UsageError(f"{path.name} is for the machine {named}: say with --machine which one is "
                          "at the port, as its settings are entered there.")
-    chosen = machines.load(machine or DEFAULT)
+    chosen = machines.load(DEFAULT if machine is None else machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
-    wanted, tape = _scope(scope), load(path)
+    wanted = _scope(scope)
     begin, zero = _begin(folder, tape, start)
     if zero and at_start:
         raise UsageError(f"--from {LAST} and --at-start: the machine stands where the tape was "
@@ -194,14 +193,29 @@ def _write_scope(console: Console, job: Run, folder: Path) -> None:
                   soft_wrap=True)
 
 
-def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: int) -> Tape:
+def _punched(path: Path, folder: Path, machine: Machine, seed: int, clock_hz: int | None) -> Tape:
     """The tape; if it cannot be punched, the run's outcome is ``rejected``."""
     try:
         return load(path)
     except TapeError as error:
         _clear(folder)
-        _write_summary(folder, summary_of_unpunched(error, machine, seed, clock_hz))
+        _write_summary(folder, summary_of_unpunched(error, machine, seed,
+                                                    clock_hz or machine.clock_hz))
         raise
+
+
+def _chosen(tape: Tape, console: Console) -> Machine:
+    """The machine that the tape names, or else the sinker; told if it is another."""
+    named = machine_named(tape)
+    if named in {None, DEFAULT}:
+        return machines.load(DEFAULT)
+    if named in machines.built_in():
+        console.print(f"on the machine {named}, which the tape names", markup=False)
+        return machines.load(named)
+    console.print(f"on the machine {DEFAULT}: the tape is for the machine {named}, which does not "
+                  "come with Gapkeeper (--machine chooses one)", style="yellow", markup=False,
+                  soft_wrap=True)
+    return machines.load(DEFAULT)
 
 
 def _begin(folder: Path, tape: Tape, start: str | None) -> Last:

@@ -102,8 +102,10 @@ def tape_check(
     from host.tape.machine import machine_named
     from host.tape.notes import notes
     from host.tape.tape import load
-    machine = machine or machine_named(source)
-    tape, chosen = load(source), machines.load(machine) if machine else None
+    tape = load(source)
+    if machine is None and machine_named(tape) in machines.built_in():
+        machine = machine_named(tape)
+    chosen = None if machine is None else machines.load(machine)
     blocks = check(tape, mdi or [], chosen)
     judged = f"for the machine {chosen.name}" if chosen else "travel not judged (--machine)"
     _say(f"{source}: {counted(blocks, 'block')}, no fault found; {judged}")

@@ -2,33 +2,32 @@
 """The machine that a tape names."""
 
 import re
-from pathlib import Path
 
 from host.errors import TapeError
-from host.machines.machine import built_in
 from host.tape.subprograms import COMMENT
-from host.tape.tape import decode, is_punched, text_of
+from host.tape.tape import Tape, decode
 
 __all__ = ["machine_named"]
 
-_NAMED = re.compile(r"\(\s*MACHINE\s+(\w+)", re.IGNORECASE)
+# A whole sentence or the beginning of one: (MACHINE WIRE. A SLOT), but not (MACHINE HALF OF IT).
+_NAMED = re.compile(r"[(;]\s*MACHINE[\s:]\s*([A-Z][\w-]*)\s*(?:[.,;)]|$)", re.IGNORECASE)
+# What may stand before the first block: the start, a name or a number of the program or of a block.
+_NO_BLOCK = re.compile(r"[\s%]*(?:[NO:]\s*\d+\s*)*")
 
 
-def machine_named(path: Path) -> str | None:
-    """Name of the built-in machine that a comment before a tape's first block names.
+def machine_named(tape: Tape) -> str | None:
+    """Name, in small letters, of the machine that a comment before a tape's first block names.
 
-    Such a comment begins with ``(MACHINE WIRE``. None if there is none, if no such machine comes
-    with the project, or if the file cannot be read as a tape.
+    Such a comment begins with ``(MACHINE WIRE``. None if there is none, or if the tape is damaged.
     """
     try:
-        data = path.read_bytes()
-        text = decode(data)[0] if is_punched(path) else text_of(path, data)
-    except (OSError, TapeError):
+        text = decode(tape.rows)[0]
+    except TapeError:
         return None
     for line in text.splitlines():
-        if found := _NAMED.search(line):
-            name = found[1].lower()
-            return name if name in built_in() else None
-        if COMMENT.sub("", line).strip(" \t%"):
-            break
+        for comment in COMMENT.findall(line):
+            if found := _NAMED.match(comment):
+                return found[1].lower()
+        if not _NO_BLOCK.fullmatch(COMMENT.sub("", line)):
+            return None
     return None

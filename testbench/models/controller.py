@@ -32,6 +32,7 @@ def unstuffed(data: bytes) -> bytes:
     return bytes(found)
 
 
+KNOWN = 64        # numbered lines whose answers come again
 STALLED_MS = 20   # without a byte a frame has stopped half-way
 
 
@@ -136,6 +137,8 @@ class Controller:
             self.guarded = True
             self.number = (self.number + 1) % 65536
             self.earlier[self.last] = self.answer
+            while len(self.earlier) > KNOWN - 1:
+                del self.earlier[next(iter(self.earlier))]
             self.last = line
             self._obey(command.decode(), f" @{int(number)}")
 

@@ -222,6 +222,8 @@ bool keep_step(void) {
     return more;
 }
 
+bool keep_waits(void) { return journal_waits(); }
+
 void keep_restore(char what, uint32_t length, fault *f) {
     bool all = what == '*';
     if (length != 6 || (!all && what != '$' && what != '#')) {

@@ -21,6 +21,7 @@ void keep_tell(void);
 /* Write what has changed, while the machine stands and does not discharge; true if more can be done
    at once. */
 bool keep_step(void);
+bool keep_waits(void);  /* something is still to be written */
 
 /* `$RST=`: `$` the settings, `#` the offsets and places, `*` these, conditions and classes, back to
    what they are without a journal. */

@@ -49,6 +49,8 @@
 
 static unsigned turn;
 static bool busy;               /* a task had work in this round */
+static bool worked;             /* a task had work in the last round */
+static bool checks;             /* the checks of the machine are made in this round */
 static bool calm;               /* no event and no byte ended the last sleep early */
 
 static void pet(void) {
@@ -65,7 +67,7 @@ void main_loop_boot(void) {
     firmware_boot();
     turn = 0;
     busy = true;
-    calm = false;
+    worked = checks = calm = false;
     profile_init();
     alarm_init();
     pet();
@@ -142,23 +144,28 @@ static bool watch_over(unsigned task) {
     return gap_watch(&view) || keeps;
 }
 
-/* The checks and a step may each take long. */
+/* The checks and a step may each take long. After a round with work, whose blocks may be short, the
+   checks wait for the next round. */
 static bool look(unsigned task) {
-    if (watch_over(task))
-        return true;
-    watch_between();
+    checks = !worked || !checks;
+    if (checks) {
+        if (watch_over(task))
+            return true;
+        watch_between();
+    }
     return step(task);
 }
 
 /* Is nothing under way? The steps of a homing cycle are among the checks of the machine. */
-static bool rests(void) { return !program_running() && path_at_front() && meter_rests(); }
-
-static bool needs_no_help(void) {
-    return (path_goes_on() || rests()) && events_idle() && !alarm_untold();
+static bool rests(void) {
+    return !program_running() && path_at_front() && meter_rests() && !keep_waits();
 }
 
 /* Does the machine move on, or rest, without help, and does nothing wait to be told? */
-static bool goes_by_itself(void) { return needs_no_help() && gap_settled() && link_rests(); }
+static bool goes_by_itself(void) {
+    return (path_goes_on() || rests()) && events_idle() && !alarm_untold() && gap_settled() &&
+           link_rests();
+}
 
 /* True if the sleep lasted its whole time. */
 static bool sleep_for(uint32_t clocks) {
@@ -173,7 +180,7 @@ static bool sleep_for(uint32_t clocks) {
 static bool sleeps_on(unsigned count) {
     uint32_t now = hal_cycle_low();
     bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
-    return !brought && needs_no_help() && !commands_wait();
+    return !brought && goes_by_itself() && !commands_wait();
 }
 
 /* Sleep until an event or a byte comes, or until it is time for a round. Not inlined into the pass,
@@ -201,6 +208,7 @@ void main_loop_pass(void) {
     if (task == PROFILE_TASKS - 1) {
         if (!busy)
             sleep_when_idle();
+        worked = busy;
         busy = false;
     }
 }

@@ -69,7 +69,7 @@ static bool told;           /* while a tape is due: the sender was told that thi
 
 /* The numbered lines accepted last, by number modulo KNOWN, with their answers. One that comes again
    gets the same answer again: it was lost. */
-#define KNOWN 32
+#define KNOWN 64
 static struct known {
     bool there, answered;
     uint16_t number, check, code;
@@ -444,17 +444,20 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
     taken = (struct known){.there = queue[tail % ROOM] == '@'};
     if (taken.there) {
         tail++;
-        uint16_t number = (uint16_t)take_number();
-        const struct known *one = &known[number % KNOWN];
-        if (one->number == number)
-            taken = *one;
-        taken.number = number;
+        taken.number = (uint16_t)take_number();
     }
     uint32_t count = 0;
     for (; queue[tail % ROOM] != '\n'; tail++)
         text[count++] = queue[tail % ROOM];
     tail++;
-    *length = taken.there ? count - CHECK : count;
+    if (taken.there) {
+        uint32_t check = 0;
+        for (uint32_t at = count - CHECK + 1; at < count; at++)
+            (void)read_hex(text[at], &check);
+        taken.check = (uint16_t)check;
+        count -= CHECK;
+    }
+    *length = count;
     return LINES_TEXT;
 }
 

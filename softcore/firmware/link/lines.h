@@ -4,7 +4,7 @@
    refused as a whole.
 
    A numbered line, `@17 text*5A3C`, is refused unless its check is right and its number is the next
-   one. One of the last 32 that comes again, with the same check, gets the same answer again. The
+   one. One of the last 64 that comes again, with the same check, gets the same answer again. The
    first numbered line guards the link until a reset: lines without a number are then refused. On a
    link without guard, a plain line is accepted unless a part of it may be missing.
 

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sleep of the main loop: repeated while the machine runs by itself, and ended by any event."""
 
+import ctypes
+
 import pytest
 
-from testbench.firmware import Controller
+from softcore.image import image_digest
+from testbench.firmware import Controller, Memory
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
@@ -12,6 +15,11 @@ ROUNDS = 50
 ALWAYS = 1 << 31
 SILENT, KNOWN = 1 << 3, 1 << 4 # of the fluid's state, see hal.h
 DATA = "G36 R300 L.5 H600 E60 Q.1"
+
+
+@pytest.fixture
+def memory():
+    return Memory()
 
 
 @pytest.fixture
@@ -74,6 +82,41 @@ def test_in_a_dwell_each_sleep_ends_with_a_round(machine):
     """Its end is only looked at."""
     machine.tape(punched(["G04 P60000", "M02"]), passes=2000)
     assert sleeps(machine, ROUNDS) == 1
+
+
+def test_while_the_link_is_not_quiet_each_sleep_ends_with_a_round(machine):
+    """A frame that stalls is found by time."""
+    assert sleeps(machine, 1) == SLEEPS
+    machine.send(machine.framed(5, 0, b"12345")[:6])
+    machine.run(TASKS)
+    assert sleeps(machine, 1) == 1
+    machine.run(400)
+    assert sleeps(machine, ROUNDS) == SLEEPS
+
+
+def test_while_the_journal_is_written_each_sleep_ends_with_a_round(memory):
+    machine = Controller(memory=memory)
+    machine.unlock()
+    machine.library.gk_sleep_lasts(ALWAYS, 0)
+    machine.run(2000)
+    assert sleeps(machine, ROUNDS) == SLEEPS
+    machine.send(b"G10 L2 P1 X1\n")
+    machine.run(40)
+    assert sleeps(machine, 10) == 1
+    machine.run(2000)
+    assert sleeps(machine, ROUNDS) == SLEEPS
+
+
+def test_the_checks_go_on_while_every_round_has_work(machine):
+    words = [3, 1, 4, 1, 5]
+    for digest in (image_digest(words), 0):
+        machine.library.gk_image((ctypes.c_uint32 * len(words))(*words), len(words), digest)
+        before = machine.library.gk_sleeps()
+        for _ in range(50 * TASKS):
+            machine.send(b"?")
+            machine.run(1)
+        assert machine.library.gk_sleeps() == before, "each round has work"
+        assert ("safe" in machine.flags) == (digest == 0)
 
 
 @pytest.mark.parametrize("whole", [0, 1, 7])
