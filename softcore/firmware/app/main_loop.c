@@ -145,9 +145,9 @@ static bool watch_over(unsigned task) {
 }
 
 /* The checks and a step may each take long. After a round with work, whose blocks may be short, the
-   checks wait for the next round. */
+   checks wait for the next round, unless a change of the condition waits for them. */
 static bool look(unsigned task) {
-    checks = !worked || !checks;
+    checks = !worked || !checks || !gap_settled();
     if (checks) {
         if (watch_over(task))
             return true;
