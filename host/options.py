@@ -9,15 +9,15 @@ from typer.core import TyperCommand
 
 from host.machines.machine import built_in
 
-__all__ = ["MACHINES", "FlashFile", "MachineOfTape", "WithTcp"]
+__all__ = ["MACHINE_NAMES", "FlashFile", "MachineOfTape", "WithTcp"]
 
-MACHINES = ", ".join(built_in())
+MACHINE_NAMES = ", ".join(built_in())
 
 MachineOfTape = Annotated[str | None, typer.Option(
     "--machine", metavar="NAME|FILE", show_default="the one that the tape names, or else sinker",
-    help=f"A built-in machine ({MACHINES}), or a TOML file of one. A tape names its machine in a "
-         "comment before its first block: (MACHINE WIRE). With --port, a tape that names another "
-         "than the sinker needs this option.")]
+    help=f"A built-in machine ({MACHINE_NAMES}), or a TOML file of one. A tape names its "
+         "machine in a comment before its first block: (MACHINE WIRE). With --port, a tape that "
+         "names another than the sinker needs this option.")]
 
 FlashFile = Annotated[Path | None, typer.Option(
     "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from host.errors import UsageError, UserError
-from host.options import MACHINES
+from host.options import MACHINE_NAMES
 from host.words import counted
 
 __all__ = ["tape_app"]
@@ -89,7 +89,7 @@ def tape_check(
     machine: Annotated[str | None, typer.Option(
         metavar="NAME|FILE", show_default="the one that the tape names, or else none",
         help="Judge clock, settings and travel of this machine too, from where it stands at the "
-             f"start: {MACHINES}, or a TOML file.")] = None,
+             f"start: {MACHINE_NAMES}, or a TOML file.")] = None,
 ) -> None:
     """Check a tape with the controller's own reader.
 

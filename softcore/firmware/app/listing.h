@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Lists of the settings, the costs of the firmware's work, and the record of the gap oscilloscope. Each
-   step sends one line: a whole list at once would take too long. */
+/* Lists of the settings, the costs of the firmware's work, and the record of the gap oscilloscope.
+   Each step sends one line: a whole list at once would take too long. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

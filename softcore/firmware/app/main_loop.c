@@ -33,10 +33,10 @@
 #define SLEEP_CLOCKS 3000
 
 /* While the machine moves on or rests without help and nothing waits to be told, the processor
-   sleeps longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes without
-   an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK sleeps it
-   also runs its checks of the machine. The watchdog's interrupt waits for the end of a sleep, so
-   two sleeps must be shorter than the watchdog's period. */
+   sleeps longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes
+   without an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK
+   sleeps it also runs its checks of the machine. The watchdog's interrupt waits for the end of a
+   sleep, so two sleeps must be shorter than the watchdog's period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
 #define SLEEPS_A_LOOK 4
