@@ -20,7 +20,7 @@ from host.link.port import Port
 from host.machines import machine as machines
 from host.run.controller import Controller
 
-__all__ = ["CHUNK", "Firmware", "characters", "firmware", "orders"]
+__all__ = ["CHUNK", "Firmware", "built", "characters", "firmware", "orders"]
 
 CHUNK = 128             # bytes of a line
 READ_BACK_S = 60.0      # for the last line's answer: the image is read back before it
@@ -74,8 +74,14 @@ def orders(image: bytes) -> Iterator[str]:
     yield "$FIRMWARE=E"
 
 
-def _built(memory: int, say: Callable[[str], None]) -> bytes:
-    """Compile the checkout's firmware for a memory."""
+def built(memory: int, say: Callable[[str], None]) -> bytes:
+    """The checkout's firmware, compiled for a memory of so many bytes.
+
+    Raises
+    ------
+    UserError
+        If it does not compile, or does not fit.
+    """
     from softcore.image import FirmwareError, target_image
     try:
         return target_image(memory, say).read_bytes()
@@ -139,7 +145,7 @@ def firmware(url: str, *, baud: int, file: Path | None, built_in: bool, console:
             link.command("$FIRMWARE=C")
             say("Switch it off and on: it then runs the firmware of its bitstream.")
             return
-        image = file.read_bytes() if file else _built(there.memory, say)
+        image = file.read_bytes() if file else built(there.memory, say)
         _check(image, there)
         digest = int.from_bytes(image[-4:], "little")
         if digest == there.digest:

@@ -237,10 +237,10 @@ class Controller(wiring.Component):
         """Which guarded registers are damaged, latched for firmware."""
         motion, registers = self.motion, self.registers.safety
         found = Cat(self.drives.damaged, motion.damaged_word, motion.damaged_segment,
-                    motion.damaged_place, motion.damaged_pulses, self.drives.damaged_bounds,
+                    motion.damaged_place, motion.damaged_pulses, self.drives.damaged_settings,
                     registers.fluid_damaged, motion.damaged_rate)
         told = Cat(registers.damage_axes, registers.damage_word, registers.damage_segment,
-                   registers.damage_place, registers.damage_pulses, registers.damage_bounds,
+                   registers.damage_place, registers.damage_pulses, registers.damage_settings,
                    registers.damage_fluid, registers.damage_rate, registers.damage_latch)
         # Damage of the interlock's own latch is a cause already.
         every = Cat(found, self.interlock.torn)
@@ -275,6 +275,10 @@ class Controller(wiring.Component):
             registers.limits_low.eq(interlock.at_low), registers.limits_high.eq(interlock.at_high),
             registers.limits_leaving.eq(interlock.leaving),
         ]
+        for name in registers.signature.members:
+            if name.startswith("inputs_"):
+                m.d.sync += getattr(registers, name).eq(
+                    getattr(self, name.removeprefix("inputs_")))
         # Outputs are safe at once. Motion, the gap and firmware follow a clock later: on an FPGA
         # the way from a cause through all of them is longer than a clock.
         m.d.sync += [self.stopped.eq(self.safe), registers.live.eq(interlock.live)]

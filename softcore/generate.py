@@ -9,8 +9,8 @@ from pathlib import Path
 from constraints.boards import BOARDS
 from softcore import linkmap, render
 from softcore.pins import alike, board_drawing, drawn, pins_page
-from softcore.registers import Block
-from softcore.regmap import AXES, BASE, BLOCKS
+from softcore.registers import AXES, Block
+from softcore.regmap import BASE, BLOCKS
 from softcore.tables.causes import CAUSES
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS

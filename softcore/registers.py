@@ -4,7 +4,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Access", "Block", "Field", "Register", "registers", "value"]
+__all__ = ["AXES", "Access", "Block", "Field", "Register", "registers", "value"]
+
+AXES = "xyz"
 
 # rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
 # one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.

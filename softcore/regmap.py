@@ -11,11 +11,11 @@ only.
 
 from softcore.flashmap import FLASH
 from softcore.linkmap import LINK
-from softcore.registers import Block, Field
+from softcore.registers import AXES, Block, Field
 from softcore.registers import registers as _registers
 from softcore.registers import value as _value
+from softcore.safetymap import SAFETY
 from softcore.scopemap import SCOPE
-from softcore.tables.causes import CAUSES
 from softcore.tables.events import QUEUE, numbered
 
 RATE = "2**-32 pulse/clock"
@@ -23,8 +23,6 @@ LEVEL = "2**-16 full scale"     # of the converter of the gap voltage
 SHORT_LEVEL = 122               # after reset: 12 V of 100, so that a short is always detected
 
 BASE = 0x8000_0000  # the CPU's data cache leaves addresses with the top bit set alone
-
-AXES = "xyz"
 
 SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its clock.",
                registers=_registers(
@@ -347,72 +345,6 @@ CONDITION = Block(name="condition", base=0xB00, doc="The machining condition in 
         Field(name="settled", bits=1, access="r", doc="They follow the condition in force."))),
 ))
 
-_CAUSE_BITS = "By bit: " + "; ".join(
-    f"{bit} `{cause.name}`, {cause.sentence}" for bit, cause in enumerate(CAUSES)) + "."
-
-SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl.safety``.",
-               registers=_registers(
-    ("live", "Causes present now. " + _CAUSE_BITS,
-     _value(len(CAUSES), "One bit per cause.", access="r")),
-    ("latched", "Causes since the interlock was cleared, by the same bits.",
-     _value(len(CAUSES), "One bit per cause.", access="r")),
-    ("status", "State of the interlock.", (
-        Field(name="safe", bits=1, access="r", doc="Outputs are in their safe state."),
-        Field(name="first", bits=5, access="r", doc="Number of the first cause latched."),
-        Field(name="simultaneous", bits=len(CAUSES), access="r",
-              doc="Causes that came in the same clock as the first."),
-        Field(name="blamed", bits=len(AXES), access="r",
-              doc="Axes that raised the first cause, bit 0 X; 0 if it is not one of axes."))),
-    ("pet", "Watchdog call: ``0xA5`` at the start of a step of the main loop, ``0x5A`` at its end, "
-     "``0xC3`` from the handler of interrupt 1.",
-     _value(8, "The key.", access="w"), "write"),
-    ("clear", "Operator's acknowledgement ``0x5A``: clears causes that are no longer present.",
-     _value(8, "The key.", access="w"), "write"),
-    ("stop", "Trip the interlock (cause ``firmware``).",
-     _value(1, "Any value.", access="w"), "write"),
-    ("fluid", "Fluid supervision.", (
-        Field(name="required", bits=1, init=1, doc="Low fluid trips while discharging.",
-              guarded=True),)),
-    ("period", "Longest time between two watchdog calls.",
-     _value(32, "Clocks, a build parameter.", access="r", unit="clock")),
-    ("arming", "Permission to discharge; see ``rtl.safety.arming``.", (
-        Field(name="contactor", bits=1, access="r", doc="The main contactor's coil is on."),
-        Field(name="armed", bits=1, access="r", doc="Its contacts are closed: the discharge is "
-              "allowed."),
-        Field(name="pressed", bits=1, access="r", doc="The button's level, not debounced."))),
-    ("disarm", "Open the main contactor until the button is pressed again.",
-     _value(1, "Any value.", access="w"), "write"),
-    ("leave", "Operator's order ``0x5A`` to leave the pressed limit switches. Only while safe. "
-     "They then do not trip until they are released, another cause comes, or a pulse would go "
-     "further onto one of them. Meanwhile there is no discharge, and motion is slow.",
-     _value(8, "The key.", access="w"), "write"),
-    ("limits", "Limit switches, debounced.", (
-        Field(name="low", bits=len(AXES), access="r", doc="Lower one, bit 0 X."),
-        Field(name="high", bits=len(AXES), access="r", doc="Upper one."),
-        Field(name="leaving", bits=1, access="r", doc="The machine is leaving them."))),
-    ("damage", "Damage that cause ``guard`` has found since the interlock was cleared.", (
-        Field(name="axes", bits=len(AXES), access="r",
-              doc="Command, position and Er of an axis disagree, bit 0 X."),
-        Field(name="word", bits=1, access="r", doc="A word of the path window has a wrong parity."),
-        Field(name="segment", bits=1, access="r",
-              doc="A word of the present segment has a wrong parity."),
-        Field(name="place", bits=1, access="r",
-              doc="Path coordinate, front or place in the segment differ from their doubles."),
-        Field(name="pulses", bits=1, access="r",
-              doc="A path pulse was lost, or came without a reason."),
-        Field(name="bounds", bits=len(AXES), access="r",
-              doc="A soft limit, a bound of the following error or the gain of an axis differs "
-                  "from what the firmware wrote, bit 0 X."),
-        Field(name="fluid", bits=1, access="r",
-              doc="The choice whether low fluid trips differs from what the firmware wrote."),
-        Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
-        Field(name="latch", bits=1, access="r", doc="The interlock's latches differ."),
-     )),
-    ("watch", "State of the watchdog; see ``rtl.safety.watchdog``.", (
-        Field(name="asked", bits=1, access="r", doc="It waits for ``0xC3``. Interrupt 1."),
-        Field(name="open", bits=1, access="r", doc="``0x5A`` would not be too early."))),
-))
-
 AUXILIARY = Block(name="auxiliary", base=0x900, doc="M, S and T functions of the machine side.",
                   registers=_registers(
     ("send", "Send a function.", (
@@ -444,9 +376,11 @@ def _axis(index: int, letter: str) -> Block:
         ("window", "Following error up to which the axis is in position.",
          _value(12, "Error.", unit="pulse", init=1)),
         ("mode", "Output of the axis.", (
-            Field(name="step", bits=1, doc="Step/direction; feedback is the step pulses."),
-            Field(name="reverse", bits=1, doc="Encoder counts the other way."),
-            Field(name="swap", bits=1, doc="Drive turns the other way."))),
+            Field(name="step", bits=1, guarded=True,
+                  doc="Step/direction; feedback is the step pulses."),
+            Field(name="reverse", bits=1, guarded=True,
+                  doc="Encoder counts the other way."),
+            Field(name="swap", bits=1, guarded=True, doc="Drive turns the other way."))),
         ("step_time", "Shape of step pulses.", (
             Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
             Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
@@ -474,11 +408,11 @@ def _axis(index: int, letter: str) -> Block:
          _value(14, "Gain.", unit="2**-20 pulse/tick per pulse", guarded=True)),
         ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
          "count of steps anew; see ``rtl.motion.gear``.", (
-            Field(name="steps", bits=16, init=1, doc="n.", unit="step"),
-            Field(name="surplus", bits=16, doc="m - n.", unit="pulse")), "write"),
+            Field(name="steps", bits=16, init=1, guarded=True, doc="n.", unit="step"),
+            Field(name="surplus", bits=16, guarded=True, doc="m - n.", unit="pulse")), "write"),
         ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
          "up; see ``rtl.motion.backlash``.", (
-            Field(name="size", bits=13, doc="Backlash.", unit="pulse"),
+            Field(name="size", bits=13, guarded=True, doc="Backlash.", unit="pulse"),
             Field(name="taken_up", bits=13, access="r", unit="pulse",
                   doc="The drive stands so far further down than the axis.")), "write"),
     ))

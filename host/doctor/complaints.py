@@ -27,8 +27,9 @@ class Place:
 def place(board: Board, pad: str, bit: int = 0) -> Place:
     """Wire and pin of a pad's bit on a board."""
     wire = next(wire for wire in board.wires if wire.pad == pad)
-    pin, site = wire.pins.split()[bit], board.sites_of(wire)[bit]
-    name = f"{pad}[{bit}]" if WIDTH[pad] > 1 else pad
+    pins = wire.pins.split()
+    pin, site = pins[bit], board.sites_of(wire)[bit]
+    name = f"{pad}[{bit}]" if len(pins) > 1 else pad
     for header in board.headers:
         if any(pin in row for row in header.rows):
             return Place(name, f"{header.name} {header.labels.get(pin, pin)} (site {site})")

@@ -5,19 +5,20 @@ It uses what every controller answers over its link. Outputs act only after a qu
 with the discharge off: M03 is never sent. However it ends, it resets a controller that it has
 unlocked, which disarms the machine; the drives hold on. A lost position is taken over only after a
 yes, and stays so, as a reset at rest does not lose it again: the report then says what to do. What
-the present firmware cannot tell is listed in the report as not checked, with the reason
-(``UNCHECKED``).
+shows only in a discharge is listed in the report as not checked, with the reason (``UNCHECKED``).
 """
 
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 from constraints.board import Board
+from host.doctor import comparators, identity
 from host.doctor.complaints import Place, place, suspects, touched
+from host.doctor.examination import Examination, Finding, stopped
+from host.doctor.levels import CODES, FULL, GUARDS, open_guards, resting
 from host.errors import UserError
-from host.link.link import RESET, HeldError, Link, LinkError, RefusedError
+from host.link.link import RESET, HeldError, LinkError
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
@@ -34,56 +35,27 @@ MOVED_S = 8.0
 SETTLED_S = 0.5             # for the contactor, and for an alarm at the end of a motion
 RESETS = 3                  # a byte may get lost
 AXES = "XYZ"
+TRIED_S = 0.02              # for the filters of the comparators' levels
+BY_HAND_S = 10.0
+BY_HAND_MM = 0.01           # a coder that counts so much is sound
 
 HOME_FIRST = ("the lost position was taken over as it stood, and the controller believes it: "
               "home the machine before you cut")
 UNCHECKED = (
-    ("digests of gateware and firmware", "the controller tells its version only; `$I` needs a "
-     "further line with the register `build` and the image's digest"),
-    ("clock", "no line tells the controller's clock at rest"),
-    ("full memory test", "the parity of each word is checked when it is read, and the image's "
-     "digest by the firmware; a test of all words needs new firmware"),
-    ("fluid_low, fin", "they act only while the machine discharges or an M, S or T function runs"),
-    ("converter (adc_*), gap_reference, gap_high, gap_arc, gap_noise", "no line tells the "
-     "converter's reading or a comparator's level, and none sweeps a reference"),
-    ("contactor, gap_on, gap_level, gap_supply, auxiliary outputs", "no line switches one of them "
-     "alone with the discharge off"),
+    ("gap_on, gap_level, gap_supply", "they act in discharges only, and the doctor switches none "
+     "on; a gate that is on by itself is noticed at rest"),
+    ("gap_noise", "it acts in discharges only; that it is off at rest has been looked at"),
+    ("codes of M, S and T functions", "only M09 is sent; a tape tries the others"),
 )
 
 
-@dataclass
-class Finding:
-    """The outcome of a check: ``ok`` is None if it was left out."""
-
-    check: str
-    ok: bool | None
-    said: str
-    places: list[Place] = field(default_factory=list)
-
-    def __str__(self) -> str:
-        mark = {True: "ok", False: "WRONG", None: "left out"}[self.ok]
-        where = "; look at " + ", ".join(map(str, self.places)) if self.places else ""
-        return f"{mark:8} {self.check}: {self.said}{where}"
-
-
-def stopped(said: list[str]) -> bool:
-    """Whether the controller raised an alarm or refused a line."""
-    return any("ALARM:" in text or text.startswith("refused:") for text in said)
-
-
-class Doctor:
+class Doctor(Examination):
     """Examines the controller at an open port.
 
     Parameters
     ----------
-    port : Port
-        The line to it. The caller closes it.
-    board : Board
-        The board, by which wires have pins.
-    ask : callable
-        Asks a person a question; true is yes.
-    say : callable
-        Gets each finding as it is made, and what a person has to do.
+    port, board, ask, say
+        See ``Examination``.
     machine : Machine, optional
         The machine there. Its settings are entered first: without those of its drives, a sound
         axis may seem to count the wrong way.
@@ -94,14 +66,13 @@ class Doctor:
     def __init__(self, port: Port, board: Board, *, ask: Callable[[str], bool],
                  say: Callable[[str], None], machine: Machine | None = None,
                  wait_s: float = 60.0) -> None:
-        self.port, self.board, self.ask, self.say, self.wait_s = port, board, ask, say, wait_s
-        self.machine = machine
-        self.findings: list[Finding] = []
-        self._said: list[str] = []
-        self._link = Link(port, self._said.append)
+        super().__init__(port, board, ask=ask, say=say)
+        self.machine, self.wait_s = machine, wait_s
         self._free = False      # the machine is unlocked, and nothing keeps it from moving
         self._unlocks = False   # it may be unlocked: only a reset makes sure that it is not
         self._taken = False     # a lost position was taken over
+        self._swept = False     # the comparators have been looked at in a motion
+        self._guards: list[tuple[str, Place]] = []      # that are open by their levels
 
     def examine(self) -> list[Finding]:
         """Make all checks; return what was found.
@@ -118,14 +89,18 @@ class Doctor:
                 self._identify()
                 self._try_link()
                 self._settings()
+                identity.memory(self)
+                sound = self._levels()
                 self._inputs()
+                self._free = self._free and sound
                 self._rest()
                 self._button()
                 self._motion()
+                self._side()
             except HeldError as error:
-                self._find("memory", False, f"the processor is held: {error}")
+                self.find("memory", False, f"the processor is held: {error}")
             for what, why in UNCHECKED:
-                self._find(what, None, why)
+                self.find(what, None, why)
         finally:
             self._end()
         return self.findings
@@ -135,7 +110,7 @@ class Doctor:
         lines = ["Gapkeeper doctor", f"board {self.board.name}, port {self.port.url}, "
                  f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
                  "", *map(str, self.findings), "", "What the controller said:",
-                 *(f"  {line}" for line in self._said)]
+                 *(f"  {line}" for line in self.said if not line.startswith("[SCOPE"))]
         return "\n".join(lines) + "\n"
 
     # ---- the checks
@@ -144,29 +119,32 @@ class Doctor:
         who = Controller(self.port, machines.load("sinker"), clock_hz=self.board.clock_hz,
                          say=self.say)
         who.identify(reset=False)
-        self._link.await_greeting()
-        self._find("link", True, f"the controller answers at {self.port.url}")
-        told = [line for line in self._command("$I") if line.startswith("[VER:")]
-        same = any(VERSION in line for line in told)
-        self._find("identity", same, f"{' '.join(told) or 'it tells no version'}"
+        self.link.await_greeting()
+        self.find("link", True, f"the controller answers at {self.port.url}")
+        told = self.command("$I")
+        version = [line for line in told if line.startswith("[VER:")]
+        same = any(VERSION in line for line in version)
+        self.find("identity", same, f"{' '.join(version) or 'it tells no version'}"
                    + ("" if same else f"; this checkout is {VERSION}"))
+        identity.firmware(self, told)
+        identity.gateware(self)
 
     def _try_link(self) -> None:
         old, began = self._counts(), time.monotonic()
         for _ in range(ASKED):
-            self._link.command("$G")
+            self.link.command("$G")
         spent, new = time.monotonic() - began, self._counts()
         # Since power-on others may have been damaged: another program's, or while a plug was moved.
         bad = {name: count for name in ("refused", "damaged", "faulty")
                if (count := new.get(name, 0) - old.get(name, 0))}
         counted = bool(old and new)
-        self._find("quality of the link", counted and not bad, (
+        self.find("quality of the link", counted and not bad, (
             f"{ASKED} lines answered in {spent:.2f} s, none damaged" if counted and not bad else
             f"damaged: {bad or 'it tells no counts'}; look at the cable and its ground"))
 
     def _counts(self) -> dict[str, int]:
         """What the controller has counted on its link since power-on."""
-        told = next((line for line in self._command("$L") if line.startswith("[LNK:")), "")
+        told = next((line for line in self.command("$L") if line.startswith("[LNK:")), "")
         return {name: int(number) for part in told[5:-1].split(",")
                 for name, _, number in [part.rpartition(" ")] if number.isdecimal()}
 
@@ -175,94 +153,114 @@ class Doctor:
         if self.machine is None:
             return
         for number, value in self.machine.settings.items():
-            said = self._command(f"${number}={value}", refused=True)
+            said = self.command(f"${number}={value}", refused=True)
             if told := [text for text in said if text.startswith("refused:")]:
-                self._find("settings", False, f"machine {self.machine.name}: {told[0]}")
+                self.find("settings", False, f"machine {self.machine.name}: {told[0]}")
                 return
-        self._find("settings", True, f"those of the machine {self.machine.name} are entered")
+        self.find("settings", True, f"those of the machine {self.machine.name} are entered")
+
+    def _levels(self) -> bool:
+        """Look at the inputs at rest, with comparators and converter on; true if none is wrong."""
+        self.command(f"$LEVELS={FULL // 2},{FULL // 2}", refused=True)
+        self.listen(TRIED_S)
+        inputs = self.inputs()
+        self.command("$LEVELS", refused=True)
+        if inputs is None:
+            return False    # said already
+        wrong = list(resting(self.board, inputs))
+        for check, meaning, places in wrong:
+            self.find(check, False, meaning, places)
+        if not wrong:
+            self.find("gap at rest", True, f"the converter reads {inputs.voltage} of {CODES} for "
+                       f"the gap and {inputs.cell} for the fluid's cell; all comparators say: no "
+                       "voltage, no current")
+        self._guards = list(open_guards(self.board, inputs))
+        return not wrong
 
     def _inputs(self) -> None:
-        """Unlock: the controller names each guard that is open, with the axes it belongs to."""
+        """Unlock. The controller names one open guard, with its axes; its levels name all."""
         self._unlocks = True
-        said = self._command("$X", refused=True)
+        said = self.command("$X", refused=True)
         found = suspects(self.board, said)
+        named = {one for _, places in found for one in places}
+        found += [(meaning, [one]) for meaning, one in self._guards if one not in named]
         for meaning, places in found:
-            self._find("inputs", False, meaning, places)
+            self.find("inputs", False, meaning, places)
         locked = any(text.startswith("refused:") for text in said)
-        self._free = not locked and not found   # on a limit switch it is unlocked
+        # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
+        self._free = not locked and all(one.wire == "fluid_low" for _, places in found
+                                        for one in places)
         if locked and not found:
-            self._find("inputs", False, " ".join(said))
+            self.find("inputs", False, " ".join(said))
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
-        if locked:
-            self._find("other inputs", None, "the controller names the first open guard only: mend "
-                       "it and start the doctor again")
-            return
-        for pad, meaning in (("estop", "closed: no emergency stop"),
-                             ("drive_fault", "closed: no drive reports a fault"),
-                             ("limit_low", "closed: no axis is on its lower limit switch"),
-                             ("limit_high", "closed: no axis is on its upper limit switch")):
+        for pad, (meaning, _) in GUARDS.items():
             if pad not in open_pads:
-                self._find(pad, True, meaning)
+                self.find(pad, True, meaning)
 
     def _rest(self) -> None:
         """Wait: a gate, a comparator or a memory that is wrong trips the interlock at rest."""
         if not self._free:
             return
-        if self._quiet("at rest", self._listen(WATCHED_S)):
-            self._find("at rest", True, f"no alarm within {WATCHED_S:g} s; gap_current and "
+        if self._quiet("at rest", self.listen(WATCHED_S)):
+            self.find("at rest", True, f"no alarm within {WATCHED_S:g} s; gap_current and "
                        "gap_short show no current with both gates off")
 
     def _quiet(self, check: str, said: list[str]) -> bool:
         """Whether nothing was said against the machine; else it is a finding, and nothing moves."""
         found = suspects(self.board, said)
         for meaning, places in found:
-            self._find(check, False, meaning, places)
+            self.find(check, False, meaning, places)
         if stopped(said):
             if not found:
-                self._find(check, False, " ".join(said))
+                self.find(check, False, " ".join(said))
             self._free = False
         return not found and not stopped(said)
 
     def _button(self) -> None:
         if not self._free:
             return
-        before = len(self._said)
-        if "Armed" not in self._link.status():
+        before = len(self.said)
+        if "Armed" not in self.link.status():
             self.say('Press the button "arm" at the machine now. The contactor closes; nothing '
                      "discharges.")
         end = self.port.time_s() + self.wait_s
-        while "Armed" not in self._link.status():
-            if stopped(self._since(before)):
+        while "Armed" not in self.link.status():
+            if stopped(self.since(before)):
                 break
             if self.port.time_s() > end:
-                self._find("arm", False, f"no press came within {self.wait_s:g} s: nobody pressed, "
+                self.find("arm", False, f"no press came within {self.wait_s:g} s: nobody pressed, "
                            "the wire is broken, or the input is closed all the time",
                            [place(self.board, "arm")])
                 self._free = False  # without the contactor the sensing source has no supply
                 return
-            self._listen(0.1)
+            self.listen(0.1)
         else:
-            self._find("arm", True, "a press came")
+            self.find("arm", True, "a press came")
         # The contactor gives the power supply its voltage: a gate that is on shows only now.
-        self._listen(SETTLED_S)
-        if self._quiet("at rest, armed", self._since(before)):
-            self._find("at rest, armed", True, "no alarm after the contactor has closed")
+        self.listen(SETTLED_S)
+        if not self._quiet("at rest, armed", self.since(before)):
+            return
+        self.find("at rest, armed", True, "no alarm after the contactor has closed")
+        closed = self.ask("The main contactor should have closed just now, with a click. Has it?")
+        self.find("contactor", closed, "it has closed" if closed else
+                  "it has not closed, though it is switched on: look at its coil, its supply and "
+                  "its wire", [] if closed else [place(self.board, "contactor")])
 
     def _motion(self) -> None:
         """Move each axis a little, and back: the supervision compares its coder with the drive."""
         for axis, name in enumerate(AXES):
             if not self._free:
-                self._find(f"axis {name}", None, "something else must be mended first")
+                self.find(f"axis {name}", None, "something else must be mended first")
                 continue
             lost = ("; for this the lost position is taken over as it stands"
-                    if "Lost" in self._link.status() else "")
+                    if "Lost" in self.link.status() else "")
             if not self.ask(f"Axis {name} moves by {STEP_MM:g} mm, slowly, with the discharge off"
                             f"{lost}. Is it free to move, and nobody near it?"):
-                self._find(f"axis {name}", None, "not agreed to")
+                self.find(f"axis {name}", None, "not agreed to")
                 continue
             if lost:
                 self._taken = True
-                if not self._quiet(f"axis {name}", self._command("$POSITION=HERE", refused=True)):
+                if not self._quiet(f"axis {name}", self.command("$POSITION=HERE", refused=True)):
                     continue
             self._move(axis, name)
 
@@ -273,34 +271,80 @@ class Doctor:
             said, moved = self._go(axis, f"G91 G94 G01 {name}{way:g} F60")
             # A gap that reads as a short from the beginning lets no pulse out.
             if abs(moved) > CLEAR_MM and any(map(touched, said)):
-                self._find(f"axis {name}", None, f"touched after {abs(moved):.3f} mm: move away by "
+                self.find(f"axis {name}", None, f"touched after {abs(moved):.3f} mm: move away by "
                            "hand, then ask again")
                 self._free = False
                 said = [text for text in said if not touched(text) and "ALARM:" not in text]
                 self._quiet(f"axis {name}", said)
                 return
             if not self._quiet(f"axis {name}", said):
+                if any("both phases are silent" in text for text in said):
+                    self._by_hand(axis, name)
                 return
             if abs(moved - way) > STEP_MM / 4:
-                self._find(f"axis {name}", False, f"it was to move by {way:g} mm, and its coder "
+                self.find(f"axis {name}", False, f"it was to move by {way:g} mm, and its coder "
                            f"shows {moved:.4f} mm", [place(self.board, "enc_a", axis),
                                                      place(self.board, "enc_b", axis)])
                 return
             shown.append(f"{moved:.4f} mm of {way:g} mm")
-        self._find(f"axis {name}", True, f"its coder shows {' and '.join(shown)}")
+        self.find(f"axis {name}", True, f"its coder shows {' and '.join(shown)}")
+        if not self._swept:
+            self._swept = True
+            comparators.sweep(self, name)
+
+    def _by_hand(self, axis: int, name: str) -> None:
+        """Tell a coder that is silent from a drive that does not move."""
+        if not self.ask(f"The coder of axis {name} was silent. The drives are off now. Can you "
+                        f"turn the motor of axis {name} by hand?"):
+            return
+        self.say(f"Turn it now, within {BY_HAND_S:g} s.")
+        start, end = self.places()[axis], self.port.time_s() + BY_HAND_S
+        moved = 0.0
+        while abs(moved) < BY_HAND_MM and self.port.time_s() < end:
+            self.listen(0.1)
+            moved = self.places()[axis] - start
+        if abs(moved) < BY_HAND_MM:
+            self.find(f"coder {name} by hand", False, "it counts nothing", [
+                place(self.board, "enc_a", axis), place(self.board, "enc_b", axis)])
+        else:
+            self.find(f"coder {name} by hand", True, f"it counts ({moved:.3f} mm): its wires are "
+                       "right, and the drive did not move", [
+                           place(self.board, pad, axis) for pad in (
+                               "drive_enable", "dac", "dac_negative", "step", "dir")])
+
+    def _side(self) -> None:
+        """Send M09 to the machine's side, which answers it by FIN."""
+        if not self._free:
+            return
+        if not self.ask("M09 (fluid off) goes to the machine's side, which has to answer by FIN. "
+                        "Is it connected?"):
+            self.find("fin answers", None, "not agreed to")
+            return
+        before = len(self.said)
+        self.command("M09", refused=True)
+        self.await_state("Idle", "Alarm", within_s=MOVED_S)
+        self.listen(SETTLED_S)
+        if stopped(self.since(before)):
+            strobe = next(wire.pad for wire in self.board.wires
+                          if wire.pad in ("auxiliary_strobe", "chain"))
+            self.find("fin answers", False, "no FIN after M09: its wire or the strobe's is "
+                       "broken, or the machine side does not work",
+                       [place(self.board, "fin"), place(self.board, strobe)])
+        else:
+            self.find("fin answers", True, "M09 was answered by FIN")
 
     def _go(self, axis: int, line: str) -> tuple[list[str], float]:
         """Send a line that moves an axis; return what was said until rest, and the way in mm."""
-        before, start = len(self._said), self._places()[axis]
-        self._command(line, refused=True)
+        before, start = len(self.said), self.places()[axis]
+        self.command(line, refused=True)
         end = self.port.time_s() + MOVED_S
-        while not stopped(self._since(before)):
-            self._listen(0.2)
-            if self._link.status()["state"] == "Idle" or self.port.time_s() > end:
+        while not stopped(self.since(before)):
+            self.listen(0.2)
+            if self.link.status()["state"] == "Idle" or self.port.time_s() > end:
                 break
-        self._listen(SETTLED_S)
-        moved = self._places()[axis] - start
-        return self._since(before), moved
+        self.listen(SETTLED_S)
+        moved = self.places()[axis] - start
+        return self.since(before), moved
 
     def _end(self) -> None:
         """Reset a machine that may be unlocked: it comes to rest, and its contactor opens."""
@@ -308,57 +352,25 @@ class Doctor:
             return
         try:
             self._reset()
-            self._find("end", True, "the controller is reset: the machine is disarmed; its drives "
+            self.find("end", True, "the controller is reset: the machine is disarmed; its drives "
                        "may still hold it")
         except HeldError:
-            self._find("end", None, "the processor is held, and the outputs are safe until the "
+            self.find("end", None, "the processor is held, and the outputs are safe until the "
                        "controller is switched off and on")
         except UserError as error:
-            self._find("end", False, f"no answer to the reset at the end ({error}) The machine may "
+            self.find("end", False, f"no answer to the reset at the end ({error}) The machine may "
                        "be armed: press the emergency stop")
         if self._taken:
-            self._find("position", None, HOME_FIRST)
+            self.find("position", None, HOME_FIRST)
 
     def _reset(self) -> None:
         for left in reversed(range(RESETS)):
-            self._link.realtime(RESET)
+            self.link.realtime(RESET)
             try:
-                return self._link.await_greeting()
+                return self.link.await_greeting()
             except HeldError:
                 raise
             except LinkError:
                 if not left:
                     raise
         return None
-
-    # ---- the link
-
-    def _command(self, line: str, *, refused: bool = False) -> list[str]:
-        """Send a line; return what was said until its answer, and a refusal as ``refused: …``."""
-        before = len(self._said)
-        try:
-            self._link.command(line)
-        except RefusedError as error:
-            if not refused:
-                raise
-            self._said.append(f"refused: {error}")
-        self._listen(0.1)
-        return self._said[before:]
-
-    def _listen(self, seconds: float) -> list[str]:
-        before, end = len(self._said), self.port.time_s() + seconds
-        while self.port.time_s() < end:
-            self._link.poll(0.05)
-        return self._said[before:]
-
-    def _since(self, before: int) -> list[str]:
-        """What was said since there were so many lines, less the status reports."""
-        return [text for text in self._said[before:] if not text.startswith("<")]
-
-    def _places(self) -> list[float]:
-        return [float(one) for one in self._link.status()["MPos"].split(",")]
-
-    def _find(self, check: str, ok: bool | None, said: str,
-              places: list[Place] | None = None) -> None:
-        self.findings.append(Finding(check, ok, said, places or []))
-        self.say(str(self.findings[-1]))

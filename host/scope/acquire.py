@@ -95,11 +95,13 @@ class Acquisition:
 
     ``state`` is the oscilloscope's: ``idle``, ``armed``, ``triggered`` or ``full``; ``record`` is
     None until the record has been read. One line may be under way at a time: after ``line`` has
-    given one, ``answered`` must be called before the next.
+    given one, ``answered`` must be called before the next. With ``most``, only so many entries are
+    read, the oldest; the trigger's must be among them.
     """
 
-    def __init__(self, trigger: Trigger) -> None:
+    def __init__(self, trigger: Trigger, most: int | None = None) -> None:
         self.trigger = trigger
+        self.most = most
         self.state = "idle"
         self.depth = self.count = 0
         self.record: Record | None = None
@@ -144,6 +146,8 @@ class Acquisition:
             self.state = state[1]
             self.depth, self.count, *numbers = map(int, state.groups()[1:])
             self._numbers = numbers[0], numbers[1], numbers[2]
+            if self.most is not None:
+                self.count = min(self.count, self.most)
         elif part := _PART.fullmatch(checked[1]):
             first, digits = int(part[1]), part[2]
             for at in range(0, len(digits), 6):

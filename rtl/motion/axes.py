@@ -60,8 +60,8 @@ class Axes(wiring.Component):
         Causes of the interlock, by axis.
     damaged : Out(axes)
         Registers of the axis are damaged.
-    damaged_bounds : Out(axes)
-        In the clock before, one of its ``BOUNDS`` differed from what firmware wrote.
+    damaged_settings : Out(axes)
+        In the clock before, one of its settings ``GUARDED`` differed from what firmware wrote.
 
     Attributes
     ----------
@@ -74,7 +74,8 @@ class Axes(wiring.Component):
     SETTINGS = ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
                 "mode_swap", "step_time_width", "step_time_space", "step_time_setup", "gain",
                 "gear_steps", "gear_surplus", "gear_strobe", "backlash_size", "backlash_strobe")
-    BOUNDS = ("low", "high", "follow_stopped", "follow_moving", "gain")
+    GUARDED = ("low", "high", "follow_stopped", "follow_moving", "gain", "mode_step",
+               "mode_reverse", "mode_swap", "gear_steps", "gear_surplus", "backlash_size")
     REPORTS = ("command", "position", "error", "overshoot", "backlash_taken_up",
                "status_saturated", "status_illegal", "status_check")
 
@@ -97,7 +98,7 @@ class Axes(wiring.Component):
             "mark": In(1),
             "forward": In(signed(FORWARD_BITS)).array(count), "ahead": In(1),
             **{name: Out(count) for name in ("dac", "dac_negative", "step", "dir", "drive_enable",
-                                             *self.FAULTS, "damaged", "damaged_bounds")},
+                                             *self.FAULTS, "damaged", "damaged_settings")},
             "in_position": Out(1), "onto": Out(1),
         })
 
@@ -177,5 +178,5 @@ class Axes(wiring.Component):
             self.travel[index].eq(limits.beyond_low | limits.beyond_high),
             self.damaged[index].eq(axis.damaged),
         ]
-        m.d.sync += self.damaged_bounds[index].eq(
-            Cat(getattr(own, f"{name}_damaged") for name in self.BOUNDS).any())
+        m.d.sync += self.damaged_settings[index].eq(
+            Cat(getattr(own, f"{name}_damaged") for name in self.GUARDED).any())

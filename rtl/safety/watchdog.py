@@ -43,10 +43,9 @@ class Watchdog(wiring.Component):
         Frequency of the clock.
     period_us : int
         Longest time between complete calls, at most 5000 us and at least 4 clocks. ``period`` is
-        the same in clocks, rounded down; ``earliest`` an eighth of it, and ``ask`` half, rounded
+        the same in clocks, rounded down; ``earliest`` a quarter of it, and ``ask`` half, rounded
         down. Firmware's longest step, or part of one between two calls, must fit into the
-        seven eighths between. At 2 MHz it takes 7600 of 10 000 clocks, so that a quarter would be
-        too long for ``earliest``.
+        three quarters between.
 
     Members
     -------
@@ -80,7 +79,7 @@ class Watchdog(wiring.Component):
         if period < 4:
             raise ValueError(f"watchdog period must be at least 4 clocks, not {period!r}")
         self.period = period
-        self.earliest = period // 8
+        self.earliest = period // 4
         self.ask = period // 2
         super().__init__({
             "pet": In(1), "key": In(8), "expired": Out(1), "late": Out(1, init=1), "silent": Out(1),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper doctor`` on the simulated machine, sound and with each of many wrong wires."""
 
+import re
 import time
 from _thread import interrupt_main
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from testbench.live import Client, serving
 SINKER = machines.load("sinker")
 BOOTED_S = 0.3
 AXES = "XYZ"
-SHORT, CURRENT = 1, 2       # bits of force.comparator_cut
+SHORT, CURRENT, ARC, OPEN = 1, 2, 4, 8  # bits of force.comparator_cut and force.comparator_dead
 MAIN, SENSING, SHORTED = 1, 2, 3    # force.gate_stuck
 GAP = {"gap_current", "gap_short", "gap_on", "gap_sense"}   # of a gap that is not at rest
 
@@ -30,16 +31,25 @@ WRONG = [
     ("estop", 1, {"estop"}),
     *((f"{name}", 1 << axis, {f"{name}[{axis}]"})
       for name in ("drive_fault", "limit_low", "limit_high") for axis in range(3)),
-    ("comparator_cut", CURRENT, GAP),
+    ("fluid_low", 1, {"fluid_low"}),
+    ("fin", 1, {"fin"}),
+    ("converter_silent", 1, {"adc_select", "adc_clock", "adc_command", "adc_data"}),
+    ("comparator_cut", CURRENT, {"gap_current", "gap_on", "gap_sense"}),
     ("comparator_cut", SHORT, {"gap_short", "gap_sense"}),
-    *(("gate_stuck", how, GAP) for how in (MAIN, SENSING, SHORTED)),
+    ("comparator_dead", SHORT, {"gap_short", "gap_reference[2]"}),
+    *((f"comparator_{how}", ARC, {"gap_arc", "gap_reference[1]"}) for how in ("cut", "dead")),
+    *((f"comparator_{how}", OPEN, {"gap_high", "gap_reference[0]"}) for how in ("cut", "dead")),
+    *(("reference_cut", 1 << bit, {pad, f"gap_reference[{bit}]"})
+      for bit, pad in enumerate(("gap_high", "gap_arc", "gap_short"))),
+    *(("gate_stuck", how, GAP) for how in (MAIN, SHORTED)),
+    ("gate_stuck", SENSING, {"gap_on", "gap_sense"}),
     *((f"encoder_{phase}_{level}", 1 << axis, {f"enc_{phase}[{axis}]"})
       for phase in "ab" for level in ("low", "high") for axis in range(3)),
     *((f"encoder_{how}", 1 << axis, {f"enc_a[{axis}]", f"enc_b[{axis}]"})
       for how in ("swap", "cut", "open") for axis in range(3)),
 ]
 QUICK = {("estop", 1), ("limit_high", 4), ("encoder_b_low", 2), ("comparator_cut", CURRENT),
-         ("gate_stuck", SENSING)}
+         ("comparator_dead", OPEN), ("gate_stuck", SENSING), ("fin", 1)}
 
 
 class Wire(Tcp):
@@ -82,11 +92,12 @@ class Examined:
 
 
 def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", entered=False,
-             meddle=lambda simulated, data: data, before=b""):
-    """An examination of a machine with this force.
+             others=True, meddle=lambda simulated, data: data, before=b""):
+    """An examination of a machine with this force, or this parameter of the machine.
 
     With ``arm``, the person presses the button when the doctor asks for it, and agrees to move the
-    axes of ``agrees``; None answers the first question with Ctrl-C. ``entered``: the doctor is
+    axes of ``agrees``; None answers the first such question with Ctrl-C. ``others`` is the answer
+    to other questions, or a function that gets question and machine. ``entered``: the doctor is
     given the machine's file. ``meddle`` gets the machine and the bytes to it, as of ``Wire``.
     ``before`` is sent to the controller before the doctor comes.
     """
@@ -97,6 +108,8 @@ def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", en
 
     def ask(question):
         asked.append(question)
+        if not question.startswith("Axis"):
+            return others(question, simulated) if callable(others) else others
         if agrees is None:
             raise KeyboardInterrupt
         return question.split()[1] in agrees
@@ -114,7 +127,7 @@ def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", en
 
     try:
         if force:
-            simulated.set(f"force.{force}", value)
+            simulated.set(force if "." in force else f"force.{force}", value)
         with serving(simulated, Wire(look), clock=simulated.time_s) as (url, _):
             while simulated.time_s() < BOOTED_S:
                 time.sleep(0.01)
@@ -152,15 +165,21 @@ def test_a_sound_machine_has_nothing_wrong():
     found = examined()
     assert found.wrong == []
     assert found.of(True) == {
-        "link", "identity", "quality of the link", "estop", "drive_fault", "limit_low",
-        "limit_high", "at rest", "arm", "at rest, armed", "axis X", "axis Y", "axis Z", "end"}
-    assert len(found.asked) == 3
+        "link", "identity", "firmware", "gateware", "quality of the link", "memory", "gap at rest",
+        "estop", "drive_fault", "limit_low", "limit_high", "fluid_low", "at rest", "arm",
+        "at rest, armed", "contactor", "axis X", "axis Y", "axis Z", "comparators", "fin answers",
+        "end"}
+    assert [question.split()[1] for question in found.asked] == ["main", "X", "Y", "Z", "(fluid"]
     assert "closed: no emergency stop" in found.report
     assert all(what in found.report for what, _ in UNCHECKED)
+    assert "[SCOPE" not in found.report
     assert not found.armed
     assert "Armed" not in found.status
-    assert "taken over as it stands" in found.asked[0]
-    assert not any("taken over" in question for question in found.asked[1:])
+    assert "taken over as it stands" in found.asked[1]
+    assert not any("taken over" in question for question in found.asked[2:])
+    # The sensing source gives 24 V of the 100 V that are full scale.
+    swept = next(str(one) for one in found.findings if one.check == "comparators")
+    assert 23.5 < float(re.search(r"the converter reads ([\d.]+) %", swept)[1]) < 24.5
     assert HOME_FIRST in found.report
 
 
@@ -187,7 +206,7 @@ def test_the_wire_and_its_drive_are_the_third_drives_input():
 def test_nothing_moves_without_a_yes():
     found = examined(agrees="")
     assert found.of(None) >= {"axis X", "axis Y", "axis Z"}
-    assert len(found.asked) == 3
+    assert len(found.asked) == 5
     assert "G01" not in found.report
     assert HOME_FIRST not in found.report
     assert "Lost" in found.status
@@ -234,6 +253,58 @@ def test_a_coder_that_fails_on_the_way_back_is_named():
     found = examined(agrees="X", meddle=meddle)
     assert found.named == {of("enc_a[0]"), of("enc_b[0]")}
     assert "axis X" not in found.of(True)
+
+
+def test_a_silent_coder_that_counts_by_hand_accuses_the_drive():
+    """The plug is in again when the doctor asks; a person turns the motor, an edge at a time."""
+    edges = []
+
+    def others(question, simulated):
+        if "by hand" in question:
+            simulated.set("force.encoder_cut", 0)
+            edges.append(0)
+        return True
+
+    def meddle(simulated, data):
+        if edges:
+            edges[0] += 1
+            for phase, behind in ("a", 1), ("b", 2):
+                high = (edges[0] + 2 - behind) % 4 < 2
+                simulated.set(f"force.encoder_{phase}_high", int(high))
+                simulated.set(f"force.encoder_{phase}_low", int(not high))
+        return data
+
+    found = examined("encoder_cut", 1, agrees="X", others=others, meddle=meddle)
+    assert found.named == {of("enc_a[0]"), of("enc_b[0]")}
+    by_hand, = (one for one in found.findings if one.check == "coder X by hand")
+    assert by_hand.ok, by_hand.said
+    assert {one.wire for one in by_hand.places} == {f"{pad}[0]" for pad in (
+        "drive_enable", "dac", "dac_negative", "step", "dir")}
+
+
+@pytest.mark.soak
+def test_a_silent_coder_that_counts_nothing_by_hand_is_at_fault():
+    found = examined("encoder_cut", 1, agrees="X")
+    assert "coder X by hand" in found.of(False)
+    assert found.named == {of("enc_a[0]"), of("enc_b[0]")}
+
+
+def test_a_contactor_that_does_not_close_is_what_the_person_sees():
+    found = examined(agrees="", others=lambda question, _: "contactor" not in question)
+    assert found.named == {of("contactor")}
+    assert "fin answers" in found.of(True)
+
+
+def test_without_fin_its_wire_and_the_strobes_are_named():
+    found = examined("side.fin_answers", 0, agrees="")
+    assert found.named == {of("fin"), str(place(BOARDS["ulx3s"], "chain"))}
+
+
+def test_every_open_guard_is_named_at_once():
+    found = examined("limit_low", 5, meddle=lambda simulated, data: (
+        simulated.set("force.drive_fault", 2), simulated.set("force.fluid_low", 1), data)[-1])
+    assert found.named == {of(wire) for wire in (
+        "limit_low[0]", "limit_low[2]", "drive_fault[1]", "fluid_low")}
 
 
 def test_a_gate_that_shows_only_behind_the_contactor_is_named():

@@ -22,7 +22,7 @@ AWAY_UM = 110       # at 300 mm/min: the lag, and the distance that the axis coa
 @pytest.mark.parametrize(("register", "bit", "said"), [
     ("guard_command", 5, "axis Z"), ("window_offset", 29, "the place on the path"),
     ("window_parity", 0, "the segment at work"), ("guard_apart", 0, "path pulses on their way"),
-    ("axis_y_low", 20, "a limit or a bound of axis Y"),
+    ("axis_y_low", 20, "a setting of axis Y"),
     ("fluid_parity", 0, "whether low fluid trips"),
     ("latch_double", 3, "the latch of the interlock")])
 def test_a_bit_trips_with_its_reason(register, bit, said):

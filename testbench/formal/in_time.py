@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 __all__ = ["ASK", "EARLIEST", "PERIOD", "InTime"]
 
 PERIOD = 24  # clocks of the watchdog in the proof; the argument does not depend on it
-EARLIEST, ASK = 3, 12  # clocks before which a call is too soon; after which an answer is asked for
+EARLIEST, ASK = 6, 12  # clocks before which a call is too soon; after which an answer is asked for
 
 
 class InTime(wiring.Component):

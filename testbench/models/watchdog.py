@@ -21,7 +21,7 @@ class Watchdog:
 
     @property
     def open(self):
-        return self.late or self.now - self.called >= self.period // 8
+        return self.late or self.now - self.called >= self.period // 4
 
     @property
     def asked(self):

@@ -50,6 +50,8 @@ Plant::Plant(uint64_t seed)
     p["force.gate_stuck"] = &force_gate_stuck_;
     p["force.comparator_cut"] = &force_comparator_cut_;
     p["force.comparator_dead"] = &force_comparator_dead_;
+    p["force.reference_cut"] = &force_reference_cut_;
+    p["force.fin"] = &force_fin_;
     configure();
 }
 
@@ -155,6 +157,7 @@ void Plant::configure() {
     stuck_ = static_cast<unsigned>(force_gate_stuck_);
     wires_cut_ = static_cast<unsigned>(force_comparator_cut_);
     wires_dead_ = static_cast<unsigned>(force_comparator_dead_);
+    fin_stuck_ = force_fin_ != 0;
     limits();
 }
 
@@ -182,10 +185,12 @@ void Plant::tick(const FromController& from) {
 
 // The filters behind the three streams of the references, one step for the ones of a tick.
 void Plant::levels() {
+    auto cut = static_cast<unsigned>(force_reference_cut_);
     for (auto& filter : filters_) {
         const auto ones = static_cast<double>(references_ & ((1u << COUNTER) - 1));
-        filter.step(ones * reference_one_v_);
+        filter.step((cut & 1) != 0 ? 0 : ones * reference_one_v_);
         references_ >>= COUNTER;
+        cut >>= 1;
     }
     references_ = 0;
     if (p_.comparator.fixed == 0)

@@ -86,8 +86,8 @@ public:
         if (++phase_ == clocks_per_tick_)
             tick(from);
         coders(to);
-        to.gap_high = gap_->high();
-        to.gap_arc = gap_->below_arc();
+        to.gap_high = (gap_->high() | wires_cut_ >> 3) & ~(wires_dead_ >> 3) & 1;
+        to.gap_arc = (gap_->below_arc() | wires_cut_ >> 2) & ~(wires_dead_ >> 2) & 1;
         to.gap_short = (gap_->below_short() | wires_cut_) & ~wires_dead_ & 1;
         to.gap_current = (gap_->conducting() | wires_cut_ >> 1) & ~(wires_dead_ >> 1) & 1;
         to.gap_noise = gap_->noise();
@@ -96,7 +96,7 @@ public:
         to.limit_low = limit_low_;
         to.limit_high = limit_high_;
         to.fluid_low = fluid_low_;
-        to.fin = fin_;
+        to.fin = fin_ | fin_stuck_;
         to.arm = arm_;
         to.power_good = power_good_;
         ++now_;
@@ -172,10 +172,12 @@ private:
     double force_estop_ = 0, force_drive_fault_ = 0, force_fluid_low_ = 0, force_limit_low_ = 0,
            force_limit_high_ = 0, force_fluid_sensor_ = 0, force_converter_silent_ = 0,
            force_arm_ = 0, force_brown_out_ = 0, force_flash_absent_ = 0;
-    // The gate that is stuck; and the wires of comparators, 1 that of the short level, 2 that of
-    // the current: a cut wire reads as constraints/ulx3s.py says, a dead one as if all were well.
+    // The gate that is stuck; the comparators whose wire is always 1 (`cut`) or 0 (`dead`): 1 that of
+    // the short level, 2 of the current, 4 of the arc level, 8 of the open level; and the references
+    // whose wire is cut: 1 that of the open level, 2 of the arc level, 4 of the short level.
     enum Stuck { NONE, MAIN, SENSING, SHORTED };
-    double force_gate_stuck_ = 0, force_comparator_cut_ = 0, force_comparator_dead_ = 0;
+    double force_gate_stuck_ = 0, force_comparator_cut_ = 0, force_comparator_dead_ = 0,
+           force_reference_cut_ = 0, force_fin_ = 0;
 
     Motor axes_[AXES];
     CoderLines lines_;
@@ -193,7 +195,8 @@ private:
     unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
     uint8_t step_ = 0;
-    uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0;
+    uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0,
+            fin_stuck_ = 0;
     uint8_t arm_ = 0, power_good_ = 1;
     Random presses_;
     Switch switches_[AXES][2];  // lower and upper end

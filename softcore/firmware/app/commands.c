@@ -19,6 +19,7 @@
 #include "app/start_block.h"
 #include "app/status.h"
 #include "app/touch.h"
+#include "app/wiring.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
 #include "base/settings.h"
@@ -240,7 +241,7 @@ __attribute__((noinline)) static void tell_unlocked(void) {
 static bool begins_list(const char *line, uint32_t length) {
     static const char *const LISTS[] = {
         [LISTING_VALUES] = "$$", [LISTING_WORDS] = "$ES", [LISTING_GROUPS] = "$EG",
-        [LISTING_COST] = "$P"};
+        [LISTING_COST] = "$P", [LISTING_INPUTS] = "$INPUTS", [LISTING_MEMORY] = "$MEMORY"};
     for (unsigned kind = 0; kind < sizeof LISTS / sizeof *LISTS; kind++)
         if (says(line, length, LISTS[kind]))
             return listing_begin((listing_kind)kind), true;
@@ -292,7 +293,9 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
         line_open = firmware_line(line, length, &f);
         return line_open ? (void)0 : answer_with(&f);
     }
-    if (length > 4 && says(line, 5, "$RST="))
+    if (length > 6 && says(line, 7, "$LEVELS"))
+        (void)wiring_levels(line, length, &f);
+    else if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);
     else if (length > 5 && says(line, 6, "$FROM="))
         program_running() ? (void)fault_at(&f, FAULT_BUSY, 0, "a program runs: $FROM is for the next tape")
@@ -310,7 +313,7 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $RST=$ $RST=# $RST=* $J=line $I $P $L $B $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $RST=$ $RST=# $RST=* $J=line $I $P $L $B $INPUTS $MEMORY $LEVELS=open,arc $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

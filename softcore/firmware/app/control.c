@@ -11,6 +11,7 @@
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/watch.h"
+#include "gap/gap.h"
 #include "link/tape.h"
 #include "path/path.h"
 
@@ -49,6 +50,7 @@ void control_reset(void) {
     jog_stop();
     program_abort();
     override_end();
+    gap_end_trial();
     if (open && rests)
         control_begin_path();
 }

@@ -6,8 +6,10 @@
 #include "app/profile.h"
 #include "app/program.h"
 #include "app/scope.h"
+#include "app/wiring.h"
 #include "base/grbl.h"
 #include "base/settings.h"
+#include "hal/hal.h"
 #include "link/output.h"
 
 /* Rows of a list: grbl's settings come before ours, so that numbers ascend. */
@@ -25,7 +27,10 @@ void listing_stop(void) { next = end; }
 void listing_begin(listing_kind kind) {
     list = kind;
     next = 0;
-    end = kind == LISTING_GROUPS ? SETTINGS_GROUPS : kind == LISTING_COST ? 1 : ROWS;
+    end = kind == LISTING_GROUPS ? SETTINGS_GROUPS
+        : kind == LISTING_COST || kind == LISTING_INPUTS ? 1
+        : kind == LISTING_MEMORY ? hal_memory_words()
+                                 : ROWS;
 }
 
 bool listing_open(void) { return next < end; }
@@ -73,6 +78,8 @@ bool listing_tell(void) {
     case LISTING_VALUES: tell_value(next); break;
     case LISTING_WORDS: tell_words(next); break;
     case LISTING_COST: tell_cost(); break;
+    case LISTING_INPUTS: wiring_tell_inputs(); break;
+    case LISTING_MEMORY: next = wiring_read_memory(next); return next == end;
     case LISTING_SCOPE: next += scope_tell(next, end); return next == end;
     default: output_line("[SETTINGGROUP:%u|0|%s]", next + 1u, SETTINGS_TABLE_GROUPS[next]); break;
     }

@@ -10,6 +10,8 @@ typedef enum {
     LISTING_WORDS,  /* `$ES`: title, unit and range of each setting, as grblHAL */
     LISTING_GROUPS, /* `$EG`: the groups that `$ES` refers to */
     LISTING_COST,   /* `$P`: one line, what the firmware's work took */
+    LISTING_INPUTS, /* `$INPUTS`, of app/wiring.h */
+    LISTING_MEMORY, /* `$MEMORY`, of app/wiring.h: a row is a word */
     LISTING_SCOPE,  /* entries of the oscilloscope; by listing_begin_scope */
 } listing_kind;
 

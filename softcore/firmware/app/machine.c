@@ -147,12 +147,14 @@ bool machine_clear(fault *f) {
         return true;
     /* Set the command to the position while the outputs are still safe. The drives would otherwise
        be enabled with the old following error. */
-    if (cause_miscounts(hal_causes()))
+    if (cause_miscounts(hal_causes())) {
         place = 0;
+        settings_renew_drives();
+    }
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         hal_axis_adopt(axis);
     path_forget(); /* removes a cause that lies in the path */
-    settings_renew(); /* removes damage of a guarded register */
+    settings_renew(); /* with these, damage of a guarded register is gone */
     hal_limits limits = hal_limits_read();
     if (limits.low | limits.high)
         hal_leave();

@@ -3,6 +3,7 @@
 
 #include "base/settings.h"
 #include "base/text.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "link/crc.h"
 #include "link/output.h"
@@ -135,6 +136,7 @@ uint32_t scope_tell(uint32_t first, uint32_t end) {
         }
     }
     text[length] = '\0';
+    watch_between();
     tell(text, length);
     return count;
 }

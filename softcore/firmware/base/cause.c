@@ -62,16 +62,16 @@ static const char *damage_text(uint32_t damage) {
                                          : "the position";
 }
 
-/* "a guarded register of the gateware is damaged (...)", with axes, bounds of axes, or something
+/* "a guarded register of the gateware is damaged (...)", with axes, settings of axes, or something
    else. */
 static size_t print_damage(char *buffer, size_t size, uint32_t damage) {
     char whose[AXES_TEXT];
-    unsigned positions = damage & HAL_DAMAGE_AXES, bounds = HAL_DAMAGE_BOUNDS(damage);
-    if (!positions && !bounds)
+    unsigned positions = damage & HAL_DAMAGE_AXES, settings = HAL_DAMAGE_SETTINGS(damage);
+    if (!positions && !settings)
         return text_print(buffer, size, "%s (%s)", TEXT[CAUSE_GUARD], damage_text(damage));
-    cause_axes(whose, sizeof whose, positions ? positions : bounds);
+    cause_axes(whose, sizeof whose, positions ? positions : settings);
     return text_print(buffer, size, "%s (%s%s)", TEXT[CAUSE_GUARD],
-                      positions ? "" : "a limit or a bound of ", whose);
+                      positions ? "" : "a setting of ", whose);
 }
 
 static size_t print_cause(char *buffer, size_t size, unsigned cause, unsigned axes) {

@@ -131,9 +131,9 @@ bool settings_gears(fault *f) {
     return true;
 }
 
-/* Writing gear and backlash begins both anew: only after a change, which loses the position. A gear
-   that does not fit is not written; the position cannot be known again before it fits. */
-static void apply_drives(void) {
+/* Writing gear and backlash begins both anew. A gear that does not fit is not written; the position
+   cannot be known again before it fits. */
+void settings_renew_drives(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         write_mode(axis);
         if (gear_fits(axis))
@@ -181,7 +181,7 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     between();
     apply_loop();
     apply_axes();
-    apply_drives();
+    settings_renew_drives();
     between();
     apply_travel();
     between();
@@ -273,7 +273,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
     case GROUP_AXES: apply_axes(); break;
-    case GROUP_DRIVES: apply_drives(); break;
+    case GROUP_DRIVES: settings_renew_drives(); break;
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */

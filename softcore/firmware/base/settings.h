@@ -20,6 +20,7 @@ uint32_t settings_edition(void);
 
 /* Write the registers again that the gateware guards: a bit in one of them may have flipped. */
 void settings_renew(void);
+void settings_renew_drives(void); /* those of mode, gear and backlash: these then begin anew */
 uint32_t settings_get(setting which);
 
 /* The setting with a number, SETTINGS if there is none; and the number of a setting. */

@@ -73,12 +73,11 @@ static bool converts(void) {
     return feed_modes_measures() || settings_get(SET_SHORT_MEAN_MV);
 }
 
-/* Write what servo, converter and feed mode have to do. gap_settings converts the times. */
-static void drive(void) {
-    hal_servo(counted);
+/* Write what the converter and the fluid's detector have to do. */
+static void detect(void) {
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
-        .convert = mode != 0 || converts(),
+        .convert = mode != 0 || converts() || in_force_tries(),
         .manual = mode != 1,
         .manual_class = settings_get(SET_FLUID_CLASS),
         .threshold = {settings_get(SET_FLUID_THRESHOLD_0), settings_get(SET_FLUID_THRESHOLD_1),
@@ -88,6 +87,12 @@ static void drive(void) {
         .highest = settings_get(SET_FLUID_HIGHEST),
     };
     hal_fluid_write(&detector);
+}
+
+/* Write what servo, converter and feed mode have to do. gap_settings converts the times. */
+static void drive(void) {
+    hal_servo(counted);
+    detect();
     feed_modes_settings();
 }
 
@@ -101,6 +106,17 @@ void gap_servo(unsigned mode, const condition_row *judged) {
     stood = 0;
     looked = hal_cycle_low();
     drive();
+}
+
+void gap_try(bool on, uint32_t open, uint32_t arc) {
+    in_force_try(on, open, arc);
+    detect();
+    refresh();
+}
+
+void gap_end_trial(void) {
+    if (in_force_tries())
+        gap_try(false, 0, 0);
 }
 
 void gap_settings(void) {
@@ -142,6 +158,9 @@ static const char *trouble_now(uint32_t state) {
 }
 
 bool gap_ready(fault *f) {
+    gap_end_trial();
+    if (stale)
+        return false;
     uint32_t state = hal_fluid_state();
     /* An alarm may have dropped the event of a new class. */
     if (in_force_set_fluid(HAL_FLUID_CLASS(state)))

@@ -18,6 +18,11 @@ void gap_condition(const condition_row *row);   /* put a condition in force */
 void gap_servo(unsigned mode, const condition_row *judged);
 bool gap_serves(void);                          /* the feed goes by the gap, not by F alone */
 
+/* Try levels of the comparators, in 1/1024, with the converter on; or end it. A condition ends it, and
+   so does gap_ready. Not while the discharge is on. */
+void gap_try(bool on, uint32_t open, uint32_t arc);
+void gap_end_trial(void);
+
 /* Enter the row of a class of the fluid. */
 void gap_class_enter(unsigned number, const gap_class *row, bool by_hand);
 void gap_start(void);                           /* a program starts: forget what tapes have entered */

@@ -8,6 +8,7 @@
 
 #define REFERENCE_FULL_V 100    /* voltage at the gap for the full scale of a reference */
 #define REFERENCE_STEPS 1024
+#define SHORT_V 12              /* without a condition, as in the gateware after reset */
 #define DELAY_LIMIT ((1u << 16) - 1)    /* clocks */
 
 /* Presets by the table of JP S60-10852 B, from its highest resistance (10**6 ohm cm and more) over
@@ -24,6 +25,8 @@ static condition_row row;       /* the condition in force */
 static uint32_t step_ma;        /* of the power supply at the last C or G39 P1 */
 static bool conditioned;        /* a condition is in force */
 static unsigned fluid;          /* class in force */
+static bool tries;              /* these levels are tried */
+static uint32_t tried_open, tried_arc;
 
 void in_force_forget_classes(void) {
     for (unsigned i = 0; i < GAP_CLASSES; i++)
@@ -36,7 +39,7 @@ uint32_t in_force_edition(void) { return edition; }
 
 void in_force_init(void) {
     in_force_forget_classes();
-    conditioned = false;
+    conditioned = tries = false;
     fluid = 0;
 }
 
@@ -69,7 +72,16 @@ void in_force_set(const condition_row *condition) {
     row = *condition;
     step_ma = settings_get(SET_CURRENT_STEP_MA);
     conditioned = true;
+    tries = false;
 }
+
+void in_force_try(bool on, uint32_t open, uint32_t arc) {
+    tries = on;
+    tried_open = open;
+    tried_arc = arc;
+}
+
+bool in_force_tries(void) { return tries; }
 
 void in_force_switched(const condition_row *condition) {
     row = *condition;
@@ -92,6 +104,10 @@ bool in_force_take_references(const condition_row *judged) {
 static uint32_t volts(uint32_t value_v) {
     uint32_t steps = value_v * REFERENCE_STEPS / REFERENCE_FULL_V;
     return steps < REFERENCE_STEPS ? steps : REFERENCE_STEPS - 1;
+}
+
+static void stage_levels(uint32_t open, uint32_t arc, uint32_t shorted) {
+    hal_references(tries ? tried_open : open, tries ? tried_arc : arc, shorted);
 }
 
 /* What a row has instead of a setting, or the setting. */
@@ -129,7 +145,7 @@ static void stage(const condition_row *r, uint32_t no_load) {
     hal_supply(r->open_v / GAP_SUPPLY_STEP_V, r->negative);
     /* The fluid lowers the open voltage, but not the voltage of a discharge or of a short. */
     uint32_t left_v = (uint32_t)r->open_v * r->open_percent * c->share_percent / 10000;
-    hal_references(volts(left_v), volts(r->arc_v), volts(r->short_v));
+    stage_levels(volts(left_v), volts(r->arc_v), volts(r->short_v));
     hal_servo_step(r->step);
     stage_rules(r);
     feed_modes_stage(r, no_load);
@@ -141,10 +157,12 @@ void in_force_stage(const condition_row *r) {
 
 void in_force_stage_now(void) {
     const gap_class *c = &classes[fluid];
-    if (conditioned)
+    if (conditioned) {
         stage(&row, feed_modes_no_load());
-    else
-        hal_presets(c->dame, c->open, c->ok);
+        return;
+    }
+    hal_presets(c->dame, c->open, c->ok);
+    stage_levels(0, 0, volts(SHORT_V));
 }
 
 void in_force_apply(void) {

@@ -39,6 +39,10 @@ bool in_force_current_kept(void);               /* the supply's step has not cha
 /* Copy a condition's references into the one in force; true if they differed. */
 bool in_force_take_references(const condition_row *row);
 
+/* Levels of the comparators that are tried in place of the condition's, until a condition is set. */
+void in_force_try(bool on, uint32_t open, uint32_t arc);
+bool in_force_tries(void);
+
 void in_force_apply(void);      /* renew the no-load voltage: condition or class has changed */
 void in_force_stage(const condition_row *row);  /* stage a condition for a switch by depth */
 void in_force_stage_now(void);  /* stage the condition in force; without one, the class's presets */

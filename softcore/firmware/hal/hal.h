@@ -35,6 +35,7 @@ hal_started hal_started_read(void);
    not come back on the target; if the image has another digest, all stands still there. */
 void hal_image_start(const hal_started *note, uint32_t count);
 uint32_t hal_clock_hz(void);
+uint32_t hal_build(void);       /* digest of the gateware's sources; 0 in a simulation */
 uint32_t hal_pulses_per_mm(void);
 unsigned hal_jump_axis(void);
 uint64_t hal_cycle(void);       /* clocks since reset */
@@ -276,6 +277,16 @@ typedef struct {
 void hal_fluid_write(const hal_fluid *detector);
 uint32_t hal_fluid_state(void); /* the present flags and class */
 
+/* What the inputs are at: `levels` as the register `safety.inputs`, and the last codes of the converter
+   for the gap voltage and the fluid's cell. */
+typedef struct {
+    uint32_t levels, voltage, cell;
+} hal_inputs;
+
+hal_inputs hal_inputs_read(void);
+uint32_t hal_memory_words(void);
+void hal_memory_read(uint32_t first, uint32_t end); /* read words of the memory, before `end` */
+
 /* Safety. */
 typedef struct {
     uint8_t low, high;      /* limit switches that are pressed, bit 0 X */
@@ -288,8 +299,9 @@ typedef struct {
 #define HAL_DAMAGE_SEGMENT 16u  /* the present segment */
 #define HAL_DAMAGE_PLACE 32u    /* the place on the path */
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
-/* Axes with damage in a soft limit, in a bound of the following error, or in the gain. */
-#define HAL_DAMAGE_BOUNDS(damage) ((damage) >> 7 & 7u)
+/* Axes with damage in a soft limit, a bound of the following error, the gain, the output's mode, gear
+   or backlash. */
+#define HAL_DAMAGE_SETTINGS(damage) ((damage) >> 7 & 7u)
 #define HAL_DAMAGE_FLUID 1024u  /* the choice whether low fluid trips */
 #define HAL_DAMAGE_RATE 2048u   /* the rate of the ramp */
 #define HAL_DAMAGE_LATCH 4096u  /* the latch of the interlock */

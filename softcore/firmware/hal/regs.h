@@ -466,6 +466,7 @@ typedef volatile struct {
     const uint32_t limits; /* Limit switches, debounced. */
     const uint32_t damage; /* Damage that cause ``guard`` has found since the interlock was cleared. */
     const uint32_t watch; /* State of the watchdog; see ``rtl.safety.watchdog``. */
+    const uint32_t inputs; /* Levels of the machine's inputs, not debounced; 1: active. For whoever checks the wires. */
 } safety_regs;
 _Static_assert(offsetof(safety_regs, live) == 0x0, "");
 _Static_assert(offsetof(safety_regs, latched) == 0x4, "");
@@ -481,6 +482,7 @@ _Static_assert(offsetof(safety_regs, leave) == 0x28, "");
 _Static_assert(offsetof(safety_regs, limits) == 0x2c, "");
 _Static_assert(offsetof(safety_regs, damage) == 0x30, "");
 _Static_assert(offsetof(safety_regs, watch) == 0x34, "");
+_Static_assert(offsetof(safety_regs, inputs) == 0x38, "");
 #define SAFETY_LIVE_VALUE_SHIFT 0
 #define SAFETY_LIVE_VALUE_MASK 0x0003ffffu
 #define SAFETY_LATCHED_VALUE_SHIFT 0
@@ -527,8 +529,8 @@ _Static_assert(offsetof(safety_regs, watch) == 0x34, "");
 #define SAFETY_DAMAGE_PLACE_MASK 0x00000020u
 #define SAFETY_DAMAGE_PULSES_SHIFT 6
 #define SAFETY_DAMAGE_PULSES_MASK 0x00000040u
-#define SAFETY_DAMAGE_BOUNDS_SHIFT 7
-#define SAFETY_DAMAGE_BOUNDS_MASK 0x00000380u
+#define SAFETY_DAMAGE_SETTINGS_SHIFT 7
+#define SAFETY_DAMAGE_SETTINGS_MASK 0x00000380u
 #define SAFETY_DAMAGE_FLUID_SHIFT 10
 #define SAFETY_DAMAGE_FLUID_MASK 0x00000400u
 #define SAFETY_DAMAGE_RATE_SHIFT 11
@@ -539,6 +541,36 @@ _Static_assert(offsetof(safety_regs, watch) == 0x34, "");
 #define SAFETY_WATCH_ASKED_MASK 0x00000001u
 #define SAFETY_WATCH_OPEN_SHIFT 1
 #define SAFETY_WATCH_OPEN_MASK 0x00000002u
+#define SAFETY_INPUTS_ESTOP_SHIFT 0
+#define SAFETY_INPUTS_ESTOP_MASK 0x00000001u
+#define SAFETY_INPUTS_DRIVE_FAULT_SHIFT 1
+#define SAFETY_INPUTS_DRIVE_FAULT_MASK 0x0000000eu
+#define SAFETY_INPUTS_LIMIT_LOW_SHIFT 4
+#define SAFETY_INPUTS_LIMIT_LOW_MASK 0x00000070u
+#define SAFETY_INPUTS_LIMIT_HIGH_SHIFT 7
+#define SAFETY_INPUTS_LIMIT_HIGH_MASK 0x00000380u
+#define SAFETY_INPUTS_FLUID_LOW_SHIFT 10
+#define SAFETY_INPUTS_FLUID_LOW_MASK 0x00000400u
+#define SAFETY_INPUTS_FIN_SHIFT 11
+#define SAFETY_INPUTS_FIN_MASK 0x00000800u
+#define SAFETY_INPUTS_ARM_SHIFT 12
+#define SAFETY_INPUTS_ARM_MASK 0x00001000u
+#define SAFETY_INPUTS_ENC_A_SHIFT 13
+#define SAFETY_INPUTS_ENC_A_MASK 0x0000e000u
+#define SAFETY_INPUTS_ENC_B_SHIFT 16
+#define SAFETY_INPUTS_ENC_B_MASK 0x00070000u
+#define SAFETY_INPUTS_GAP_HIGH_SHIFT 19
+#define SAFETY_INPUTS_GAP_HIGH_MASK 0x00080000u
+#define SAFETY_INPUTS_GAP_ARC_SHIFT 20
+#define SAFETY_INPUTS_GAP_ARC_MASK 0x00100000u
+#define SAFETY_INPUTS_GAP_SHORT_SHIFT 21
+#define SAFETY_INPUTS_GAP_SHORT_MASK 0x00200000u
+#define SAFETY_INPUTS_GAP_CURRENT_SHIFT 22
+#define SAFETY_INPUTS_GAP_CURRENT_MASK 0x00400000u
+#define SAFETY_INPUTS_GAP_NOISE_SHIFT 23
+#define SAFETY_INPUTS_GAP_NOISE_MASK 0x00800000u
+#define SAFETY_INPUTS_ADC_DATA_SHIFT 24
+#define SAFETY_INPUTS_ADC_DATA_MASK 0x01000000u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */

@@ -7,6 +7,7 @@
 #include "pc/host.h"
 
 #define LEVEL_LIMIT 20          /* as the gateware is built by default */
+#define SHORT_LEVEL 122         /* after reset */
 
 /* The words of a condition. They are staged and come into force together. */
 typedef struct {
@@ -34,7 +35,7 @@ void host_gap_boot(void) {
     level_limit = LEVEL_LIMIT;
     touches = false;
     discharges = opens = 0;
-    staged = in_force = (condition){0};
+    staged = in_force = (condition){.reference = {0, 0, SHORT_LEVEL}};
     armed = waits = pending = false;
     deepest = switches = 0;
     gap = (gk_gap){0};

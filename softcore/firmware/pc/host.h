@@ -82,6 +82,7 @@ void gk_level_limit(uint32_t level);     /* highest level of the current, 20 aft
 void host_gap_boot(void);       /* called by gk_boot, as the other host_..._boot */
 void host_image_boot(void);
 void host_flash_boot(void);
+void host_wiring_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */
 int32_t host_frame(unsigned axis);      /* machine frame less the count of gk_axis */
 void host_gap_restart(int32_t position);    /* the deepest one is this */
@@ -190,6 +191,8 @@ void gk_image(const uint32_t *words, uint32_t count, uint32_t digest);
 void gk_configured(const uint32_t *words, uint32_t count, uint32_t digest);
 void gk_press_arm(uint32_t held);
 uint32_t gk_hangs(void);
+void gk_inputs(uint32_t levels, uint32_t voltage, uint32_t cell);   /* as hal_inputs */
+uint32_t gk_words_read(void);   /* words of the memory that were read in order, from the first */
 uint32_t gk_unwatched(void);    /* tasks that began before the watchdog's first key */
 
 /* Edges of the control flow that were taken since the last call, and never before or never as

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Comparators and converter of the gap voltage, against the sensing source.
+
+While an axis moves with the discharge off, the controller senses the gap with short pulses of a low
+voltage. The levels of two comparators are swept past it, and each record of the gap oscilloscope
+tells on which side of its level a comparator sees the pulses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from constraints.board import Board
+from host.doctor.complaints import Place, place
+from host.doctor.examination import Examination
+from host.doctor.levels import CODES, FULL
+from host.errors import UserError
+from host.scope.acquire import Acquisition, Trigger
+from host.scope.record import Record
+
+__all__ = ["LOWEST", "Seen", "judged", "levels_around", "seen", "sweep"]
+
+SWEPT_MM = 0.05     # way of the axis for each level, there and back
+FEED = 6            # mm/min: half a second
+MOVED_S = 8.0
+TRIED_S = 0.02      # for the filters of the levels
+ENTRIES = 256       # of the oscilloscope that are read
+
+LOWEST = 8          # 1/1024: a voltage below it does not count
+LADDER = (8, 16, 32, 64, 128, 256, 512)     # levels where the converter tells no voltage
+SHARES = (0.3, 0.5, 0.75, 1.33, 2.0)    # of the converter's reading: the levels
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Sensing pulses with both comparators at ``level``, 1/1024 of full scale.
+
+    ``voltage`` is the converter's greatest sample, in the same unit, None without a sample.
+    ``high`` and ``arc`` are the comparators' levels at the pulses' ends.
+    """
+
+    level: int
+    voltage: float | None
+    high: bool
+    arc: bool
+
+
+def seen(record: Record, level: int) -> Seen | None:
+    """What a record shows at a level; None without a whole sensing pulse."""
+    sense = record.levels["sense"]
+    ends = np.flatnonzero(sense[:-1] & ~sense[1:])
+    if not len(ends):
+        return None
+    # A sample tells of a time before it, so it may come after its pulse.
+    codes = record.code[record.samples]
+    return Seen(level, float(codes.max()) * FULL / CODES if len(codes) else None,
+                bool(record.levels["high"][ends].mean() > 0.5),
+                bool(record.levels["arc"][ends].mean() > 0.5))
+
+
+def levels_around(first: Seen) -> list[int]:
+    """Levels below and above the voltage that a first record shows, or a ladder without one."""
+    if first.voltage is None or first.voltage < LOWEST:
+        return list(LADDER)
+    return [min(FULL - 1, max(1, round(share * first.voltage))) for share in SHARES]
+
+
+def _percent(level: float) -> str:
+    return f"{100 * level / FULL:.1f} %"
+
+
+def judged(board: Board, shown: Sequence[Seen]) -> tuple[bool, str, list[Place]]:
+    """Whether both comparators change sides at the voltage; with a sentence, and suspect wires.
+
+    ``shown`` is by level, lowest first.
+    """
+    voltages = [one.voltage for one in shown if one.voltage is not None]
+    voltage = float(np.median(voltages)) if voltages else 0.0
+    told = voltage >= LOWEST
+    suspects: list[Place] = []
+    said = []
+    changes = {}
+    for name, pad, reference, below in (("open level", "gap_high", 0, True),
+                                        ("arc level", "gap_arc", 1, False)):
+        sides = [getattr(one, pad.removeprefix("gap_")) is below for one in shown]
+        change = sum(sides)     # so many levels are below the voltage, as this comparator sees it
+        bounds = ([0, *(one.level for one in shown)][change],
+                  [*(one.level for one in shown), FULL][change])
+        sound = sides == [True] * change + [False] * (len(sides) - change)
+        if told:
+            sound = sound and bounds[0] < voltage < bounds[1]
+        elif change in (0, len(sides)):
+            sound = False
+        changes[pad] = change
+        said.append(f"{name} {_percent(bounds[0])} to {_percent(bounds[1])}")
+        if not sound:
+            suspects += [place(board, pad), place(board, "gap_reference", reference)]
+    if not suspects and abs(changes["gap_high"] - changes["gap_arc"]) > 1:
+        suspects = [place(board, pad, bit) for pad, bit in (
+            ("gap_high", 0), ("gap_arc", 0), ("gap_reference", 0), ("gap_reference", 1))]
+    reads = (f"the converter reads {_percent(voltage)}" if told else
+             "the converter shows no voltage")
+    return (not suspects, f"{reads} while the sensing source is on; the comparators change sides "
+            f"between: {', '.join(said)} of full scale", suspects)
+
+
+def sweep(doctor: Examination, name: str) -> None:
+    """Sweep the levels past the sensing pulses while this axis moves there and back."""
+    try:
+        first = _look(doctor, name, FULL - 1, 1)
+        shown = first and [_look(doctor, name, level, -1 if number % 2 == 0 else 1)
+                           for number, level in enumerate(levels_around(first))]
+    except UserError as error:
+        doctor.find("comparators", None, str(error))
+        return
+    finally:
+        doctor.command("$LEVELS", refused=True)
+    whole = [one for one in shown or [] if one]
+    if shown and len(whole) == len(shown):
+        doctor.find("comparators", *judged(doctor.board, whole))
+    else:
+        doctor.find("comparators", None, "the oscilloscope saw no sensing pulse")
+
+
+def _look(doctor: Examination, name: str, level: int, way: int) -> Seen | None:
+    """What a record shows while the axis moves, with both levels there."""
+    doctor.command(f"$LEVELS={level},{level}")
+    doctor.listen(TRIED_S)
+    doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}")
+    doctor.await_state("Run", within_s=MOVED_S)
+    end = doctor.port.time_s() + MOVED_S
+    wanted = Acquisition(Trigger("now", before=0), most=ENTRIES)
+    while wanted.record is None and doctor.port.time_s() < end:
+        line = wanted.line(doctor.port.time_s())
+        if line is None:
+            doctor.listen(TRIED_S)
+            continue
+        for text in doctor.command(line):
+            wanted.hear(text)
+        wanted.answered("ok")
+    doctor.await_state("Idle", within_s=MOVED_S)
+    return None if wanted.record is None else seen(wanted.record, level)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a controller tells of its inputs at rest, and the wires that may be wrong."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from constraints.board import Board
+from host.doctor.complaints import Place, place
+from softcore.safetymap import SAFETY
+
+__all__ = ["CODES", "FULL", "GUARDS", "Build", "Inputs", "open_guards", "resting"]
+
+FULL = 1024         # full scale of a comparator's level
+CODES = 4096        # codes of the converter
+SILENT = 8          # HAL_FLUID_SILENT of hal/hal.h: the converter does not answer
+NO_VOLTAGE = CODES // 50    # codes up to which the gap counts as without voltage, 2 % of full scale
+
+FIELDS = next(register for register in SAFETY.registers if register.name == "inputs").fields
+SOURCES = ("gap_on", "gap_sense")
+CONVERTER = ("adc_select", "adc_clock", "adc_command", "adc_data")
+
+# Guards whose input is active when their wire is broken: what an inactive and an active one mean.
+GUARDS = {
+    "estop": ("closed: no emergency stop",
+              "open: the emergency stop is pressed, or its wire is broken"),
+    "drive_fault": ("closed: no drive reports a fault",
+                    "open: the drive reports a fault or is off, or its wire is broken"),
+    "limit_low": ("closed: no axis is on its lower limit switch",
+                  "open: the axis stands on its lower limit switch, or the wire is broken"),
+    "limit_high": ("closed: no axis is on its upper limit switch",
+                   "open: the axis stands on its upper limit switch, or the wire is broken"),
+    "fluid_low": ("closed: the fluid is at its level",
+                  "open: too little fluid, or its wire is broken"),
+}
+
+
+@dataclass(frozen=True)
+class Build:
+    """A line ``[BUILD:…]``: digest of the gateware's sources, its clock in Hz, its clock count."""
+
+    gateware: int
+    clock_hz: int
+    cycle: int
+
+    @classmethod
+    def of(cls, line: str) -> "Build":
+        """What the line says."""
+        return cls(*map(int, line.removeprefix("[BUILD:").removesuffix("]").split(",")))
+
+    def clocks_to(self, later: "Build") -> int:
+        """Clocks from this line to a later one; the count wraps at 2**32."""
+        return (later.cycle - self.cycle) % 2**32
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A line ``[INPUTS:…]``: levels by pad, and the converter's codes of gap voltage and cell.
+
+    ``silent``: the converter does not answer.
+    """
+
+    levels: dict[str, int]
+    voltage: int
+    cell: int
+    silent: bool
+
+    @classmethod
+    def of(cls, line: str) -> "Inputs":
+        """What the line says."""
+        word, voltage, cell, fluid = map(
+            int, line.removeprefix("[INPUTS:").removesuffix("]").split(","))
+        levels = {}
+        for field in FIELDS:
+            levels[field.name] = word & (1 << field.bits) - 1
+            word >>= field.bits
+        return cls(levels, voltage, cell, bool(fluid & SILENT))
+
+
+def _bits(word: int) -> list[int]:
+    return [bit for bit in range(word.bit_length()) if word >> bit & 1]
+
+
+def open_guards(board: Board, inputs: Inputs) -> Iterator[tuple[str, Place]]:
+    """Meaning and wire of every guard that is open."""
+    for pad, (_, meaning) in GUARDS.items():
+        for bit in _bits(inputs.levels[pad]):
+            yield meaning, place(board, pad, bit)
+
+
+def resting(board: Board, inputs: Inputs) -> Iterator[tuple[str, str, list[Place]]]:
+    """Check, meaning and wires of what does not belong to a machine at rest.
+
+    Both gates are off, so that the gap has no voltage, and levels of half the full scale are tried.
+    """
+    levels = inputs.levels
+
+    def wrong(check: str, meaning: str, *pads: str | tuple[str, int]) -> tuple[
+            str, str, list[Place]]:
+        return check, meaning, [place(board, *((pad,) if isinstance(pad, str) else pad))
+                                for pad in pads]
+
+    if levels["fin"]:
+        yield wrong("fin", "closed, and no function runs: stuck, or the machine side holds it",
+                    "fin")
+    if levels["arm"]:
+        yield wrong("arm", "closed: the button is pressed, or its wire is stuck", "arm")
+    if inputs.silent:
+        yield wrong("converter", "it does not answer: it is not there or has no supply, or a wire "
+                    "of it is broken", *CONVERTER)
+    elif inputs.voltage > NO_VOLTAGE:
+        yield wrong("gap voltage", f"{100 * inputs.voltage / CODES:.0f} % of full scale with both "
+                    "gates off: a gate is on, or the divider's ground is open", *SOURCES)
+        return      # the comparators then say what they should
+    if levels["gap_current"]:
+        yield wrong("gap_current", "current with both gates off: its wire is broken, or a gate is "
+                    "on", "gap_current", *SOURCES)
+    if levels["gap_noise"]:
+        yield wrong("gap_noise", "high frequencies without a discharge: its wire is stuck, or it "
+                    "picks up noise", "gap_noise")
+    if levels["gap_high"]:
+        yield wrong("gap_high", "above its level without a voltage: its wire is stuck, or its "
+                    "reference is broken", "gap_high", ("gap_reference", 0))
+    if not levels["gap_arc"]:
+        yield wrong("gap_arc", "not below its level without a voltage: its wire is stuck, or its "
+                    "reference is broken", "gap_arc", ("gap_reference", 1))
+    if not levels["gap_short"]:
+        yield wrong("gap_short", "not below its level without a voltage: its wire is stuck, or its "
+                    "reference is broken. Contact would not be seen", "gap_short",
+                    ("gap_reference", 2))
