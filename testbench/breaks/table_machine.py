@@ -12,6 +12,7 @@ APPROACH = "unit/firmware/test_approach.py"
 LOOP = "unit/firmware/test_main_loop.py"
 LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
+WIRING = "unit/firmware/test_wiring.py"
 TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
 SINGLE = "unit/firmware/test_single_block.py"
@@ -117,7 +118,33 @@ MACHINE = (
     *breaks_of(
         "softcore/firmware/app/control.c", HOMING,
         ("    homing_stop();\n", "", "an alarm ends homing"),
+        ("    gap_end_trial();\n", "", "a reset ends the trial of levels", WIRING),
         ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
+    ),
+    *breaks_of(
+        "softcore/firmware/gap/gap.c", WIRING,
+        ("    gap_end_trial();\n    if (stale)", "    if (stale)",
+         "no discharge comes on with levels that are tried"),
+        ("converts() || in_force_tries()", "converts()", "the converter runs in a trial"),
+    ),
+    *breaks_of(
+        "softcore/firmware/gap/in_force.c", WIRING,
+        ("    conditioned = true;\n    tries = false;", "    conditioned = true;",
+         "a condition ends the trial of levels"),
+        ("tries ? tried_arc : arc, shorted)", "tries ? tried_arc : arc, tries ? 0 : shorted)",
+         "contact is seen in a trial"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/wiring.c", WIRING,
+        ("if (machine_machining())", "if (0)", "no levels are tried in a discharge"),
+        ("words - done < SLICE ? words : done + SLICE", "done + SLICE",
+         "no word beyond the memory is read"),
+        ("done + SLICE, ", "done + SLICE + 1, ", "every word of the memory is read"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/machine.c", "unit/firmware/test_drives.py",
+        ("        settings_renew_drives();\n", "",
+         "an unlock removes damage of a gear, a backlash or a direction"),
     ),
     *breaks_of(
         "softcore/firmware/app/override.c", TOUCH,

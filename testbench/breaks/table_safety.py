@@ -64,6 +64,7 @@ SAFETY = (
         "rtl/safety/watchdog.py", "unit/rtl/test_watchdog.py",
         ("== SECOND_KEY) & begun", "== SECOND_KEY)", "one key alone is no call"),
         ("LONGEST_US = 5000", "LONGEST_US = 50000", "the period is at most 5 ms"),
+        ("period // 4", "period // 8", "a call in the first quarter is too soon"),
         ("with m.If(complete & self.open):", "with m.If(complete):", "a call too soon is none"),
         ("m.Elif(complete | (age >=", "m.Elif((age >=", "a call too soon is an alarm"),
         ("self.expired.eq(late | mute)", "self.expired.eq(late)", "interrupts are alive"),
@@ -237,6 +238,15 @@ SAFETY = (
     *breaks_of(
         "rtl/controller.py", "cosim/test_contact.py",
         ("self.stopped | self.gap.trip", "self.stopped", "a contact that trips is no halt"),
+        ('name.startswith("inputs_")', 'name.startswith("inputs_e")', "every input can be read",
+         "cosim/test_doctor.py::test_every_open_guard_is_named_at_once"),
+    ),
+    *breaks_of(
+        "rtl/motion/axes.py", "cosim/test_guards.py",
+        ('"gain", "mode_step",', '"gain",', "the choice of an axis's output is guarded"),
+        ('"mode_reverse", "mode_swap", "gear', '"mode_reverse", "gear', "so is its direction"),
+        ('"gear_surplus", "backlash_size")', '"backlash_size")', "so is its gear"),
+        ('"gear_surplus", "backlash_size")', '"gear_surplus")', "so is its backlash"),
     ),
     *breaks_of(
         "softcore/memory.py", "unit/softcore/test_memory.py",

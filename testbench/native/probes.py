@@ -124,6 +124,9 @@ PROBES = (
     Probe("axis_y_low", 32, signed=True, natively=True),
     Probe("fluid_parity", 1, natively=True, scope=f"{SOC}.registers",
           signal="safety_fluid_parity"),
+    *(Probe(f"axis_{setting}_parity", 1, natively=True, scope=f"{SOC}.registers",
+            signal=f"axis_{setting}_parity")
+      for setting in ("x_mode_step", "y_mode_swap", "z_gear_steps", "x_backlash_size")),
     Probe("latch_double", 18, natively=True, scope=f"{CONTROLLER}.interlock", signal="double"),
     Probe("guard_command", 32, natively=True, signal="command_then",
           scope=f"{AXES}.axis_z.error_counter"),

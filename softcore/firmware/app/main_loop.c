@@ -39,7 +39,7 @@
    sleep, so two sleeps must be shorter than the watchdog's period. */
 #define LONG_SLEEP_CLOCKS 4500
 #define LONG_SLEEPS 16
-#define SLEEPS_A_LOOK 4
+#define SLEEPS_A_LOOK 6
 
 /* A task with more work may go on for this many clocks and steps. A short block or a piece of an
    arc needs several steps, and the other tasks must not delay each of them. Bytes that come

@@ -5,6 +5,7 @@ import ctypes
 
 import pytest
 
+from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line
 from softcore.tables.settings import LARGEST_GEAR, assign, named
 from testbench.firmware import Controller
@@ -13,6 +14,7 @@ from testbench.travel import load
 CLOCK_HZ = 2_000_000
 MM_MIN = CLOCK_HZ * 60 / 10_000 / 2**32     # of a rate
 TOP = round(1800 / MM_MIN)                  # the highest speed, as a rate
+CAUSE = numbers()
 DRIVES = ("gear_steps_x", "gear_pulses_z", "backlash_y", "reversed_drives", "step_axes")
 
 
@@ -52,6 +54,21 @@ def test_a_change_loses_the_position_and_the_same_value_does_not(machine, name):
     assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
     assert machine.line("$POSITION=HERE") == ["ok"]
     assert not lost(machine)
+
+
+@pytest.mark.parametrize(("cause", "renewed"), [("guard", True), ("coder", True),
+                                                ("estop", False)])
+def test_an_unlock_writes_them_again_if_the_position_is_lost(machine, cause, renewed):
+    """A bit of one of them may have flipped; writing them begins gear and backlash anew."""
+    words = (ctypes.c_uint32 * 5)()
+    machine.library.gk_drive_words(0, words)
+    before = words[4]
+    machine.library.gk_trip(CAUSE[cause], 1)
+    machine.run(CLOCK_HZ // 25_000)
+    assert machine.line("$X")[-1] == "ok"
+    machine.library.gk_drive_words(0, words)
+    assert words[4] - before == renewed
+    assert lost(machine) == renewed
 
 
 def test_other_settings_of_the_axes_leave_gear_and_position(machine):
