@@ -181,7 +181,10 @@ class Doctor(Examination):
         """Unlock. The controller names one open guard, with its axes; its levels name all."""
         self._unlocks = True
         said = self.command("$X", refused=True)
-        found = suspects(self.board, said)
+        # A sentence that accuses all of some wires that are accused already, and more, adds nothing.
+        accused = [set(one.places) for one in self.findings if one.ok is False and one.places]
+        found = [(meaning, places) for meaning, places in suspects(self.board, said)
+                 if not any(wires <= set(places) for wires in accused)]
         named = {one for _, places in found for one in places}
         found += [(meaning, [one]) for meaning, one in self._guards if one not in named]
         for meaning, places in found:
@@ -190,7 +193,7 @@ class Doctor(Examination):
         # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
         self._free = not locked and all(one.wire == "fluid_low" for _, places in found
                                         for one in places)
-        if locked and not found:
+        if locked and not found and not accused:
             self.find("inputs", False, " ".join(said))
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
         for pad, (meaning, _) in GUARDS.items():
