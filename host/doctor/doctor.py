@@ -324,7 +324,7 @@ class Doctor(Examination):
             self.find("fin answers", None, "not agreed to")
             return
         before = len(self.said)
-        self.command("M09", refused=True)
+        self.command("M09", refused=True, within_s=MOVED_S)
         self.await_state("Idle", "Alarm", within_s=MOVED_S)
         self.listen(SETTLED_S)
         if stopped(self.since(before)):

@@ -10,7 +10,7 @@
 
 #define NAME 7u         /* characters of `$LEVELS` */
 #define LEVELS 1024u
-#define SLICE 256u      /* words in a step */
+#define SLICE 128u      /* words in a step: some 3500 clocks */
 
 void wiring_tell_inputs(void) {
     hal_inputs now = hal_inputs_read();
