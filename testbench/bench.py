@@ -20,6 +20,7 @@ from host.run.summary import clear_of_shorts
 from host.tape.tape import encode, load
 from softcore import image
 from softcore.tables.settings import named
+from testbench.budget.peers import measure_peers
 from testbench.budget.resources import measure_all
 from testbench.cosim import reaction
 from testbench.cosim.netlist import SEEN, compare
@@ -215,6 +216,14 @@ def resources():
                f"{cells.bram} DP16KD, {cells.dsp} MULT18{clock}")
 
 
+def peers():
+    """Rows on blocks beside those of open projects."""
+    for peer, cost in measure_peers(_say):
+        yield (f"ECP5, {peer.function}",
+               f"{cost.cells.lut4} LUT4, {cost.cells.ccu2c} CCU2C, {cost.fmax_mhz:.0f} MHz; "
+               f"{peer.theirs}")
+
+
 def netlist():
     """Row on the motion after synthesis, of the device's cells, beside the Verilog."""
     found = compare("controller.motion")
@@ -228,7 +237,7 @@ def netlist():
 SECTIONS = {"speed": simulation_speed, "environment": environment,
             "firmware": firmware_cost, "blocks": short_blocks,
             "pulses": path_pulses, "planning": planning, "reaction": reaction_times,
-            "clearing": clearing_times, "netlist": netlist, "resources": resources}
+            "clearing": clearing_times, "netlist": netlist, "peers": peers, "resources": resources}
 
 
 def main() -> None:

@@ -181,7 +181,7 @@ class Doctor(Examination):
         """Unlock. The controller names one open guard, with its axes; its levels name all."""
         self._unlocks = True
         said = self.command("$X", refused=True)
-        # A sentence that accuses all of some wires that are accused already, and more, adds nothing.
+        # A sentence that accuses wires that are accused already, and more, adds nothing.
         accused = [set(one.places) for one in self.findings if one.ok is False and one.places]
         found = [(meaning, places) for meaning, places in suspects(self.board, said)
                  if not any(wires <= set(places) for wires in accused)]
