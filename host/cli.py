@@ -371,9 +371,10 @@ def doctor(
 ) -> None:
     """Examine a controller and its wires; each wrong wire is named with its pin.
 
-    It resets the controller, checks link, version and inputs, waits for a press of the button
-    `arm`, and moves each axis by 0.2 mm after a question; a lost position is taken over for that.
-    The discharge stays off; at the end a reset disarms. Exit status 1 if something is wrong.
+    It checks link, firmware, gateware, clock, memory, inputs and comparators, waits for a press of
+    the button `arm`, and after a question each moves an axis by 0.2 mm and sends M09; a lost
+    position is taken over. The discharge stays off; at the end a reset disarms. Exit status 1 if
+    something is wrong.
     """
     from host.doctor.command import examine
     raise typer.Exit(examine(port, board, baud=baud, report=report, console=out, machine=machine,

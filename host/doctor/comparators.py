@@ -13,9 +13,8 @@ import numpy as np
 
 from constraints.board import Board
 from host.doctor.complaints import Place, place
-from host.doctor.examination import Examination
+from host.doctor.examination import Examination, stopped
 from host.doctor.levels import CODES, FULL
-from host.errors import UserError
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import Record
 
@@ -105,30 +104,40 @@ def judged(board: Board, shown: Sequence[Seen]) -> tuple[bool, str, list[Place]]
             f"between: {', '.join(said)} of full scale", suspects)
 
 
-def sweep(doctor: Examination, name: str) -> None:
-    """Sweep the levels past the sensing pulses while this axis moves there and back."""
-    try:
-        first = _look(doctor, name, FULL - 1, 1)
-        shown = first and [_look(doctor, name, level, -1 if number % 2 == 0 else 1)
-                           for number, level in enumerate(levels_around(first))]
-    except UserError as error:
-        doctor.find("comparators", None, str(error))
-        return
-    finally:
-        doctor.command("$LEVELS", refused=True)
-    whole = [one for one in shown or [] if one]
-    if shown and len(whole) == len(shown):
+def sweep(doctor: Examination, name: str) -> list[str]:
+    """Sweep the levels past the sensing pulses while this axis moves there and back.
+
+    Returns what the controller said if it stopped the axis; then nothing is found.
+    """
+    if stopped(doctor.command("$SCOPE", refused=True)):
+        doctor.find("comparators", None, "this controller is built without the oscilloscope, "
+                    "which the sweep needs")
+        return []
+    before = len(doctor.said)
+    shown: list[Seen | None] = [_look(doctor, name, FULL - 1, 1)]
+    levels = levels_around(shown[0]) if shown[0] else [FULL - 1]
+    for number, level in enumerate(levels):
+        if stopped(doctor.since(before)):
+            return doctor.since(before)
+        shown.append(_look(doctor, name, level, -1 if number % 2 == 0 else 1))
+    doctor.command("$LEVELS", refused=True)
+    if stopped(doctor.since(before)):
+        return doctor.since(before)
+    whole = [one for one in shown[1:] if one]
+    if len(whole) == len(levels) > 1:
         doctor.find("comparators", *judged(doctor.board, whole))
     else:
         doctor.find("comparators", None, "the oscilloscope saw no sensing pulse")
+    return []
 
 
 def _look(doctor: Examination, name: str, level: int, way: int) -> Seen | None:
     """What a record shows while the axis moves, with both levels there."""
-    doctor.command(f"$LEVELS={level},{level}")
+    doctor.command(f"$LEVELS={level},{level}", refused=True)
     doctor.listen(TRIED_S)
-    doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}")
-    doctor.await_state("Run", within_s=MOVED_S)
+    if stopped(doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}", refused=True)):
+        return None
+    doctor.await_state("Run", "Alarm", within_s=MOVED_S)
     end = doctor.port.time_s() + MOVED_S
     wanted = Acquisition(Trigger("now", before=0), most=ENTRIES)
     while wanted.record is None and doctor.port.time_s() < end:
@@ -139,5 +148,6 @@ def _look(doctor: Examination, name: str, level: int, way: int) -> Seen | None:
         for text in doctor.command(line):
             wanted.hear(text)
         wanted.answered("ok")
-    doctor.await_state("Idle", within_s=MOVED_S)
+    doctor.await_state("Idle", "Alarm", within_s=MOVED_S)
+    doctor.listen(TRIED_S)
     return None if wanted.record is None else seen(wanted.record, level)

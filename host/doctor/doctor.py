@@ -16,13 +16,14 @@ from constraints.board import Board
 from host.doctor import comparators, identity
 from host.doctor.complaints import Place, place, suspects, touched
 from host.doctor.examination import Examination, Finding, stopped
-from host.doctor.levels import CODES, FULL, GUARDS, open_guards, resting
+from host.doctor.levels import BLOCKING, CODES, FULL, GUARDS, open_guards, resting
 from host.errors import UserError
 from host.link.link import RESET, HeldError, LinkError
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.run.controller import Controller
+from softcore.tables.settings import named
 
 __all__ = ["HOME_FIRST", "UNCHECKED", "Doctor", "Finding"]
 
@@ -32,6 +33,7 @@ WATCHED_S = 2.0             # rest during which memory and gates must stay silen
 STEP_MM = 0.2               # an axis is moved by so much, and back
 CLEAR_MM = STEP_MM / 100    # an axis that came so far had an open gap before it touched
 MOVED_S = 8.0
+FIN_S = 130.0               # either edge of FIN may take a minute ($425)
 SETTLED_S = 0.5             # for the contactor, and for an alarm at the end of a motion
 RESETS = 3                  # a byte may get lost
 AXES = "XYZ"
@@ -69,10 +71,12 @@ class Doctor(Examination):
         super().__init__(port, board, ask=ask, say=say)
         self.machine, self.wait_s = machine, wait_s
         self._free = False      # the machine is unlocked, and nothing keeps it from moving
-        self._unlocks = False   # it may be unlocked: only a reset makes sure that it is not
+        self._changed = False   # unlocked, or with levels that are tried: only a reset ends that
         self._taken = False     # a lost position was taken over
         self._swept = False     # the comparators have been looked at in a motion
-        self._guards: list[tuple[str, Place]] = []      # that are open by their levels
+        steps = named("step_axes")
+        self._steps = int(machine.settings.get(str(steps.number), 0)) if machine else 0
+        self._guards: dict[Place, str] | None = None    # open by their levels, and what that means
 
     def examine(self) -> list[Finding]:
         """Make all checks; return what was found.
@@ -126,8 +130,7 @@ class Doctor(Examination):
         same = any(VERSION in line for line in version)
         self.find("identity", same, f"{' '.join(version) or 'it tells no version'}"
                    + ("" if same else f"; this checkout is {VERSION}"))
-        identity.firmware(self, told)
-        identity.gateware(self)
+        identity.gateware(self, identity.firmware(self, told))
 
     def _try_link(self) -> None:
         old, began = self._counts(), time.monotonic()
@@ -160,13 +163,15 @@ class Doctor(Examination):
         self.find("settings", True, f"those of the machine {self.machine.name} are entered")
 
     def _levels(self) -> bool:
-        """Look at the inputs at rest, with comparators and converter on; true if none is wrong."""
+        """Look at the inputs at rest, with comparators and converter on; true if axes may move."""
+        self._changed = True
         self.command(f"$LEVELS={FULL // 2},{FULL // 2}", refused=True)
         self.listen(TRIED_S)
         inputs = self.inputs()
         self.command("$LEVELS", refused=True)
         if inputs is None:
-            return False    # said already
+            self.find("gap at rest", None, "it does not tell its inputs ($INPUTS)")
+            return False
         wrong = list(resting(self.board, inputs))
         for check, meaning, places in wrong:
             self.find(check, False, meaning, places)
@@ -174,28 +179,34 @@ class Doctor(Examination):
             self.find("gap at rest", True, f"the converter reads {inputs.voltage} of {CODES} for "
                        f"the gap and {inputs.cell} for the fluid's cell; all comparators say: no "
                        "voltage, no current")
-        self._guards = list(open_guards(self.board, inputs))
-        return not wrong
+        self._guards = {one: meaning for meaning, one in open_guards(self.board, inputs)}
+        return not any(check in BLOCKING for check, _, _ in wrong)
 
     def _inputs(self) -> None:
         """Unlock. The controller names one open guard, with its axes; its levels name all."""
-        self._unlocks = True
+        self._changed = True
         said = self.command("$X", refused=True)
-        # A sentence that accuses wires that are accused already, and more, adds nothing.
+        told = suspects(self.board, said)
         accused = [set(one.places) for one in self.findings if one.ok is False and one.places]
-        found = [(meaning, places) for meaning, places in suspects(self.board, said)
-                 if not any(wires <= set(places) for wires in accused)]
-        named = {one for _, places in found for one in places}
-        found += [(meaning, [one]) for meaning, one in self._guards if one not in named]
+        guards = dict(self._guards or {})
+        found = []
+        for meaning, places in told:
+            if self._guards and any(one in guards for one in places):
+                if len(places) == 1:    # it may know more: the third drive may be the wire's
+                    guards[places[0]] = meaning
+            elif not any(wires <= set(places) for wires in accused):
+                found.append((meaning, places))
+        found += [(meaning, [one]) for one, meaning in guards.items()]
         for meaning, places in found:
             self.find("inputs", False, meaning, places)
         locked = any(text.startswith("refused:") for text in said)
-        # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
-        self._free = not locked and all(one.wire == "fluid_low" for _, places in found
-                                        for one in places)
-        if locked and not found and not accused:
+        if locked and not told:
             self.find("inputs", False, " ".join(said))
+        # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
+        self._free = not locked and open_pads <= {"fluid_low"}
+        if self._guards is None:
+            return      # nobody has looked at the others
         for pad, (meaning, _) in GUARDS.items():
             if pad not in open_pads:
                 self.find(pad, True, meaning)
@@ -223,7 +234,9 @@ class Doctor(Examination):
         if not self._free:
             return
         before = len(self.said)
-        if "Armed" not in self.link.status():
+        if self.board.arm_strapped:
+            self.find("arm", True, "this board needs no press")
+        elif "Armed" not in self.link.status():
             self.say('Press the button "arm" at the machine now. The contactor closes; nothing '
                      "discharges.")
         end = self.port.time_s() + self.wait_s
@@ -238,7 +251,8 @@ class Doctor(Examination):
                 return
             self.listen(0.1)
         else:
-            self.find("arm", True, "a press came")
+            if not self.board.arm_strapped:
+                self.find("arm", True, "a press came")
         # The contactor gives the power supply its voltage: a gate that is on shows only now.
         self.listen(SETTLED_S)
         if not self._quiet("at rest, armed", self.since(before)):
@@ -257,8 +271,9 @@ class Doctor(Examination):
                 continue
             lost = ("; for this the lost position is taken over as it stands"
                     if "Lost" in self.link.status() else "")
-            if not self.ask(f"Axis {name} moves by {STEP_MM:g} mm, slowly, with the discharge off"
-                            f"{lost}. Is it free to move, and nobody near it?"):
+            if not self.ask(f"Axis {name} moves some times by {STEP_MM:g} mm at most, and back, "
+                            f"slowly, with the discharge off{lost}. Is it free to move, and nobody "
+                            "near it?"):
                 self.find(f"axis {name}", None, "not agreed to")
                 continue
             if lost:
@@ -280,9 +295,9 @@ class Doctor(Examination):
                 said = [text for text in said if not touched(text) and "ALARM:" not in text]
                 self._quiet(f"axis {name}", said)
                 return
+            if any("both phases are silent" in text for text in said) and self._by_hand(axis, name):
+                return
             if not self._quiet(f"axis {name}", said):
-                if any("both phases are silent" in text for text in said):
-                    self._by_hand(axis, name)
                 return
             if abs(moved - way) > STEP_MM / 4:
                 self.find(f"axis {name}", False, f"it was to move by {way:g} mm, and its coder "
@@ -290,16 +305,35 @@ class Doctor(Examination):
                                                      place(self.board, "enc_b", axis)])
                 return
             shown.append(f"{moved:.4f} mm of {way:g} mm")
-        self.find(f"axis {name}", True, f"its coder shows {' and '.join(shown)}")
-        if not self._swept:
-            self._swept = True
-            comparators.sweep(self, name)
+        if not self._steps >> axis & 1:
+            self.find(f"axis {name}", True, f"its coder shows {' and '.join(shown)}")
+        elif self.ask(f"The motor of {name} is driven by steps and has no coder. Has it moved "
+                      f"{STEP_MM:g} mm and back?"):
+            self.find(f"axis {name}", True, "it was seen to move")
+        else:
+            self.find(f"axis {name}", False, "its steps were sent, and it did not move as it "
+                      "should", [place(self.board, pad, axis)
+                                 for pad in ("step", "dir", "drive_enable")])
+            return
+        self._sweep(name)
 
-    def _by_hand(self, axis: int, name: str) -> None:
-        """Tell a coder that is silent from a drive that does not move."""
+    def _sweep(self, name: str) -> None:
+        """Look at the comparators while an axis moves that is known to move; once."""
+        if self._swept:
+            return
+        self._swept = True
+        said = comparators.sweep(self, name)
+        if any(map(touched, said)):
+            self.find("comparators", None, "touched on the way: move away by hand, then ask again")
+            self._free = False
+            said = [text for text in said if not touched(text) and "ALARM:" not in text]
+        self._quiet("comparators", said)
+
+    def _by_hand(self, axis: int, name: str) -> bool:
+        """Tell a drive that does not move from a coder that is silent; true if it is the drive."""
         if not self.ask(f"The coder of axis {name} was silent. The drives are off now. Can you "
                         f"turn the motor of axis {name} by hand?"):
-            return
+            return False
         self.say(f"Turn it now, within {BY_HAND_S:g} s.")
         start, end = self.places()[axis], self.port.time_s() + BY_HAND_S
         moved = 0.0
@@ -307,32 +341,34 @@ class Doctor(Examination):
             self.listen(0.1)
             moved = self.places()[axis] - start
         if abs(moved) < BY_HAND_MM:
-            self.find(f"coder {name} by hand", False, "it counts nothing", [
-                place(self.board, "enc_a", axis), place(self.board, "enc_b", axis)])
-        else:
-            self.find(f"coder {name} by hand", True, f"it counts ({moved:.3f} mm): its wires are "
-                       "right, and the drive did not move", [
-                           place(self.board, pad, axis) for pad in (
-                               "drive_enable", "dac", "dac_negative", "step", "dir")])
+            return False
+        self._free = False
+        self.find(f"axis {name}", False, f"its coder was silent in the motion, and counts by hand "
+                  f"({moved:.3f} mm): the drive did not move", [
+                      place(self.board, pad, axis) for pad in (
+                          "drive_enable", "dac", "dac_negative")])
+        return True
 
     def _side(self) -> None:
         """Send M09 to the machine's side, which answers it by FIN."""
-        if not self._free:
+        if not self._free or any(one.check == "fin" for one in self.findings):
             return
         if not self.ask("M09 (fluid off) goes to the machine's side, which has to answer by FIN. "
                         "Is it connected?"):
             self.find("fin answers", None, "not agreed to")
             return
         before = len(self.said)
-        self.command("M09", refused=True, within_s=MOVED_S)
+        self.command("M09", refused=True, within_s=FIN_S)
         self.await_state("Idle", "Alarm", within_s=MOVED_S)
         self.listen(SETTLED_S)
         if stopped(self.since(before)):
-            strobe = next(wire.pad for wire in self.board.wires
+            strobe = next(wire for wire in self.board.wires
                           if wire.pad in ("auxiliary_strobe", "chain"))
+            bits = range(len(strobe.pins.split())) if strobe.pad == "chain" else [0]
             self.find("fin answers", False, "no FIN after M09: its wire or the strobe's is "
-                       "broken, or the machine side does not work",
-                       [place(self.board, "fin"), place(self.board, strobe)])
+                      "broken, or the machine side does not work", [
+                          place(self.board, "fin"),
+                          *(place(self.board, strobe.pad, bit) for bit in bits)])
         else:
             self.find("fin answers", True, "M09 was answered by FIN")
 
@@ -351,7 +387,7 @@ class Doctor(Examination):
 
     def _end(self) -> None:
         """Reset a machine that may be unlocked: it comes to rest, and its contactor opens."""
-        if not self._unlocks:
+        if not self._changed:
             return
         try:
             self._reset()

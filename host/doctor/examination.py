@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The talk with a controller under examination, and what is found."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from constraints.board import Board
 from host.doctor.complaints import Place
@@ -12,6 +14,7 @@ from host.link.port import Port
 
 __all__ = ["Examination", "Finding", "stopped"]
 
+Told = TypeVar("Told")
 QUIET_S = 0.1       # after an answer: what else there is to say
 
 
@@ -55,6 +58,7 @@ class Examination:
         self.port, self.board, self.ask, self.say = port, board, ask, say
         self.findings: list[Finding] = []
         self.said: list[str] = []
+        self.answered_s = 0.0   # when the last line was answered, by this computer's clock
         self.link = Link(port, self.said.append)
 
     def find(self, check: str, ok: bool | None, said: str,
@@ -75,6 +79,7 @@ class Examination:
         before = len(self.said)
         try:
             self.link.command(line, within_s)
+            self.answered_s = time.monotonic()
         except RefusedError as error:
             if not refused:
                 raise
@@ -105,14 +110,16 @@ class Examination:
 
     def build(self) -> Build | None:
         """Gateware and clock; None from firmware that does not know ``$INPUTS``."""
-        told = self._told("$INPUTS", "[BUILD:")
-        return Build.of(told) if told else None
+        return self._told(Build.of)
 
     def inputs(self) -> Inputs | None:
         """What the inputs are at; None from firmware that does not know ``$INPUTS``."""
-        told = self._told("$INPUTS", "[INPUTS:")
-        return Inputs.of(told) if told else None
+        return self._told(Inputs.of)
 
-    def _told(self, line: str, begin: str) -> str:
-        return next((text for text in self.command(line, refused=True) if text.startswith(begin)),
-                    "")
+    def _told(self, of: Callable[[str], Told | None]) -> Told | None:
+        """What ``$INPUTS`` tells; asked twice, as a line to the host may be damaged."""
+        for _ in range(2):
+            for text in self.command("$INPUTS", refused=True):
+                if (told := of(text)) is not None:
+                    return told
+        return None

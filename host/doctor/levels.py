@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a controller tells of its inputs at rest, and the wires that may be wrong."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -8,12 +9,16 @@ from constraints.board import Board
 from host.doctor.complaints import Place, place
 from softcore.safetymap import SAFETY
 
-__all__ = ["CODES", "FULL", "GUARDS", "Build", "Inputs", "open_guards", "resting"]
+__all__ = ["BLOCKING", "CODES", "FULL", "GUARDS", "Build", "Inputs", "open_guards", "resting"]
 
 FULL = 1024         # full scale of a comparator's level
 CODES = 4096        # codes of the converter
 SILENT = 8          # HAL_FLUID_SILENT of hal/hal.h: the converter does not answer
 NO_VOLTAGE = CODES // 50    # codes up to which the gap counts as without voltage, 2 % of full scale
+
+# Checks of ``resting`` without which nothing may move: contact is not seen, a gate is on, or nobody
+# can tell a press of the button.
+BLOCKING = {"gap voltage", "gap_current", "gap_short", "arm"}
 
 FIELDS = next(register for register in SAFETY.registers if register.name == "inputs").fields
 SOURCES = ("gap_on", "gap_sense")
@@ -43,9 +48,10 @@ class Build:
     cycle: int
 
     @classmethod
-    def of(cls, line: str) -> "Build":
-        """What the line says."""
-        return cls(*map(int, line.removeprefix("[BUILD:").removesuffix("]").split(",")))
+    def of(cls, line: str) -> "Build | None":
+        """What the line says; None if it is no whole line of this kind."""
+        found = re.fullmatch(r"\[BUILD:(\d+),(\d+),(\d+)\]", line)
+        return found and cls(*map(int, found.groups()))
 
     def clocks_to(self, later: "Build") -> int:
         """Clocks from this line to a later one; the count wraps at 2**32."""
@@ -65,10 +71,12 @@ class Inputs:
     silent: bool
 
     @classmethod
-    def of(cls, line: str) -> "Inputs":
-        """What the line says."""
-        word, voltage, cell, fluid = map(
-            int, line.removeprefix("[INPUTS:").removesuffix("]").split(","))
+    def of(cls, line: str) -> "Inputs | None":
+        """What the line says; None if it is no whole line of this kind."""
+        found = re.fullmatch(r"\[INPUTS:(\d+),(\d+),(\d+),(\d+)\]", line)
+        if found is None:
+            return None
+        word, voltage, cell, fluid = map(int, found.groups())
         levels = {}
         for field in FIELDS:
             levels[field.name] = word & (1 << field.bits) - 1

@@ -122,7 +122,12 @@ MACHINE = (
         ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
     ),
     *breaks_of(
+        "softcore/firmware/app/execute.c", WIRING,
+        ("|| (was_machining && !ready(f)))", ")", "... nor after a pause"),
+    ),
+    *breaks_of(
         "softcore/firmware/gap/gap.c", WIRING,
+        ("    if (tried)\n        detect();\n", "", "a condition ends the converter's part, too"),
         ("    gap_end_trial();\n    if (stale)", "    if (stale)",
          "no discharge comes on with levels that are tried"),
         ("converts() || in_force_tries()", "converts()", "the converter runs in a trial"),
@@ -139,7 +144,8 @@ MACHINE = (
         ("if (machine_machining())", "if (0)", "no levels are tried in a discharge"),
         ("words - done < SLICE ? words : done + SLICE", "done + SLICE",
          "no word beyond the memory is read"),
-        ("done + SLICE, ", "done + SLICE + 1, ", "every word of the memory is read"),
+        ("hal_memory_read(done, end)", "hal_memory_read(done + 1, end)",
+         "every word of the memory is read"),
     ),
     *breaks_of(
         "softcore/firmware/app/machine.c", "unit/firmware/test_drives.py",

@@ -16,7 +16,7 @@ from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
 PERIOD = 10_000     # clocks, at 2 MHz
-EARLIEST = PERIOD // 8
+EARLIEST = PERIOD // 4
 PINS = 1            # clock to the pads' registers
 LOOP = 0x6F.to_bytes(4, "little")   # jump to itself
 WATCHDOG = 1 << numbers()["watchdog"]

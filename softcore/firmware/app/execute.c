@@ -374,9 +374,11 @@ static void end(void) {
         events_now(EVENT_WORD_PROGRAM_END, "");
 }
 
+static bool ready(fault *f) { return machine_dry() || gap_ready(f); }
+
 /* Switch the discharge on; false with a fault if that is not allowed. */
 static bool switch_on(fault *f) {
-    if (!machine_allows(false, true, f) || (!machine_dry() && !gap_ready(f)))
+    if (!machine_allows(false, true, f) || !ready(f))
         return false;
     machine_discharge(true);
     if (!machine_dry())
@@ -468,7 +470,7 @@ static part advance(fault *f) {
     case PART_FLUID_OFF: return !work->fluid_off || function(AUXILIARY_M, 9, f) ? PART_STOP : at;
     case PART_STOP: return stop(f);
     case PART_PAUSED:
-        if (!resumed)
+        if (!resumed || (was_machining && !ready(f)))
             return at;
         machine_discharge(was_machining);
         return PART_DONE;

@@ -3,18 +3,19 @@
 
      $INPUTS             tell gateware, clock, and what the inputs and the converter say
      $MEMORY             read every word of the memory, which checks their parities
-     $LEVELS=open,arc    try these levels of the comparators, in 1/1024 of full scale; the converter
-                         runs meanwhile
+     $LEVELS=open,arc    try these levels of the comparators, in 1/1024 of full scale; the
+                         converter runs meanwhile
      $LEVELS             end that
 
-   `$INPUTS` is answered by `[BUILD:gateware,clock,cycle]`: the digest of the gateware's sources (0 in a
-   simulation), Hz, and the lower 32 bits of the clock count. Then `[INPUTS:levels,voltage,cell,fluid]`: the register `safety.inputs`; the
-   converter's last codes of the gap voltage and of the fluid's cell; and the flags and class of
-   hal_fluid_state. `$MEMORY` is answered by `[MEMORY:bytes]`. After a wrong parity there is no answer:
-   the gateware holds the processor, and tells it.
+   `$INPUTS` is answered by `[BUILD:gateware,clock,cycle]`: the digest of the gateware's sources
+   (0 in a simulation), Hz, and the lower 32 bits of the clock count. Then
+   `[INPUTS:levels,voltage,cell,fluid]`: the register `safety.inputs`; the converter's last code of
+   the gap voltage, and the last average of the fluid's cell; and hal_fluid_state. `$MEMORY` is
+   answered by `[MEMORY:bytes]`. After a wrong parity there is no answer: the gateware holds the
+   processor, and tells it.
 
-   Levels that are tried end with `$LEVELS`, with a new condition, at a reset and before the discharge
-   comes on. The short level stays as it is, so that contact is seen. */
+   Levels that are tried end with `$LEVELS`, with a new condition, at a reset, and before the
+   discharge comes on. The short level stays as it is, so that contact is seen. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

@@ -48,26 +48,6 @@ static void apply(void) {
     refresh();
 }
 
-void gap_condition(const condition_row *condition) {
-    (void)depth_series_take_stage();
-    in_force_set(condition);
-    depth_series_replaced();
-    apply();
-}
-
-/* The gateware gets the classes with the program's first condition; there is no machining
-   before. */
-void gap_start(void) {
-    depth_series_drop();
-    conditions_start();
-    in_force_start();
-}
-
-void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
-    in_force_enter_class(number, c, by_hand);
-    apply();
-}
-
 /* Is the gap voltage in use? */
 static bool converts(void) {
     return feed_modes_measures() || settings_get(SET_SHORT_MEAN_MV);
@@ -87,6 +67,29 @@ static void detect(void) {
         .highest = settings_get(SET_FLUID_HIGHEST),
     };
     hal_fluid_write(&detector);
+}
+
+void gap_condition(const condition_row *condition) {
+    bool tried = in_force_tries();
+    (void)depth_series_take_stage();
+    in_force_set(condition);
+    if (tried)
+        detect();
+    depth_series_replaced();
+    apply();
+}
+
+/* The gateware gets the classes with the program's first condition; there is no machining
+   before. */
+void gap_start(void) {
+    depth_series_drop();
+    conditions_start();
+    in_force_start();
+}
+
+void gap_class_enter(unsigned number, const gap_class *c, bool by_hand) {
+    in_force_enter_class(number, c, by_hand);
+    apply();
 }
 
 /* Write what servo, converter and feed mode have to do. gap_settings converts the times. */

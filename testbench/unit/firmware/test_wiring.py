@@ -4,7 +4,9 @@
 import pytest
 
 from softcore.tables.faults import error_line
+from softcore.tables.settings import assign
 from testbench.firmware import Controller
+from testbench.programs import punched
 
 WORDS = 1000        # of the model's memory
 AS_BUILT = 0, 0, 122
@@ -55,6 +57,34 @@ def test_a_condition_ends_the_trial(burning):
     assert burning.gap["reference"] == (300, 200, before[2])
     assert burning.line("C140")[-1] == "ok"
     assert burning.gap["reference"] == before
+    assert not burning.gap["convert"]
+
+
+@pytest.mark.parametrize("way", ["M00", "M01", "single"])
+def test_no_discharge_comes_back_after_a_pause_with_levels_that_are_tried(burning, way):
+    burning.line(assign("optional_stop", 1))
+    burning.line(assign("single_block", int(way == "single")))
+    before = burning.gap["reference"]
+    burning.tape(punched(["C140", "M03", *([way] * (way != "single")), "G04 P5000", "M02"]),
+                 passes=1000)
+    if way == "single":
+        burning.send(b"~")
+        burning.run(100)    # from the stop after C140 to that after M03
+    assert "discharge" not in burning.flags, "it stands after the block with M03"
+    assert burning.line("$LEVELS=1000,0")[-1] == "ok"
+    assert burning.gap["reference"][:2] == (1000, 0)
+    burning.send(b"~")
+    burning.run(100)
+    assert "discharge" in burning.flags
+    assert burning.gap["reference"] == before
+
+
+def test_the_memory_is_not_read_in_a_discharge(burning):
+    burning.line("M03")
+    *said, answer = burning.line("$MEMORY")
+    assert answer == error_line("busy")
+    assert "M05 comes first" in " ".join(said)
+    assert burning.library.gk_words_read() == 0
 
 
 def test_no_discharge_comes_on_with_levels_that_are_tried(burning):
@@ -73,8 +103,6 @@ def test_a_reset_ends_the_trial(machine):
     machine.send(b"\x18")
     machine.run()
     assert not machine.gap["convert"]
-    machine.line("$LEVELS=5,6")
-    machine.line("$LEVELS")
     assert machine.gap["reference"] == AS_BUILT
 
 

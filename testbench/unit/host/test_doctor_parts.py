@@ -3,7 +3,6 @@
 
 import itertools
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -133,12 +132,11 @@ def test_the_clock_count_wraps():
 class Patient:
     """A controller that tells its builds, one after the other, a second apart."""
 
-    def __init__(self, monkeypatch, *builds):
-        self.board, self.found, self.builds = BOARD, {}, list(builds)
-        clock = itertools.count()
-        monkeypatch.setattr(identity, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    def __init__(self, *builds):
+        self.board, self.found, self.builds, self.answered_s = BOARD, {}, list(builds), 0.0
 
     def build(self):
+        self.answered_s += 1
         return self.builds.pop(0)
 
     def listen(self, seconds):
@@ -155,16 +153,49 @@ OWN, HZ = int(digest()[:8], 16), BOARD.clock_hz
     (OWN, HZ, HZ, (True, True)), (OWN ^ 1, HZ, HZ, (False, True)),
     (OWN, HZ, HZ * 1.019, (True, True)), (OWN, HZ, HZ * 1.021, (True, False)),
     (OWN, HZ, HZ / 1.3, (True, False)), (OWN, HZ // 2, HZ // 2, (True, False))])
-def test_gateware_and_clock_are_compared(monkeypatch, gateware, told_hz, counted_hz, found):
+def test_gateware_and_clock_are_compared(gateware, told_hz, counted_hz, found):
     start = 2**32 - 1000
-    patient = Patient(monkeypatch, Build(gateware, told_hz, start),
+    patient = Patient(Build(gateware, told_hz, start),
                       Build(gateware, told_hz, (start + round(counted_hz)) % 2**32))
-    identity.gateware(patient)
+    identity.gateware(patient, BOARD.memory_size)
     assert tuple(ok for ok, _ in patient.found.values()) == found
 
 
-def test_gateware_that_does_not_know_the_question_is_old(monkeypatch):
-    patient = Patient(monkeypatch, None)
-    identity.gateware(patient)
+def test_another_memory_than_the_boards_tells_of_another_board():
+    patient = Patient(Build(OWN, HZ, 0), Build(OWN, HZ, HZ))
+    identity.gateware(patient, BOARDS["colorlight_i9"].memory_size)
+    assert [check for check, (ok, _) in patient.found.items() if not ok] == ["board"]
+
+
+def test_a_simulation_has_no_digest_and_any_clock():
+    patient = Patient(Build(0, 2_000_000, 0))
+    identity.gateware(patient, 1)
+    assert patient.found["gateware"][0]
+    assert len(patient.found) == 1
+
+
+@pytest.mark.parametrize("line", ["", "[BUILD:1,2]", "[BUILD:1,2,x]", "[BUILD:1,2,3", "[INPUTS:1]",
+                                  "[INPUTS:1,2,3,4,5]", "[INPUTS:1,2,-3,4]"])
+def test_a_damaged_line_is_none(line):
+    assert Build.of(line) is None
+    assert Inputs.of(line) is None
+
+
+@pytest.mark.parametrize("board", BOARDS.values(), ids=list(BOARDS))
+def test_every_board_has_all_wires_that_may_be_named(board):
+    """The worst of all machines: everything is wrong at once, with a voltage and without."""
+    worst = Inputs({name: 0 if name in ("gap_arc", "gap_short") else (1 << 3) - 1 if name in (
+        "drive_fault", "limit_low", "limit_high", "enc_a", "enc_b") else 1
+        for name in QUIET.levels}, 0, 0, silent=True)
+    found = [*open_guards(board, worst), *resting(board, worst)]
+    assert len(found) == 11 + 8
+    assert {check for check, *_ in resting(board, replace(worst, silent=False, voltage=983))} == {
+        "fin", "arm", "gap voltage"}
+    assert not judged(board, [Seen(level, None, high=False, arc=False) for level in LADDER])[0]
+
+
+def test_gateware_that_does_not_know_the_question_is_old():
+    patient = Patient(None)
+    identity.gateware(patient, 0)
     assert not patient.found["gateware"][0]
     assert "load a bitstream" in patient.found["gateware"][1]
