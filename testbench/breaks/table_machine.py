@@ -141,7 +141,8 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/wiring.c", WIRING,
-        ("if (machine_machining())", "if (0)", "no levels are tried in a discharge"),
+        ("    if (!wiring_allowed(f))\n        return false;\n", "",
+         "no levels are tried in a discharge"),
         ("words - done < SLICE ? words : done + SLICE", "done + SLICE",
          "no word beyond the memory is read"),
         ("hal_memory_read(done, end)", "hal_memory_read(done + 1, end)",

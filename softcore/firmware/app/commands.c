@@ -261,10 +261,8 @@ static bool begins_words(const char *line, uint32_t length, fault *f) {
 __attribute__((noinline)) static void command(char *line, uint32_t length) {
     fault f = {0};
     char c = length > 1 ? line[1] : '\0';
-    if (machine_machining() && says(line, length, "$MEMORY")) {
-        fault_at(&f, FAULT_BUSY, 0, "the memory is read with the discharge off: M05 comes first");
+    if (says(line, length, "$MEMORY") && !wiring_allowed(&f))
         return answer_with(&f);
-    }
     if (begins_list(line, length))
         return; /* answered at the end of the list */
     if (length == 2 && c == '#')

@@ -12,6 +12,11 @@
 #define LEVELS 1024u
 #define SLICE 128u      /* words in a step: some 3500 clocks */
 
+bool wiring_allowed(fault *f) {
+    return !machine_machining() ||
+           fault_at(f, FAULT_BUSY, 0, "only with the discharge off: M05 comes first");
+}
+
 void wiring_tell_inputs(void) {
     hal_inputs now = hal_inputs_read();
     output_line("[BUILD:%u,%u,%u]", hal_build(), hal_clock_hz(), hal_cycle_low());
@@ -35,8 +40,8 @@ bool wiring_levels(const char *line, uint32_t length, fault *f) {
          open >= LEVELS || arc >= LEVELS))
         return fault_at(f, FAULT_COMMAND, 0, "levels of the comparators are tried by $LEVELS=open,arc, "
                                              "each 0 to %u", LEVELS - 1);
-    if (machine_machining())
-        return fault_at(f, FAULT_BUSY, 0, "levels are tried with the discharge off: M05 comes first");
+    if (!wiring_allowed(f))
+        return false;
     watch_between();
     gap_try(begins, open, arc);
     return true;

@@ -22,6 +22,7 @@
 
 #include "base/fault.h"
 
+bool wiring_allowed(fault *f);  /* false with the reason while the discharge is on */
 void wiring_tell_inputs(void);
 
 /* Read the next words of the memory after `done` of them; returns how many are done. Sends the line

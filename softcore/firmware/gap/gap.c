@@ -54,7 +54,7 @@ static bool converts(void) {
 }
 
 /* Write what the converter and the fluid's detector have to do. */
-static void detect(void) {
+__attribute__((noinline)) static void detect(void) {
     uint32_t mode = settings_get(SET_FLUID_MODE);
     hal_fluid detector = {
         .convert = mode != 0 || converts() || in_force_tries(),
