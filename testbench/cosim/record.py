@@ -97,11 +97,11 @@ class Record:
         Raises
         ------
         AssertionError
-            If it takes more than 74 % of the watchdog's period. A call in its first quarter is too
-            soon and left out; so the next has three quarters.
+            If it takes more than three quarters of the watchdog's period. A call in the first
+            quarter is too soon and left out; so the next step has the rest.
         """
         longest = self.longest_step(begin)
-        assert longest <= 0.74 * WATCHDOG_S * clock_hz, longest
+        assert longest < 0.75 * WATCHDOG_S * clock_hz, longest
         return longest
 
     # ---- motion

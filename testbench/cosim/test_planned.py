@@ -21,7 +21,7 @@ from testbench.cosim.planning import WATCHED, check_currents, check_switches, pl
 from testbench.cosim.record import Record
 from testbench.native.simulation import Simulation
 
-LONGEST_STEP = 7400     # clocks of the firmware's main loop, of the watchdog's 10 000 at 2 MHz
+LONGEST_STEP = 7500     # clocks of the firmware's main loop, of the watchdog's 10 000 at 2 MHz
 AT_REST = 1         # pulses from the end of a block within which the electrode has arrived
 OVERSHOOT = 3       # pulses by which the electrode may be deeper than its block's end meanwhile
 
