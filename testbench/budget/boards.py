@@ -43,9 +43,9 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-    "ulx3s": BoardBudget(luts=25_630, ff=12_981, bram=151, dsp=4, mhz=46.5),
-    "ulx3s_45f": BoardBudget(luts=25_712, ff=12_982, bram=107, dsp=4, mhz=48.8),
-    "colorlight_i9": BoardBudget(luts=25_632, ff=12_982, bram=107, dsp=4, mhz=52.3),
+    "ulx3s": BoardBudget(luts=25_754, ff=13_017, bram=151, dsp=4, mhz=47.2),
+    "ulx3s_45f": BoardBudget(luts=25_740, ff=13_018, bram=107, dsp=4, mhz=45.4),
+    "colorlight_i9": BoardBudget(luts=25_756, ff=13_018, bram=107, dsp=4, mhz=50.3),
 }
 
 
