@@ -187,14 +187,14 @@ class Doctor(Examination):
         self._changed = True
         said = self.command("$X", refused=True)
         told = suspects(self.board, said)
-        accused = [set(one.places) for one in self.findings if one.ok is False and one.places]
+        accused = {wire for one in self.findings if one.ok is False for wire in one.places}
         guards = dict(self._guards or {})
         found = []
         for meaning, places in told:
             if self._guards and any(one in guards for one in places):
                 if len(places) == 1:    # it may know more: the third drive may be the wire's
                     guards[places[0]] = meaning
-            elif not any(wires <= set(places) for wires in accused):
+            elif not accused & set(places):     # else it says the same again, less exactly
                 found.append((meaning, places))
         found += [(meaning, [one]) for one, meaning in guards.items()]
         for meaning, places in found:
