@@ -127,7 +127,7 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/gap/gap.c", WIRING,
-        ("    if (tried)\n        detect();\n", "", "a condition ends the converter's part, too"),
+        ("    if (tried)\n", "    if (tried && 0)\n", "a condition ends the converter's part, too"),
         ("    gap_end_trial();\n    if (stale)", "    if (stale)",
          "no discharge comes on with levels that are tried"),
         ("converts() || in_force_tries()", "converts()", "the converter runs in a trial"),
