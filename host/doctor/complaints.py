@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from constraints.board import PADS, Board
 
-__all__ = ["PLACES", "Place", "place", "suspects", "touched"]
+__all__ = ["OPEN", "PLACES", "Place", "place", "suspects", "touched"]
 
 AXES = "XYZ"
 WIDTH = {pad.name: pad.width for pad in PADS}
@@ -36,24 +36,28 @@ def place(board: Board, pad: str, bit: int = 0) -> Place:
     return Place(name, f"site {site}, on the board")
 
 
+# What an open guard means: its input is active when its wire is broken.
+OPEN = {
+    "estop": "open: the emergency stop is pressed, or its wire is broken",
+    "drive_fault": "open: the drive reports a fault or is off, or its wire is broken",
+    "limit_low": "open: the axis stands on its lower limit switch, or the wire is broken",
+    "limit_high": "open: the axis stands on its upper limit switch, or the wire is broken",
+    "fluid_low": "open: too little fluid, or its wire is broken",
+}
 CONTACT = r"touche[sd]|contact with"
 # What the controller says, the pads of whose axes it speaks, and what that level means. A pad with
 # a bit is that one wire, whatever axes are named.
 PLACES: tuple[tuple[str, tuple[str, ...], str], ...] = (
-    (r"emergency stop", ("estop",),
-     "open: the emergency stop is pressed, or its wire is broken"),
+    (r"emergency stop", ("estop",), OPEN["estop"]),
     (r"the wire has a break or its drive", ("drive_fault[2]",),
      "open: the wire has a break, its drive reports a fault or is off, or the input's wire is "
      "broken"),
-    (r"a drive reports a fault", ("drive_fault",),
-     "open: the drive reports a fault or is off, or its wire is broken"),
-    (r"lower limit switch", ("limit_low",),
-     "open: the axis stands on its lower limit switch, or the wire is broken"),
-    (r"upper limit switch", ("limit_high",),
-     "open: the axis stands on its upper limit switch, or the wire is broken"),
+    (r"a drive reports a fault", ("drive_fault",), OPEN["drive_fault"]),
+    (r"lower limit switch", ("limit_low",), OPEN["limit_low"]),
+    (r"upper limit switch", ("limit_high",), OPEN["limit_high"]),
     (r"On the limit switch of", ("limit_low", "limit_high"),
      "open: both ends of an axis at once; a common wire is broken, or the switches have no supply"),
-    (r"the fluid is below", ("fluid_low",), "open: too little fluid, or its wire is broken"),
+    (r"the fluid is below", ("fluid_low",), OPEN["fluid_low"]),
     (r"coder of axis \w: phase A is silent", ("enc_a",), "phase A never changes: its wire is "
      "broken or stuck"),
     (r"coder of axis \w: phase B is silent", ("enc_b",), "phase B never changes: its wire is "

@@ -16,7 +16,7 @@ from constraints.board import Board
 from host.doctor import comparators, identity
 from host.doctor.complaints import Place, place, suspects, touched
 from host.doctor.examination import Examination, Finding, stopped
-from host.doctor.levels import BLOCKING, CODES, FULL, GUARDS, open_guards, resting
+from host.doctor.levels import BLOCKING, CLOSED, CODES, FULL, open_guards, resting
 from host.errors import UserError
 from host.link.link import RESET, HeldError, LinkError
 from host.link.port import Port
@@ -207,7 +207,7 @@ class Doctor(Examination):
         self._free = not locked and open_pads <= {"fluid_low"}
         if self._guards is None:
             return      # nobody has looked at the others
-        for pad, (meaning, _) in GUARDS.items():
+        for pad, meaning in CLOSED.items():
             if pad not in open_pads:
                 self.find(pad, True, meaning)
 
@@ -234,9 +234,7 @@ class Doctor(Examination):
         if not self._free:
             return
         before = len(self.said)
-        if self.board.arm_strapped:
-            self.find("arm", True, "this board needs no press")
-        elif "Armed" not in self.link.status():
+        if not self.board.arm_strapped and "Armed" not in self.link.status():
             self.say('Press the button "arm" at the machine now. The contactor closes; nothing '
                      "discharges.")
         end = self.port.time_s() + self.wait_s
@@ -251,8 +249,8 @@ class Doctor(Examination):
                 return
             self.listen(0.1)
         else:
-            if not self.board.arm_strapped:
-                self.find("arm", True, "a press came")
+            self.find("arm", True, "this board needs no press" if self.board.arm_strapped else
+                      "a press came")
         # The contactor gives the power supply its voltage: a gate that is on shows only now.
         self.listen(SETTLED_S)
         if not self._quiet("at rest, armed", self.since(before)):

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from constraints.board import Board
-from host.doctor.complaints import Place, place
+from host.doctor.complaints import OPEN, Place, place
 from softcore.safetymap import SAFETY
 
-__all__ = ["BLOCKING", "CODES", "FULL", "GUARDS", "Build", "Inputs", "open_guards", "resting"]
+__all__ = ["BLOCKING", "CLOSED", "CODES", "FULL", "Build", "Inputs", "open_guards", "resting"]
 
 FULL = 1024         # full scale of a comparator's level
 CODES = 4096        # codes of the converter
@@ -24,18 +24,13 @@ FIELDS = next(register for register in SAFETY.registers if register.name == "inp
 SOURCES = ("gap_on", "gap_sense")
 CONVERTER = ("adc_select", "adc_clock", "adc_command", "adc_data")
 
-# Guards whose input is active when their wire is broken: what an inactive and an active one mean.
-GUARDS = {
-    "estop": ("closed: no emergency stop",
-              "open: the emergency stop is pressed, or its wire is broken"),
-    "drive_fault": ("closed: no drive reports a fault",
-                    "open: the drive reports a fault or is off, or its wire is broken"),
-    "limit_low": ("closed: no axis is on its lower limit switch",
-                  "open: the axis stands on its lower limit switch, or the wire is broken"),
-    "limit_high": ("closed: no axis is on its upper limit switch",
-                   "open: the axis stands on its upper limit switch, or the wire is broken"),
-    "fluid_low": ("closed: the fluid is at its level",
-                  "open: too little fluid, or its wire is broken"),
+# What a guard means that is not open.
+CLOSED = {
+    "estop": "closed: no emergency stop",
+    "drive_fault": "closed: no drive reports a fault",
+    "limit_low": "closed: no axis is on its lower limit switch",
+    "limit_high": "closed: no axis is on its upper limit switch",
+    "fluid_low": "closed: the fluid is at its level",
 }
 
 
@@ -90,7 +85,7 @@ def _bits(word: int) -> list[int]:
 
 def open_guards(board: Board, inputs: Inputs) -> Iterator[tuple[str, Place]]:
     """Meaning and wire of every guard that is open."""
-    for pad, (_, meaning) in GUARDS.items():
+    for pad, meaning in OPEN.items():
         for bit in _bits(inputs.levels[pad]):
             yield meaning, place(board, pad, bit)
 
