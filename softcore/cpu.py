@@ -10,6 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["BusSignature", "VexRiscv"]
 
+# What a compressed instruction that does not exist becomes: as the package has it, and as we do.
+OPEN = "IBusCachedPlugin_decompressor_decompressed = 32'b" + 32 * "x" + ";"
+ILLEGAL = OPEN.replace("x", "0")
+
 
 class BusSignature(wiring.Signature):
     """Initiator's side of Wishbone B4 with 32-bit words. ``ack`` ends each access.
@@ -46,10 +50,23 @@ class VexRiscv(wiring.Component):
     interrupt: In(2)
 
     @staticmethod
-    def source() -> Path:
-        """Path of the core's Verilog."""
+    def verilog() -> str:
+        """Text of the core's Verilog, in which every instruction that does not exist is illegal.
+
+        The package leaves open what a compressed one becomes (``'bx``). In simulation that is 0,
+        which is illegal, and trapped. Synthesis takes what costs least instead: on a board the core
+        would obey an instruction that nobody has written.
+
+        Raises
+        ------
+        ValueError
+            If the package has other text there.
+        """
         package = find_spec("pythondata_cpu_vexriscv").submodule_search_locations[0]
-        return Path(package) / "verilog" / "VexRiscv_IMAC.v"
+        text = (Path(package) / "verilog" / "VexRiscv_IMAC.v").read_text()
+        if text.count(OPEN) != 1:
+            raise ValueError("the processor's package has another decompressor than is known")
+        return text.replace(OPEN, ILLEGAL)
 
     def elaborate(self, platform):
         m = Module()
@@ -74,6 +91,6 @@ class VexRiscv(wiring.Component):
             i_externalResetVector=C(0, 32), i_timerInterrupt=0, i_softwareInterrupt=0,
             i_externalInterruptArray=Cat(self.interrupt, C(0, 30)), **ports)
         if platform is not None and hasattr(platform, "add_file"):
-            platform.add_file("VexRiscv.v", self.source().read_text())
+            platform.add_file("VexRiscv.v", self.verilog())
 
         return m

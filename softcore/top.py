@@ -143,7 +143,7 @@ def simulation_verilog(clock_hz: int, **options) -> list[str]:
     """
     top, outside = simulated(clock_hz, **options)
     text = verilog.convert(top, name="gapkeeper", ports=outside, emit_src=False)
-    return [text, VexRiscv.source().read_text(), GATE]
+    return [text, VexRiscv.verilog(), GATE]
 
 
 def simulation_netlist(clock_hz: int, **options) -> list[str]:
@@ -151,7 +151,7 @@ def simulation_netlist(clock_hz: int, **options) -> list[str]:
     top, outside = simulated(clock_hz, **options)
     text = rtlil.convert(top, name="gapkeeper", ports=outside, emit_src=False)
     ports = GATE.splitlines()[0]
-    return [text, VexRiscv.source().read_text(), f"{ports}\nendmodule\n"]
+    return [text, VexRiscv.verilog(), f"{ports}\nendmodule\n"]
 
 
 def main():

@@ -22,6 +22,7 @@ from softcore.build import BOARDS, SMALL_MEMORIES, STAT, SYNTHESIS, Cells, build
 from softcore.cpu import VexRiscv
 from softcore.top import simulated
 
+CORE = r"cell \VexRiscv"     # of a block that has the processor in it
 BUILD = Path(__file__).parents[2] / "build" / "budget"
 BOARD = BOARDS["ulx3s"]
 DEVICE = ["--45k", "--package", "CABGA381", "--speed", "6"]
@@ -81,7 +82,8 @@ def blocks(text: str) -> dict[str, str]:
 def _kept(what, text, measure):
     """Result of ``measure(folder)``, kept by content under ``build/budget``."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    key = f"{what}{DEVICE}{SYNTHESIS}{SMALL_MEMORIES}{text}"
+    core = VexRiscv.verilog() if CORE in text else ""
+    key = f"{what}{DEVICE}{SYNTHESIS}{SMALL_MEMORIES}{core}{text}"
     name = hashlib.sha256(key.encode()).hexdigest()[:20]
     kept = BUILD / f"{name}.json"
     if not kept.exists():
@@ -95,9 +97,9 @@ def _kept(what, text, measure):
 
 def _synthesise(text, folder):
     core = memories = ""
-    if r"cell \VexRiscv" in text:
+    if CORE in text:
         core, memories = "read_verilog core.v\n", f"{SMALL_MEMORIES}\n"
-        (folder / "core.v").write_text(VexRiscv.source().read_text())
+        (folder / "core.v").write_text(VexRiscv.verilog())
     (folder / "block.il").write_text(text)
     (folder / "block.ys").write_text(
         f"{core}read_rtlil block.il\n{memories}synth_ecp5 {SYNTHESIS} -top block "
