@@ -4,6 +4,7 @@
 import gc
 import random
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ tools.use_packaged()
 BUILD = Path(__file__).parents[1] / "build"
 BEGAN = pytest.StashKey[float]()   # CPU seconds of the process when a test began
 SIM = pytest.StashKey[str]()       # simulator of a test
+SHARE = 5   # one in so many random cases is taken without --all-cases
 
 # Objects made between two searches for garbage, and searches of a younger generation before one of
 # an older. A design has hundreds of thousands of objects that live as long as it does: with
@@ -34,11 +36,13 @@ def pytest_addoption(parser):
     group.addoption("--sim", choices=["both", "cocotb", "amaranth"], default="both",
                     help="simulator of a block: cocotb on its Verilog, or Amaranth's own; both: "
                          "cocotb for the first parameters of each test, Amaranth's for the others")
+    group.addoption("--all-cases", action="store_true",
+                    help="random tests take all their cases, not a share of them")
     group.addoption("--waves", action="store_true", help="write waves under build/tests/<test>/")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark each test by its folder: quick, cosim, formal. Choose its simulator."""
+    """Mark each test by its folder, and those that count random cases. Choose its simulator."""
     met = set()
     for item in items:
         test = item.path, getattr(item, "originalname", item.name)
@@ -51,6 +55,8 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("quick")
         if marker := FOLDERS.get(place.parts[1]):
             item.add_marker(marker)
+        if "cases" in item.fixturenames:
+            item.add_marker("counted")
 
 
 def pytest_collection_finish():
@@ -129,6 +135,14 @@ def pytest_report_header(config):
 def rng(request) -> random.Random:
     """Random source of one test. It depends on the seed and on the test's own name only."""
     return random.Random(f"{request.config.getoption('seed')}/{request.node.nodeid}")
+
+
+@pytest.fixture
+def cases(request) -> Callable[[int], int]:
+    """Number of random cases to take of so many: a fifth of them; all in the soak."""
+    if request.config.getoption("all_cases"):
+        return lambda count: count
+    return lambda count: -(-count // SHARE)
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ SLOW = frozenset({
     "rtl/test_fluid", "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_removal",
     "rtl/test_retraction", "rtl/test_retraction_contact", "rtl/test_retraction_ramps",
     "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision",
-    "simulators/test_whole_tests", "softcore/test_contents_of_layouts"})
+    "simulators/test_whole_tests"})
 
 
 def is_quick(path: str) -> bool:

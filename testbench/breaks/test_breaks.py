@@ -14,6 +14,7 @@ from testbench.breaks.harness import ROOT, Break, Verdict, applied, run_whole, t
 from testbench.breaks.table import EQUIVALENT, SHORT, TABLE
 from testbench.breaks.witness import SAW, judge
 from testbench.quick import is_quick
+from testbench.some import some
 
 ALL = [*TABLE, *(one.what for one in EQUIVALENT)]
 FEWEST = 100
@@ -56,8 +57,8 @@ def test_most_are_seen_by_quick_tests():
     assert len(quickly) >= QUICKLY_AT_LEAST * len(ALL)
 
 
-@pytest.mark.parametrize("name", SHORT)
-def test_three_are_seen(name):
+@pytest.mark.parametrize("name", some(SHORT, *SHORT[1:]))
+def test_a_few_are_seen(name):
     (one,) = (one for one in TABLE if str(one) == name)
     verdict, said = try_break(one)
     assert verdict is Verdict.SEEN, said

@@ -16,6 +16,7 @@ import time
 import urllib.request
 import warnings
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -124,102 +125,126 @@ def depth_of(page):
     return float(shown.replace("\N{MINUS SIGN}", "-"))
 
 
-def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_watches(chromium):
-    from playwright.sync_api import expect
-    complaints = []
-    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
-        page = opened(chrome, url, complaints)
-        state = element(page, "state")
-        expect(state).to_have_text("Idle")
-        second = opened(chrome, url, complaints)
-        expect(element(second, "state")).to_have_text("Idle")
-        for name in ORDERS:     # nobody has the controls
-            expect(element(page, name)).to_be_disabled()
-        page.get_by_text("Take the controls").click()
-        for name in ORDERS:
-            expect(element(page, name)).to_be_enabled()
-            expect(element(second, name)).to_be_disabled()
-        expect(second.get_by_text("another one holds the controls")).to_be_visible()
-        expect(second.get_by_role("button", name="Take the controls")).to_be_disabled()
+@dataclass(frozen=True)
+class Shown:
+    """The panel of a small machine, and a browser that has met its first page."""
 
-        element(page, "run").click()
-        expect(page.locator(".q-notification")).to_contain_text("No tape is chosen.")
-        element(page, "arm").click()
-        expect(second.get_by_text("armed", exact=True)).to_be_visible()
-        element(page, "choose").fill("sink_servo")
-        page.get_by_role("option", name="sink_servo", exact=True).click()
-        expect(element(second, "tape")).to_contain_text("SINK SERVO")
-        element(page, "run").click()
-        expect(state).to_have_text("Run")
-        expect(element(second, "tape").locator(".now")).to_contain_text("G01 Z-0.25")
+    url: str
+    chrome: object
+    complaints: list
+    wall_s: float       # from the command to the first picture
+    work_s: float       # CPU seconds of the panel until then
 
-        element(page, "hold").click()
-        expect(state).to_have_text("Hold:0")
-        expect(element(second, "state")).to_have_text("Hold:0")
-        place = depth_of(page)
-        second.wait_for_timeout(1000)
-        assert depth_of(second) == pytest.approx(place, abs=2e-4)
-
-        # A page that watches can touch nothing, even if its buttons are made to work.
-        second.evaluate("""() => {
-            jogStart("Z", 1);
-            for (const button of document.querySelectorAll("button")) button.disabled = false;
-        }""")
-        element(second, "resume").dispatch_event("click")
-        second.wait_for_timeout(1000)
-        expect(state).to_have_text("Hold:0")
-        assert depth_of(second) == pytest.approx(place, abs=2e-4)
-
-        element(page, "resume").click()
-        expect(state).to_have_text("Run")
-        element(page, "retract").click()
-        second.get_by_role("tab", name="Record").click()
-        expect(element(second, "record")).to_contain_text("Retraction: the operator's order.")
-        element(page, "stop").click()
-        expect(state).to_have_text(re.compile("Alarm|Idle"))
-        expect(element(second, "state")).to_have_text(re.compile("Alarm|Idle"))
-    assert not complaints
+    def open(self):
+        """Open a further page, which adds its own complaints."""
+        return opened(self.chrome, self.url, self.complaints)
 
 
-def test_the_first_picture_comes_soon_and_a_page_that_is_closed_lets_go_of_the_controls(chromium):
+@pytest.fixture(scope="module")
+def shown(chromium):
+    """One panel and one browser for all tests here: each takes ten seconds to start."""
     from playwright.sync_api import expect
     complaints, began = [], time.monotonic()
     with served("--machine", "small") as (url, process), browser(chromium) as chrome:
         page = opened(chrome, url, complaints)
         expect(element(page, "state")).to_be_visible()
-        wall_s = time.monotonic() - began
-        print(f"first picture after {wall_s:.1f} s, {cpu_s(process):.1f} s of them at work")
-        assert min(wall_s, cpu_s(process)) < FIRST_S    # others may be at work on this computer
+        wall_s, work_s = time.monotonic() - began, cpu_s(process)
         expect(element(page, "state")).to_have_text("Idle")
-        second = opened(chrome, url, complaints)
-        expect(second.get_by_role("button", name="Take the controls")).to_be_enabled()
-        page.get_by_text("Take the controls").click()
-        expect(second.get_by_role("button", name="Take the controls")).to_be_disabled()
         page.close()
-        second.get_by_text("Take the controls").click()
-        expect(element(second, "hold")).to_be_enabled()
+        yield Shown(url, chrome, complaints, wall_s, work_s)
     assert not complaints
 
 
-def test_the_work_is_touched_and_the_gap_recorded_from_the_page(chromium):
+def test_the_first_picture_comes_soon(shown):
+    print(f"first picture after {shown.wall_s:.1f} s, {shown.work_s:.1f} s of them at work")
+    # Others may be at work on this computer.
+    assert min(shown.wall_s, shown.work_s) < FIRST_S
+
+
+def test_a_page_that_is_closed_lets_go_of_the_controls(shown):
     from playwright.sync_api import expect
-    complaints = []
-    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
-        page = opened(chrome, url, complaints)
-        expect(element(page, "state")).to_have_text("Idle")
-        page.get_by_role("tab", name="Touch").click()
-        expect(element(page, "touch")).to_be_disabled()     # nobody has the controls
-        page.get_by_role("tab", name="Gap").click()
-        expect(element(page, "scope-single")).to_be_disabled()
-        page.get_by_text("Take the controls").click()
-        element(page, "scope-single").click()
-        expect(element(page, "scope-state")).to_contain_text("Armed")
-        page.get_by_role("tab", name="Touch").click()
-        element(page, "touch").click()
-        # The surface is 0.1 mm below; the offset of the contact is not calibrated.
-        expect(page.get_by_text(re.compile(r"Edge found: Z -0\.(09[5-9]|10)"))).to_be_visible()
-        page.get_by_role("tab", name="Gap").click()     # contact is a short: it has triggered
-        expect(element(page, "scope-facts")).to_contain_text("number 1")
-        expect(element(page, "scope-facts")).to_contain_text("sensed short")
-        page.close()
-    assert not complaints
+    page, second = shown.open(), shown.open()
+    expect(second.get_by_role("button", name="Take the controls")).to_be_enabled()
+    page.get_by_text("Take the controls").click()
+    expect(second.get_by_role("button", name="Take the controls")).to_be_disabled()
+    page.close()
+    second.get_by_text("Take the controls").click()
+    expect(element(second, "hold")).to_be_enabled()
+    second.close()
+
+
+def test_the_work_is_touched_and_the_gap_recorded_from_the_page(shown):
+    from playwright.sync_api import expect
+    page = shown.open()
+    expect(element(page, "state")).to_have_text("Idle")
+    page.get_by_role("tab", name="Touch").click()
+    expect(element(page, "touch")).to_be_disabled()     # nobody has the controls
+    page.get_by_role("tab", name="Gap").click()
+    expect(element(page, "scope-single")).to_be_disabled()
+    page.get_by_text("Take the controls").click()
+    element(page, "scope-single").click()
+    expect(element(page, "scope-state")).to_contain_text("Armed")
+    page.get_by_role("tab", name="Touch").click()
+    element(page, "touch").click()
+    # The surface is 0.1 mm below; the offset of the contact is not calibrated.
+    expect(page.get_by_text(re.compile(r"Edge found: Z -0\.(09[5-9]|10)"))).to_be_visible()
+    page.get_by_role("tab", name="Gap").click()     # contact is a short: it has triggered
+    expect(element(page, "scope-facts")).to_contain_text("number 1")
+    expect(element(page, "scope-facts")).to_contain_text("sensed short")
+    page.close()
+
+
+def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_watches(shown):
+    from playwright.sync_api import expect
+    page = shown.open()
+    state = element(page, "state")
+    expect(state).to_have_text("Idle")
+    second = shown.open()
+    expect(element(second, "state")).to_have_text("Idle")
+    for name in ORDERS:     # nobody has the controls
+        expect(element(page, name)).to_be_disabled()
+    page.get_by_text("Take the controls").click()
+    for name in ORDERS:
+        expect(element(page, name)).to_be_enabled()
+        expect(element(second, name)).to_be_disabled()
+    expect(second.get_by_text("another one holds the controls")).to_be_visible()
+    expect(second.get_by_role("button", name="Take the controls")).to_be_disabled()
+
+    element(page, "run").click()
+    expect(page.locator(".q-notification")).to_contain_text("No tape is chosen.")
+    element(page, "arm").click()
+    expect(second.get_by_text("armed", exact=True)).to_be_visible()
+    element(page, "choose").fill("sink_servo")
+    page.get_by_role("option", name="sink_servo", exact=True).click()
+    expect(element(second, "tape")).to_contain_text("SINK SERVO")
+    element(page, "run").click()
+    expect(state).to_have_text("Run")
+    expect(element(second, "tape").locator(".now")).to_contain_text("G01 Z-0.25")
+
+    element(page, "hold").click()
+    expect(state).to_have_text("Hold:0")
+    expect(element(second, "state")).to_have_text("Hold:0")
+    place = depth_of(page)
+    second.wait_for_timeout(1000)
+    assert depth_of(second) == pytest.approx(place, abs=2e-4)
+
+    # A page that watches can touch nothing, even if its buttons are made to work.
+    second.evaluate("""() => {
+        jogStart("Z", 1);
+        for (const button of document.querySelectorAll("button")) button.disabled = false;
+    }""")
+    element(second, "resume").dispatch_event("click")
+    second.wait_for_timeout(1000)
+    expect(state).to_have_text("Hold:0")
+    assert depth_of(second) == pytest.approx(place, abs=2e-4)
+
+    element(page, "resume").click()
+    expect(state).to_have_text("Run")
+    element(page, "retract").click()
+    second.get_by_role("tab", name="Record").click()
+    expect(element(second, "record")).to_contain_text("Retraction: the operator's order.")
+    element(page, "stop").click()
+    expect(state).to_have_text(re.compile("Alarm|Idle"))
+    expect(element(second, "state")).to_have_text(re.compile("Alarm|Idle"))
+    page.close()
+    second.close()

@@ -12,7 +12,8 @@ from host.machines import machine as machines
 from host.run import simulation
 from softcore.tables.settings import SETTINGS
 from testbench.live import serving
-from testbench.senders import RESET, STYLES, Candle, Cncjs
+from testbench.senders import RESET, STYLES, Bcnc, Candle, Cncjs
+from testbench.some import some
 
 SINKER = machines.load("sinker")
 NEAR_MM = 0.0005
@@ -65,7 +66,7 @@ def prepare(sender):
     sender.errors.clear()
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", some(STYLES, Candle))
 def test_a_sender_connects_streams_stops_and_goes_on(style):
     with sending(style) as sender:
         prepare(sender)
@@ -85,7 +86,7 @@ def test_a_sender_connects_streams_stops_and_goes_on(style):
         assert sender.place == pytest.approx((place[0] - 1, *place[1:]), abs=NEAR_MM)
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", some(STYLES, Cncjs))
 def test_a_sender_jogs_there_and_ends_a_jog_on_the_way(style):
     with sending(style) as sender:
         prepare(sender)
@@ -101,7 +102,7 @@ def test_a_sender_jogs_there_and_ends_a_jog_on_the_way(style):
         assert sender.alarms == []
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", some(STYLES, Bcnc))
 def test_a_sender_understands_a_refusal_and_an_alarm(style):
     with sending(style) as sender:
         prepare(sender)

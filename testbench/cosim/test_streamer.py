@@ -21,7 +21,6 @@ from testbench.punch import TAPES
 
 SINKER = machines.load("sinker")
 PULSES_PER_MM = 10_000
-BLOCKS = 1000
 RADIUS_MM = 4.0
 COURSE_MM = 0.0015      # from the commanded course and from the end
 HELD_S = 0.2            # of the machine's time that the feed is held
@@ -156,19 +155,20 @@ def held(sender, machine):
     return since + SETTLED_S, until
 
 
-def test_a_contour_of_1000_blocks_with_a_hold_and_an_override_byte():
+@pytest.mark.parametrize("blocks", [250, pytest.param(1000, marks=pytest.mark.soak)])
+def test_a_contour_of_short_blocks_with_a_hold_and_an_override_byte(blocks):
     machine = start(trace=True)
     with sending(machine) as sender:
         assert_downloaded(sender)
         sender.prepare()
-        sender.begin(contour(BLOCKS))
-        sender.until(lambda: sender.counts["on_processed_command"] > BLOCKS // 4)
+        sender.begin(contour(blocks))
+        sender.until(lambda: sender.counts["on_processed_command"] > blocks // 4)
         sender.beside(bytes([FEED_DOWN]))
-        sender.until(lambda: sender.counts["on_processed_command"] > BLOCKS // 2)
+        sender.until(lambda: sender.counts["on_processed_command"] > blocks // 2)
         since, until = held(sender, machine)
         sender.until(lambda: sender.streamer.job_finished)
         sender.rest()
-        assert sender.counts["on_processed_command"] == sender.streamer.buffer_size > BLOCKS
+        assert sender.counts["on_processed_command"] == sender.streamer.buffer_size > blocks
         assert sender.streamer.cmpos == pytest.approx((RADIUS_MM, -RADIUS_MM, 1), abs=COURSE_MM)
     trace = machine.trace()
     machine.close()

@@ -140,10 +140,10 @@ SIZES = [(1, 32, 400), (32, 100, 300), (100, 400, 150), (400, 3000, 40)]
 
 @pytest.mark.parametrize("spiral", [False, True], ids=["circle", "spiral"])
 @pytest.mark.parametrize(("least", "most", "count"), SIZES)
-def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, least, most, count, spiral):
+def test_every_pulse_is_within_half_a_pulse_of_the_curve(rng, cases, least, most, count, spiral):
     """Both ways, to the last bit of a slot's words; single steps, and no axis turns round."""
     worst = 0
-    for _ in range(count):
+    for _ in range(cases(count)):
         third = rng.choice([0, 0, rng.randint(-30, 30), rng.randint(-3000, 3000)])
         job = Job(**random_arc(rng, least, most, spiral=spiral), third=third)
         for index, before, start, piece in job.pieces():
@@ -171,9 +171,9 @@ def strong_spiral(rng, least, most):
             return {"delta": delta, "centre": centre}
 
 
-def test_a_spiral_leaves_half_a_pulse_by_no_more_than_rounding(rng):
+def test_a_spiral_leaves_half_a_pulse_by_no_more_than_rounding(rng, cases):
     """By the words of its pieces, wherever the places may lie."""
-    for _ in range(250):
+    for _ in range(cases(250)):
         job = Job(**strong_spiral(rng, 32, 300))
         turn = job.curve.sweep / job.arc.length
         for index, before, start, piece in job.pieces():
@@ -182,9 +182,9 @@ def test_a_spiral_leaves_half_a_pulse_by_no_more_than_rounding(rng):
             assert bound <= HALF + LEANING, f"{job.said} piece {index}: {bound}"
 
 
-def test_large_arcs_by_pieces(rng):
+def test_large_arcs_by_pieces(rng, cases):
     """Of a large one the ends of all pieces are checked, and a few short pieces walked."""
-    for _ in range(60):
+    for _ in range(cases(60)):
         job = Job(**random_arc(rng, 3000, LARGEST, spiral=rng.random() < 0.5))
         near = 0
         for index, before, start, piece in job.pieces():
@@ -240,10 +240,10 @@ def speed_off(job):
 
 
 @pytest.mark.parametrize(("least", "most", "count"), [(40, 1_000_000, 150), (64, 400, 60)])
-def test_speed_along_the_arc_is_true(rng, least, most, count):
+def test_speed_along_the_arc_is_true(rng, cases, least, most, count):
     """Over 100 path pulses the way along the arc is 100 pulses to 1 %."""
     worst = 0
-    for _ in range(count):
+    for _ in range(cases(count)):
         job = Job(**random_arc(rng, least, most, spiral=rng.random() < 0.3))
         off = speed_off(job)
         worst = max(worst, off)
@@ -262,9 +262,9 @@ def test_speed_where_path_lengths_are_halves(delta, centre, ccw):
     assert speed_off(Job(delta, centre, ccw=ccw)) <= 1.0
 
 
-def test_pieces_do_not_depend_on_the_order_of_asking(rng):
+def test_pieces_do_not_depend_on_the_order_of_asking(rng, cases):
     """The way back regenerates the very pieces of the way forward."""
-    for _ in range(30):
+    for _ in range(cases(30)):
         move = random_arc(rng, 1, 100_000, spiral=True)
         forward = Job(**move).arc
         pieces = [forward.piece(index) for index in range(forward.pieces)]
@@ -294,8 +294,8 @@ def test_smallest_and_largest(delta, centre, ccw, third):
             check_walk(job, index, before, start, piece)
 
 
-def test_helix_spreads_its_third_axis_evenly(rng):
-    for _ in range(50):
+def test_helix_spreads_its_third_axis_evenly(rng, cases):
+    for _ in range(cases(50)):
         third = rng.choice([-1, 1]) * rng.randint(1, 100_000)
         job = Job(**random_arc(rng, 20, 10_000, spiral=False), third=third)
         assert job.arc.length >= abs(third)
@@ -312,9 +312,9 @@ def test_helix_spreads_its_third_axis_evenly(rng):
 TANGENT = 4
 
 
-def test_tangents_are_those_of_the_ends(rng):
+def test_tangents_are_those_of_the_ends(rng, cases):
     """Also of arcs of a few pulses, whose length has no more bits than those behind the point."""
-    for _ in range(300):
+    for _ in range(cases(300)):
         third = rng.choice([0, rng.randint(-12, 12), rng.randint(-1000, 1000)])
         least, most = rng.choice([(16, 200), (16, 100_000)])
         job = Job(**random_arc(rng, least, most, spiral=True), third=third)

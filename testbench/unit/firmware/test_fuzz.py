@@ -27,22 +27,22 @@ def run(*arguments):
                           capture_output=True, text=True, check=False)
 
 
-def test_damaged_tapes_under_the_undefined_behaviour_sanitizer(request):
-    seed = str(request.config.getoption("--seed"))
-    assert fuzzed(run("--sanitize", "undefined", "--cases", "1500", "--seed", seed)) == 1500
+def test_damaged_tapes_under_the_undefined_behaviour_sanitizer(request, cases):
+    seed, count = str(request.config.getoption("--seed")), cases(1500)
+    assert fuzzed(run("--sanitize", "undefined", "--cases", str(count), "--seed", seed)) == count
 
 
-def test_grown_tapes_find_new_ways_through_the_code(request):
-    seed = str(request.config.getoption("--seed"))
-    done = run("--sanitize", "coverage", "--cases", "1500", "--seed", seed)
-    assert fuzzed(done) == 1500
+def test_grown_tapes_find_new_ways_through_the_code(request, cases):
+    seed, count = str(request.config.getoption("--seed")), cases(1500)
+    done = run("--sanitize", "coverage", "--cases", str(count), "--seed", seed)
+    assert fuzzed(done) == count
     assert int(done.stdout.split()[2]) > 20, "nothing was kept: the coverage does not count"
 
 
 @pytest.mark.skipif(address_runtime() is None, reason="the compiler has no address sanitizer")
-def test_damaged_tapes_under_the_address_sanitizer(request):
-    seed = str(request.config.getoption("--seed"))
-    assert fuzzed(under_address_sanitizer(["--cases", "750", "--seed", seed])) == 750
+def test_damaged_tapes_under_the_address_sanitizer(request, cases):
+    seed, count = str(request.config.getoption("--seed")), cases(750)
+    assert fuzzed(under_address_sanitizer(["--cases", str(count), "--seed", seed])) == count
 
 
 def test_a_planted_violation_ends_the_process():

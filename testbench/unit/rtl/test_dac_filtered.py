@@ -34,14 +34,12 @@ def pulses(modulator, magnitudes, clocks):
 
 def filtered(rows):
     """Behind the low pass, at the end of every clock of the last window."""
-    level, found = np.zeros(rows.shape[1]), np.empty((WINDOW, rows.shape[1]))
-    share = 1 - np.exp(-1 / FILTER)
-    first = len(rows) - WINDOW
-    for n, row in enumerate(rows):
-        level += share * (row - level)
-        if n >= first:
-            found[n - first] = level
-    return found
+    kept = np.exp(-1 / FILTER)      # of the level, from clock to clock
+    before, window = rows[:-WINDOW], rows[-WINDOW:]
+    level = (1 - kept) * (kept ** np.arange(len(before))[::-1] @ before)
+    clocks = np.arange(WINDOW)[:, np.newaxis]
+    within = (1 - kept) * np.cumsum(window * kept ** -clocks, axis=0)
+    return kept ** clocks * (kept * level + within)
 
 
 @pytest.mark.parametrize("modulator", ["sigma_delta", "pwm"])

@@ -6,6 +6,7 @@ import pytest
 from rtl.gap.feed_mode import FeedCalculator
 from testbench.models import feed_mode as model
 from testbench.simulators.benches import settle
+from testbench.some import some
 
 USUAL = {"rate": 1 << 24, "highest": 1 << 28, "gain": 1 << 22, "mean": 30_000, "reference": 20_000,
          "known": 1, "ratio": 4096}
@@ -84,7 +85,7 @@ def test_until_the_mode_is_reckoned_the_feed_is_the_rate(simulate, rng):
     simulate(dut, run)
 
 
-@pytest.mark.parametrize(("mean", "name"), [(30_000, "down"), (10_000, "up")])
+@pytest.mark.parametrize(("mean", "name"), some([(30_000, "down"), (10_000, "up")]))
 def test_steps_come_at_the_speed_of_the_mode(simulate, mean, name):
     dut = FeedCalculator()
     inputs = USUAL | {"mean": mean}

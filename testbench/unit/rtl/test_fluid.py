@@ -9,6 +9,7 @@ from rtl.gap.fluid import FluidDetector
 from testbench.models import fluid as model
 from testbench.refusal import refuses
 from testbench.simulators.benches import settle
+from testbench.some import some
 
 USUAL = model.Settings()
 EDGES = (0, 1, 2, 4093, 4094, 4095)
@@ -71,7 +72,7 @@ def any_settings(rng):
     return model.Settings((first, second, third), hysteresis, lowest, max(0, highest))
 
 
-@pytest.mark.parametrize("samples", [1, 2, 16])
+@pytest.mark.parametrize("samples", some([1, 2, 16]))
 def test_follows_the_model(simulate, rng, samples):
     bench = Bench(samples)
     seen = {name: set() for name in ("measured", "known", "broken_low", "broken_high",
@@ -134,7 +135,7 @@ def test_a_threshold_is_passed_by_the_hysteresis(simulate, number):
     simulate(bench.dut, run)
 
 
-@pytest.mark.parametrize("samples", [1, 16])
+@pytest.mark.parametrize("samples", some([1, 16]))
 @pytest.mark.parametrize("number", range(3))
 def test_noise_within_the_hysteresis_toggles_nothing(simulate, rng, samples, number):
     bench = Bench(samples)

@@ -9,6 +9,7 @@ from testbench.checkers.motion import Motion
 from testbench.checkers.motion_bench import ONE, Ordered, change
 from testbench.models.retraction import Gap
 from testbench.simulators.benches import settle
+from testbench.some import some
 
 SLOW = ONE // 400      # start/stop speed
 STEP = ONE // 40_000   # per 16 clocks
@@ -44,7 +45,8 @@ def watched(segments, *, axes=1, **options):
                         **options).start()
 
 
-@pytest.mark.parametrize(("rate", "slope"), [(ONE // 100, 3), (ONE // 100, -1), (ONE // 1000, -2)])
+@pytest.mark.parametrize(("rate", "slope"), some([
+    (ONE // 100, 3), (ONE // 100, -1), (ONE // 1000, -2)]))
 def test_feed_forward_goes_the_way_of_the_pulses(simulate, rate, slope):
     length = 100 if rate > SLOW else 20
     travel = [length, slope * length // 5]
@@ -95,7 +97,9 @@ def test_a_stop_takes_the_feed_forward_away_at_once(simulate):
     assert found == [0]
 
 
-@pytest.mark.parametrize("back", [(4 * SLOW, 5 * STEP), (SLOW // 2, 7 * STEP), (2 * SLOW, STEP)])
+@pytest.mark.parametrize("back", [
+    (4 * SLOW, 5 * STEP), *(pytest.param(ramp, marks=pytest.mark.soak) for ramp in (
+        (SLOW // 2, 7 * STEP), (2 * SLOW, STEP)))])
 def test_the_way_back_has_a_ramp_of_its_own(simulate, back):
     """And the way forward keeps its own, also after a way back."""
     dut, bench = watched([(300, ONE // 100, [300]), (700, ONE // 100, [700])], before=1, back=back)

@@ -403,6 +403,7 @@ def test_output_of_7_is_cleared_too(feed, changed):
     assert feed(("KKK", {}), ("K.", changed), shown=True) == ". . . . ."
 
 
+@pytest.mark.soak
 def test_longest_period():
     period = (1 << 24) - 1
     row = [0, 0, *(SETTINGS | dict(period=period)).values()]

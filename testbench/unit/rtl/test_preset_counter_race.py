@@ -9,6 +9,7 @@ import pytest
 from testbench.models.discriminator import DAME, OK, OPEN
 from testbench.models.preset_counter import ACCUMULATE, CONSECUTIVE
 from testbench.native.preset_counter import INPUTS, by_name, compiled
+from testbench.some import some
 
 # The second patent's presets of 5, 6 and 7, from the highest resistance of the fluid to the lowest.
 ROWS = [(3, 6, 14), (5, 5, 18), (8, 3, 22), (13, 2, 28)]
@@ -91,7 +92,7 @@ def raced(presets, shares, mode, seed):
     return up.sum() / STROBES, down.sum() / STROBES
 
 
-@pytest.mark.parametrize(("shares", "mode", "row", "known"), [
+@pytest.mark.parametrize(("shares", "mode", "row", "known"), some([
     # Known figures, UP of the crowded gap and DOWN of the stable one: by a simulation of unknown
     # length, so with an error of their own.
     (CROWDED, ACCUMULATE, 0, 0.87), (CROWDED, ACCUMULATE, 1, 0.83),
@@ -100,7 +101,7 @@ def raced(presets, shares, mode, seed):
     (CROWDED, CONSECUTIVE, 2, 0.30), (CROWDED, CONSECUTIVE, 3, 0.026),
     (STABLE, ACCUMULATE, 0, 0), (STABLE, ACCUMULATE, 1, 0.013),
     (STABLE, ACCUMULATE, 2, 0.19), (STABLE, ACCUMULATE, 3, 0.43),
-])
+], (CROWDED, ACCUMULATE, 0, 0.87), (CROWDED, CONSECUTIVE, 3, 0.026), (STABLE, ACCUMULATE, 3, 0.43)))
 def test_race(rng, shares, mode, row, known):
     race = Race(ROWS[row], shares, runs=mode == CONSECUTIVE)
     exact = [race.share(ends) for ends in (race.up, race.down)]

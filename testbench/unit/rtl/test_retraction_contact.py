@@ -25,9 +25,10 @@ from testbench.models.retraction import (
     START,
 )
 from testbench.simulators.benches import settle
+from testbench.some import some
 
 
-@pytest.mark.parametrize("start_rate", [START_RATE, ONE // 9, ONE // 6 + 12345], ids=hex)
+@pytest.mark.parametrize("start_rate", some([START_RATE, ONE // 9, ONE // 6 + 12345]), ids=hex)
 def test_contact_halts(simulate, rng, start_rate):
     """The last forward pulse comes at most 8 clocks after the sample; there is no retraction.
 

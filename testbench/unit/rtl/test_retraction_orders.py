@@ -29,6 +29,7 @@ from testbench.models.retraction import (
     STILL_LIMIT,
 )
 from testbench.simulators.benches import settle
+from testbench.some import some
 
 
 def test_halts_only_after_settling_in_position(simulate):
@@ -366,7 +367,7 @@ def test_an_order_in_the_clock_of_the_resume_is_obeyed(simulate):
     simulate(dut, run)
 
 
-@pytest.mark.parametrize("start_rate", [START_RATE, ONE // 9, ONE // 6 + 12345], ids=hex)
+@pytest.mark.parametrize("start_rate", some([START_RATE, ONE // 9, ONE // 6 + 12345]), ids=hex)
 def test_reaction(simulate, rng, start_rate):
     """Last forward pulse at most 8 clocks after the sample; reversed command at most 16."""
     feed = min(start_rate, ONE // 5)

@@ -13,6 +13,7 @@ import random
 import re
 from collections import Counter
 
+import pytest
 from amaranth import *
 from amaranth.back import rtlil
 
@@ -77,6 +78,7 @@ def half():
     return b"".join(word.to_bytes(4, "little") for word in words)
 
 
+@pytest.mark.soak
 def test_a_layout_is_equal_to_one_that_had_the_firmware_from_the_start(workdir):
     """Byte by byte. Constant columns and zeros change no cell, and none is left out."""
     image = random.Random(2).randbytes(SIZE - 100)
