@@ -74,7 +74,10 @@ def main(folder: Path = BUILD) -> None:
     parser.add_argument("boards", nargs="+", choices=BOARDS, metavar="BOARD")
     said = []
     for name in parser.parse_args().boards:
-        said += changes(name, json.loads((folder / name / MANIFEST).read_text(encoding="utf-8")))
+        manifest = folder / name / MANIFEST
+        said += (changes(name, json.loads(manifest.read_text(encoding="utf-8")))
+                 if manifest.exists() else
+                 [f"{name}: there is no layout to judge; gapkeeper build {name} makes it"])
     for sentence in said:
         print(sentence, file=sys.stderr)
     sys.exit(bool(said))

@@ -118,3 +118,12 @@ def test_the_command_fails_with_the_figures(workdir, monkeypatch, capsys):
             boards.main(workdir)
         assert end.value.code == status
     assert capsys.readouterr().err == f"{second}: luts 30000, budget 20000 (+50.0%)\n"
+
+
+def test_a_board_that_was_not_built_is_one_sentence(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["boards", NAMES[0]])
+    with pytest.raises(SystemExit) as end:
+        boards.main(tmp_path)
+    assert end.value.code == 1
+    assert capsys.readouterr().err == (
+        f"{NAMES[0]}: there is no layout to judge; gapkeeper build {NAMES[0]} makes it\n")
