@@ -46,8 +46,7 @@ boards: venv   ## lay out every board, two at a time, and judge its cells and cl
 	@$(PY) -m testbench.budget.boards $(BOARDS)
 
 soak: install  ## runs of minutes to hours (TESTS=)
-	@$(PY) -m pytest -m soak $(TESTS)
-	@$(PY) -m pytest -m "counted and not soak" --all-cases $(TESTS)
+	@$(PY) -m pytest -m "soak or counted" --all-cases $(TESTS)
 
 faults: install ## faults injected into the simulated machine; table and report, minutes (FAULTS=)
 	@$(PY) -m testbench.faults $(FAULTS)

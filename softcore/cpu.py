@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["BusSignature", "VexRiscv"]
 
-# What a compressed instruction that does not exist becomes: as the package has it, and as we do.
+# What a compressed instruction becomes that no case expands: as the package has it, and as we do.
 OPEN = "IBusCachedPlugin_decompressor_decompressed = 32'b" + 32 * "x" + ";"
 ILLEGAL = OPEN.replace("x", "0")
 
@@ -51,11 +51,15 @@ class VexRiscv(wiring.Component):
 
     @staticmethod
     def verilog() -> str:
-        """Text of the core's Verilog, in which every instruction that does not exist is illegal.
+        """Text of the core's Verilog. In it a compressed instruction of no known kind is illegal.
 
-        The package leaves open what a compressed one becomes (``'bx``). In simulation that is 0,
-        which is illegal, and trapped. Synthesis takes what costs least instead: on a board the core
-        would obey an instruction that nobody has written.
+        The package leaves open what it becomes (``'bx``). In simulation that is 0, which is
+        illegal, and trapped. Synthesis takes what costs least instead: on a board the core would
+        obey an instruction that nobody has written.
+
+        Not mended: where ``sret``, which this core takes for legal, jumps to is open as well. And
+        some that do not exist are expanded to others, the same on a board as in simulation: 0x0000
+        to ``addi s0, sp, 0``.
 
         Raises
         ------

@@ -14,7 +14,8 @@ def some(values: Iterable, *always) -> list:
     Parameters
     ----------
     values : iterable
-        All values, of one argument or, as tuples, of several.
+        All values, of one argument or, as tuples, of several. An argument whose own values are
+        tuples cannot be shared so: pytest would take them for several.
     always : values
         Some of them; the first value if none is given.
 

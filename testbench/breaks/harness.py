@@ -154,6 +154,7 @@ def _pytest(tests, folder):
     witness = folder / "witness.txt"
     witness.touch()
     status, said = _run(["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "",
+                         "--all-cases",
                          "-p", "testbench.breaks.witness", "--witness", str(witness), *tests],
                         folder)
     return status, witness.read_text(encoding="utf-8").splitlines(), said

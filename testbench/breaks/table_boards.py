@@ -96,7 +96,7 @@ BOARDS = (
     *breaks_of(
         "softcore/cpu.py", "unit/softcore/test_cpu.py",
         ("return text.replace(OPEN, ILLEGAL)", "return text",
-         "an instruction that does not exist is illegal on a board too"),
+         "an instruction of no known kind is illegal on a board too"),
         ("if text.count(OPEN) != 1:", "if False:", "another decompressor is noticed"),
     ),
 )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor's Verilog: what it does with an instruction that does not exist is decided."""
+"""The processor's Verilog: what it does with an instruction of no known kind is decided."""
 
 import re
 
@@ -10,7 +10,7 @@ from softcore.cpu import VexRiscv
 from softcore.top import simulation_netlist
 
 
-def test_a_compressed_instruction_that_does_not_exist_becomes_zero_which_is_illegal():
+def test_a_compressed_instruction_of_no_known_kind_becomes_zero_which_is_illegal():
     """On a board, too. `cosim/test_synthesised.py` holds every pin of the cells to that."""
     text = VexRiscv.verilog()
     expanded = re.findall(r"IBusCachedPlugin_decompressor_decompressed = (.*);", text)
