@@ -45,7 +45,7 @@ class BoardBudget:
 BUDGETS: dict[str, BoardBudget] = {
     "ulx3s": BoardBudget(luts=25_726, ff=13_017, bram=151, dsp=4, mhz=45.5),
     "ulx3s_45f": BoardBudget(luts=25_744, ff=13_018, bram=107, dsp=4, mhz=43.7),
-    "colorlight_i9": BoardBudget(luts=25_756, ff=13_018, bram=107, dsp=4, mhz=50.3),
+    "colorlight_i9": BoardBudget(luts=25_769, ff=13_018, bram=107, dsp=4, mhz=53.0),
 }
 
 
