@@ -10,9 +10,16 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["BusSignature", "VexRiscv"]
 
-# What a compressed instruction becomes that no case expands: as the package has it, and as we do.
-OPEN = "IBusCachedPlugin_decompressor_decompressed = 32'b" + 32 * "x" + ";"
-ILLEGAL = OPEN.replace("x", "0")
+# What the package leaves open (``'bx``), and what we make of it. Simulated, open bits are 0;
+# synthesis takes what costs least.
+DECIDED = (
+    # A compressed instruction that no case expands becomes 0, which is illegal.
+    ("IBusCachedPlugin_decompressor_decompressed = 32'b" + 32 * "x" + ";",
+     "IBusCachedPlugin_decompressor_decompressed = 32'b" + 32 * "0" + ";"),
+    # Of mret and sret, both legal, only mret has a place to jump to. sret becomes illegal.
+    ("(decode_INSTRUCTION & 32'hdfffffff) == 32'h10200073",
+     "(decode_INSTRUCTION & 32'hffffffff) == 32'h30200073"),
+)
 
 
 class BusSignature(wiring.Signature):
@@ -51,15 +58,13 @@ class VexRiscv(wiring.Component):
 
     @staticmethod
     def verilog() -> str:
-        """Text of the core's Verilog. In it a compressed instruction of no known kind is illegal.
+        """Text of the core's Verilog, in which every instruction of no known kind is illegal.
 
-        The package leaves open what it becomes (``'bx``). In simulation that is 0, which is
-        illegal, and trapped. Synthesis takes what costs least instead: on a board the core would
-        obey an instruction that nobody has written.
+        The package leaves open what some do. Simulated, they are trapped or jump to address 0. On
+        a board the core would obey what nobody has written.
 
-        Not mended: where ``sret``, which this core takes for legal, jumps to is open as well. And
-        some that do not exist are expanded to others, the same on a board as in simulation: 0x0000
-        to ``addi s0, sp, 0``.
+        Not mended: some compressed instructions that do not exist are expanded to others, the same
+        on a board as in simulation: 0x0000 to ``addi s0, sp, 0``.
 
         Raises
         ------
@@ -68,9 +73,11 @@ class VexRiscv(wiring.Component):
         """
         package = find_spec("pythondata_cpu_vexriscv").submodule_search_locations[0]
         text = (Path(package) / "verilog" / "VexRiscv_IMAC.v").read_text()
-        if text.count(OPEN) != 1:
-            raise ValueError("the processor's package has another decompressor than is known")
-        return text.replace(OPEN, ILLEGAL)
+        for package_has, gapkeeper_has in DECIDED:
+            if text.count(package_has) != 1:
+                raise ValueError(f"the processor's package has no longer: {package_has}")
+            text = text.replace(package_has, gapkeeper_has)
+        return text
 
     def elaborate(self, platform):
         m = Module()
