@@ -43,9 +43,9 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-    "ulx3s": BoardBudget(luts=25_726, ff=13_017, bram=151, dsp=4, mhz=45.5),
-    "ulx3s_45f": BoardBudget(luts=25_744, ff=13_018, bram=107, dsp=4, mhz=43.7),
-    "colorlight_i9": BoardBudget(luts=25_769, ff=13_018, bram=107, dsp=4, mhz=53.0),
+    "ulx3s": BoardBudget(luts=25_717, ff=13_017, bram=151, dsp=4, mhz=47.9),
+    "ulx3s_45f": BoardBudget(luts=25_765, ff=13_018, bram=107, dsp=4, mhz=51.8),
+    "colorlight_i9": BoardBudget(luts=25_748, ff=13_018, bram=107, dsp=4, mhz=51.6),
 }
 
 
