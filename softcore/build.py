@@ -34,8 +34,8 @@ from softcore.tools import BuildError, run_tool
 from softcore.top import Top, digest
 
 __all__ = ["BOARDS", "LINK_BAUD", "MANIFEST", "SMALL_MEMORIES", "STAT", "SYNTHESIS", "Bitstream",
-           "BuildError", "Cells", "build", "controller_options", "lay_out", "manifest", "missed",
-           "pin_list", "plan", "run_tool"]
+           "BuildError", "Cells", "build", "controller_options", "gateware_digest", "lay_out",
+           "manifest", "missed", "pin_list", "plan", "run_tool"]
 
 BUILD = Path(__file__).parents[1] / "build" / "boards"
 MANIFEST = "manifest.json"
@@ -197,12 +197,26 @@ def controller_options(board: Board, platform: Platform) -> dict:
     }
 
 
+def gateware_digest(board: Board) -> str:
+    """Digest of a board's gateware, in hexadecimal: of its sources, board, pins and options.
+
+    A bitstream for other pins is another one, though it has the same sources. The controller tells
+    the first 32 bits (``$INPUTS``).
+    """
+    platform = board.platform()
+    made_of = [board.name, board.clock_hz, board.memory_size, board.memory_banks,
+               sorted(controller_options(board, platform).items()),
+               sorted(platform.resources.items(), key=lambda item: item[0]),
+               sorted(platform.connectors.items())]
+    return _sha256(f"{digest()} {made_of}".encode())
+
+
 def plan(board: Board) -> BuildPlan:
     """Prepare everything that the tools need for a board's layout, which is without firmware."""
     platform = board.platform()
     soc = Soc(clock_hz=board.clock_hz, link_divisor=board.clock_hz // LINK_BAUD,
               memory_size=board.memory_size, memory_banks=board.memory_banks,
-              image=placeholder(board.memory_size), build=int(digest()[:8], 16),
+              image=placeholder(board.memory_size), build=int(gateware_digest(board)[:8], 16),
               journal=board.flash.journal,
               **controller_options(board, platform))
     # Without source locations: they would make the digest depend on the place of this folder.
@@ -283,12 +297,12 @@ def manifest(board: Board, planned: BuildPlan, image: bytes, made: Bitstream,
              bits: bytes) -> dict[str, Any]:
     """What a bitstream was made of: the same for the same sources, at any place and time.
 
-    ``build`` is the register that tells the gateware's sources apart.
+    ``build`` is the register that tells the gateware apart (``gateware_digest``).
     """
     return {
         "board": board.name,
-        "build": digest()[:8],
-        "gateware_sha256": digest(),
+        "build": gateware_digest(board)[:8],
+        "gateware_sha256": gateware_digest(board),
         "firmware_sha256": _sha256(image),
         "plan": made.digest,
         "pin_list_sha256": _sha256(pin_list(planned).encode()),

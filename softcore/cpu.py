@@ -58,13 +58,14 @@ class VexRiscv(wiring.Component):
 
     @staticmethod
     def verilog() -> str:
-        """Text of the core's Verilog, in which every instruction of no known kind is illegal.
+        """Text of the core's Verilog, in which nothing that an instruction does is left open.
 
-        The package leaves open what some do. Simulated, they are trapped or jump to address 0. On
-        a board the core would obey what nobody has written.
+        The package leaves it open for some that do not exist. Simulated, they are trapped or jump
+        to address 0. On a board the core would obey what nobody has written. Here they are illegal.
 
-        Not mended: some compressed instructions that do not exist are expanded to others, the same
-        on a board as in simulation: 0x0000 to ``addi s0, sp, 0``.
+        Not mended: some that do not exist are taken for others, the same on a board as in
+        simulation: 0x0000 for ``addi s0, sp, 0``, ``lwu`` for a load, and ``slli``, ``srli`` and
+        ``srai`` by more than 31 for shifts.
 
         Raises
         ------

@@ -37,7 +37,7 @@ def is_kept(length: int) -> bool:
 
 
 def digest() -> str:
-    """Digest of every gateware source, in hexadecimal."""
+    """Digest of every gateware source, in hexadecimal; pins and board have no part in it."""
     total = hashlib.sha256()
     for top in ("rtl", "softcore"):
         for path in sorted((ROOT / top).rglob("*.py")):

@@ -18,7 +18,7 @@ from host.doctor.levels import CODES, FULL
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import Record
 
-__all__ = ["LOWEST", "Seen", "judged", "levels_around", "seen", "sweep"]
+__all__ = ["LOWEST", "Seen", "apart", "judged", "levels_around", "seen", "sweep"]
 
 SWEPT_MM = 0.05     # way of the axis for each level, there and back
 FEED = 6            # mm/min: half a second
@@ -33,7 +33,7 @@ SHARES = (0.3, 0.5, 0.75, 1.33, 2.0)    # of the converter's reading: the levels
 
 @dataclass(frozen=True)
 class Seen:
-    """Sensing pulses with both comparators at ``level``, 1/1024 of full scale.
+    """Sensing pulses with comparators at ``level``, 1/1024 of full scale.
 
     ``voltage`` is the converter's greatest sample, in the same unit, None without a sample.
     ``high`` and ``arc`` are the comparators' levels at the pulses' ends.
@@ -63,6 +63,18 @@ def levels_around(first: Seen) -> list[int]:
     if first.voltage is None or first.voltage < LOWEST:
         return list(LADDER)
     return [min(FULL - 1, max(1, round(share * first.voltage))) for share in SHARES]
+
+
+def apart(board: Board, ways: Sequence[tuple[bool, Seen]]) -> list[Place]:
+    """Suspect wires if the two levels are not each at its own comparator.
+
+    ``ways`` has what was seen with one level below and the other above the voltage: true if that
+    of ``gap_high`` was below. With equal levels, wires that are exchanged look sound.
+    """
+    if all(one.high is open_below and one.arc is open_below for open_below, one in ways):
+        return []
+    return [place(board, pad, bit) for pad, bit in (
+        ("gap_high", 0), ("gap_arc", 0), ("gap_reference", 0), ("gap_reference", 1))]
 
 
 def _percent(level: float) -> str:
@@ -114,26 +126,35 @@ def sweep(doctor: Examination, name: str) -> list[str]:
                     "which the sweep needs")
         return []
     before = len(doctor.said)
-    shown: list[Seen | None] = [_look(doctor, name, FULL - 1, 1)]
+    shown: list[Seen | None] = [_look(doctor, name, (FULL - 1, FULL - 1), 1)]
     levels = levels_around(shown[0]) if shown[0] else [FULL - 1]
     for number, level in enumerate(levels):
         if stopped(doctor.since(before)):
             return doctor.since(before)
-        shown.append(_look(doctor, name, level, -1 if number % 2 == 0 else 1))
+        shown.append(_look(doctor, name, (level, level), -1 if number % 2 == 0 else 1))
+    pairs = [(True, (levels[0], levels[-1]), 1), (False, (levels[-1], levels[0]), -1)]
+    ways = [(open_below, _look(doctor, name, pair, way)) for open_below, pair, way in pairs
+            if len(levels) > 1 and not stopped(doctor.since(before))]
     doctor.command("$LEVELS", refused=True)
     if stopped(doctor.since(before)):
         return doctor.since(before)
     whole = [one for one in shown[1:] if one]
-    if len(whole) == len(levels) > 1:
-        doctor.find("comparators", *judged(doctor.board, whole))
+    crossed = [(open_below, one) for open_below, one in ways if one]
+    if len(whole) == len(levels) > 1 and len(crossed) == len(ways):
+        sound, said, places = judged(doctor.board, whole)
+        if sound and (places := apart(doctor.board, crossed)):
+            sound, said = False, (said + "; with one level below the voltage and one above it they "
+                                  "are on the wrong sides: open level and arc level are exchanged, "
+                                  "at the references or at the comparators")
+        doctor.find("comparators", sound, said, places)
     else:
         doctor.find("comparators", None, "the oscilloscope saw no sensing pulse")
     return []
 
 
-def _look(doctor: Examination, name: str, level: int, way: int) -> Seen | None:
-    """What a record shows while the axis moves, with both levels there."""
-    doctor.command(f"$LEVELS={level},{level}", refused=True)
+def _look(doctor: Examination, name: str, levels: tuple[int, int], way: int) -> Seen | None:
+    """What a record shows while the axis moves; ``levels`` are of ``gap_high`` and ``gap_arc``."""
+    doctor.command(f"$LEVELS={levels[0]},{levels[1]}", refused=True)
     doctor.listen(TRIED_S)
     if stopped(doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}", refused=True)):
         return None
@@ -150,4 +171,4 @@ def _look(doctor: Examination, name: str, level: int, way: int) -> Seen | None:
         wanted.answered("ok")
     doctor.await_state("Idle", "Alarm", within_s=MOVED_S)
     doctor.listen(TRIED_S)
-    return None if wanted.record is None else seen(wanted.record, level)
+    return None if wanted.record is None else seen(wanted.record, levels[0])

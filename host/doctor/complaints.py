@@ -64,9 +64,9 @@ PLACES: tuple[tuple[str, tuple[str, ...], str], ...] = (
      "broken or stuck"),
     (r"coder of axis \w: both phases are silent", ("enc_a", "enc_b"), "neither phase changes: the "
      "coder's plug is off, or the drive does not move (enable, command)"),
-    (r"coder of axis \w: it counts (against|another)", ("enc_a", "enc_b"), "it counts the wrong "
-     "way: the phases are exchanged, or the command's sign, or the settings of the drives are not "
-     "entered (they come first: --machine)"),
+    (r"coder of axis \w: it counts (against|another)", ("enc_a", "enc_b", "dac_negative"),
+     "it counts the wrong way: the phases are exchanged, or the command's sign is broken, or the "
+     "settings of the drives are not entered (they come first: --machine)"),
     (r"coder of axis \w|an encoder made an illegal transition", ("enc_a", "enc_b"),
      "it does not show the motion: look at both phases and their ground"),
     (r"current or voltage with both sources off",

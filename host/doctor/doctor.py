@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 
 from constraints.board import Board
-from host.doctor import comparators, identity
+from host.doctor import comparators, guards, identity
 from host.doctor.complaints import Place, place, suspects, touched
 from host.doctor.examination import Examination, Finding, stopped
 from host.doctor.levels import BLOCKING, CLOSED, CODES, FULL, open_guards, resting
@@ -95,6 +95,7 @@ class Doctor(Examination):
                 self._settings()
                 identity.memory(self)
                 sound = self._levels()
+                guards.opened(self, self.wait_s)
                 self._inputs()
                 self._free = self._free and sound
                 self._rest()
@@ -188,15 +189,15 @@ class Doctor(Examination):
         said = self.command("$X", refused=True)
         told = suspects(self.board, said)
         accused = {wire for one in self.findings if one.ok is False for wire in one.places}
-        guards = dict(self._guards or {})
+        found_open = dict(self._guards or {})
         found = []
         for meaning, places in told:
-            if self._guards and any(one in guards for one in places):
+            if self._guards and any(one in found_open for one in places):
                 if len(places) == 1:    # it may know more: the third drive may be the wire's
-                    guards[places[0]] = meaning
+                    found_open[places[0]] = meaning
             elif not accused & set(places):     # else it says the same again, less exactly
                 found.append((meaning, places))
-        found += [(meaning, [one]) for one, meaning in guards.items()]
+        found += [(meaning, [one]) for one, meaning in found_open.items()]
         for meaning, places in found:
             self.find("inputs", False, meaning, places)
         locked = any(text.startswith("refused:") for text in said)
@@ -293,7 +294,8 @@ class Doctor(Examination):
                 said = [text for text in said if not touched(text) and "ALARM:" not in text]
                 self._quiet(f"axis {name}", said)
                 return
-            if any("both phases are silent" in text for text in said) and self._by_hand(axis, name):
+            if any("both phases are silent" in text for text in said) and not self._coder_is_silent(
+                    axis, name):
                 return
             if not self._quiet(f"axis {name}", said):
                 return
@@ -327,10 +329,16 @@ class Doctor(Examination):
             said = [text for text in said if not touched(text) and "ALARM:" not in text]
         self._quiet("comparators", said)
 
-    def _by_hand(self, axis: int, name: str) -> bool:
-        """Tell a drive that does not move from a coder that is silent; true if it is the drive."""
+    def _coder_is_silent(self, axis: int, name: str) -> bool:
+        """Tell a coder that is silent from a drive that does not move, which is then a finding."""
+        command = [place(self.board, pad, axis) for pad in (
+            "drive_enable", "dac", "dac_negative")]
         if not self.ask(f"The coder of axis {name} was silent. The drives are off now. Can you "
                         f"turn the motor of axis {name} by hand?"):
+            self._free = False
+            self.find(f"axis {name}", False, "its coder was silent, and nobody turned its motor: "
+                      "the coder's plug is off, or the drive did not move", [
+                          *(place(self.board, pad, axis) for pad in ("enc_a", "enc_b")), *command])
             return False
         self.say(f"Turn it now, within {BY_HAND_S:g} s.")
         start, end = self.places()[axis], self.port.time_s() + BY_HAND_S
@@ -339,13 +347,11 @@ class Doctor(Examination):
             self.listen(0.1)
             moved = self.places()[axis] - start
         if abs(moved) < BY_HAND_MM:
-            return False
+            return True
         self._free = False
         self.find(f"axis {name}", False, f"its coder was silent in the motion, and counts by hand "
-                  f"({moved:.3f} mm): the drive did not move", [
-                      place(self.board, pad, axis) for pad in (
-                          "drive_enable", "dac", "dac_negative")])
-        return True
+                  f"({moved:.3f} mm): the drive did not move", command)
+        return False
 
     def _side(self) -> None:
         """Send M09 to the machine's side, which answers it by FIN."""

@@ -36,8 +36,12 @@ def firmware(doctor: Examination, told: list[str]) -> int:
 
 
 def gateware(doctor: Examination, memory_bytes: int) -> None:
-    """Compare the gateware's digest with this checkout's, and memory and clock with the board's."""
-    from softcore.top import digest  # it loads Amaranth
+    """Compare the gateware's digest with this checkout's, and memory and clock with the board's.
+
+    The digest is of the sources, the board and its pins: gateware of another board, or for other
+    pins, would make the doctor accuse wrong wires.
+    """
+    from softcore.build import BOARDS, gateware_digest  # they load Amaranth
     first, began = doctor.build(), doctor.answered_s
     if first is None:
         doctor.find("gateware", False, "it does not know $INPUTS: load a bitstream of this "
@@ -46,11 +50,19 @@ def gateware(doctor: Examination, memory_bytes: int) -> None:
     if not first.gateware:
         doctor.find("gateware", True, f"a simulation of {first.clock_hz / 1e6:g} MHz")
         return
-    own = int(digest()[:8], 16)
-    same = first.gateware == own
-    doctor.find("gateware", same, f"{first.gateware:08x}, that of this checkout" if same else
-                f"{first.gateware:08x}; this checkout's is {own:08x}: load its bitstream "
-                "(gapkeeper build, gapkeeper flash)")
+    digests = {name: int(gateware_digest(board)[:8], 16) for name, board in BOARDS.items()}
+    own = digests[doctor.board.name]
+    there = [name for name, value in digests.items() if value == first.gateware]
+    if first.gateware == own:
+        doctor.find("gateware", True, f"{own:08x}, that of this checkout for {doctor.board.name}")
+    elif there:
+        doctor.find("gateware", False, f"{first.gateware:08x}, that of this checkout for "
+                    f"{there[0]}, not for {doctor.board.name}: give the board that is there by "
+                    "--board, or load its bitstream (gapkeeper flash)")
+    else:
+        doctor.find("gateware", False, f"{first.gateware:08x}; this checkout's for "
+                    f"{doctor.board.name} is {own:08x}: load its bitstream (gapkeeper build, "
+                    "gapkeeper flash)")
     if memory_bytes != doctor.board.memory_size:
         doctor.find("board", False, f"the memory has {memory_bytes} bytes, and that of "
                     f"{doctor.board.name} has {doctor.board.memory_size}: give the board that is "

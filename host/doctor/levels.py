@@ -36,7 +36,7 @@ CLOSED = {
 
 @dataclass(frozen=True)
 class Build:
-    """A line ``[BUILD:…]``: digest of the gateware's sources, its clock in Hz, its clock count."""
+    """A line ``[BUILD:…]``: digest of the gateware, its clock in Hz, its clock count."""
 
     gateware: int
     clock_hz: int

@@ -94,6 +94,18 @@ BOARDS = (
         ("if memory_bytes != doctor.board.memory_size:", "if False:", "another board is told"),
     ),
     *breaks_of(
+        "host/doctor/guards.py", "cosim/test_doctor.py",
+        ("    if wanted in met:\n        others", "    if True:\n        others",
+         "a guard that opens in another's place is told"),
+        ('doctor.find(check, False, f"it stayed closed for', 'doctor.find(check, True, f"it stayed',
+         "a guard that stays closed is wrong"),
+    ),
+    *breaks_of(
+        "host/doctor/comparators.py", "unit/host/test_doctor_parts.py",
+        ("one.high is open_below and one.arc is open_below", "one.high is one.arc",
+         "exchanged levels are told"),
+    ),
+    *breaks_of(
         "softcore/cpu.py", "unit/softcore/test_cpu.py",
         ("32'b\" + 32 * \"0\"", "32'b\" + 32 * \"x\"",
          "an instruction of no known kind is illegal on a board too"),

@@ -46,8 +46,14 @@ WRONG = [
     *((f"encoder_{phase}_{level}", 1 << axis, {f"enc_{phase}[{axis}]"})
       for phase in "ab" for level in ("low", "high") for axis in range(3)),
     *((f"encoder_{how}", 1 << axis, {f"enc_a[{axis}]", f"enc_b[{axis}]"})
-      for how in ("swap", "cut", "open") for axis in range(3)),
+      for how in ("cut", "open") for axis in range(3)),
+    *(("encoder_swap", 1 << axis, {f"enc_a[{axis}]", f"enc_b[{axis}]", f"dac_negative[{axis}]"})
+      for axis in range(3)),
+    ("reference_swap", 1, {"gap_high", "gap_arc", "gap_reference[0]", "gap_reference[1]"}),
 ]
+GUARDS = ["estop", "fluid_low", *(f"{name}[{axis}]" for name in (
+    "limit_low", "limit_high", "drive_fault") for axis in range(3))]
+PRESSED_S = 0.2     # a person holds a guard open for so long
 # In ``make test``, one of each kind; an examination takes 10 CPU seconds.
 QUICK = {("limit_high", 4), ("encoder_b_low", 2), ("comparator_dead", OPEN)}
 
@@ -92,22 +98,26 @@ class Examined:
 
 
 def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", entered=False,
-             others=True, meddle=lambda simulated, data: data, before=b""):
+             others=True, meddle=lambda simulated, data: data, before=b"", hand=None):
     """An examination of a machine with this force, or this parameter of the machine.
 
     With ``arm``, the person presses the button when the doctor asks for it, and agrees to move the
     axes of ``agrees``; None answers the first such question with Ctrl-C. ``others`` is the answer
     to other questions, or a function that gets question and machine. ``entered``: the doctor is
     given the machine's file. ``meddle`` gets the machine and the bytes to it, as of ``Wire``.
-    ``before`` is sent to the controller before the doctor comes.
+    ``before`` is sent to the controller before the doctor comes. ``hand`` gets the wire of each
+    guard that is to be opened, such as ``limit_low[2]``, and returns force and value that open it,
+    or None; without it nobody opens guards.
     """
     chosen = machines.load(machine)
     simulated = simulation.start(chosen, clock_hz=chosen.clock_hz, seed=1, waves=None, trace=False,
                                  progress=print)
-    asked, ended, due = [], "", []
+    asked, ended, due, released = [], "", [], []
 
     def ask(question):
         asked.append(question)
+        if question.startswith("Guards"):
+            return hand is not None
         if not question.startswith("Axis"):
             return others(question, simulated) if callable(others) else others
         if agrees is None:
@@ -117,12 +127,22 @@ def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", en
     def say(text):
         print(text)
         if arm and text.startswith("Press the button"):
-            due.append(text)
+            due.append((simulated.button_arm, True))
+        if hand and text.startswith("Now "):
+            wire = next(wire for wire in GUARDS if text.endswith(f": {of(wire)}."))
+            if act := hand(wire):
+                due.append((press, *act))
+
+    def press(force, value):
+        simulated.set(f"force.{force}", value)
+        released.append((simulated.time_s() + PRESSED_S, f"force.{force}"))
 
     def look(data):
         while due:
-            due.pop()
-            simulated.button_arm(True)
+            act, *values = due.pop()
+            act(*values)
+        while released and simulated.time_s() > released[0][0]:
+            simulated.set(released.pop(0)[1], 0)
         return meddle(simulated, data)
 
     try:
@@ -135,7 +155,7 @@ def examined(force=None, value=0, *, arm=True, agrees=AXES, machine="sinker", en
             try:
                 port.write(before)
                 doctor = Doctor(port, BOARDS["ulx3s"], say=say, ask=ask,
-                                machine=chosen if entered else None, wait_s=10.0 if arm else 0.5)
+                                machine=chosen if entered else None, wait_s=10.0 if arm else 2.0)
                 try:
                     doctor.examine()
                 except KeyboardInterrupt as error:
@@ -169,18 +189,45 @@ def test_a_sound_machine_has_nothing_wrong():
         "estop", "drive_fault", "limit_low", "limit_high", "fluid_low", "at rest", "arm",
         "at rest, armed", "contactor", "axis X", "axis Y", "axis Z", "comparators", "fin answers",
         "end"}
-    assert [question.split()[1] for question in found.asked] == ["main", "X", "Y", "Z", "(fluid"]
+    assert [question.split()[1] for question in found.asked] == [
+        *4 * ["can"], "main", "X", "Y", "Z", "(fluid"]
     assert "closed: no emergency stop" in found.report
     assert all(what in found.report for what, _ in UNCHECKED)
     assert "[SCOPE" not in found.report
     assert not found.armed
     assert "Armed" not in found.status
-    assert "taken over as it stands" in found.asked[1]
-    assert not any("taken over" in question for question in found.asked[2:])
+    assert "taken over as it stands" in found.asked[5]
+    assert not any("taken over" in question for question in found.asked[6:])
     # The sensing source gives 24 V of the 100 V that are full scale.
     swept = next(str(one) for one in found.findings if one.check == "comparators")
     assert 23.5 < float(re.search(r"the converter reads ([\d.]+) %", swept)[1]) < 24.5
     assert HOME_FIRST in found.report
+
+
+def open_guard(wire):
+    """Force and value that open a guard."""
+    pad, _, bit = wire.rstrip("]").partition("[")
+    return pad, 1 << int(bit or 0)
+
+
+def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
+    """Of eleven, one is stuck closed, and two are exchanged."""
+    stuck, pair = "fluid_low", {"limit_low[1]": "limit_high[1]", "limit_high[1]": "limit_low[1]"}
+    found = examined(arm=False, agrees="", hand=lambda wire: None if wire == stuck else open_guard(
+        pair.get(wire, wire)))
+    assert found.of(True) >= {f"{wire} opened" for wire in GUARDS if wire not in (stuck, *pair)}
+    wrong = {one.check: one for one in found.findings if one.ok is False}
+    assert set(wrong) == {f"{wire} opened" for wire in (stuck, *pair)} | {"arm"}
+    assert [str(one) for one in wrong[f"{stuck} opened"].places] == [of(stuck)]
+    for wire, other in pair.items():
+        assert [str(one) for one in wrong[f"{wire} opened"].places] == [of(wire), of(other)]
+    assert "closed: no emergency stop" in found.report, "closed again, it unlocks"
+
+
+def test_guards_that_nobody_opens_are_told_as_not_tried():
+    found = examined(arm=False, agrees="")
+    assert {"estop opened", "limit_low, limit_high opened", "drive_fault opened",
+            "fluid_low opened"} <= found.of(None)
 
 
 @pytest.mark.parametrize("machine", [
@@ -207,7 +254,7 @@ def test_the_wire_and_its_drive_are_the_third_drives_input():
 def test_nothing_moves_without_a_yes():
     found = examined(agrees="")
     assert found.of(None) >= {"axis X", "axis Y", "axis Z"}
-    assert len(found.asked) == 5
+    assert len(found.asked) == 9
     assert "G01" not in found.report
     assert HOME_FIRST not in found.report
     assert "Lost" in found.status
@@ -287,6 +334,14 @@ def test_a_silent_coder_that_counts_nothing_by_hand_is_at_fault():
     found = examined("encoder_cut", 1, agrees="X")
     assert any("by hand" in question for question in found.asked)
     assert found.named == {of("enc_a[0]"), of("enc_b[0]")}
+
+
+@pytest.mark.soak
+def test_a_silent_coder_that_nobody_turns_accuses_coder_and_drive():
+    found = examined("encoder_cut", 1, agrees="X", others=lambda question, _: (
+        "by hand" not in question))
+    assert found.named == {of(f"{pad}[0]") for pad in (
+        "enc_a", "enc_b", "drive_enable", "dac", "dac_negative")}
 
 
 @pytest.mark.soak

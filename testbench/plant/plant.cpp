@@ -51,6 +51,7 @@ Plant::Plant(uint64_t seed)
     p["force.comparator_cut"] = &force_comparator_cut_;
     p["force.comparator_dead"] = &force_comparator_dead_;
     p["force.reference_cut"] = &force_reference_cut_;
+    p["force.reference_swap"] = &force_reference_swap_;
     p["force.fin"] = &force_fin_;
     configure();
 }
@@ -193,8 +194,9 @@ void Plant::levels() {
         cut >>= 1;
     }
     references_ = 0;
+    const unsigned open = force_reference_swap_ != 0 ? 1 : 0;
     if (p_.comparator.fixed == 0)
-        gap_->put_levels(reference_v(0), reference_v(1), reference_v(2));
+        gap_->put_levels(reference_v(open), reference_v(1 - open), reference_v(2));
 }
 
 // Present code of one of the converter's channels.

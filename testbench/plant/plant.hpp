@@ -174,10 +174,11 @@ private:
            force_arm_ = 0, force_brown_out_ = 0, force_flash_absent_ = 0;
     // The gate that is stuck; the comparators whose wire is always 1 (`cut`) or 0 (`dead`): 1 that of
     // the short level, 2 of the current, 4 of the arc level, 8 of the open level; and the references
-    // whose wire is cut: 1 that of the open level, 2 of the arc level, 4 of the short level.
+    // whose wire is cut: 1 that of the open level, 2 of the arc level, 4 of the short level. `swap`:
+    // those of open and arc level are exchanged.
     enum Stuck { NONE, MAIN, SENSING, SHORTED };
     double force_gate_stuck_ = 0, force_comparator_cut_ = 0, force_comparator_dead_ = 0,
-           force_reference_cut_ = 0, force_fin_ = 0;
+           force_reference_cut_ = 0, force_reference_swap_ = 0, force_fin_ = 0;
 
     Motor axes_[AXES];
     CoderLines lines_;

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from host.doctor import identity
-from host.doctor.comparators import LADDER, Seen, judged, levels_around, seen
+from host.doctor.comparators import LADDER, Seen, apart, judged, levels_around, seen
 from host.doctor.levels import Build, Inputs, open_guards, resting
 from host.scope.record import LEVELS, Record
-from softcore.build import BOARDS
-from softcore.top import digest
+from softcore.build import BOARDS, gateware_digest
 
 BOARD = BOARDS["ulx3s"]
 SOUND = Inputs.of("[INPUTS:0,0,2000,16]")
@@ -100,6 +99,17 @@ def test_a_level_that_is_off_by_a_third_is_named():
     assert {one.wire for one in places} == {"gap_high", "gap_reference[0]"}
 
 
+@pytest.mark.parametrize(("sides", "sound"), [
+    ([(True, True), (False, False)], True), ([(False, False), (True, True)], False),
+    ([(True, True), (True, False)], False), ([(True, False), (False, False)], False)])
+def test_exchanged_levels_are_seen_with_one_below_and_one_above(sides, sound):
+    """First the level of gap_high is below the voltage, then that of gap_arc."""
+    ways = [(below, Seen(100, 246.0, *side)) for below, side in zip((True, False), sides,
+                                                                   strict=True)]
+    assert {one.wire for one in apart(BOARD, ways)} == (set() if sound else {
+        "gap_high", "gap_arc", "gap_reference[0]", "gap_reference[1]"})
+
+
 def test_a_comparator_that_goes_back_is_named():
     ways = itertools.cycle((True, False))
     assert not judged(BOARD, sweep(246, high=lambda level: next(ways)))[0]
@@ -132,8 +142,8 @@ def test_the_clock_count_wraps():
 class Patient:
     """A controller that tells its builds, one after the other, a second apart."""
 
-    def __init__(self, *builds):
-        self.board, self.found, self.builds, self.answered_s = BOARD, {}, list(builds), 0.0
+    def __init__(self, *builds, board=BOARD):
+        self.board, self.found, self.builds, self.answered_s = board, {}, list(builds), 0.0
 
     def build(self):
         self.answered_s += 1
@@ -146,7 +156,7 @@ class Patient:
         self.found[check] = ok, said
 
 
-OWN, HZ = int(digest()[:8], 16), BOARD.clock_hz
+OWN, HZ = int(gateware_digest(BOARD)[:8], 16), BOARD.clock_hz
 
 
 @pytest.mark.parametrize(("gateware", "told_hz", "counted_hz", "found"), [
@@ -159,6 +169,18 @@ def test_gateware_and_clock_are_compared(gateware, told_hz, counted_hz, found):
                       Build(gateware, told_hz, (start + round(counted_hz)) % 2**32))
     identity.gateware(patient, BOARD.memory_size)
     assert tuple(ok for ok, _ in patient.found.values()) == found
+
+
+def test_gateware_of_another_board_is_named_though_it_has_the_same_memory_and_clock():
+    other = BOARDS["colorlight_i9"]
+    beside = BOARDS["ulx3s_45f"]
+    assert (other.memory_size, other.clock_hz) == (beside.memory_size, beside.clock_hz)
+    there = int(gateware_digest(other)[:8], 16)
+    patient = Patient(Build(there, HZ, 0), Build(there, HZ, HZ), board=beside)
+    identity.gateware(patient, beside.memory_size)
+    ok, said = patient.found["gateware"]
+    assert not ok
+    assert "for colorlight_i9, not for ulx3s_45f: give the board that is there by --board" in said
 
 
 def test_another_memory_than_the_boards_tells_of_another_board():

@@ -15,7 +15,7 @@ from constraints import wires
 from constraints.board import CHAIN, CHAINED, FIXED, PADS, POWER, unsafe_unloaded
 from constraints.wires import unloaded_high, unloaded_v
 from rtl import pads
-from softcore import build, top
+from softcore import build
 from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
 from softcore.contents import placeholder
@@ -31,6 +31,7 @@ def board(request):
     return request.param
 
 
+BOARD = BOARDS["ulx3s"]
 # With the boards' own memory half of a plan's time goes to its contents.
 SMALL = {name: replace(board, memory_size=12 * 1024) for name, board in BOARDS.items()}
 
@@ -274,6 +275,28 @@ def test_a_layout_that_is_too_slow_is_tried_with_further_seeds(workdir, monkeypa
         "yosys", *(f"nextpnr-ecp5 --seed {seed} --report" for seed in (1, 2, 3))]
 
 
+def exchanged(platform):
+    """The platform with the pins of two inputs exchanged."""
+    one, other = platform.resources["estop", 0], platform.resources["fluid_low", 0]
+    platform.resources |= {("estop", 0): other, ("fluid_low", 0): one}
+    return platform
+
+
+@pytest.mark.parametrize("change", [
+    {"name": "another"}, {"memory_size": 4096}, {"arm_strapped": True},
+    {"reference_rc_us": 2 * BOARD.reference_rc_us},
+    {"platform": lambda: exchanged(BOARD.platform())}], ids=lambda change: next(iter(change)))
+def test_gateware_for_other_pins_or_options_has_another_digest(change):
+    assert build.gateware_digest(BOARD) == build.gateware_digest(replace(BOARD))
+    assert build.gateware_digest(replace(BOARD, **change)) != build.gateware_digest(BOARD)
+
+
+def test_the_digest_has_the_sources(monkeypatch):
+    before = build.gateware_digest(BOARD)
+    monkeypatch.setattr(build, "digest", lambda: "other sources")
+    assert build.gateware_digest(BOARD) != before
+
+
 def test_the_manifest_has_nothing_of_the_place_or_the_time(planned, board):
     """Two manifests of the same sources are equal; with pins, tools, digests, clocks."""
     made = replace(bitstream(60.0, 50.0), seconds=1.0), replace(bitstream(60.0, 50.0), seconds=2.0)
@@ -281,7 +304,8 @@ def test_the_manifest_has_nothing_of_the_place_or_the_time(planned, board):
     assert first == again
     assert first["firmware_sha256"] == hashlib.sha256(b"firmware").hexdigest()
     assert first["bitstream_sha256"] == hashlib.sha256(b"bits").hexdigest()
-    assert first["build"] == f"{int(top.digest()[:8], 16):08x}"
+    assert first["gateware_sha256"] == build.gateware_digest(board)
+    assert first["build"] == first["gateware_sha256"][:8]
     assert first["clocks_mhz"]["clk"] == {"reached": 60.0, "wanted": 50.0}
     assert first["pins"]["estop"] == board.sites_of(
         next(wire for wire in board.wires if wire.pad == "estop"))

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Guards opened by hand: only then one shows that is stuck closed, bridged or exchanged."""
+
+from constraints.board import PADS
+from host.doctor.complaints import Place, place
+from host.doctor.examination import Examination
+from host.doctor.levels import open_guards
+
+__all__ = ["ACTS", "KINDS", "opened"]
+
+LOOK_S = 0.02       # between two looks; an answer takes longer
+AXES = "XYZ"
+WIDTH = {pad.name: pad.width for pad in PADS}
+
+# Questions, and the guards that each is about.
+KINDS: dict[str, tuple[str, ...]] = {
+    "the emergency stop": ("estop",),
+    "the limit switches": ("limit_low", "limit_high"),
+    "the drives' faults": ("drive_fault",),
+    "the float switch of the fluid": ("fluid_low",),
+}
+# What a person does to open a guard and to close it again.
+ACTS = {
+    "estop": "press the emergency stop, and release it",
+    "limit_low": "press the lower limit switch of axis {axis}, and let it go",
+    "limit_high": "press the upper limit switch of axis {axis}, and let it go",
+    "drive_fault": "make the drive of axis {axis} report a fault, and end it (such as by its "
+                   "supply)",
+    "fluid_low": "hold the float switch of the fluid at the bottom, and let it go",
+}
+
+
+def opened(doctor: Examination, wait_s: float) -> None:
+    """Have a person open every guard that is closed, one after the other, and look at all of them.
+
+    Nothing moves and no output acts meanwhile. ``wait_s`` is how long each may take.
+    """
+    already = _open(doctor)
+    if already is None:
+        return
+    for what, pads in KINDS.items():
+        wires = [(pad, bit) for pad in pads for bit in range(WIDTH[pad])
+                 if place(doctor.board, pad, bit) not in already]
+        if not wires:
+            continue
+        if not doctor.ask(f"Guards: can somebody open {what} now, one after the other? Nothing "
+                          "moves."):
+            doctor.find(f"{', '.join(pads)} opened", None, "not tried: a guard that is stuck "
+                        "closed, or bridged, looks as a sound one does", None)
+            continue
+        for pad, bit in wires:
+            _one(doctor, pad, bit, wait_s)
+
+
+def _one(doctor: Examination, pad: str, bit: int, wait_s: float) -> None:
+    """Wait until this guard was open and is closed again; or another in its place."""
+    board = doctor.board
+    wanted = place(board, pad, bit)
+    check = f"{wanted.wire} opened"
+    before = _open(doctor) or []
+    doctor.say(f"Now {ACTS[pad].format(axis=AXES[bit])}: {wanted}.")
+    end = doctor.port.time_s() + wait_s
+    met: list[Place] = []       # that have opened, in their order
+    while doctor.port.time_s() < end:
+        seen = _open(doctor)
+        if seen is not None:
+            now = [one for one in seen if one not in before]
+            met += [one for one in now if one not in met]
+            if met and not now:
+                break
+        doctor.listen(LOOK_S)
+    else:
+        if wanted in met:
+            doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
+        elif not met:
+            doctor.find(check, False, f"it stayed closed for {wait_s:g} s: nobody opened it, or it "
+                        "is stuck at its supply or bridged, and guards nothing", [wanted])
+        else:
+            _in_its_place(doctor, check, wanted, met)
+        return
+    if wanted in met:
+        others = [one.wire for one in met if one != wanted]
+        doctor.find(check, True, "it opened and closed"
+                    + (f"; with it {', '.join(others)}" if others else ", and no other did"))
+    else:
+        _in_its_place(doctor, check, wanted, met)
+
+
+def _in_its_place(doctor: Examination, check: str, wanted: Place, met: list[Place]) -> None:
+    names = ", ".join(one.wire for one in met)
+    doctor.find(check, False, f"it stayed closed, and {names} opened in its place: their wires are "
+                "exchanged", [wanted, *met])
+
+
+def _open(doctor: Examination) -> list[Place] | None:
+    """Guards that are open now; None if it does not tell."""
+    inputs = doctor.inputs()
+    return None if inputs is None else [one for _, one in open_guards(doctor.board, inputs)]
