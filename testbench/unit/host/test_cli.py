@@ -15,7 +15,6 @@ from host.errors import UsageError
 from host.machines.machine import BUILT_IN, load
 from host.tape.codes import EIA
 from host.tape.tape import encode
-from softcore.build import BOARDS
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import named
 from testbench.command import gapkeeper
@@ -55,12 +54,6 @@ def test_help_names_everything(command, words):
     result = gapkeeper(*command, "--help")
     assert result.returncode == 0
     assert not [word for word in words if word not in result.stdout]
-
-
-@pytest.mark.parametrize("command", ["build", "flash"])
-def test_help_names_every_board(command):
-    result = gapkeeper(command, "--help")
-    assert not [name for name in BOARDS if name not in result.stdout]
 
 
 def test_it_starts_in_a_process_of_its_own():

@@ -16,6 +16,7 @@ from host import flash
 from host.errors import UsageError, UserError
 from softcore.build import BOARDS
 from softcore.top import digest
+from testbench.command import gapkeeper
 
 BITS = b"bits"
 HERE = digest()[:8]     # of this checkout's gateware
@@ -88,6 +89,12 @@ def test_the_loader_is_asked_for_board_cable_and_place(boards, loader, board, pe
 def test_every_board_can_be_loaded():
     assert set(flash.LOADERS) == set(BOARDS) == set(OWN)
     assert {one.cable for one in flash.LOADERS.values()} <= set(flash.CABLES)
+
+
+@pytest.mark.parametrize("command", ["build", "flash"])
+def test_help_names_every_board(command):
+    result = gapkeeper(command, "--help")
+    assert not [name for name in BOARDS if name not in result.stdout]
 
 
 def test_a_no_writes_nothing(boards, loader):
