@@ -296,7 +296,7 @@ def plan(
 @app.command()
 def build(
     boards: Annotated[list[str], typer.Argument(metavar="BOARD", show_default=False,
-                                                help="Boards, such as ulx3s.")],
+                                                help="Boards: ulx3s, ulx3s_45f, colorlight_i9.")],
 ) -> None:
     """Build the bitstream for a board, firmware included; several boards two at a time.
 
@@ -311,7 +311,7 @@ def build(
 @app.command()
 def flash(
     board: Annotated[str, typer.Argument(metavar="BOARD", show_default=False,
-                                         help="Board, such as ulx3s.")],
+                                         help="Board: ulx3s, ulx3s_45f or colorlight_i9.")],
     permanent: Annotated[bool, typer.Option(
         "--permanent", help="Write the board's flash memory, so that it starts with Gapkeeper. "
                             "Without it the bitstream is gone at power-off.")] = False,
@@ -322,7 +322,8 @@ def flash(
 ) -> None:
     """Load the bitstream of a board, built by `build`, with openFPGALoader.
 
-    Says what to plug where and what is overwritten, and what to do when nothing answers.
+    Says what to plug where and what is overwritten, what to do when nothing answers, and whether
+    the bitstream is of other gateware than this checkout's.
     """
     from host.flash import flash as load
     load(board, permanent=permanent, cable=cable, console=out,

@@ -14,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,15 @@ SILENT = ("unable to open ftdi", "device not found", "no device found", "no cmsi
 # codes themselves ("mismatch between target's idcode and bitstream idcode"); with older ones the
 # device does ("ID ERR"). From the loader's source and its issue 69; no one has seen it here.
 OTHER_DEVICE = ("target's idcode", "id err")
+# What the dynamic linker says when a program cannot start, and Debian's packages of the libraries:
+# the first two are needed by the Python package's loader 1.1.1.0, all by Debian's own 0.10.0.
+LACKING = re.compile(r"error while loading shared libraries: ([^\s:]+)", re.I)
+LIBRARIES = {
+    "libusb-1.0.so.0": "libusb-1.0-0",
+    "libftdi1.so.2": "libftdi1-2",
+    "libhidapi-hidraw.so.0": "libhidapi-hidraw0",
+    "libgpiod.so.2": "libgpiod2",
+}
 # Some ways of the loader end with status 0 after it has printed this as the result of a step.
 FAILED = re.compile(r"\bfail(ed)?\s*$", re.I)
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -128,7 +138,8 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
     """Load the bitstream of a board that ``gapkeeper build`` has made.
 
     ``confirm`` is asked before the board's flash memory is overwritten. ``folder`` has the built
-    boards, ``build/boards`` if not given.
+    boards, ``build/boards`` if not given. A bitstream of other gateware than this checkout's is
+    loaded, too, after a sentence that says so.
 
     Raises
     ------
@@ -139,6 +150,7 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
         cannot be loaded.
     """
     from softcore.build import BUILD
+    from softcore.top import digest
     built = (folder or BUILD) / board
     bitstream = built / "top.bit"
     arguments = command_line(board, bitstream, permanent=permanent, cable=cable)
@@ -160,6 +172,11 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
             f"one of your system (Debian and Ubuntu: apt install openfpgaloader), or {instead}.")
     say(f"bitstream {manifest['bitstream_sha256'][:16]}, gateware {manifest['build']}, firmware "
         f"{manifest['firmware_sha256'][:16]}")
+    here = digest()[:8]
+    if manifest["build"] != here:
+        say("This bitstream was built from other gateware than this checkout's "
+            f"({manifest['build']}, here {here}); .venv/bin/gapkeeper build {board} makes one of "
+            "this checkout.")
     say(f"{target.plug[0].upper()}{target.plug[1:]}." if own else
         f"Connect {CABLES[used]}: {target.jtag}.")
     say("Switch the machine's power supply and drives off, or leave the board unwired: while it "
@@ -179,17 +196,17 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
 def _manifest(board: str, built: Path) -> dict[str, Any]:
     from softcore.build import BOARDS, MANIFEST, missed
     try:
-        text = (built / MANIFEST).read_text(encoding="utf-8")
+        text = (built / MANIFEST).read_bytes()
         bits = (built / "top.bit").read_bytes()
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise UserError(f"there is no bitstream for {board} yet: make it with .venv/bin/gapkeeper "
                         f"build {board}; a layout takes 10 to 20 CPU minutes.") from error
     again = f"delete {built} and build it again with .venv/bin/gapkeeper build {board}."
     try:
-        manifest: dict[str, Any] = json.loads(text)
+        manifest: dict[str, Any] = json.loads(text.decode())
         whose, digest, _, _ = (_text(manifest[key]) for key in (
             "board", "bitstream_sha256", "build", "firmware_sha256"))
-        complaint = missed({name: (float(clock["reached"]), float(clock["wanted"]))
+        complaint = missed({name: (_figure(clock["reached"]), _figure(clock["wanted"]))
                             for name, clock in manifest["clocks_mhz"].items()},
                            BOARDS[board].clock_hz)
     except (ValueError, TypeError, KeyError, AttributeError, ZeroDivisionError) as error:
@@ -210,6 +227,14 @@ def _text(value: object) -> str:
     return value
 
 
+def _figure(value: Any) -> float:
+    """A finite number: ``missed`` may pass over a clock that is not a number."""
+    figure = float(value)
+    if not isfinite(figure):
+        raise ValueError
+    return figure
+
+
 def _load(command: list[str], board: str, cable: str, say: Callable[[str], None]) -> None:
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace",
@@ -224,11 +249,14 @@ def _load(command: list[str], board: str, cable: str, say: Callable[[str], None]
         return
     low = said.lower()
     target = LOADERS[board]
-    if "error while loading shared libraries" in low:
-        missing = low.partition("libraries: ")[2].partition(":")[0]
-        raise UserError(f"{TOOL} cannot start, as this computer lacks {missing}: install it "
-                        "(Debian and Ubuntu: apt install libusb-1.0-0 libhidapi-hidraw0), or "
-                        "install the system's openfpgaloader.")
+    lacking = LACKING.search(said)
+    if lacking:
+        package = LIBRARIES.get(lacking[1])
+        how = (f"install it (Debian and Ubuntu: apt install {package})" if package else
+               "install the package of your system that provides it")
+        raise UserError(f"{TOOL} cannot start, as this computer lacks the library {lacking[1]}: "
+                        f"{how}, or install your system's openfpgaloader, which brings all that it "
+                        "needs.")
     if any(word in low for word in SILENT):
         wired = ("the USB cable carries data and is in the socket named above"
                  if cable == target.cable else

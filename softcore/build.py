@@ -330,7 +330,7 @@ def _is_packed(folder, board, planned, image, made):
     """Whether the bitstream in a folder is whole, and that of a layout and a firmware."""
     try:
         text, bits = (folder / MANIFEST).read_text(), (folder / BITS).read_bytes()
-    except OSError:
+    except (OSError, ValueError):   # a manifest that is not UTF-8
         return False
     return text == _manifest_text(board, planned, image, made, bits)
 
@@ -342,17 +342,22 @@ def _keep_layout(folder, made):
 
 
 def _kept_layout(folder, planned):
-    """The layout in a folder if it is whole, and that of a plan by the present tools; else None."""
+    """The layout in a folder if it is whole, and that of a plan by the present tools; else None.
+
+    A damaged record counts as none.
+    """
     try:
         kept, layout = json.loads((folder / KEPT).read_text()), (folder / LAYOUT).read_bytes()
-    except (OSError, ValueError):
+        made = kept["made"]
+        if (kept["tools"], made["digest"], kept["sha256"]) != (
+                _versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):
+            return None
+        clocks = {name: (float(reached), float(wanted))
+                  for name, (reached, wanted) in made["fmax_mhz"].items()}
+        return Bitstream(**made | {"cells": Cells(**made["cells"]), "fmax_mhz": clocks,
+                                   "kept": True})
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
-    made = kept["made"]
-    if (kept["tools"], made["digest"], kept["sha256"]) != (
-            _versions(LAYOUT_TOOLS), _key(planned), _sha256(layout)):
-        return None
-    clocks = {name: tuple(pair) for name, pair in made["fmax_mhz"].items()}
-    return Bitstream(**made | {"cells": Cells(**made["cells"]), "fmax_mhz": clocks, "kept": True})
 
 
 def _sha256(content):

@@ -58,6 +58,11 @@ BOARDS = (
          "nothing is overwritten without --permanent"),
         ('        if not confirm("Overwrite it?"):', '        if False:', "a no writes nothing"),
         ("    if packaged and used == DAP:", "    if False:", "the package knows no CMSIS-DAP"),
+        ('    if manifest["build"] != here:', "    if False:",
+         "a bitstream of other gateware is told"),
+        ("LIBRARIES.get(lacking[1])", "LIBRARIES[\"libusb-1.0.so.0\"]",
+         "each library has its own package"),
+        ("    if not isfinite(figure):", "    if False:", "a clock that is no number is damage"),
     ),
     *breaks_of(
         "host/doctor/complaints.py", "unit/host/test_complaints.py",

@@ -5,12 +5,14 @@
 nothing out. A figure that is more than ``CHANGE`` away from its budget, to either side, is told
 with both figures, and the exit status is 1. A smaller or faster layout gets a new budget too, so
 that the gain is not lost unseen. So does a board that has no budget yet: its figures are told.
+A figure that is missing or no number is told, too.
 """
 
 import argparse
 import json
 import sys
 from dataclasses import dataclass, fields
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -29,43 +31,83 @@ class BoardBudget:
     -------
     luts : int
         Look-up tables of the layout, including those in carry pairs and small RAMs.
-    ff, bram, dsp : int
-        Flip-flops, block RAMs of 18 Kbit, multipliers of 18 bits.
+    lut4, ccu2c, ff : int
+        Look-up tables, carry pairs and flip-flops after synthesis.
+    ram, bram, dsp : int
+        Memories of 16 x 4 bits, block RAMs of 18 Kbit, multipliers of 18 bits.
     mhz : float
         What the controller's clock reaches.
     """
 
     luts: int
+    lut4: int
+    ccu2c: int
     ff: int
+    ram: int
     bram: int
     dsp: int
     mhz: float
 
 
 BUDGETS: dict[str, BoardBudget] = {
-    "ulx3s": BoardBudget(luts=25_717, ff=13_017, bram=151, dsp=4, mhz=47.9),
-    "ulx3s_45f": BoardBudget(luts=25_765, ff=13_018, bram=107, dsp=4, mhz=51.8),
-    "colorlight_i9": BoardBudget(luts=25_748, ff=13_018, bram=107, dsp=4, mhz=51.6),
+    "ulx3s": BoardBudget(luts=25_717, lut4=15_111, ccu2c=3970, ff=13_017, ram=198, bram=151, dsp=4,
+                         mhz=47.9),
+    "ulx3s_45f": BoardBudget(luts=25_765, lut4=15_169, ccu2c=3965, ff=13_018, ram=198, bram=107,
+                             dsp=4, mhz=51.8),
+    "colorlight_i9": BoardBudget(luts=25_748, lut4=15_152, ccu2c=3963, ff=13_018, ram=198,
+                                 bram=107, dsp=4, mhz=51.6),
 }
 
 
 def changes(name: str, manifest: dict[str, Any]) -> list[str]:
     """What is further than ``CHANGE`` from the budget of a board, one sentence for each figure.
 
-    ``manifest`` is that of ``softcore.build``.
+    So is a figure that is missing or no number. ``manifest`` is that of ``softcore.build``.
     """
-    budget = BUDGETS.get(name)
-    found = BoardBudget(**{field: manifest["cells"][field] for field in
-                           ("luts", "ff", "bram", "dsp")},
-                        mhz=min(clock["reached"] for clock in manifest["clocks_mhz"].values()))
+    budget, found = BUDGETS.get(name), _figures(manifest)
+    said = [f"{name}: {figure} is missing from the manifest, or no number"
+            for figure, now in found.items() if now is None]
     if budget is None:
-        return [f"{name}: no budget yet, measured is {found}"]
-    said = []
-    for field in fields(BoardBudget):
-        now, then = getattr(found, field.name), getattr(budget, field.name)
-        if abs(now - then) > CHANGE * then:
-            said.append(f"{name}: {field.name} {now:g}, budget {then:g} ({now / then - 1:+.1%})")
+        return said or [f"{name}: no budget yet, measured is {BoardBudget(**found)}"]
+    for figure, now in found.items():
+        then = getattr(budget, figure)
+        if now is not None and abs(now - then) > CHANGE * then:
+            said.append(f"{name}: {figure} {now:g}, budget {then:g} ({now / then - 1:+.1%})")
     return said
+
+
+def _figures(manifest: dict[str, Any]) -> dict[str, Any]:
+    """Each figure of a ``BoardBudget``; None where the manifest has no number.
+
+    A clock that is no number makes the slowest clock none: a comparison would pass over it.
+    """
+    cells, clocks = (_table(manifest.get(name)) for name in ("cells", "clocks_mhz"))
+    reached = [_number(_table(clock).get("reached")) for clock in clocks.values()]
+    slowest = None if None in reached else min(reached, default=None)
+    return {field.name: slowest if field.name == "mhz" else _number(cells.get(field.name))
+            for field in fields(BoardBudget)}
+
+
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _number(value: Any) -> Any:
+    """A finite number as it is, else None."""
+    return value if isinstance(value, int | float) and isfinite(value) else None
+
+
+def _judged(name: str, path: Path) -> list[str]:
+    """What there is to say about the manifest of a board, at this path."""
+    if not path.exists():
+        return [f"{name}: there is no layout to judge; gapkeeper build {name} makes it"]
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        manifest = None
+    if not isinstance(manifest, dict):
+        return [f"{name}: its manifest is damaged; gapkeeper build {name} makes it anew"]
+    return changes(name, manifest)
 
 
 def main(folder: Path = BUILD) -> None:
@@ -74,10 +116,7 @@ def main(folder: Path = BUILD) -> None:
     parser.add_argument("boards", nargs="+", choices=BOARDS, metavar="BOARD")
     said = []
     for name in parser.parse_args().boards:
-        manifest = folder / name / MANIFEST
-        said += (changes(name, json.loads(manifest.read_text(encoding="utf-8")))
-                 if manifest.exists() else
-                 [f"{name}: there is no layout to judge; gapkeeper build {name} makes it"])
+        said += _judged(name, folder / name / MANIFEST)
     for sentence in said:
         print(sentence, file=sys.stderr)
     sys.exit(bool(said))

@@ -15,8 +15,11 @@ from rich.console import Console
 from host import flash
 from host.errors import UsageError, UserError
 from softcore.build import BOARDS
+from softcore.top import digest
+from testbench.command import gapkeeper
 
 BITS = b"bits"
+HERE = digest()[:8]     # of this checkout's gateware
 
 
 @pytest.fixture
@@ -88,6 +91,12 @@ def test_every_board_can_be_loaded():
     assert {one.cable for one in flash.LOADERS.values()} <= set(flash.CABLES)
 
 
+@pytest.mark.parametrize("command", ["build", "flash"])
+def test_help_names_every_board(command):
+    result = gapkeeper(command, "--help")
+    assert not [name for name in BOARDS if name not in result.stdout]
+
+
 def test_a_no_writes_nothing(boards, loader):
     called = loader()
     with pytest.raises(UserError, match=r"^nothing was written\.$"):
@@ -99,8 +108,6 @@ def test_a_no_writes_nothing(boards, loader):
     ("unable to open ftdi device: -3 (device not found)\nJTAG init failed with: x",
      r"^nothing answers over the ULX3S's own USB chip: check that the USB cable carries data and "
      r"is in the socket named above, that the board has power, .*; then try again\.$"),
-    ("openFPGALoader: error while loading shared libraries: libusb-1.0.so.0: cannot open",
-     r"^openFPGALoader cannot start, as this computer lacks libusb-1\.0\.so\.0: install it "),
     ("write\nverify failed at 7", r"^ulx3s is not loaded: openFPGALoader says: verify failed at 7"),
     ("", r"^ulx3s is not loaded: openFPGALoader says: it said nothing"),
     ("mismatch between target's idcode and bitstream idcode\n\tbitstream has 0x41113043 hardware "
@@ -114,6 +121,23 @@ def test_a_failure_is_one_sentence_that_helps(boards, loader, said, message):
     with pytest.raises(UserError, match=message) as caught:
         load(boards, "ulx3s")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("library", "how"), [
+    ("libusb-1.0.so.0", "install it (Debian and Ubuntu: apt install libusb-1.0-0)"),
+    ("libftdi1.so.2", "install it (Debian and Ubuntu: apt install libftdi1-2)"),
+    ("libhidapi-hidraw.so.0", "install it (Debian and Ubuntu: apt install libhidapi-hidraw0)"),
+    ("libgpiod.so.2", "install it (Debian and Ubuntu: apt install libgpiod2)"),
+    ("libOther.so.7", "install the package of your system that provides it"),
+])
+def test_a_missing_library_is_named_with_its_package(boards, loader, library, how):
+    loader(f"openFPGALoader: error while loading shared libraries: {library}: cannot open shared "
+           "object file: No such file or directory", 127)
+    with pytest.raises(UserError) as caught:
+        load(boards, "ulx3s")
+    assert str(caught.value) == (
+        f"openFPGALoader cannot start, as this computer lacks the library {library}: {how}, or "
+        "install your system's openfpgaloader, which brings all that it needs.")
 
 
 @pytest.mark.parametrize(("said", "step"), [
@@ -166,6 +190,25 @@ def test_without_a_bitstream_it_says_how_to_make_one(workdir, loader):
     assert called() is None
 
 
+def test_a_bitstream_of_other_gateware_is_loaded_but_it_says_so_first(boards, loader):
+    called = loader("the loader speaks")
+    said, _ = load(boards, "ulx3s")
+    sentence = ("This bitstream was built from other gateware than this checkout's (0badcafe, "
+                f"here {HERE}); .venv/bin/gapkeeper build ulx3s makes one of this checkout.\n")
+    assert said.count(sentence) == 1
+    assert said.index(sentence) < said.index("the loader speaks")
+    assert called() is not None
+
+
+def test_a_bitstream_of_this_checkout_is_loaded_without_that_sentence(boards, loader):
+    loader()
+    path = boards / "ulx3s" / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"build": HERE}))
+    said, _ = load(boards, "ulx3s")
+    assert f"gateware {HERE}" in said
+    assert "other gateware" not in said
+
+
 def test_a_bitstream_that_is_not_the_manifests_is_not_loaded(boards, loader):
     called = loader()
     (boards / "ulx3s" / "top.bit").write_bytes(b"other")
@@ -189,14 +232,17 @@ def test_a_bitstream_for_another_board_is_not_loaded(boards, loader):
     {"clocks_mhz": None}, {"clocks_mhz": {"clk": 52.5}}, {"clocks_mhz": [1]},
     {"clocks_mhz": {"clk": {"reached": 52.5}}},
     {"clocks_mhz": {"clk": {"reached": "x", "wanted": 50}}},
+    {"clocks_mhz": {"clk": {"reached": 52.5, "wanted": 50.0},
+                    "other": {"reached": float("nan"), "wanted": 50.0}}},
     {"board": None}, {"build": 7}, {"firmware_sha256": None}, {"bitstream_sha256": []},
-    "[]", "null", "7", "{", "",
+    "[]", "null", "7", "{", "", b"\xff\xfe{}",
 ])
 def test_a_damaged_manifest_is_one_sentence(boards, loader, change):
     called = loader()
     path = boards / "ulx3s" / "manifest.json"
-    path.write_text(change if isinstance(change, str) else
-                    json.dumps(json.loads(path.read_text()) | change))
+    if isinstance(change, dict):
+        change = json.dumps(json.loads(path.read_text()) | change)
+    path.write_bytes(change if isinstance(change, bytes) else change.encode())
     with pytest.raises(UserError, match=r"^the manifest of the bitstream for ulx3s is damaged: "
                                         r"delete .* build it again with .*\.$"):
         load(boards, "ulx3s")

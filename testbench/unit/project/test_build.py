@@ -136,6 +136,19 @@ def cut(bench, name):
     path.write_bytes(path.read_bytes()[:-2])
 
 
+# Whole files, and figures of a layout's record: as they may be after a full disk or an edit.
+DAMAGED = [b"\xff\xfe", b"{}", b"[]", b"null", b'{"made": 7}']
+DAMAGED_LAYOUTS = [{"fmax_mhz": None}, {"fmax_mhz": {"clk": [None, 50.0]}}, {"cells": {}},
+                   {"other": 1}]
+
+
+def record(bench, **change):
+    """Change figures in the record of the layout."""
+    path = bench.folder / "layout.json"
+    kept = json.loads(path.read_text())
+    path.write_text(json.dumps(kept | {"made": kept["made"] | change}))
+
+
 def upgraded(monkeypatch, tool):
     version = build.version
     monkeypatch.setattr(build, "version", lambda name: "9.9" if name == tool else version(name))
@@ -151,8 +164,17 @@ def upgraded(monkeypatch, tool):
     (lambda bench, patch: cut(bench, "top.bit"), PACKED),
     (lambda bench, patch: (bench.folder / "top.bit").unlink(), PACKED),
     (lambda bench, patch: cut(bench, "manifest.json"), PACKED),
+    *((lambda bench, patch, text=text: (bench.folder / "layout.json").write_bytes(text), MADE)
+      for text in DAMAGED),
+    *((lambda bench, patch, change=change: record(bench, **change), MADE)
+      for change in DAMAGED_LAYOUTS),
+    *((lambda bench, patch, text=text: (bench.folder / "manifest.json").write_bytes(text), PACKED)
+      for text in DAMAGED),
 ], ids=["gateware", "layout tool", "compiler", "layout cut", "layout's record cut", "no record",
-        "bitstream cut", "no bitstream", "manifest cut"])
+        "bitstream cut", "no bitstream", "manifest cut",
+        *(f"layout's record {text!r}" for text in DAMAGED),
+        *(f"layout's record with {change}" for change in DAMAGED_LAYOUTS),
+        *(f"manifest {text!r}" for text in DAMAGED)])
 def test_what_has_changed_or_is_damaged_is_made_again(bench, monkeypatch, change, tools):
     _, first, _ = bench.built(b"firmware")
     change(bench, monkeypatch)

@@ -2,7 +2,7 @@
 """Both modulators of ``rtl.motion.dac`` as emitted Verilog, behind the amplifier's low pass.
 
 At a constant magnitude: the mean, which is the linearity, and the ripple behind a first-order low
-pass. Its time constant is that of the simulated machines, 0.5 ms, at a board's 50 MHz.
+pass. Its time constant is that of the simulated machines, 0.5 ms, at 50 MHz.
 """
 
 import ctypes
