@@ -149,8 +149,7 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
         If there is no bitstream, or it is damaged, another board's or too slow for its clock, or it
         cannot be loaded.
     """
-    from softcore.build import BUILD
-    from softcore.top import digest
+    from softcore.build import BOARDS, BUILD, gateware_digest
     built = (folder or BUILD) / board
     bitstream = built / "top.bit"
     arguments = command_line(board, bitstream, permanent=permanent, cable=cable)
@@ -172,7 +171,7 @@ def flash(board: str, *, permanent: bool, cable: str | None, console: Console,
             f"one of your system (Debian and Ubuntu: apt install openfpgaloader), or {instead}.")
     say(f"bitstream {manifest['bitstream_sha256'][:16]}, gateware {manifest['build']}, firmware "
         f"{manifest['firmware_sha256'][:16]}")
-    here = digest()[:8]
+    here = gateware_digest(BOARDS[board])[:8]
     if manifest["build"] != here:
         say("This bitstream was built from other gateware than this checkout's "
             f"({manifest['build']}, here {here}); .venv/bin/gapkeeper build {board} makes one of "

@@ -254,7 +254,7 @@ SETTINGS: tuple[Setting, ...] = (
          "preset must be well above 0 and well below the mean while machining."),
     _set(465, "short_mean_us", "short: time of that mean", "us", (5000, 50, 300_000), "detector",
          "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on. If the "
-         "converter takes few samples in it (one in 1.4 us on a board, 17 us in the simulation), "
+         "converter takes few samples in it (one in 1.7 us on a board, 17 us in the simulation), "
          "the mean scatters, and a sound gap may count as shorted."),
     _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "

@@ -10,7 +10,7 @@ from testbench.cosim.retractions import at_limit
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
-CLOCKS_HZ = (MACHINE.clock_hz, 50_000_000)     # that of the boards
+CLOCKS_HZ = (MACHINE.clock_hz, 50_000_000)     # the boards have 40 MHz
 GAP_UM = 32.0           # of the stretch: wide enough that hardly a pulse is a short
 STRETCH_S = 0.3
 FEED, DATA = 15, Data(speed=900, high=900, limit=0.3, low=120, changeover=0.1)

@@ -54,6 +54,12 @@ def test_every_pin_and_probe_over_every_tape(tape):
         assert difference(native, pair_of(machine)) is None
 
 
+def test_a_run_without_kept_inputs_is_no_comparison():
+    with Simulation(machine=machines.load("sinker").tables, clock_hz=2_000_000, seed=1,
+                    trace=False) as native, pytest.raises(ValueError, match="kept no inputs"):
+        difference(native, build.HERE / "no.so")
+
+
 def test_a_reader_that_is_not_told_of_a_change_is_noticed(monkeypatch, tmp_path):
     emission = controller.read(build.flat(2_000_000, lambda _: None))
     silent, = (node.index for node in emission.nodes

@@ -92,7 +92,15 @@ def difference(native: Simulation, library: Path) -> tuple[int, str] | None:
 
     ``keep_inputs`` of ``native`` must have been called before its first clock, and nothing must
     have changed it from outside except over pins.
+
+    Raises
+    ------
+    ValueError
+        If it kept no inputs, or has not run: then two idle controllers would be compared.
     """
+    kept, count = native.kept_inputs()
+    if not count or not native.cycle:
+        raise ValueError("the simulation has kept no inputs: there is nothing to compare")
     code = ctypes.CDLL(str(library))
     declare(code, _FUNCTIONS)
     pair = code.pair_create()
@@ -100,7 +108,6 @@ def difference(native: Simulation, library: Path) -> tuple[int, str] | None:
     words = words_of(image)
     code.pair_load(pair, (ctypes.c_uint32 * len(words))(*words), bytes(parities(image)),
                    len(words))
-    kept, count = native.kept_inputs()
     same = code.pair_run(pair, kept, count, native.cycle)
     found = None if same else (code.pair_clock(pair), code.pair_name(pair).decode())
     code.pair_free(pair)

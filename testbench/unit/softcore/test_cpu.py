@@ -53,7 +53,7 @@ def test_an_instruction_that_it_has_is_obeyed(tmp_path, word):
     assert answer(tmp_path, word) == b"o"
 
 
-def test_the_package_leaves_nothing_open_of_what_an_instruction_does():
+def test_no_case_of_the_expansion_of_compressed_instructions_is_open():
     """On a board, too. `cosim/test_synthesised.py` holds every pin of the cells to that."""
     text = VexRiscv.verilog()
     expanded = re.findall(r"IBusCachedPlugin_decompressor_decompressed = (.*);", text)
