@@ -476,7 +476,8 @@ def test_the_command_writes_a_report_and_says_how_many_are_wrong(workdir):
             while machine.time_s() < BOOTED_S:
                 time.sleep(0.01)
             status = examine(url, "colorlight_i9", baud=1_000_000, report=workdir / "doctor.txt",
-                             console=Console(file=said, width=1000), ask=lambda question: True)
+                             console=Console(file=said, width=1000),
+                             ask=lambda question: not question.startswith("Guards"))
     finally:
         machine.close()
     assert status == 1
