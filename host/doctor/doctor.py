@@ -95,7 +95,7 @@ class Doctor(Examination):
                 self._settings()
                 identity.memory(self)
                 sound = self._levels()
-                guards.opened(self, self.wait_s)
+                sound = guards.opened(self, self.wait_s) and sound
                 self._inputs()
                 self._free = self._free and sound
                 self._rest()

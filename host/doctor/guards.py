@@ -30,14 +30,16 @@ ACTS = {
 }
 
 
-def opened(doctor: Examination, wait_s: float) -> None:
+def opened(doctor: Examination, wait_s: float) -> bool:
     """Have a person open every guard that is closed, one after the other, and look at all of them.
 
     Nothing moves and no output acts meanwhile. ``wait_s`` is how long each may take.
+
+    Returns false if one was found wrong: without an emergency stop that works, nothing may move.
     """
-    already = _open(doctor)
+    already, before = _open(doctor), len(doctor.findings)
     if already is None:
-        return
+        return True
     for what, pads in KINDS.items():
         wires = [(pad, bit) for pad in pads for bit in range(WIDTH[pad])
                  if place(doctor.board, pad, bit) not in already]
@@ -50,6 +52,7 @@ def opened(doctor: Examination, wait_s: float) -> None:
             continue
         for pad, bit in wires:
             _one(doctor, pad, bit, wait_s)
+    return all(one.ok is not False for one in doctor.findings[before:])
 
 
 def _one(doctor: Examination, pad: str, bit: int, wait_s: float) -> None:

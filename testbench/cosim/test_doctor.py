@@ -213,11 +213,13 @@ def open_guard(wire):
 def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
     """Of eleven, one is stuck closed, and two are exchanged."""
     stuck, pair = "fluid_low", {"limit_low[1]": "limit_high[1]", "limit_high[1]": "limit_low[1]"}
-    found = examined(arm=False, agrees="", hand=lambda wire: None if wire == stuck else open_guard(
+    found = examined(hand=lambda wire: None if wire == stuck else open_guard(
         pair.get(wire, wire)))
     assert found.of(True) >= {f"{wire} opened" for wire in GUARDS if wire not in (stuck, *pair)}
     wrong = {one.check: one for one in found.findings if one.ok is False}
-    assert set(wrong) == {f"{wire} opened" for wire in (stuck, *pair)} | {"arm"}
+    assert set(wrong) == {f"{wire} opened" for wire in (stuck, *pair)}
+    assert {"axis X", "axis Y", "axis Z"} <= found.of(None), "a guard that is wrong lets none move"
+    assert "arm" not in found.of(True)
     assert [str(one) for one in wrong[f"{stuck} opened"].places] == [of(stuck)]
     for wire, other in pair.items():
         assert [str(one) for one in wrong[f"{wire} opened"].places] == [of(wire), of(other)]
