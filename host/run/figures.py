@@ -120,7 +120,7 @@ def _errors(ax: Axes, trace: Columns, letters: str) -> None:
                 label=letter.upper())
     ax.set_ylabel(f"Er of {' and '.join(letters.upper())}\n(pulses)")
     if len(letters) > 1:
-        ax.legend(loc="upper right", ncols=2)
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def _voltage(ax: Axes, trace: Columns) -> None:
@@ -175,7 +175,7 @@ def _positions(ax: Axes, trace: Columns, retractions: list[Retraction], letters:
             ax.plot(ends, np.interp(ends, trace["t"], trace[letter]), "^", color=mark,
                     markersize=4.5, zorder=4)
     ax.set_ylabel("position (mm)")
-    ax.legend(loc="upper right", ncols=len(letters))
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(letters))
 
 
 def above(trace: Columns, retractions: list[Retraction], plan: Columns | None,

@@ -127,7 +127,7 @@ def _tiles(summary: dict[str, Any], retractions: list[Retraction],
     counts = summary["retractions"]
     cut = ([("deepest", f"{_number(summary['max_depth_mm'])} mm",
              "below Z 0 at the program's start")] if not wire else
-           [("removed", f"{_number(summary['removed_mm3'])} mm³", "speeded up as it was")]
+           [("removed", f"{_number(summary['removed_mm3'])} mm³", "cut from the workpiece")]
            if "removed_mm3" in summary else [])
     speed = [("simulated in", f"{_number(summary['wall_s'], 1)} s",
               f"{_number(summary['cycles_per_s'] / 1e6, 2)} million clocks a second")
