@@ -95,9 +95,10 @@ class Doctor(Examination):
                 self._settings()
                 identity.memory(self)
                 sound = self._levels()
-                sound = guards.opened(self, self.wait_s) and sound
-                self._inputs()
-                self._free = self._free and sound
+                opened = guards.opened(self, self.wait_s)
+                self._look_again()
+                self._inputs(unlock=opened)
+                self._free = self._free and sound and opened
                 self._rest()
                 self._button()
                 self._motion()
@@ -183,10 +184,18 @@ class Doctor(Examination):
         self._guards = {one: meaning for meaning, one in open_guards(self.board, inputs)}
         return not any(check in BLOCKING for check, _, _ in wrong)
 
-    def _inputs(self) -> None:
-        """Unlock. The controller names one open guard, with its axes; its levels name all."""
+    def _look_again(self) -> None:
+        """Guards as they are now: opening them by hand has taken minutes."""
+        if self._guards is not None and (inputs := self.inputs()) is not None:
+            self._guards = {one: meaning for meaning, one in open_guards(self.board, inputs)}
+
+    def _inputs(self, *, unlock: bool) -> None:
+        """Unlock. The controller names one open guard, with its axes; its levels name all.
+
+        After a guard that was found wrong nothing is unlocked, so that no button arms anything.
+        """
         self._changed = True
-        said = self.command("$X", refused=True)
+        said = self.command("$X", refused=True) if unlock else []
         told = suspects(self.board, said)
         accused = {wire for one in self.findings if one.ok is False for wire in one.places}
         found_open = dict(self._guards or {})
@@ -205,11 +214,12 @@ class Doctor(Examination):
             self.find("inputs", False, " ".join(said))
         # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
-        self._free = not locked and open_pads <= {"fluid_low"}
+        self._free = unlock and not locked and open_pads <= {"fluid_low"}
         if self._guards is None:
             return      # nobody has looked at the others
+        wrong_pads = {one.wire.partition("[")[0] for one in accused}
         for pad, meaning in CLOSED.items():
-            if pad not in open_pads:
+            if pad not in open_pads | wrong_pads:
                 self.find(pad, True, meaning)
 
     def _rest(self) -> None:

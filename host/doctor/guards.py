@@ -39,6 +39,7 @@ def opened(doctor: Examination, wait_s: float) -> bool:
     """
     already, before = _open(doctor), len(doctor.findings)
     if already is None:
+        doctor.find("guards opened", None, "not tried: the controller did not tell its inputs")
         return True
     for what, pads in KINDS.items():
         wires = [(pad, bit) for pad in pads for bit in range(WIDTH[pad])
@@ -56,43 +57,70 @@ def opened(doctor: Examination, wait_s: float) -> bool:
 
 
 def _one(doctor: Examination, pad: str, bit: int, wait_s: float) -> None:
-    """Wait until this guard was open and is closed again; or another in its place."""
-    board = doctor.board
-    wanted = place(board, pad, bit)
+    """Wait until this guard was open and is closed again; or twice another in its place.
+
+    Once does not accuse it: a person may press another switch, and a contact may bounce.
+    """
+    wanted = place(doctor.board, pad, bit)
     check = f"{wanted.wire} opened"
+    act = ACTS[pad].format(axis=AXES[bit])
+    # It may still be open by what was done to another, or be held already.
+    if not _closed(doctor, wanted, wait_s):
+        doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
+        return
     before = _open(doctor) or []
-    doctor.say(f"Now {ACTS[pad].format(axis=AXES[bit])}: {wanted}.")
+    doctor.say(f"Now {act}: {wanted}.")
     end = doctor.port.time_s() + wait_s
     met: list[Place] = []       # that have opened, in their order
+    instead: list[Place] = []   # that opened and closed again, and this one did not
     while doctor.port.time_s() < end:
         seen = _open(doctor)
         if seen is not None:
             now = [one for one in seen if one not in before]
             met += [one for one in now if one not in met]
+            if wanted in met and wanted not in now:
+                others = [one.wire for one in met if one != wanted]
+                doctor.find(check, True, "it opened and closed" + (
+                    f"; with it {', '.join(others)}" if others else ", and no other did"))
+                return
             if met and not now:
-                break
+                if instead:
+                    break
+                instead = met
+                doctor.say(f"{_names(met)} opened, and {wanted.wire} did not. Once more, {act}: "
+                           f"{wanted}.")
+                met = []
         doctor.listen(LOOK_S)
-    else:
-        if wanted in met:
-            doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
-        elif not met:
-            doctor.find(check, False, f"it stayed closed for {wait_s:g} s: nobody opened it, or it "
-                        "is stuck at its supply or bridged, and guards nothing", [wanted])
-        else:
-            _in_its_place(doctor, check, wanted, met)
-        return
+    met = met or instead
     if wanted in met:
-        others = [one.wire for one in met if one != wanted]
-        doctor.find(check, True, "it opened and closed"
-                    + (f"; with it {', '.join(others)}" if others else ", and no other did"))
-    else:
-        _in_its_place(doctor, check, wanted, met)
+        doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
+    elif not met:
+        doctor.find(check, False, f"it stayed closed for {wait_s:g} s: nobody opened it, or it "
+                    "is stuck at its supply or bridged, and guards nothing", [wanted])
+    elif len(met) == 1:
+        doctor.find(check, False, f"it stayed closed, and {_names(met)} opened in its place: their "
+                    "wires are exchanged, or it is stuck or bridged", [wanted, *met])
+    else:   # more than a wire that is exchanged: they open by what was done to this one
+        doctor.find(check, False, f"it stayed closed, and {_names(met)} opened: it is stuck or "
+                    "bridged, and guards nothing", [wanted])
 
 
-def _in_its_place(doctor: Examination, check: str, wanted: Place, met: list[Place]) -> None:
-    names = ", ".join(one.wire for one in met)
-    doctor.find(check, False, f"it stayed closed, and {names} opened in its place: their wires are "
-                "exchanged", [wanted, *met])
+def _closed(doctor: Examination, wanted: Place, wait_s: float) -> bool:
+    """Wait until a guard is closed that was closed at first; whether it is."""
+    end = doctor.port.time_s() + wait_s
+    told = False
+    while wanted in (_open(doctor) or []):
+        if doctor.port.time_s() > end:
+            return False
+        if not told:
+            doctor.say(f"Waiting until this guard is closed again: {wanted}.")
+            told = True
+        doctor.listen(LOOK_S)
+    return True
+
+
+def _names(places: list[Place]) -> str:
+    return ", ".join(one.wire for one in places)
 
 
 def _open(doctor: Examination) -> list[Place] | None:
