@@ -213,8 +213,9 @@ def open_guard(wire):
 def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
     """Of eleven, one is stuck closed, and two are exchanged."""
     stuck, pair = "fluid_low", {"limit_low[1]": "limit_high[1]", "limit_high[1]": "limit_low[1]"}
+    sent = bytearray()
     found = examined(hand=lambda wire: None if wire == stuck else open_guard(
-        pair.get(wire, wire)))
+        pair.get(wire, wire)), meddle=lambda simulated, data: (sent.extend(data), data)[-1])
     assert found.of(True) >= {f"{wire} opened" for wire in GUARDS if wire not in (stuck, *pair)}
     wrong = {one.check: one for one in found.findings if one.ok is False}
     assert set(wrong) == {f"{wire} opened" for wire in (stuck, *pair)}
@@ -225,7 +226,8 @@ def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
         assert [str(one) for one in wrong[f"{wire} opened"].places] == [of(wire), of(other)]
     assert "estop" in found.of(True), "closed again"
     assert not {"limit_low", "limit_high", "fluid_low"} & found.of(True), "not ok and wrong at once"
-    assert "$X" not in found.report
+    assert b"$INPUTS" in sent
+    assert b"$X" not in sent, "nothing is unlocked"
     assert not found.armed
 
 
