@@ -208,7 +208,7 @@ def _manifest(board: str, built: Path) -> dict[str, Any]:
         complaint = missed({name: (_figure(clock["reached"]), _figure(clock["wanted"]))
                             for name, clock in manifest["clocks_mhz"].items()},
                            BOARDS[board].clock_hz)
-    except (ValueError, TypeError, KeyError, AttributeError, ZeroDivisionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, ArithmeticError) as error:
         raise UserError(f"the manifest of the bitstream for {board} is damaged: {again}") from error
     if whose != board:
         raise UserError(f"the bitstream in {built} is for {whose}, not for {board}: {again}")

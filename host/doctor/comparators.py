@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from constraints.board import Board
-from host.doctor.complaints import Place, place
+from host.doctor.complaints import Place, place, touched
 from host.doctor.examination import Examination, stopped
 from host.doctor.levels import CODES, FULL
 from host.scope.acquire import Acquisition, Trigger
@@ -119,25 +119,36 @@ def judged(board: Board, shown: Sequence[Seen]) -> tuple[bool, str, list[Place]]
 def sweep(doctor: Examination, name: str) -> list[str]:
     """Sweep the levels past the sensing pulses while this axis moves there and back.
 
-    Returns what the controller said if it stopped the axis; then nothing is found.
+    Returns what the controller said if it stopped the axis. A contact is then a finding: the way is
+    one that the axis has just gone without.
     """
     if stopped(doctor.command("$SCOPE", refused=True)):
         doctor.find("comparators", None, "this controller is built without the oscilloscope, "
                     "which the sweep needs")
         return []
     before = len(doctor.said)
-    shown: list[Seen | None] = [_look(doctor, name, (FULL - 1, FULL - 1), 1)]
+    # One level is at the top. Where contact's reference is exchanged with its, that is a contact.
+    shown: list[Seen | None] = [_look(doctor, name, (FULL - 1, 1), 1)]
     levels = levels_around(shown[0]) if shown[0] else [FULL - 1]
+    pad, reference = "gap_high", 0
     for number, level in enumerate(levels):
         if stopped(doctor.since(before)):
-            return doctor.since(before)
+            break
+        pad, reference = "gap_arc", 1
         shown.append(_look(doctor, name, (level, level), -1 if number % 2 == 0 else 1))
     pairs = [(True, (levels[0], levels[-1]), 1), (False, (levels[-1], levels[0]), -1)]
     ways = [(open_below, _look(doctor, name, pair, way)) for open_below, pair, way in pairs
             if len(levels) > 1 and not stopped(doctor.since(before))]
     doctor.command("$LEVELS", refused=True)
-    if stopped(doctor.since(before)):
-        return doctor.since(before)
+    if stopped(told := doctor.since(before)):
+        if any(map(touched, told)):
+            doctor.find("comparators", False, "with a high level tried it reads as a short, where "
+                        "the axis has just moved without one: the level for contact is exchanged "
+                        "with another, at the references or at the comparators",
+                        [place(doctor.board, *one) for one in (
+                            (pad, 0), ("gap_short", 0), ("gap_reference", reference),
+                            ("gap_reference", 2))])
+        return told
     whole = [one for one in shown[1:] if one]
     crossed = [(open_below, one) for open_below, one in ways if one]
     if len(whole) == len(levels) > 1 and len(crossed) == len(ways):

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 from constraints.board import Board
 from host.doctor import comparators, guards, identity
-from host.doctor.complaints import Place, place, suspects, touched
+from host.doctor.complaints import place, suspects, touched
 from host.doctor.examination import Examination, Finding, stopped
 from host.doctor.levels import BLOCKING, CLOSED, CODES, FULL, open_guards, resting
 from host.errors import UserError
@@ -76,7 +76,6 @@ class Doctor(Examination):
         self._swept = False     # the comparators have been looked at in a motion
         steps = named("step_axes")
         self._steps = int(machine.settings.get(str(steps.number), 0)) if machine else 0
-        self._guards: dict[Place, str] | None = None    # open by their levels, and what that means
 
     def examine(self) -> list[Finding]:
         """Make all checks; return what was found.
@@ -90,13 +89,15 @@ class Doctor(Examination):
         """
         try:
             try:
-                self._identify()
+                if not self._identify():
+                    self.find("wires", None, "not looked at: the gateware is another board's, and "
+                              "they would be told with wrong pins")
+                    return self.findings
                 self._try_link()
                 self._settings()
                 identity.memory(self)
                 sound = self._levels()
                 opened = guards.opened(self, self.wait_s)
-                self._look_again()
                 self._inputs(unlock=opened)
                 self._free = self._free and sound and opened
                 self._rest()
@@ -121,7 +122,8 @@ class Doctor(Examination):
 
     # ---- the checks
 
-    def _identify(self) -> None:
+    def _identify(self) -> bool:
+        """Tell who answers; false if its pins are another board's."""
         who = Controller(self.port, machines.load("sinker"), clock_hz=self.board.clock_hz,
                          say=self.say)
         who.identify(reset=False)
@@ -132,7 +134,7 @@ class Doctor(Examination):
         same = any(VERSION in line for line in version)
         self.find("identity", same, f"{' '.join(version) or 'it tells no version'}"
                    + ("" if same else f"; this checkout is {VERSION}"))
-        identity.gateware(self, identity.firmware(self, told))
+        return identity.gateware(self, identity.firmware(self, told))
 
     def _try_link(self) -> None:
         old, began = self._counts(), time.monotonic()
@@ -181,13 +183,7 @@ class Doctor(Examination):
             self.find("gap at rest", True, f"the converter reads {inputs.voltage} of {CODES} for "
                        f"the gap and {inputs.cell} for the fluid's cell; all comparators say: no "
                        "voltage, no current")
-        self._guards = {one: meaning for meaning, one in open_guards(self.board, inputs)}
         return not any(check in BLOCKING for check, _, _ in wrong)
-
-    def _look_again(self) -> None:
-        """Guards as they are now: opening them by hand has taken minutes."""
-        if self._guards is not None and (inputs := self.inputs()) is not None:
-            self._guards = {one: meaning for meaning, one in open_guards(self.board, inputs)}
 
     def _inputs(self, *, unlock: bool) -> None:
         """Unlock. The controller names one open guard, with its axes; its levels name all.
@@ -195,13 +191,15 @@ class Doctor(Examination):
         After a guard that was found wrong nothing is unlocked, so that no button arms anything.
         """
         self._changed = True
+        inputs = self.inputs()
+        found_open = {one: meaning for meaning, one in (
+            open_guards(self.board, inputs) if inputs else ())}
         said = self.command("$X", refused=True) if unlock else []
         told = suspects(self.board, said)
         accused = {wire for one in self.findings if one.ok is False for wire in one.places}
-        found_open = dict(self._guards or {})
         found = []
         for meaning, places in told:
-            if self._guards and any(one in found_open for one in places):
+            if any(one in found_open for one in places):
                 if len(places) == 1:    # it may know more: the third drive may be the wire's
                     found_open[places[0]] = meaning
             elif not accused & set(places):     # else it says the same again, less exactly
@@ -215,7 +213,7 @@ class Doctor(Examination):
         # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
         self._free = unlock and not locked and open_pads <= {"fluid_low"}
-        if self._guards is None:
+        if inputs is None:
             return      # nobody has looked at the others
         wrong_pads = {one.wire.partition("[")[0] for one in accused}
         for pad, meaning in CLOSED.items():
@@ -333,8 +331,7 @@ class Doctor(Examination):
             return
         self._swept = True
         said = comparators.sweep(self, name)
-        if any(map(touched, said)):
-            self.find("comparators", None, "touched on the way: move away by hand, then ask again")
+        if any(map(touched, said)):     # a finding already
             self._free = False
             said = [text for text in said if not touched(text) and "ALARM:" not in text]
         self._quiet("comparators", said)

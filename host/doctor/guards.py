@@ -109,7 +109,7 @@ def _closed(doctor: Examination, wanted: Place, wait_s: float) -> bool:
     """Wait until a guard is closed that was closed at first; whether it is."""
     end = doctor.port.time_s() + wait_s
     told = False
-    while wanted in (_open(doctor) or []):
+    while (now := _open(doctor)) is None or wanted in now:
         if doctor.port.time_s() > end:
             return False
         if not told:

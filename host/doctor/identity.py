@@ -35,21 +35,22 @@ def firmware(doctor: Examination, told: list[str]) -> int:
     return there.memory
 
 
-def gateware(doctor: Examination, memory_bytes: int) -> None:
+def gateware(doctor: Examination, memory_bytes: int) -> bool:
     """Compare the gateware's digest with this checkout's, and memory and clock with the board's.
 
-    The digest is of the sources, the board and its pins: gateware of another board, or for other
-    pins, would make the doctor accuse wrong wires.
+    The digest is of the sources, the board and its pins.
+
+    Returns false if the gateware is known to be another board's: its wires are at other pins.
     """
     from softcore.build import BOARDS, gateware_digest  # they load Amaranth
     first, began = doctor.build(), doctor.answered_s
     if first is None:
         doctor.find("gateware", False, "it does not know $INPUTS: load a bitstream of this "
                     "checkout (gapkeeper build, gapkeeper flash)")
-        return
+        return True
     if not first.gateware:
         doctor.find("gateware", True, f"a simulation of {first.clock_hz / 1e6:g} MHz")
-        return
+        return True
     digests = {name: int(gateware_digest(board)[:8], 16) for name, board in BOARDS.items()}
     own = digests[doctor.board.name]
     there = [name for name, value in digests.items() if value == first.gateware]
@@ -62,7 +63,7 @@ def gateware(doctor: Examination, memory_bytes: int) -> None:
     else:
         doctor.find("gateware", False, f"{first.gateware:08x}; this checkout's for "
                     f"{doctor.board.name} is {own:08x}: load its bitstream (gapkeeper build, "
-                    "gapkeeper flash)")
+                    "gapkeeper flash), else a wire may be at another pin than the one told here")
     if memory_bytes != doctor.board.memory_size:
         doctor.find("board", False, f"the memory has {memory_bytes} bytes, and that of "
                     f"{doctor.board.name} has {doctor.board.memory_size}: give the board that is "
@@ -75,6 +76,7 @@ def gateware(doctor: Examination, memory_bytes: int) -> None:
     doctor.find("clock", sound, f"{counted_hz / 1e6:.2f} MHz by this computer's time; the gateware "
                 f"is made for {first.clock_hz / 1e6:g} MHz, and the board has "
                 f"{wanted_hz / 1e6:g} MHz")
+    return first.gateware == own or not there
 
 
 def memory(doctor: Examination) -> None:

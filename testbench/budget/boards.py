@@ -12,7 +12,6 @@ import argparse
 import json
 import sys
 from dataclasses import dataclass, fields
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -93,8 +92,8 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _number(value: Any) -> Any:
-    """A finite number as it is, else None."""
-    return value if isinstance(value, int | float) and isfinite(value) else None
+    """A finite number as it is, else None. Neither is an integer that no float can hold."""
+    return value if isinstance(value, int | float) and abs(value) <= sys.float_info.max else None
 
 
 def _judged(name: str, path: Path) -> list[str]:

@@ -2,6 +2,7 @@
 """``gapkeeper doctor`` on the simulated machine, sound and with each of many wrong wires."""
 
 import re
+import signal
 import time
 from _thread import interrupt_main
 from dataclasses import dataclass
@@ -49,13 +50,23 @@ WRONG = [
       for how in ("cut", "open") for axis in range(3)),
     *(("encoder_swap", 1 << axis, {f"enc_a[{axis}]", f"enc_b[{axis}]", f"dac_negative[{axis}]"})
       for axis in range(3)),
-    ("reference_swap", 1, {"gap_high", "gap_arc", "gap_reference[0]", "gap_reference[1]"}),
+    *(("reference_swap", number, {pad for bit in pair for pad in (
+        ("gap_high", "gap_arc", "gap_short")[bit], f"gap_reference[{bit}]")})
+      for number, pair in ((1, (0, 1)), (2, (0, 2)), (3, (1, 2)))),
 ]
 GUARDS = ["estop", "fluid_low", *(f"{name}[{axis}]" for name in (
     "limit_low", "limit_high", "drive_fault") for axis in range(3))]
 PRESSED_S = 0.2     # a person holds a guard open for so long
 # In ``make test``, one of each kind; an examination takes 10 CPU seconds.
 QUICK = {("limit_high", 4), ("encoder_b_low", 2), ("comparator_dead", OPEN)}
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c():
+    """Ctrl-C ends an examination, also where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 class Wire(Tcp):

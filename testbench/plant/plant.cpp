@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant.hpp"
 
+#include <array>
 #include <cmath>
 
 namespace plant {
@@ -194,9 +195,12 @@ void Plant::levels() {
         cut >>= 1;
     }
     references_ = 0;
-    const unsigned open = force_reference_swap_ != 0 ? 1 : 0;
+    // Open, arc and short level: none exchanged, the first two, first and last, or the last two.
+    static constexpr std::array<std::array<unsigned, 3>, 4> AT{
+        {{0, 1, 2}, {1, 0, 2}, {2, 1, 0}, {0, 2, 1}}};
+    const auto& at = AT.at(static_cast<size_t>(force_reference_swap_) % AT.size());
     if (p_.comparator.fixed == 0)
-        gap_->put_levels(reference_v(open), reference_v(1 - open), reference_v(2));
+        gap_->put_levels(reference_v(at[0]), reference_v(at[1]), reference_v(at[2]));
 }
 
 // Present code of one of the converter's channels.

@@ -9,6 +9,7 @@ import pytest
 
 from host.doctor import identity
 from host.doctor.comparators import LADDER, Seen, apart, judged, levels_around, seen
+from host.doctor.doctor import Doctor
 from host.doctor.levels import Build, Inputs, open_guards, resting
 from host.scope.record import LEVELS, Record
 from softcore.build import BOARDS, gateware_digest
@@ -167,7 +168,7 @@ def test_gateware_and_clock_are_compared(gateware, told_hz, counted_hz, found):
     start = 2**32 - 1000
     patient = Patient(Build(gateware, told_hz, start),
                       Build(gateware, told_hz, (start + round(counted_hz)) % 2**32))
-    identity.gateware(patient, BOARD.memory_size)
+    assert identity.gateware(patient, BOARD.memory_size)
     assert tuple(ok for ok, _ in patient.found.values()) == found
 
 
@@ -177,10 +178,26 @@ def test_gateware_of_another_board_is_named_though_it_has_the_same_memory_and_cl
     assert (other.memory_size, other.clock_hz) == (beside.memory_size, beside.clock_hz)
     there = int(gateware_digest(other)[:8], 16)
     patient = Patient(Build(there, HZ, 0), Build(there, HZ, HZ), board=beside)
-    identity.gateware(patient, beside.memory_size)
+    assert not identity.gateware(patient, beside.memory_size)
     ok, said = patient.found["gateware"]
     assert not ok
     assert "for colorlight_i9, not for ulx3s_45f: give the board that is there by --board" in said
+
+
+def test_wires_of_another_boards_gateware_are_not_looked_at():
+    """They would be told with pins of the board that is not there."""
+    class Other(Doctor):
+        def _identify(self):
+            return False
+
+        def find(self, check, ok, said, places=()):
+            self.findings.append((check, ok))
+
+        def command(self, line, **_):
+            pytest.fail(f"it sends {line}")
+
+    doctor = Other(None, BOARD, ask=lambda _: pytest.fail("it asks"), say=print)
+    assert doctor.examine() == [("wires", None)]
 
 
 def test_another_memory_than_the_boards_tells_of_another_board():

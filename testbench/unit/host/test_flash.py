@@ -231,6 +231,7 @@ def test_a_bitstream_for_another_board_is_not_loaded(boards, loader):
     {"clocks_mhz": None}, {"clocks_mhz": {"clk": 52.5}}, {"clocks_mhz": [1]},
     {"clocks_mhz": {"clk": {"reached": 52.5}}},
     {"clocks_mhz": {"clk": {"reached": "x", "wanted": 50}}},
+    {"clocks_mhz": {"clk": {"reached": 10**400, "wanted": 50}}},
     {"clocks_mhz": {"clk": {"reached": 52.5, "wanted": 50.0},
                     "other": {"reached": float("nan"), "wanted": 50.0}}},
     {"board": None}, {"build": 7}, {"firmware_sha256": None}, {"bitstream_sha256": []},

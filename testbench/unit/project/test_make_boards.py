@@ -110,7 +110,8 @@ def test_a_change_beyond_five_percent_is_told_with_both_figures(monkeypatch, cha
     assert boards.changes("one", manifest(**changed)) == said
 
 
-@pytest.mark.parametrize("other", [{}, {"reached": NAN}, {"reached": None}, {"reached": "54"}, 7])
+@pytest.mark.parametrize("other", [
+    {}, {"reached": NAN}, {"reached": 10**400}, {"reached": None}, {"reached": "54"}, 7])
 def test_one_clock_without_a_figure_is_told(monkeypatch, other):
     """Also when another clock, before or behind it, has one."""
     monkeypatch.setitem(boards.BUDGETS, "one", BUDGET)
