@@ -200,11 +200,14 @@ def controller_options(board: Board, platform: Platform) -> dict:
 def gateware_digest(board: Board) -> str:
     """Digest of a board's gateware, in hexadecimal: of its sources, board, pins and options.
 
+    The pins are those with a fixed level too.
+
     A bitstream for other pins is another one, though it has the same sources. The controller tells
     the first 32 bits (``$INPUTS``).
     """
     platform = board.platform()
     made_of = [board.name, board.clock_hz, board.memory_size, board.memory_banks,
+               board.flash.journal, sorted((pad.name, level) for pad, level in FIXED.items()),
                sorted(controller_options(board, platform).items()),
                sorted(platform.resources.items(), key=lambda item: item[0]),
                sorted(platform.connectors.items())]
@@ -356,7 +359,7 @@ def _kept_layout(folder, planned):
                   for name, (reached, wanted) in made["fmax_mhz"].items()}
         return Bitstream(**made | {"cells": Cells(**made["cells"]), "fmax_mhz": clocks,
                                    "kept": True})
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, OverflowError):
         return None
 
 

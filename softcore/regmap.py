@@ -28,7 +28,8 @@ SYSTEM = Block(name="system", base=0x000, doc="What this gateware is, and its cl
                registers=_registers(
     ("ident", "Always ``GAPK``, first letter lowest, so that the firmware can refuse other "
      "gateware.", _value(32, "The four letters.", access="r")),
-    ("build", "Digest of the gateware's sources.", _value(32, "Its first 32 bits.", access="r")),
+    ("build", "Digest of the gateware: its sources, the board and its pins; 0 in a simulation.",
+     _value(32, "Its first 32 bits.", access="r")),
     ("clock_hz", "Clock frequency.", _value(32, "Clock.", access="r", unit="Hz")),
     ("pulses_per_mm", "Unit of position.", _value(32, "Pulses.", access="r", unit="pulse/mm")),
     ("shape", "Sizes of this build.", (

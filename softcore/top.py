@@ -19,10 +19,14 @@ from softcore.flash import SECTOR
 from softcore.sleep import GATE
 from softcore.soc import Soc
 
-__all__ = ["Top", "digest", "is_kept", "simulated", "simulation_netlist",
+__all__ = ["NO_GATEWARE", "Top", "digest", "is_kept", "simulated", "simulation_netlist",
            "simulation_verilog"]
 
 ROOT = Path(__file__).parents[1]
+# Sources beside the gateware's that have no part in it: a change of theirs needs no new layout.
+NO_GATEWARE = frozenset(f"softcore/{name}.py" for name in (
+    "generate", "image", "render", "tables/conditions", "tables/grbl", "tables/references",
+    "tables/settings"))
 SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
 SIMULATED_JOURNAL = Journal(0xE0_0000, 16 * SECTOR, 80 * SECTOR)  # as on the ULX3S
 
@@ -41,7 +45,9 @@ def digest() -> str:
     total = hashlib.sha256()
     for top in ("rtl", "softcore"):
         for path in sorted((ROOT / top).rglob("*.py")):
-            total.update(path.relative_to(ROOT).as_posix().encode() + b"\\0" + path.read_bytes())
+            name = path.relative_to(ROOT).as_posix()
+            if name not in NO_GATEWARE:
+                total.update(name.encode() + b"\\0" + path.read_bytes())
     return total.hexdigest()
 
 

@@ -6,7 +6,7 @@
 /* What this gateware is, and its clock. */
 typedef volatile struct {
     const uint32_t ident; /* Always ``GAPK``, first letter lowest, so that the firmware can refuse other gateware. */
-    const uint32_t build; /* Digest of the gateware's sources. */
+    const uint32_t build; /* Digest of the gateware: its sources, the board and its pins; 0 in a simulation. */
     const uint32_t clock_hz; /* Clock frequency. [Hz] */
     const uint32_t pulses_per_mm; /* Unit of position. [pulse/mm] */
     const uint32_t shape; /* Sizes of this build. */

@@ -4,6 +4,9 @@
 import hashlib
 import json
 import re
+import shutil
+import subprocess
+import sys
 from collections import Counter
 from dataclasses import replace
 from functools import cache
@@ -15,7 +18,7 @@ from constraints import wires
 from constraints.board import CHAIN, CHAINED, FIXED, PADS, POWER, unsafe_unloaded
 from constraints.wires import unloaded_high, unloaded_v
 from rtl import pads
-from softcore import build
+from softcore import build, top
 from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
 from softcore.contents import placeholder
@@ -285,6 +288,7 @@ def exchanged(platform):
 @pytest.mark.parametrize("change", [
     {"name": "another"}, {"memory_size": 4096}, {"arm_strapped": True},
     {"reference_rc_us": 2 * BOARD.reference_rc_us},
+    {"flash": replace(BOARD.flash, journal=replace(BOARD.flash.journal, base=0xD0_0000))},
     {"platform": lambda: exchanged(BOARD.platform())}], ids=lambda change: next(iter(change)))
 def test_gateware_for_other_pins_or_options_has_another_digest(change):
     assert build.gateware_digest(BOARD) == build.gateware_digest(replace(BOARD))
@@ -295,6 +299,32 @@ def test_the_digest_has_the_sources(monkeypatch):
     before = build.gateware_digest(BOARD)
     monkeypatch.setattr(build, "digest", lambda: "other sources")
     assert build.gateware_digest(BOARD) != before
+
+
+def test_the_digest_has_the_pins_of_a_fixed_level(monkeypatch):
+    before = build.gateware_digest(BOARD)
+    monkeypatch.setattr(build, "FIXED", {pad: 0 for pad in build.FIXED})
+    assert build.gateware_digest(BOARD) != before
+
+
+def test_what_the_digest_leaves_out_has_no_part_in_the_gateware(tmp_path, monkeypatch):
+    """No such source is imported with the controller, and its text does not change the digest."""
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys, softcore.top; print(*sys.modules)"], cwd=top.ROOT,
+        capture_output=True, text=True, check=True)
+    loaded = {name.replace(".", "/") + ".py" for name in done.stdout.split()}
+    assert "softcore/soc.py" in loaded
+    assert not top.NO_GATEWARE & loaded
+    assert all((top.ROOT / name).is_file() for name in top.NO_GATEWARE)
+    shutil.copytree(top.ROOT / "rtl", tmp_path / "rtl")
+    shutil.copytree(top.ROOT / "softcore", tmp_path / "softcore")
+    monkeypatch.setattr(top, "ROOT", tmp_path)
+    before = top.digest()
+    for name in sorted(top.NO_GATEWARE):
+        (tmp_path / name).write_text("# another\n")
+    assert top.digest() == before
+    (tmp_path / "softcore" / "soc.py").write_text("# another\n")
+    assert top.digest() != before
 
 
 def test_the_manifest_has_nothing_of_the_place_or_the_time(planned, board):
