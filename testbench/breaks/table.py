@@ -70,5 +70,5 @@ EQUIVALENT: tuple[Equivalent, ...] = (
 
 # The short form: safe outputs, the bound of the pulses, and the firmware's end of a cut.
 SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
-         "rtl/motion/feed.py: no pulse beyond the bound",
+         "rtl/motion/error_counter.py: a lost pulse is told",
          "softcore/firmware/base/alarm.c: an alarm ends the discharge")

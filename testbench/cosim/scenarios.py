@@ -81,6 +81,7 @@ SCENARIOS = (
     Scenario(staircase.steps_under_servo),
     Scenario(staircase.crowded_steps),
     Scenario(tapes.flipped_bits, {"count": 20, "choice": 1}),
+    Scenario(tapes.flipped_bits, {"count": 5, "choice": 1}),
     Scenario(tapes.broken_tapes),
     Scenario(tapes.noisy_line),
     Scenario(tapes.hard_work),

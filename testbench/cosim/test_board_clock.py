@@ -53,6 +53,7 @@ def stretch(clock_hz):
         return found
 
 
+@pytest.mark.soak
 def test_the_two_clocks_agree():
     slow, fast = (stretch(clock_hz) for clock_hz in CLOCKS_HZ)
     for name, tolerance in (("feed", SPEED), ("plateau", SPEED), ("pulses", PULSES),

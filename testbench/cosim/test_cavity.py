@@ -43,6 +43,7 @@ def test_a_summary_tells_the_walls_of_the_cavity_that_was_cut():
     assert wide[0] > wide[-2] + 0.005
 
 
+@pytest.mark.soak
 def test_a_short_job_of_the_experiment_consumes_what_its_cavity_opens():
     trial = Trial("staircase", seed=1, depth_mm=DEPTH_MM, parts=3)
     record = run(trial)

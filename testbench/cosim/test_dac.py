@@ -20,6 +20,7 @@ OWN = {"sigma_delta": ".modulator.noise", "pwm": ".modulator.left"}
 ON = {"sigma_delta": "sinker", "pwm": "half"}
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("kind", OWN)
 def test_a_tape_with_its_retractions_runs_on_either_converter(kind):
     usual = machines.load(ON[kind]).tables

@@ -57,8 +57,8 @@ WRONG = [
 GUARDS = ["estop", "fluid_low", *(f"{name}[{axis}]" for name in (
     "limit_low", "limit_high", "drive_fault") for axis in range(3))]
 PRESSED_S = 0.2     # a person holds a guard open for so long
-# In ``make test``, one of each kind; an examination takes 10 CPU seconds.
-QUICK = {("limit_high", 4), ("encoder_b_low", 2), ("comparator_dead", OPEN)}
+# In ``make test``; an examination takes 10 CPU seconds.
+QUICK = {("limit_high", 4), ("encoder_b_low", 2)}
 
 
 @pytest.fixture(autouse=True)
@@ -242,6 +242,7 @@ def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
     assert not found.armed
 
 
+@pytest.mark.soak
 def test_guards_that_nobody_opens_are_told_as_not_tried():
     found = examined(arm=False, agrees="")
     assert {"estop opened", "limit_low, limit_high opened", "drive_fault opened",
@@ -269,6 +270,7 @@ def test_the_wire_and_its_drive_are_the_third_drives_input():
     assert "the wire" in found.report
 
 
+@pytest.mark.soak
 def test_nothing_moves_without_a_yes():
     found = examined(agrees="")
     assert found.of(None) >= {"axis X", "axis Y", "axis Z"}
@@ -426,6 +428,7 @@ def test_ctrl_c_while_levels_are_tried_ends_the_trial():
     assert b"$X" not in seen
 
 
+@pytest.mark.soak
 def test_a_stop_during_the_sweep_is_told_and_nothing_else_moves():
     seen = bytearray()
 
@@ -453,6 +456,7 @@ def test_an_old_damaged_line_is_not_the_links_fault():
     assert "quality of the link" in found.of(True)
 
 
+@pytest.mark.soak
 def test_a_line_damaged_during_the_examination_is():
     hit = []
 
@@ -467,6 +471,7 @@ def test_a_line_damaged_during_the_examination_is():
     assert "quality of the link" in found.of(False)
 
 
+@pytest.mark.soak
 def test_a_button_that_nobody_presses_is_named():
     found = examined(arm=False)
     assert found.named == {of("arm")} == {"arm at J2 GN15 (site P16)"}

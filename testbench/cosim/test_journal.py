@@ -114,7 +114,7 @@ def random_cuts(on, rng, count):
 
 
 def test_a_power_cut_in_a_random_clock_leaves_the_old_or_the_new(on, rng):
-    random_cuts(on, rng, 6)
+    random_cuts(on, rng, 3)
 
 
 @pytest.mark.soak

@@ -98,6 +98,7 @@ def test_a_bit_of_the_memory_stops_the_machine_and_is_told(kind, bit):
         assert session.probe("processor_held") == (kind in ("code", "stack"))
 
 
+@pytest.mark.soak
 def test_what_the_ring_of_the_path_held_before_a_start_is_never_read():
     """A start does not clear it: the way back over a hundred blocks is the same with any words."""
     ring, extent = firmware_symbols()["ring"]

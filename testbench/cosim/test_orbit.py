@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from host.machines import machine as machines
 from host.run.run import Run
@@ -39,6 +40,7 @@ def off_path(trace, way, lowest, highest):
     return max(found), trace["feed"][rows], trace["state"][rows]
 
 
+@pytest.mark.soak
 def test_shorts_in_the_orbit_go_back_the_way_it_came():
     tape = load(TAPES / "sink_orbit.nc")
     drop = round(MACHINE.initial_gap_mm * MM)

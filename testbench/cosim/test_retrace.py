@@ -30,6 +30,7 @@ def test_way_back_over_short_blocks_ends_at_the_limit():
     assert min(way.mean for way in ways) > BACK
 
 
+@pytest.mark.soak
 def test_a_board_keeps_up_with_short_blocks():
     cost = first_pass(160, 50_000_000)
     assert cost.clocks < CLOCKS

@@ -51,6 +51,7 @@ def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
     assert {current for current in currents if current > 1000} == {6000, 8000}
 
 
+@pytest.mark.soak
 def test_the_full_current_comes_in_steps_of_half_an_ampere_and_no_more():
     half = machines.load("half")
     # One controller is built for this and for ``test_dac.py``.

@@ -25,10 +25,10 @@ def total(rng, programs, **arguments):
 
 
 def test_every_pulse_has_its_place(rng):
-    figures = total(rng, 4)
-    assert figures["pulses"] > 10_000
-    assert figures["backward"] > 1000
-    assert figures["retractions"] > 10
+    figures = total(rng, 2)
+    assert figures["pulses"] > 5000
+    assert figures["backward"] > 500
+    assert figures["retractions"] > 5
 
 
 @pytest.mark.soak

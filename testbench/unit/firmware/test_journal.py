@@ -133,6 +133,7 @@ def test_a_power_cut_at_every_byte_leaves_the_old_or_the_new(memory):
     assert total == 12 + 16 + 4, "a page, and no more"
 
 
+@pytest.mark.soak
 def test_a_power_cut_at_every_byte_of_a_long_record(memory):
     """A record of two pages."""
     machine = booted(memory)

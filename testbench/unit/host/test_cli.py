@@ -97,8 +97,8 @@ def test_unknown_board_is_refused_with_the_known_ones():
 
 
 @pytest.mark.parametrize(("failure", "message"), [
-    ("BuildError('no such pin.')", "gapkeeper: no such pin.\n"),
-    ("KeyboardInterrupt",          "gapkeeper: interrupted.\n"),
+    ("KeyboardInterrupt", "gapkeeper: interrupted.\n"),
+    pytest.param("BuildError('no such pin.')", "gapkeeper: no such pin.\n", marks=pytest.mark.soak),
 ])
 def test_a_build_that_ends_half_way_warns_of_nothing(failure, message):
     """Amaranth would warn of every block of gateware that was made and not yet used."""

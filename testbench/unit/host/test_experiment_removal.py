@@ -250,6 +250,7 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     assert (workdir / "out" / "plot.png").exists()
 
 
+@pytest.mark.soak
 def test_a_short_wall_is_finished():
     plan = calibrate(0.3)
     # 10 us of 35 at 80 V, less what rise and fall lose.

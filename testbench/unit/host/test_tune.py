@@ -15,6 +15,7 @@ from host.tune.command import tune
 from host.tune.drive import MODEL_LAG_S, Drive, Loop, overshoot, phase_margin, response
 from host.tune.tune import TuneError, loop_of, measured, proposal, settings_of, speed_of
 from softcore.tables.settings import SETTINGS
+from testbench.some import some
 
 TICK_S = 5e-5
 SET = {row.name: row.default for row in SETTINGS}
@@ -100,7 +101,8 @@ DRIVES = [Real(), Real(0.7, 0.05, 2e-3, 0.1), Real(1.3, -0.05, 2e-3, 0.1), Real(
           Real(1.3, 0.05, acceleration=3000)]
 
 
-@pytest.mark.parametrize(("real", "share"), [*((one, 100) for one in DRIVES), (DRIVES[1], 0)])
+@pytest.mark.parametrize(("real", "share"), some(
+    [*((one, 100) for one in DRIVES), (DRIVES[1], 0)], (DRIVES[1], 100), (DRIVES[2], 100)))
 def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
     settings = SET | {"feed_forward": share}
     one = found_on(real, settings)

@@ -85,11 +85,11 @@ class Bench:
 
 
 @pytest.mark.parametrize("radius", RADII)
-def test_is_the_closed_form_both_ways(simulate, rng, radius):
+def test_is_the_closed_form_both_ways(simulate, rng, radius, cases):
     bench = Bench(major=1, minor=2)
 
     async def run(ctx):
-        for _ in range(6):
+        for _ in range(cases(6)):
             piece = circle_piece(rng, radius, longest=60)
             at_end = rng.random() < 0.5
             await bench.enter(ctx, piece, at_end=at_end)

@@ -13,6 +13,7 @@ import pytest
 from rtl.motion.dac import Dac
 from testbench.native.build import HERE
 from testbench.native.component import component_library
+from testbench.some import some
 
 FULL, WINDOW = 1 << 15, 1 << 15
 FILTER = 25_000         # clocks
@@ -42,7 +43,7 @@ def filtered(rows):
     return kept ** clocks * (kept * level + within)
 
 
-@pytest.mark.parametrize("modulator", ["sigma_delta", "pwm"])
+@pytest.mark.parametrize("modulator", some(["sigma_delta", "pwm"]))
 def test_mean_and_ripple_behind_the_low_pass(modulator, rng):
     magnitudes = np.array(sorted({*MAGNITUDES, *(rng.randrange(1, FULL) for _ in range(20))}))
     rows = pulses(modulator, magnitudes, SETTLED + WINDOW)

@@ -103,7 +103,7 @@ def behind(dut, block, register, field):
     return getattr(getattr(dut.fields, block.name), member(register, field))
 
 
-def test_bus_follows_the_model(simulate, rng):
+def test_bus_follows_the_model(simulate, rng, cases):
     design, model = Restarted(), Model(BLOCKS)
     dut = design.file
     strobes = {f"{block.name}_{register.name}":
@@ -137,7 +137,7 @@ def test_bus_follows_the_model(simulate, rng):
                 ctx.set(behind(dut, block, register, field), value)
         for address in addresses:
             assert (await access(ctx, address))[0] == model.read(address, inputs)
-        for _ in range(1500):
+        for _ in range(cases(1500)):
             address = rng.choice(addresses)
             kind = rng.random()
             if kind < 0.1:
