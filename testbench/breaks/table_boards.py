@@ -106,7 +106,7 @@ BOARDS = (
          "a guard that opens in another's place is told"),
         ("                if instead:", "                if True:",
          "a wrong switch that is pressed once accuses nobody"),
-        ("    while wanted in (_open(doctor) or []):", "    while False:",
+        ("    while (now := _open(doctor)) is None or wanted in now:", "    while False:",
          "a guard that is still open is waited for"),
         ('doctor.find(check, False, f"it stayed closed for', 'doctor.find(check, True, f"it stayed',
          "a guard that stays closed is wrong"),

@@ -24,7 +24,7 @@ MACHINE = (
         "softcore/firmware/app/start_block.c", START,
         ("line < first;", "line <= first;", "the block itself is carried out"),
         ("    if (p->corners)\n        add(&p->corner);\n", "", "corners left out are reckoned"),
-        ("bool up = way[jump] > 0;", "bool up = way[jump] < 0;", "down comes last"),
+        ("bool up = along > 0;", "bool up = along < 0;", "down comes last"),
         ("axis != jump && way[axis]", "way[axis]", "down comes at all"),
         ("    first = 0;\n", "", "the block is forgotten"),
         ("start : highest, true, false", "start : highest, true, true",

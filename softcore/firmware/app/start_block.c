@@ -75,12 +75,14 @@ bool start_block_goes(void) {
         way[axis] = place[axis] - hal_axis_command(axis);
         across = across || (axis != jump && way[axis]);
     }
-    bool up = way[jump] > 0;
+    /* Up first, and down last. A wire machine has no jump axis: it goes straight there. */
+    int32_t along = jump < HAL_AXES ? way[jump] : 0;
+    bool up = along > 0;
     path_move move = {0};
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         if (axis == jump ? up || !across : !up)
             move.delta[axis] = way[axis];
-    if (!across && !way[jump])
+    if (!across && !along)
         return false;
     /* No faster than contact can stop the axes at once. */
     uint32_t start = settings_start_rate(), highest = settings_highest_rate();
