@@ -4,6 +4,7 @@
 Each run is a process of its own: a violation ends it.
 """
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from softcore.image import address_runtime
-from testbench.fuzz import under_address_sanitizer
+from testbench.fuzz import LINES, under_address_sanitizer
 
 ROOT = Path(__file__).parents[3]
 
@@ -43,6 +44,16 @@ def test_grown_tapes_find_new_ways_through_the_code(request, cases):
 def test_damaged_tapes_under_the_address_sanitizer(request, cases):
     seed, count = str(request.config.getoption("--seed")), cases(750)
     assert fuzzed(under_address_sanitizer(["--cases", str(count), "--seed", seed])) == count
+
+
+def test_every_word_of_the_operator_is_sent():
+    """The first column of the pages' table has them all."""
+    page = (ROOT / "docs" / "reference" / "link.md").read_text(encoding="utf-8")
+    told = {word for row in re.findall(r"^\| (`\$.*?) \| ", page, re.MULTILINE)
+            for word in re.findall(r"`(\$[A-Z$#]+)", row)}
+    assert {"$FROM", "$J", "$H", "$SCOPE"} <= told
+    assert told - {"$B"} <= {re.match(r"\$[A-Z$#]*", line)[0] for line in LINES
+                             if line.startswith("$")}
 
 
 def test_a_planted_violation_ends_the_process():
