@@ -20,7 +20,6 @@ from testbench.cosim.job import HEIGHT_MM, MM
 from testbench.cosim.planning import WATCHED, check_currents, check_switches, plan_on, steep
 from testbench.cosim.record import Record
 from testbench.native.simulation import Simulation
-from testbench.some import some
 
 LONGEST_STEP = 7500     # clocks of the firmware's main loop, of the watchdog's 10 000 at 2 MHz
 AT_REST = 1         # pulses from the end of a block within which the electrode has arrived
@@ -113,7 +112,8 @@ def run_and_check(machine, found, data, *, series, jump, forced):
                    margin=1 if series else OVERSHOOT)
 
 
-@pytest.mark.parametrize("series", some([True, False]), ids=["series", "blocks"])
+@pytest.mark.soak
+@pytest.mark.parametrize("series", [True, False], ids=["series", "blocks"])
 def test_a_short_job_has_each_current_from_its_depth_on(series):
     data = [steep(50.0), steep(100.0)]
     found = planned(data, Job(70, 150, 0.8))

@@ -57,7 +57,7 @@ def check_depth(done, deepest, bottom, depth):
     assert depth + 0.002 < bottom < depth + 0.1
 
 
-@pytest.mark.parametrize("ohm_cm", some(OHM_CM, OHM_CM[0], OHM_CM[-1]))
+@pytest.mark.parametrize("ohm_cm", some(OHM_CM))
 def test_servo_reaches_the_depth_in_every_fluid(ohm_cm):
     text = (TAPES / "sink_servo.nc").read_text()
     assert text.count(f"Z-{DEPTH_MM}") == 1
@@ -97,7 +97,7 @@ def test_classes_follow_a_fluid_that_drifts():
         assert 1e6 * 10 ** -event["t"] == pytest.approx(event["resistivity"], rel=0.05)
 
 
-@pytest.mark.parametrize("rule", some(gap.RULES, "consecutive", "delay"))
+@pytest.mark.parametrize("rule", some(gap.RULES, "delay"))
 def test_every_rule_reaches_its_depth(rule):
     """The tape's words bring its rule into force in the gateware, and the servo goes by it."""
     text = gap.tape_of(gap.Trial(rule, 1))

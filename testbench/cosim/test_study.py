@@ -121,6 +121,7 @@ def test_what_cannot_be_asked_is_refused():
 
 # ---- the environment
 
+@pytest.mark.soak
 def test_gymnasium_finds_nothing_wrong_with_the_environment(sinking):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
