@@ -49,12 +49,12 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-    "ulx3s": BoardBudget(luts=25_737, lut4=15_129, ccu2c=3970, ff=13_017, ram=198, bram=151, dsp=4,
-                         mhz=53.1),
-    "ulx3s_45f": BoardBudget(luts=25_743, lut4=15_145, ccu2c=3966, ff=13_018, ram=198, bram=107,
-                             dsp=4, mhz=48.1),
-    "colorlight_i9": BoardBudget(luts=25_760, lut4=15_156, ccu2c=3967, ff=13_018, ram=198,
-                                 bram=107, dsp=4, mhz=50.8),
+    "ulx3s": BoardBudget(luts=25_716, lut4=15_120, ccu2c=3964, ff=13_017, ram=198, bram=151, dsp=4,
+                         mhz=46.0),
+    "ulx3s_45f": BoardBudget(luts=25_748, lut4=15_156, ccu2c=3962, ff=13_018, ram=198, bram=107,
+                             dsp=4, mhz=44.9),
+    "colorlight_i9": BoardBudget(luts=25_742, lut4=15_150, ccu2c=3962, ff=13_018, ram=198,
+                                 bram=107, dsp=4, mhz=54.0),
 }
 
 
