@@ -13,13 +13,14 @@ import numpy as np
 
 from constraints.board import Board
 from host.doctor.complaints import Place, place, touched
-from host.doctor.examination import Examination, stopped
+from host.doctor.examination import CLEAR_MM, Examination, stopped
 from host.doctor.levels import CODES, FULL
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import Record
 
 __all__ = ["LOWEST", "Seen", "apart", "judged", "levels_around", "seen", "sweep"]
 
+AXES = "XYZ"
 SWEPT_MM = 0.05     # way of the axis for each level, there and back
 FEED = 6            # mm/min: half a second
 MOVED_S = 8.0
@@ -116,43 +117,44 @@ def judged(board: Board, shown: Sequence[Seen]) -> tuple[bool, str, list[Place]]
             f"between: {', '.join(said)} of full scale", suspects)
 
 
-def sweep(doctor: Examination, name: str) -> list[str]:
+@dataclass(frozen=True)
+class Look:
+    """A motion of the sweep.
+
+    ``seen`` is what its record shows, ``moved`` the way in mm. ``said`` is what was said if it was
+    stopped, else None.
+    """
+
+    seen: Seen | None
+    moved: float
+    said: list[str] | None
+
+
+def sweep(doctor: Examination, name: str) -> tuple[list[str], bool]:
     """Sweep the levels past the sensing pulses while this axis moves there and back.
 
-    Returns what the controller said if it stopped the axis. A contact is then a finding: the way is
-    one that the axis has just gone without.
+    Returns what the controller said against the machine, unless that is a finding already, and
+    whether axes may go on moving.
     """
     if stopped(doctor.command("$SCOPE", refused=True)):
         doctor.find("comparators", None, "this controller is built without the oscilloscope, "
                     "which the sweep needs")
-        return []
-    before = len(doctor.said)
-    # One level is at the top. Where contact's reference is exchanged with its, that is a contact.
-    shown: list[Seen | None] = [_look(doctor, name, (FULL - 1, 1), 1)]
-    levels = levels_around(shown[0]) if shown[0] else [FULL - 1]
-    pad, reference = "gap_high", 0
-    for number, level in enumerate(levels):
-        if stopped(doctor.since(before)):
-            break
-        pad, reference = "gap_arc", 1
-        shown.append(_look(doctor, name, (level, level), -1 if number % 2 == 0 else 1))
-    pairs = [(True, (levels[0], levels[-1]), 1), (False, (levels[-1], levels[0]), -1)]
-    ways = [(open_below, _look(doctor, name, pair, way)) for open_below, pair, way in pairs
-            if len(levels) > 1 and not stopped(doctor.since(before))]
+        return [], True
+    tried = [(FULL - 1, 1)]
+    looks = [_look(doctor, name, tried[0], 1)]
+    levels = levels_around(looks[0].seen) if looks[0].seen else [FULL - 1]
+    tried += [(level, level) for level in levels]
+    if len(levels) > 1:
+        tried += [(levels[0], levels[-1]), (levels[-1], levels[0])]
+    while looks[-1].said is None and len(looks) < len(tried):
+        looks.append(_look(doctor, name, tried[len(looks)], -1 if len(looks) % 2 else 1))
     doctor.command("$LEVELS", refused=True)
-    if stopped(told := doctor.since(before)):
-        if any(map(touched, told)):
-            doctor.find("comparators", False, "with a high level tried it reads as a short, where "
-                        "the axis has just moved without one: the level for contact is exchanged "
-                        "with another, at the references or at the comparators",
-                        [place(doctor.board, *one) for one in (
-                            (pad, 0), ("gap_short", 0), ("gap_reference", reference),
-                            ("gap_reference", 2))])
-        return told
-    whole = [one for one in shown[1:] if one]
-    crossed = [(open_below, one) for open_below, one in ways if one]
-    if len(whole) == len(levels) > 1 and len(crossed) == len(ways):
-        sound, said, places = judged(doctor.board, whole)
+    if looks[-1].said is not None:
+        return _ended(doctor, looks, tried[len(looks) - 1]), False
+    whole = [look.seen for look in looks[1:] if look.seen]
+    if len(whole) == len(tried) - 1 > 1:
+        sound, said, places = judged(doctor.board, whole[:len(levels)])
+        crossed = list(zip((True, False), whole[len(levels):], strict=True))
         if sound and (places := apart(doctor.board, crossed)):
             sound, said = False, (said + "; with one level below the voltage and one above it they "
                                   "are on the wrong sides: open level and arc level are exchanged, "
@@ -160,26 +162,60 @@ def sweep(doctor: Examination, name: str) -> list[str]:
         doctor.find("comparators", sound, said, places)
     else:
         doctor.find("comparators", None, "the oscilloscope saw no sensing pulse")
+    return [], True
+
+
+def _ended(doctor: Examination, looks: Sequence[Look], levels: tuple[int, int]) -> list[str]:
+    """Judge why the last look was stopped; return what was said, unless it is a finding now.
+
+    Where the level for contact is exchanged with one that is tried above the gap's voltage, the gap
+    reads as a short at once. The first look has the open level at the top and the arc level at the
+    bottom, so from the second one on it can only be the arc level.
+    """
+    last = looks[-1]
+    said = last.said or []
+    if not any(map(touched, said)):
+        if not said:
+            doctor.find("comparators", None, "the axis was stopped, and why was not heard: ask "
+                        "again")
+        return said
+    pad, reference = ("gap_high", 0) if len(looks) == 1 else ("gap_arc", 1)
+    voltage = (looks[0].seen.voltage if looks[0].seen else None) or 0.0
+    above = len(looks) == 1 or levels[1] > voltage >= LOWEST
+    if above and abs(last.moved) < CLEAR_MM:
+        doctor.find("comparators", False, "with a high level tried it reads as a short, where the "
+                    "axis has just moved without one: the level for contact is exchanged with "
+                    "another, at the references or at the comparators",
+                    [place(doctor.board, *one) for one in (
+                        (pad, 0), ("gap_short", 0), ("gap_reference", reference),
+                        ("gap_reference", 2))])
+    else:
+        doctor.find("comparators", None, "touched on the way: move away by hand, then ask again")
     return []
 
 
-def _look(doctor: Examination, name: str, levels: tuple[int, int], way: int) -> Seen | None:
-    """What a record shows while the axis moves; ``levels`` are of ``gap_high`` and ``gap_arc``."""
+def _look(doctor: Examination, name: str, levels: tuple[int, int], way: int) -> Look:
+    """Move the axis and read a record; ``levels`` are of ``gap_high`` and ``gap_arc``."""
+    before, axis = len(doctor.said), AXES.index(name)
+    start = doctor.places()[axis]
     doctor.command(f"$LEVELS={levels[0]},{levels[1]}", refused=True)
     doctor.listen(TRIED_S)
-    if stopped(doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}", refused=True)):
-        return None
-    doctor.await_state("Run", "Alarm", within_s=MOVED_S)
-    end = doctor.port.time_s() + MOVED_S
     wanted = Acquisition(Trigger("now", before=0), most=ENTRIES)
-    while wanted.record is None and doctor.port.time_s() < end:
-        line = wanted.line(doctor.port.time_s())
-        if line is None:
-            doctor.listen(TRIED_S)
-            continue
-        for text in doctor.command(line):
-            wanted.hear(text)
-        wanted.answered("ok")
-    doctor.await_state("Idle", "Alarm", within_s=MOVED_S)
-    doctor.listen(TRIED_S)
-    return None if wanted.record is None else seen(wanted.record, levels[0])
+    if not stopped(doctor.command(f"G91 G94 G01 {name}{way * SWEPT_MM:g} F{FEED}", refused=True)):
+        doctor.await_state("Run", "Alarm", within_s=MOVED_S)
+        end = doctor.port.time_s() + MOVED_S
+        while wanted.record is None and doctor.port.time_s() < end:
+            line = wanted.line(doctor.port.time_s())
+            if line is None:
+                doctor.listen(TRIED_S)
+                continue
+            for text in doctor.command(line):
+                wanted.hear(text)
+            wanted.answered("ok")
+        doctor.await_state("Idle", "Alarm", within_s=MOVED_S)
+        doctor.listen(TRIED_S)
+    said = [text for text in doctor.since(before) if not text.startswith("[SCOPE")]
+    # The line of the alarm may get lost, and the controller still tells its state.
+    ended = stopped(said) or doctor.link.status()["state"] == "Alarm"
+    return Look(None if wanted.record is None else seen(wanted.record, levels[0]),
+                doctor.places()[axis] - start, said if ended else None)

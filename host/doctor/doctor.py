@@ -15,7 +15,7 @@ from collections.abc import Callable
 from constraints.board import Board
 from host.doctor import comparators, guards, identity
 from host.doctor.complaints import place, suspects, touched
-from host.doctor.examination import Examination, Finding, stopped
+from host.doctor.examination import CLEAR_MM, Examination, Finding, stopped
 from host.doctor.levels import BLOCKING, CLOSED, CODES, FULL, open_guards, resting
 from host.errors import UserError
 from host.link.link import RESET, HeldError, LinkError
@@ -31,7 +31,6 @@ VERSION = "Gapkeeper 0.1"   # of the firmware of this checkout, as $I tells it
 ASKED = 40                  # lines that try the link
 WATCHED_S = 2.0             # rest during which memory and gates must stay silent
 STEP_MM = 0.2               # an axis is moved by so much, and back
-CLEAR_MM = STEP_MM / 100    # an axis that came so far had an open gap before it touched
 MOVED_S = 8.0
 FIN_S = 130.0               # either edge of FIN may take a minute ($425)
 SETTLED_S = 0.5             # for the contactor, and for an alarm at the end of a motion
@@ -191,9 +190,10 @@ class Doctor(Examination):
         After a guard that was found wrong nothing is unlocked, so that no button arms anything.
         """
         self._changed = True
-        inputs = self.inputs()
-        found_open = {one: meaning for meaning, one in (
-            open_guards(self.board, inputs) if inputs else ())}
+        if (inputs := self.inputs()) is None:
+            self.find("inputs", None, "it did not tell its inputs: ask again")
+            return
+        found_open = {one: meaning for meaning, one in open_guards(self.board, inputs)}
         said = self.command("$X", refused=True) if unlock else []
         told = suspects(self.board, said)
         accused = {wire for one in self.findings if one.ok is False for wire in one.places}
@@ -213,8 +213,6 @@ class Doctor(Examination):
         # On a limit switch it is unlocked. Too little fluid keeps nobody from moving.
         open_pads = {one.wire.partition("[")[0] for _, places in found for one in places}
         self._free = unlock and not locked and open_pads <= {"fluid_low"}
-        if inputs is None:
-            return      # nobody has looked at the others
         wrong_pads = {one.wire.partition("[")[0] for one in accused}
         for pad, meaning in CLOSED.items():
             if pad not in open_pads | wrong_pads:
@@ -330,10 +328,8 @@ class Doctor(Examination):
         if self._swept:
             return
         self._swept = True
-        said = comparators.sweep(self, name)
-        if any(map(touched, said)):     # a finding already
-            self._free = False
-            said = [text for text in said if not touched(text) and "ALARM:" not in text]
+        said, goes_on = comparators.sweep(self, name)
+        self._free = self._free and goes_on
         self._quiet("comparators", said)
 
     def _coder_is_silent(self, axis: int, name: str) -> bool:

@@ -12,9 +12,10 @@ from host.doctor.levels import Build, Inputs
 from host.link.link import ANSWER_TIMEOUT_S, Link, RefusedError
 from host.link.port import Port
 
-__all__ = ["Examination", "Finding", "stopped"]
+__all__ = ["CLEAR_MM", "Examination", "Finding", "stopped"]
 
 Told = TypeVar("Told")
+CLEAR_MM = 0.002    # an axis that came so far had an open gap before it touched
 QUIET_S = 0.1       # after an answer: what else there is to say
 
 

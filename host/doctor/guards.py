@@ -65,10 +65,9 @@ def _one(doctor: Examination, pad: str, bit: int, wait_s: float) -> None:
     check = f"{wanted.wire} opened"
     act = ACTS[pad].format(axis=AXES[bit])
     # It may still be open by what was done to another, or be held already.
-    if not _closed(doctor, wanted, wait_s):
-        doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
+    before = _closed(doctor, check, wanted, wait_s)
+    if before is None:
         return
-    before = _open(doctor) or []
     doctor.say(f"Now {act}: {wanted}.")
     end = doctor.port.time_s() + wait_s
     met: list[Place] = []       # that have opened, in their order
@@ -105,18 +104,29 @@ def _one(doctor: Examination, pad: str, bit: int, wait_s: float) -> None:
                     "bridged, and guards nothing", [wanted])
 
 
-def _closed(doctor: Examination, wanted: Place, wait_s: float) -> bool:
-    """Wait until a guard is closed that was closed at first; whether it is."""
+def _closed(doctor: Examination, check: str, wanted: Place, wait_s: float) -> list[Place] | None:
+    """Wait until a guard is closed that was closed at first; return which are open then.
+
+    None is after a finding: it stays open, or the controller does not tell.
+    """
     end = doctor.port.time_s() + wait_s
-    told = False
-    while (now := _open(doctor)) is None or wanted in now:
+    told, asked = False, False
+    while True:
+        now = _open(doctor)
+        if now is not None and wanted not in now:
+            return now
+        told = told or now is not None
         if doctor.port.time_s() > end:
-            return False
-        if not told:
+            break
+        if now is not None and not asked:
             doctor.say(f"Waiting until this guard is closed again: {wanted}.")
-            told = True
+            asked = True
         doctor.listen(LOOK_S)
-    return True
+    if told:
+        doctor.find(check, False, f"it stayed open for {wait_s:g} s", [wanted])
+    else:
+        doctor.find(check, None, "the controller did not tell its inputs")
+    return None
 
 
 def _names(places: list[Place]) -> str:

@@ -40,7 +40,8 @@ def gateware(doctor: Examination, memory_bytes: int) -> bool:
 
     The digest is of the sources, the board and its pins.
 
-    Returns false if the gateware is known to be another board's: its wires are at other pins.
+    Returns false if the gateware is another board's, by its digest or its memory: its wires are at
+    other pins.
     """
     from softcore.build import BOARDS, gateware_digest  # they load Amaranth
     first, began = doctor.build(), doctor.answered_s
@@ -76,7 +77,7 @@ def gateware(doctor: Examination, memory_bytes: int) -> bool:
     doctor.find("clock", sound, f"{counted_hz / 1e6:.2f} MHz by this computer's time; the gateware "
                 f"is made for {first.clock_hz / 1e6:g} MHz, and the board has "
                 f"{wanted_hz / 1e6:g} MHz")
-    return first.gateware == own or not there
+    return first.gateware == own or (not there and memory_bytes in (0, doctor.board.memory_size))
 
 
 def memory(doctor: Examination) -> None:

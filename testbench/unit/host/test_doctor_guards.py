@@ -29,6 +29,8 @@ class Fake:
     opened: list = field(default_factory=list)
     now_s: float = 0.0
     port: object = None
+    lost: tuple = ()    # numbers of the looks whose answer gets lost; None is all
+    looks: int = 0
 
     def __post_init__(self):
         self.port = SimpleNamespace(time_s=lambda: self.now_s)
@@ -51,6 +53,9 @@ class Fake:
 
     def inputs(self):
         self.now_s += 0.01
+        self.looks += 1
+        if self.looks > 1 and (self.lost is None or self.looks in self.lost):
+            return None
         levels = dict(SOUND.levels)
         for wire, start, end in self.opened:
             if start <= self.now_s < end:
@@ -141,3 +146,19 @@ def test_exchanged_wires_are_both_named():
     assert not sound
     assert wrong(found) == {"limit_low[1]": ["limit_low[1]", "limit_high[1]"],
                             "limit_high[1]": ["limit_high[1]", "limit_low[1]"]}
+
+
+@pytest.mark.parametrize("lost", [2, 3, 4])
+def test_a_lost_answer_accuses_nobody(lost):
+    """The float switch has been open all the time. Look 2 is whether the first guard is closed."""
+    fake = Fake(GOOD, lost=(lost,), opened=[("fluid_low", 0.0, 1e9)])
+    assert guards.opened(fake, WAIT_S)
+    assert [one.check for one in fake.findings if one.ok is not True] == []
+    assert not any("with it" in one.said for one in fake.findings)
+    assert not any(text.startswith("Waiting") for text in fake.said)
+
+
+def test_inputs_that_are_never_told_accuse_nobody():
+    fake = Fake(GOOD, lost=None)
+    assert guards.opened(fake, WAIT_S)
+    assert {one.ok for one in fake.findings} == {None}
