@@ -12,11 +12,13 @@ import contextlib
 import ctypes
 import os
 import random
+import struct
 import subprocess
 import sys
 import time
 
 from host.errors import TapeError
+from host.firmware import characters
 from host.tape.codes import EIA, ISO
 from softcore.image import address_runtime, host_library
 from softcore.tables.settings import SETTINGS, assign
@@ -31,10 +33,13 @@ PLAN_PASSES = 20_000
 LINES = (
     "$X", "$POSITION=HERE", "$$", "$ES", "$#", "$RESUME", "$I", "$FIRMWARE", "$INPUTS",
     "$MEMORY", "$LEVELS", "$LEVELS=400,200", "$N", "$J=G91X1F600", "$J=G91Z-.1Y2F60", "$H",
-    "$FROM=1", "$FROM=3", "$FROM=5", "$FROM=9", "$RST=$", "$RST=#", "$C", "$SLP", "$ES=412",
-    "$EG", "$G", "$L", "$P", "$", "$BI4,9", "$BP50,100,3", "$SCOPE", "$SCOPE=short,100,0",
-    "$SCOPE=now,0,0", "$SCOPE=FORCE", "$SCOPE=READ,0,9", "$SCOPE=READ,4000,200",
-    "$FIRMWARE=BAAAA", "$FIRMWARE=DAAAA", "$FIRMWARE=E", "$FIRMWARE=K", "$FIRMWARE=C",
+    "$FROM=1", "$FROM=3", "$FROM=5", "$FROM=9", "$RST=$", "$RST=#", "$RST=*", "$C", "$SLP",
+    "$ES=412", "$EG", "$G", "$L", "$P", "$", "$BI4,9", "$BP50,100,3", "$SCOPE",
+    "$SCOPE=NOW,50", "$SCOPE=SHORT,50", "$SCOPE=RISE,50,2000", "$SCOPE=STOP", "$SCOPE=FORCE",
+    "$SCOPE=READ,0,9", "$SCOPE=READ,400,200",
+    f"$FIRMWARE=B{characters(struct.pack('<II', 256, 0))}",
+    f"$FIRMWARE=D{characters(bytes(132))}",
+    "$FIRMWARE=BAAAA", "$FIRMWARE=E", "$FIRMWARE=K", "$FIRMWARE=C",
     "G38.2 Z-1 F60", "G38.4 X.5 F10", "G28", "G10 L20 P1 X1", "G39 P1", "$RETRACT")
 
 

@@ -11,6 +11,7 @@ from testbench.cosim.job import MM
 from testbench.cosim.short_blocks import first_pass, retrace
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
+from testbench.some import some
 
 MACHINE = machines.load("sinker")
 
@@ -19,8 +20,8 @@ MACHINE = machines.load("sinker")
 # the check of the image, as the code then had other places in a cache of 4 KiB). A remembered block
 # costs some 3000. The rapid feed is 30; a board's clock is 25 times as fast.
 FORWARD, BACK = 1.04, 4.5
-# At most, a block of 10 um: 27.4 mm/s at 50 MHz, a line of 1 Mbaud. 17 678 measured,
-# with the sources of `image.FAST` compiled for speed.
+# At most, a block of 10 um: 27.4 mm/s at 50 MHz, a line of 1 Mbaud. Measured are 17 419 at 2 MHz
+# and 17 455 at 50 MHz, with the sources of `image.FAST` compiled for speed.
 CLOCKS, SAID = 18_200, 33
 
 
@@ -30,9 +31,9 @@ def test_way_back_over_short_blocks_ends_at_the_limit():
     assert min(way.mean for way in ways) > BACK
 
 
-@pytest.mark.soak
-def test_a_board_keeps_up_with_short_blocks():
-    cost = first_pass(160, 50_000_000)
+@pytest.mark.parametrize("clock_hz", some([2_000_000, 50_000_000]))
+def test_a_board_keeps_up_with_short_blocks(clock_hz):
+    cost = first_pass(160, clock_hz)
     assert cost.clocks < CLOCKS
     assert cost.said < SAID
 
