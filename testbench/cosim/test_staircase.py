@@ -38,6 +38,7 @@ def test_every_step_comes_at_its_depth_and_with_its_current():
     check_currents(record, clocks)
 
 
+@pytest.mark.soak
 def test_a_supply_of_finer_steps_gives_the_current_that_is_said():
     tables = MACHINE.tables | {"source": MACHINE.tables["source"] | {"step_a": 0.5}}
     with Simulation(machine=tables, clock_hz=MACHINE.clock_hz, seed=1, trace=False) as session:

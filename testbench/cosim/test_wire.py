@@ -145,6 +145,7 @@ def followed(name):
     return starts, plan, train.backward
 
 
+@pytest.mark.soak
 def test_shorts_amid_arcs_go_back_along_them():
     starts, plan, backward = followed("wire_arcs.nc")
     for x_mm, y_mm in ((0.4, 0.4), (1.2, 0.4)):

@@ -15,9 +15,11 @@ __all__ = ["BUILD", "BuildError", "digest", "kept", "link", "objects", "run", "v
 
 BUILD = Path(__file__).parents[2] / "build" / "native"
 
-# The Verilog is generated: its widths were decided, and reviewed, in Amaranth.
-VERILATE = ["--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
-            "-Wno-fatal", "-Wno-lint", "-Wno-style", "--prefix", "Vtop"]
+# The Verilog is generated: its widths were decided, and reviewed, in Amaranth. Without look-up
+# tables and without a graph of the dataflow, Verilator takes 13 CPU seconds for the controller in
+# place of 35; its C++ compiles as fast, and simulates no slower.
+VERILATE = ["--cc", "-O3", "-fno-table", "-fno-dfg", "--x-assign", "fast", "--x-initial", "fast",
+            "--noassert", "-Wno-fatal", "-Wno-lint", "-Wno-style", "--prefix", "Vtop"]
 # Nobody reads the generated C++: no warnings.
 COMPILE = ["-O2", "-fPIC", "-w"]
 # zig turns sanitizers on by default.

@@ -306,6 +306,7 @@ def test_lines_and_arcs_are_walked_both_ways_to_the_pulse(machine, rng):
         assert machine.axes == (trail[at] if at >= 0 else (0, 0, -at))
 
 
+@pytest.mark.soak
 def test_five_thousand_blocks_back_to_the_start(machine, rng):
     """Of a program of 10 000: lines of 10 um and every tenth an arc."""
     moves = []
