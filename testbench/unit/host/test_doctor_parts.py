@@ -9,7 +9,6 @@ import pytest
 
 from host.doctor import identity
 from host.doctor.comparators import LADDER, Seen, apart, judged, levels_around, seen
-from host.doctor.doctor import Doctor
 from host.doctor.levels import Build, Inputs, open_guards, resting
 from host.scope.record import LEVELS, Record
 from softcore.build import BOARDS, gateware_digest
@@ -182,22 +181,6 @@ def test_gateware_of_another_board_is_named_though_it_has_the_same_memory_and_cl
     ok, said = patient.found["gateware"]
     assert not ok
     assert "for colorlight_i9, not for ulx3s_45f: give the board that is there by --board" in said
-
-
-def test_wires_of_another_boards_gateware_are_not_looked_at():
-    """They would be told with pins of the board that is not there."""
-    class Other(Doctor):
-        def _identify(self):
-            return False
-
-        def find(self, check, ok, said, places=()):
-            self.findings.append((check, ok))
-
-        def command(self, line, **_):
-            pytest.fail(f"it sends {line}")
-
-    doctor = Other(None, BOARD, ask=lambda _: pytest.fail("it asks"), say=print)
-    assert doctor.examine() == [("wires", None)]
 
 
 def test_another_memory_than_the_boards_tells_of_another_board():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor's sweep of the comparators, and its look at the inputs, without a machine."""
+"""The doctor's sweep of the comparators, and what it does not look at, without a machine."""
 
 from types import SimpleNamespace
 
@@ -115,18 +115,28 @@ def test_an_alarm_whose_line_was_lost_is_seen_in_the_state():
     assert comparators._look(patient, "Y", (FULL - 1, 1), 1) == Look(None, 0.0, [])
 
 
-def test_nothing_is_unlocked_that_does_not_tell_its_inputs():
-    class Silent(Doctor):
-        def inputs(self):
-            return None
+class Mute(Doctor):
+    """Sends nothing, asks nothing, and keeps the checks with their outcomes."""
 
-        def find(self, check, ok, said, places=()):
-            self.findings.append((check, ok))
+    def __init__(self):
+        super().__init__(None, BOARDS["ulx3s"], ask=lambda _: pytest.fail("it asks"), say=print)
 
-        def command(self, line, **_):
-            pytest.fail(f"it sends {line}")
+    def find(self, check, ok, said, places=()):
+        self.findings.append((check, ok))
 
-    doctor = Silent(None, BOARDS["ulx3s"], ask=lambda _: True, say=print)
+    def command(self, line, **_):
+        pytest.fail(f"it sends {line}")
+
+
+def test_nothing_is_unlocked_that_does_not_tell_its_inputs(monkeypatch):
+    monkeypatch.setattr(Mute, "inputs", lambda self: None)
+    doctor = Mute()
     doctor._inputs(unlock=True)
     assert doctor.findings == [("inputs", None)]
     assert not doctor._free
+
+
+def test_wires_of_another_boards_gateware_are_not_looked_at(monkeypatch):
+    """They would be told with pins of the board that is not there."""
+    monkeypatch.setattr(Mute, "_identify", lambda self: False)
+    assert Mute().examine() == [("wires", None)]
