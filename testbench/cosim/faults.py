@@ -147,11 +147,12 @@ def hung(session: Session, kind: str, delay: int) -> dict:
     return {"events": job.events, "clocks": safe - last}
 
 
-def browned_out(session: Session, clocks: int) -> dict:
+def browned_out(session: Session, clocks: int, accepted: bool = True) -> dict:
     """The supply fails for some clocks in mid-motion: safe at once, and the position is lost.
 
     The memory keeps its contents. Nothing moves or burns until somebody has unlocked, pressed the
-    button and accepted the position.
+    button and accepted the position, which is done if ``accepted``: from then on the machine tells
+    the place that it was given, although it is not the true one.
     """
     job = _machining(session)
     session.set("force.brown_out", 1)
@@ -175,7 +176,9 @@ def browned_out(session: Session, clocks: int) -> dict:
             job.link.command(line)
     session.run(session.clock_hz // 10)
     assert session.positions()["z"] == stands
-    job.make_ready()
-    job.link.command("G00 Z1")
-    job.until(lambda: job.link.status()["state"] == "Idle", "the end of the motion", step=10_000)
+    if accepted:
+        job.make_ready()
+        job.link.command("G00 Z1")
+        job.until(lambda: job.link.status()["state"] == "Idle", "the end of the motion",
+                  step=10_000)
     return {"cycle": session.cycle, "counted": counted, "true": true}

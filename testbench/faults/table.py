@@ -102,7 +102,8 @@ def _hung(kind):
 
 
 def _browned_out(clocks):
-    return Scene(f"supply gone for {clocks} clocks", faults.browned_out, {"clocks": clocks})
+    return Scene(f"supply gone for {clocks} clocks", faults.browned_out,
+                 {"clocks": clocks, "accepted": False})
 
 
 BROKEN_CHARACTER = Scene("the point of `G00 Z-0.5` without its stop bit", line.broken_character,
@@ -265,7 +266,8 @@ CLASSES = (
         "C16", "power loss", "the supply gone for 1 to 1000 clocks, in a cut", "supply",
         "safe at once; locked and lost afterwards",
         (Trial("any phase", _brown_out, PINS, count=6), _browned_out(1)),
-        "A tape is not resumed where it was: there is no journal, so no write of one can be cut."),
+        "The supply gone while settings or the place of a job are stored: see "
+        "`unit/firmware/test_journal.py`, `cosim/test_journal.py`, `unit/host/test_interrupted.py`."),
     FaultClass(
         "C17", "serial line", "overrun, framing errors, bytes lost and doubled", "the serial line",
         "nothing bent is carried out; what is lost is told",
