@@ -267,7 +267,8 @@ CLASSES = (
         "safe at once; locked and lost afterwards",
         (Trial("any phase", _brown_out, PINS, count=6), _browned_out(1)),
         "The supply gone while settings or the place of a job are stored: see "
-        "`unit/firmware/test_journal.py`, `cosim/test_journal.py`, `unit/host/test_interrupted.py`."),
+        "`unit/firmware/test_journal.py`, `cosim/test_journal.py` and "
+        "`unit/host/test_interrupted.py`."),
     FaultClass(
         "C17", "serial line", "overrun, framing errors, bytes lost and doubled", "the serial line",
         "nothing bent is carried out; what is lost is told",

@@ -24,7 +24,8 @@ MACHINE = machines.load("sinker")
 # Cases of the short form: those that no other test of `make test` runs.
 SHORT = ("F5", "F6", "F7", "C16", "C19")
 SHORT_CASES = {"eight settings that guard, M03 on and in a cut", "Ctrl-X in a cut",
-               "nobody presses `arm`", "any phase", "a frame torn in two"}
+               "supply gone for 1 clocks", "nobody presses `arm`", "any phase",
+               "a frame torn in two"}
 HEARD = "[E:alarm,809532,7,0,0,-99,140,it is broken, and safe]\r\nALARM:140\r\n"
 
 
