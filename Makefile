@@ -23,7 +23,7 @@ run: install   ## punch a tape, run it on the simulated machine, write a report 
 
 check: venv    ## lint, types and every quick test: the loop while you work
 	@$(MAKE) --no-print-directory lint
-	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick --sim amaranth $(TESTS)
+	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick --sim amaranth testbench/unit $(TESTS)
 
 # A test checks the types: so both cores are at work meanwhile.
 test: install  ## every test but the long ones (soak); decides whether a change lands (TESTS=)
