@@ -198,7 +198,7 @@ def controller_options(board: Board, platform: Platform) -> dict:
 
 
 def gateware_digest(board: Board) -> str:
-    """Digest of a board's gateware, in hexadecimal: of its sources, board, pins and options.
+    """Digest of a board's gateware, in hexadecimal: of its sources, part, board, pins and options.
 
     The pins are those with a fixed level too.
 
@@ -206,7 +206,8 @@ def gateware_digest(board: Board) -> str:
     the first 32 bits (``$INPUTS``).
     """
     platform = board.platform()
-    made_of = [board.name, board.clock_hz, board.memory_size, board.memory_banks,
+    made_of = [platform.device, platform.package, platform.speed, platform.default_clk,
+               board.name, board.clock_hz, board.memory_size, board.memory_banks,
                board.flash.journal, sorted((pad.name, level) for pad, level in FIXED.items()),
                sorted(controller_options(board, platform).items()),
                sorted(platform.resources.items(), key=lambda item: item[0]),

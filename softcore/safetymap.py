@@ -51,7 +51,8 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="leaving", bits=1, access="r", doc="The machine is leaving them."))),
     ("damage", "Damage that cause ``guard`` has found since the interlock was cleared.", (
         Field(name="axes", bits=len(AXES), access="r",
-              doc="Command, position and Er of an axis disagree, bit 0 X."),
+              doc="Command, position and Er of an axis disagree, or the state of its backlash has "
+                  "a wrong parity, bit 0 X."),
         Field(name="word", bits=1, access="r", doc="A word of the path window has a wrong parity."),
         Field(name="segment", bits=1, access="r",
               doc="A word of the present segment has a wrong parity."),

@@ -191,7 +191,7 @@ class Axis(wiring.Component):
     status_illegal : Out(1)
         The encoder has jumped, since ``adopt``.
     damaged : Out(1)
-        See ``ErrorCounter``.
+        See ``ErrorCounter`` and ``Backlash``.
     status_check : Out(3)
         What the supervision of the coder has found (``Check``), since ``adopt``.
     following_stopped : Out(1)
@@ -339,7 +339,7 @@ class Axis(wiring.Component):
             self.position.eq(counter.position),
             self.error.eq(counter.error),
             self.status_saturated.eq(counter.saturated),
-            self.damaged.eq(counter.damaged),
+            self.damaged.eq(counter.damaged | backlash.damaged),
         ]
 
         # The counter never takes its lowest code, so the magnitude needs one bit less.

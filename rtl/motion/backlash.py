@@ -28,6 +28,9 @@ class Backlash(wiring.Component):
     After ``clear`` the drive counts as having come up: ``taken_up`` is 0, and no pulse is made. A
     pulse of the compensation in that clock still reaches the error counter.
 
+    A bit of its state that turns over would move the drive by up to the whole range of ``size``,
+    and the sum would not show it. So the state has a parity.
+
     Proof: ``testbench/formal/test_backlash.py``.
 
     Members
@@ -50,6 +53,8 @@ class Backlash(wiring.Component):
         ``taken_up`` is where it is to be.
     taken_up : Out(13)
         The drive is so far further down, in pulses.
+    damaged : Out(1)
+        The state had a wrong parity in the clock before.
     """
 
     size: In(BACKLASH_BITS)
@@ -64,34 +69,46 @@ class Backlash(wiring.Component):
     fp_reverse: Out(1)
     done: Out(1)
     taken_up: Out(BACKLASH_BITS)
+    damaged: Out(1)
 
     def __init__(self):
-        # For proofs: a pulse is to be made, in the next clock without one of the drive; and the
-        # direction of the last command pulse.
+        # For proofs: a pulse is to be made, in the next clock without one of the drive; the
+        # direction of the last command pulse; and the parity, which makes the number of ones odd.
         self.due = Signal()
         self.down = Signal()
+        self.parity = Signal(init=1)
         super().__init__()
 
     def elaborate(self, platform):
         m = Module()
 
-        due, down = self.due, self.down
+        due, down, taken_up = self.due, self.down, self.taken_up
+        state = Cat(taken_up, down, due)
+        due_next, down_next = Signal(), Signal()
+        taken_up_next = Signal(BACKLASH_BITS)
+        state_next = Cat(taken_up_next, down_next, due_next)
         m.d.comb += [
-            self.done.eq(self.taken_up == Mux(down, self.size, 0)),
+            self.done.eq(taken_up == Mux(down, self.size, 0)),
             self.fp.eq(self.moved | due),
             self.fp_reverse.eq(Mux(self.moved, self.moved_reverse, ~down)),
+            state_next.eq(state),
+        ]
+        m.d.sync += [
+            state.eq(state_next),
+            self.parity.eq(~state_next.xor()),
+            self.damaged.eq(~(state.xor() ^ self.parity)),
         ]
         with m.If(due & ~self.moved):
-            m.d.sync += [due.eq(0), self.taken_up.eq(self.taken_up + Cat(
+            m.d.comb += [due_next.eq(0), taken_up_next.eq(taken_up + Cat(
                 1, (~down).replicate(BACKLASH_BITS - 1)))]  # +-1
         with m.Elif(self.tick & ~self.done):
-            m.d.sync += due.eq(1)
+            m.d.comb += due_next.eq(1)
         # A pulse that is due is one of the old direction.
         with m.If(self.safe | (self.pi & (self.pi_reverse != down))):
-            m.d.sync += due.eq(0)
+            m.d.comb += due_next.eq(0)
         with m.If(self.pi):
-            m.d.sync += down.eq(self.pi_reverse)
+            m.d.comb += down_next.eq(self.pi_reverse)
         with m.If(self.clear):
-            m.d.sync += [due.eq(0), down.eq(0), self.taken_up.eq(0)]
+            m.d.comb += state_next.eq(0)
 
         return m

@@ -67,3 +67,29 @@ def test_a_bit_of_the_ramps_rate_trips_above_the_start_stop_speed(bit):
         assert alarm["text"].endswith("a guarded register of the gateware is damaged "
                                       "(the rate of the ramp); the position is lost.")
         assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+
+
+@pytest.mark.parametrize("bit", [12, pytest.param(5, marks=pytest.mark.soak)])
+def test_a_bit_of_what_the_backlash_has_taken_up_trips(bit):
+    """Without a guard the axis went 0.4 mm from its way, and told the wrong place."""
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        taken_up, = (index for index, (name, _) in enumerate(session.state())
+                     if name == "soc.fields__axis_x__backlash_taken_up")
+        job = Job(session, watched=("safe",))
+        job.start(program(Data(), "G01 Z-0.9 F300"))
+        job.reach(2000, pace(session, 300))
+        session.turn_over(taken_up, bit)
+        begun = session.cycle
+        alarm = job.alarm()
+        assert alarm["text"].endswith("a guarded register of the gateware is damaged "
+                                      "(axis X); the position is lost.")
+        assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+        assert abs(session.get("read.x_pulses")) / 10 <= 0.2
+        job.run(session.clock_hz // 10)
+        job.make_ready()
+        job.link.command("G01 X0.1 F300")
+        job.until(lambda: job.link.status()["state"] == "Idle", "the end of the motion",
+                  step=10_000)
+        assert job.probe("axis_x_command") == 1000
+        assert abs(session.get("read.x_pulses") - 1000) < 2

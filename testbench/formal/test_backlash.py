@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proof on ``rtl.motion.backlash``: drive and axis part by the backlash, and by nothing else."""
+"""Proof on ``rtl.motion.backlash``: drive and axis part by the backlash, and by nothing else.
+
+While no bit turns over by itself, it never calls itself damaged.
+"""
 
 from amaranth import *
 from amaranth.hdl import Assume, Cover
@@ -56,6 +59,8 @@ class BacklashContract(wiring.Component):
                 Assert(~(was_safe & ~self.moved) | ~dut.fp),
                 # What is due leads to the goal.
                 Assert(~dut.due | (dut.taken_up != Mux(dut.down, size, 0))),
+                Assert(Cat(dut.taken_up, dut.down, dut.due, dut.parity).xor()),
+                Assert(~dut.damaged),
             ]
         m.d.comb += [Cover(dut.taken_up == 2), Cover(begun & dut.due & self.moved)]
         return m

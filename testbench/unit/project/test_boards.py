@@ -301,6 +301,20 @@ def test_the_digest_has_the_sources(monkeypatch):
     assert build.gateware_digest(BOARD) != before
 
 
+@pytest.mark.parametrize(("of", "value"), [
+    ("device", "LFE5U-12F"), ("package", "BG256"), ("speed", "8"), ("default_clk", "clk100")])
+def test_the_digest_has_the_part_and_its_clock(of, value, monkeypatch):
+    before = build.gateware_digest(BOARD)
+    monkeypatch.setattr(BOARD.platform, of, value)
+    assert build.gateware_digest(BOARD) != before
+
+
+def test_the_digest_has_the_processors_verilog(monkeypatch):
+    before = build.gateware_digest(BOARD)
+    monkeypatch.setattr(top.VexRiscv, "verilog", staticmethod(lambda: "another processor"))
+    assert build.gateware_digest(BOARD) != before
+
+
 def test_the_digest_has_the_pins_of_a_fixed_level(monkeypatch):
     before = build.gateware_digest(BOARD)
     monkeypatch.setattr(build, "FIXED", {pad: 0 for pad in build.FIXED})

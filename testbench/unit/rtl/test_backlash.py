@@ -33,6 +33,7 @@ class Bench:
         self.commanded += pi
         if clear:
             self.moved = self.fed
+        assert not ctx.get(dut.damaged)
         taken_up = ctx.get(dut.taken_up)
         assert taken_up == self.model.taken_up
         assert self.moved == self.fed - taken_up
@@ -78,5 +79,30 @@ def test_an_axis_with_backlash_stands_at_its_count_both_ways(simulate):
                     places += 1
         assert places > 250
         assert bench.fed == bench.commanded
+
+    simulate(dut, run, deadline=1e-3)
+
+
+def test_a_bit_of_its_state_that_turns_over_is_found_in_the_next_clock(simulate, rng):
+    dut = Backlash()
+    state = [(dut.taken_up, bit) for bit in range(13)] + [(dut.down, 0), (dut.due, 0),
+                                                          (dut.parity, 0)]
+
+    async def run(ctx):
+        for size in (0, 30, 8191):
+            for signal, bit in state:
+                ctx.set(dut.size, size)
+                ctx.set(dut.clear, 1)
+                await ctx.tick()
+                ctx.set(dut.clear, 0)
+                ctx.set(dut.tick, 1)
+                for _ in range(rng.randrange(1, 60)):
+                    ctx.set(dut.pi, rng.random() < 0.1)
+                    ctx.set(dut.pi_reverse, rng.random() < 0.8)
+                    await ctx.tick()
+                    assert not ctx.get(dut.damaged)
+                ctx.set(signal, ctx.get(signal) ^ 1 << bit)
+                await ctx.tick()
+                assert ctx.get(dut.damaged), (size, signal.name, bit)
 
     simulate(dut, run, deadline=1e-3)
