@@ -68,7 +68,7 @@ EQUIVALENT: tuple[Equivalent, ...] = (
         "machine_init), and only a program that was let through gives it. The link asks, too."),
 )
 
-# The short form: safe outputs, a pulse that gets lost, and the firmware's end of a cut.
+# The short form: safe outputs, a guard of a place, and the firmware's end of a cut.
 SHORT = ("rtl/safety/interlock.py: safe in the clock of a cause",
-         "rtl/motion/error_counter.py: a lost pulse is told",
+         "rtl/motion/backlash.py: a bit that turns over is told",
          "softcore/firmware/base/alarm.c: an alarm ends the discharge")

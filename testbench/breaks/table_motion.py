@@ -126,6 +126,9 @@ MOTION = (
          "the feed-forward moves the axis"),
         ("supervision.negative.eq(backwards)", "supervision.negative.eq(negative)",
          "the model of the drive gets what the drive gets"),
+        ("counter.damaged | backlash.damaged", "counter.damaged",
+         "a damaged backlash is a damaged axis",
+         "cosim/test_guards.py::test_a_bit_of_what_the_backlash_has_taken_up_trips"),
     ),
     *breaks_of(
         "rtl/motion/gear.py", "unit/rtl/test_gear.py",
@@ -147,6 +150,12 @@ MOTION = (
         ("Mux(self.moved, self.moved_reverse, ~down)", "Mux(self.moved, self.moved_reverse, down)",
          "the drive goes further, not back"),
         ("m.If(self.safe | (self.pi", "m.If((self.pi", "no pulse while safe"),
+        ("self.damaged.eq(~(state.xor() ^ self.parity))", "self.damaged.eq(0)",
+         "a bit that turns over is told"),
+        ("state = Cat(taken_up, down, due)", "state = Cat(taken_up, due)",
+         "the direction has a parity, too"),
+        ("self.parity.eq(~state_next.xor())", "self.parity.eq(~state.xor())",
+         "the parity is that of the next state"),
     ),
     *breaks_of(
         "rtl/motion/feed_forward.py", "unit/rtl/test_feed_forward.py",

@@ -10,11 +10,14 @@ import pytest
 from softcore import generate, image
 from softcore.build import BOARDS
 from testbench.firmware import Record, library
+from testbench.some import some
 
+# Of a memory; None is that of the simulated machine. Then that of the smallest board.
+SIZES = [None, *sorted({board.memory_size for board in BOARDS.values()})]
 SMALLEST = image.BESIDE_PATH + 256 * image.PATH_UNIT  # memory for the firmware and a short path
 
 
-@pytest.mark.parametrize("size", [None, *sorted({board.memory_size for board in BOARDS.values()})])
+@pytest.mark.parametrize("size", some(SIZES, None, SIZES[1]))
 def test_image_fits_its_memory_with_room_for_the_stack(size):
     path = image.target_image(*() if size is None else (size,))
     assert path.stat().st_size > 16_384
