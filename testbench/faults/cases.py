@@ -16,7 +16,7 @@ from host.machines import machine as machines
 from testbench.breaks.harness import Verdict, try_break
 from testbench.breaks.table import TABLE
 from testbench.cosim import coder
-from testbench.faults.outcome import LIED, Found, Outcome, look, misplaced
+from testbench.faults.outcome import LIED, MISPLACED, Found, Outcome, look, misplaced
 from testbench.faults.trials import Trial
 from testbench.faults.witness import Witness
 from testbench.native.simulation import Simulation
@@ -64,7 +64,7 @@ class Scene:
             return Found(Outcome.WRONG, clocks, LIED)
         if misplaced(seen):
             return Found(Outcome.WRONG, clocks,
-                         f"it tells {seen.told.places} and is at {seen.true}")
+                         f"{MISPLACED}: it tells {seen.told.places} and is at {seen.true}")
         if self.deadline is not None and (clocks is None or clocks > self.deadline):
             return Found(Outcome.WRONG, clocks, f"not safe in {self.deadline} clocks")
         if seen.reasons:

@@ -6,14 +6,14 @@ from collections import Counter
 from dataclasses import dataclass
 
 from testbench.cosim.job import Job
-from testbench.faults.outcome import Found, Outcome
+from testbench.faults.outcome import MISPLACED, Found, Outcome
 from testbench.faults.trials import Trial, run_trials
 from testbench.native.symbols import firmware_symbols
 
 __all__ = ["BORNE", "SHARE", "Flips", "bend_code", "bend_memory", "measure", "turn_over"]
 
 BORNE = (Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD)
-SHARE = 0.005       # of all that may end wrong, each listed
+SHARE = 0.005       # of all that may end at another place than they tell, each listed
 PROCESSOR, MEMORY = "soc.cpu.", "memory, "
 STACK = 1024        # bytes of the stack that are in use
 # The main loop: functions that are called at one place only are inside of these, and which of them
@@ -80,8 +80,9 @@ class Flips:
 
     @property
     def good(self) -> bool:
-        """No more than the share that may end wrong."""
-        return len(self.wrong) <= SHARE * len(self.found)
+        """Whether none runs away, burns on or lies, and few end at another place than they tell."""
+        return (all(MISPLACED in why for why in self.wrong)
+                and len(self.wrong) <= SHARE * len(self.found))
 
 
 def measure(count: int, seed: int) -> Flips:

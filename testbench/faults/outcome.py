@@ -11,14 +11,15 @@ from testbench.cosim.record import Record
 from testbench.faults.pins import PINS, safe_from
 from testbench.faults.witness import Told, Witness
 
-__all__ = ["AWAY_UM", "LIED", "SLACK", "Found", "Outcome", "Seen", "away", "judge", "look",
-           "misplaced"]
+__all__ = ["AWAY_UM", "LIED", "MISPLACED", "SLACK", "Found", "Outcome", "Seen", "away", "judge",
+           "look", "misplaced"]
 
 SLACK = 1.5         # pulses between true and reported place: the place of an edge varies
 REST = 3            # pulses between two ways of coming to rest at one place
 AWAY_UM = 300       # greatest allowed deviation of an axis from its way
 ANEW = "it has started anew, and calls its position lost"
 LIED = "an output was on while it told that all were safe"
+MISPLACED = "at rest at another place than it tells"
 # Forms of a reason, the best first: the sentence of an alarm, a message, a bare number.
 REASONS = (re.compile(r"\[E:alarm,(?:[^,\]]*,){6}([^\]]*)\]"), re.compile(r"\[MSG:([^\]]+)\]"),
            re.compile(r"(ALARM:\d+[^\r\n]*|error:\d+)"))
@@ -140,7 +141,7 @@ def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
     if seen.away_um > away_um:
         return found(Outcome.WRONG, f"{seen.away_um:.0f} um from its way")
     if misplaced(seen):
-        return found(Outcome.WRONG, f"it tells {seen.told.places} and is at "
+        return found(Outcome.WRONG, f"{MISPLACED}: it tells {seen.told.places} and is at "
                                     f"{[round(place) for place in seen.true]}, in pulses")
     if seen.clocks is not None:
         if deadline is not None and seen.clocks > deadline:

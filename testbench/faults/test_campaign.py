@@ -12,7 +12,7 @@ from testbench.cosim.job import Data, Job, program
 from testbench.faults import campaign, page
 from testbench.faults.cases import Check, Scene, Trial
 from testbench.faults.flips import Flips
-from testbench.faults.outcome import Found, Outcome, Seen, away, judge
+from testbench.faults.outcome import LIED, MISPLACED, Found, Outcome, Seen, away, judge
 from testbench.faults.stops import STOPS, Figure
 from testbench.faults.table import CLASSES, FaultClass
 from testbench.faults.trials import run_trials
@@ -54,7 +54,7 @@ def test_there_are_ten_findings_and_22_classes():
     ({"clocks": 7}, Outcome.WRONG, "safe after 7 clocks, 6 allowed"),
     ({"lied": True}, Outcome.WRONG, "an output was on while it told that all were safe"),
     ({"away_um": 301.0}, Outcome.WRONG, "301 um from its way"),
-    ({"told": Told("Alarm", [0, 12, -3], False)}, Outcome.WRONG, "it tells"),
+    ({"told": Told("Alarm", [0, 12, -3], False)}, Outcome.WRONG, MISPLACED),
     ({"told": Told("Alarm", [0, 12, -3], True)}, Outcome.SAFE_TOLD, "it is broken, and safe"),
     ({"told": None}, Outcome.SAFE_TOLD, "it is broken, and safe"),
     ({"told": None, "clocks": None}, Outcome.WRONG, "it does not answer, and its outputs are on"),
@@ -194,6 +194,15 @@ def test_flips_are_counted_by_part():
                            "processor": {Outcome.NO_EFFECT: 1}}
     assert flips.wrong == ["soc.controller.path.z bit 3: why"]
     assert not flips.good
+
+
+@pytest.mark.parametrize(("wrong", "good"), [
+    ([], True), ([MISPLACED], True), ([MISPLACED] * 2, True), ([MISPLACED] * 3, False),
+    (["410 um from its way"], False), ([LIED, MISPLACED], False)])
+def test_few_flips_may_end_at_another_place_and_none_may_run_away(wrong, good):
+    found = [Found(Outcome.NO_EFFECT, None, "soc.x bit 1: why")] * (400 - len(wrong))
+    found += [Found(Outcome.WRONG, None, f"soc.y bit 2: {why}") for why in wrong]
+    assert Flips(tuple(found)).good == good
 
 
 def test_a_bit_of_a_register_turns_over():
