@@ -49,7 +49,7 @@ SAFETY = (
         ("m.d.comb += write.data.eq(self.dat_w[:len(word)])",
          "m.d.comb += write.data.eq(self.dat_w)", "bits beyond the fields read as zero"),
         ("m.d.sync += [read.eq(0), kept.eq(0)]", "m.d.sync += read.eq(0)",
-         "a register of the gateware is not read from the memory"),
+         "a register that is not in the memory is not read from it"),
     ),
     *breaks_of(
         "rtl/safety/arming.py", "unit/rtl/test_arming.py",

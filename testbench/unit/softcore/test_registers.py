@@ -172,6 +172,7 @@ def test_after_a_reset_every_register_reads_as_its_initial_value(simulate):
     assert len(addresses) > 90
     first = [model.read(address, {}) for address in addresses]
     assert any(first)
+    one, *others = addresses
 
     async def access(ctx, address, word=None):
         ctx.set(dut.adr, address // 4)
@@ -187,6 +188,11 @@ def test_after_a_reset_every_register_reads_as_its_initial_value(simulate):
     async def bench(ctx):
         for word in (0xFFFFFFFF, 0x55555555):
             assert [await access(ctx, address) for address in addresses] == first
+            # One that is read from the memory has no effect on those that are not.
+            await access(ctx, one, word)
+            model.write(one, word)
+            assert await access(ctx, one) == model.read(one, {})
+            assert [await access(ctx, address) for address in others] == first[1:]
             for address in addresses:
                 await access(ctx, address, word)
                 model.write(address, word)
