@@ -9,9 +9,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.controller import Controller
+from rtl.motion.axes import Axes
 from rtl.power import condition
 from softcore.csr import RegisterFile, interfaces, member
 from softcore.generate import OUTPUTS
+from softcore.registers import AXES
 from softcore.regmap import BLOCKS, LINK, OWNED, SHORT_LEVEL
 from softcore.tables.causes import CAUSES
 from softcore.uart import Uart
@@ -57,6 +59,14 @@ def test_the_link_has_what_is_behind_its_registers():
     for name, port in members.items():
         there = getattr(uart, name.removeprefix("status_"))
         assert there.shape() == Shape.cast(port.shape), name
+
+
+@pytest.mark.parametrize("letter", AXES)
+def test_every_guarded_setting_of_an_axis_is_looked_at(letter):
+    block, = (block for block in OWNED if block.name == f"axis_{letter}")
+    guarded = {member(register, field) for register in block.registers
+               for field in register.fields if field.guarded}
+    assert set(Axes.GUARDED) == guarded
 
 
 def test_causes_fit_their_registers():
