@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from unittest.mock import patch
 
+from constraints.boards import BOARDS
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.roughing.basic import read_all
@@ -35,7 +36,7 @@ SPEED_S = 6.0        # of the machine's time: setting up, the tape, discharges, 
 ROUNDS = 3
 BLOCKS = 400
 SHORT = 160          # blocks of 10 um, 120 of which are gone back over
-BOARD_HZ = 50e6
+BOARD_HZ = min(board.clock_hz for board in BOARDS)
 STUDIED = 150        # steps of the environment, with retractions
 LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
 # The planner's calls, for firmware without one.
@@ -123,7 +124,7 @@ def short_blocks():
     """Rows on blocks of 10 um: the first pass at two clocks, and the way back."""
     mm = BLOCK / 10_000
     for text, circle in (("X.01", False), ("X-0.1234 Y1.2345", True)):
-        for clock_hz in (2_000_000, int(BOARD_HZ)):
+        for clock_hz in (2_000_000, BOARD_HZ):
             cost = first_pass(SHORT, clock_hz, circle=circle)
             yield (f"{SHORT} blocks of 10 um as {text} at {clock_hz / 1e6:.0f} MHz, first pass",
                    f"{clock_hz / cost.clocks * mm:.1f} mm/s, {cost.clocks:.0f} clocks a block; "
