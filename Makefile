@@ -21,6 +21,8 @@ help:     ## this list
 run: install   ## punch a tape, run it on the simulated machine, write a report (TAPE=, OPTIONS=)
 	@.venv/bin/gapkeeper run $(TAPE) $(OPTIONS)
 
+# Some quick tests wait for another process: a worker more than there are processors.
+check: JOBS := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 check: venv    ## lint, types and every quick test: the loop while you work
 	@$(MAKE) --no-print-directory lint
 	@$(PY) -m pytest -q -n $(JOBS) --dist worksteal -m quick --sim amaranth testbench/unit $(TESTS)

@@ -16,16 +16,17 @@ SLOW = frozenset({
     "firmware/test_arc", "firmware/test_corpus", "firmware/test_fuzz", "firmware/test_image",
     "firmware/test_journal", "firmware/test_path", "firmware/test_planned",
     "firmware/test_realtime_bytes", "firmware/test_tables", "host/test_cli",
-    "host/test_experiment_removal", "host/test_interrupted", "host/test_live",
+    "host/test_experiment_removal", "host/test_interrupted", "host/test_live", "host/test_load",
     "host/test_report", "host/test_roughing", "host/test_staircase", "host/test_subprograms",
     "host/test_tune", "plant/test_gap", "plant/test_ignition", "project/test_boards",
-    "project/test_types", "rtl/test_axis", "rtl/test_condition_switch",
+    "project/test_pages", "project/test_types", "rtl/test_axis", "rtl/test_condition_switch",
     "rtl/test_constant_removal", "rtl/test_dac", "rtl/test_discriminator", "rtl/test_fluid",
     "rtl/test_from_ignition", "rtl/test_motion_forward", "rtl/test_preset_counter",
     "rtl/test_preset_counter_race", "rtl/test_ramp", "rtl/test_removal", "rtl/test_retraction",
     "rtl/test_retraction_contact", "rtl/test_retraction_orders", "rtl/test_retraction_ramps",
     "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision",
-    "simulators/test_whole_tests", "softcore/test_link_decoder", "softcore/test_memory"})
+    "simulators/test_whole_tests", "softcore/test_cpu", "softcore/test_link_decoder",
+    "softcore/test_memory"})
 
 
 def is_quick(path: str) -> bool:
