@@ -16,11 +16,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-__all__ = ["FirmwareError", "address_runtime", "among", "host_library",
-           "image_digest", "object_command", "path_units", "target_image"]
+__all__ = ["OBJECTS", "FirmwareError", "address_runtime", "among", "host_library", "host_objects",
+           "image_digest", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
+OBJECTS = BUILD / "objects"     # of the library
 
 # Rooms and files of one build that the other leaves out.
 TARGET_ONLY = ("hal", "app/main.c")
@@ -154,10 +155,46 @@ def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], No
     return result
 
 
-def object_command(source: Path, made: Path) -> list[str]:
-    """Command that compiles one source of the firmware for this computer, as in the library."""
-    return [*_host_compiler(), "-c", "-fPIC", "-O1", *COMMON, f"-I{SOURCES}", str(source),
-            "-o", str(made)]
+def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
+    """Object file of each source, compiled for this computer as in the library.
+
+    They are kept by what they are made of, all headers included: after a change of one source the
+    others are not compiled again.
+
+    Raises
+    ------
+    FirmwareError
+        If one does not compile.
+    """
+    compiler = _host_compiler()
+    command = [*compiler, "-c", "-fPIC", "-O1", "-g", *COMMON, *_sanitizing(compiler, sanitize)]
+    base = hashlib.sha256(repr(command).encode())
+    for path in sorted(SOURCES.rglob("*.h")):
+        base.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
+    OBJECTS.mkdir(parents=True, exist_ok=True)
+
+    def one(source: Path) -> Path:
+        total = base.copy()
+        total.update(source.read_bytes())
+        kept = OBJECTS / f"{source.stem}-{total.hexdigest()[:16]}.o"
+        if not kept.exists():
+            with tempfile.TemporaryDirectory(dir=OBJECTS) as place:
+                made = Path(place) / kept.name
+                _run([*command, f"-I{SOURCES}", source, "-o", made])
+                made.replace(kept)
+        return kept
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(one, sources))
+
+
+def _sanitizing(compiler: list[str], sanitize: str) -> list[str]:
+    """Options of a sanitizer."""
+    if sanitize not in ("undefined", "coverage"):
+        return SANITIZE[sanitize]
+    # Trapping needs no runtime library, which the Python process would not have.
+    return [*SANITIZE[sanitize], "-fsanitize-trap=all" if _is_clang(compiler)
+            else "-fsanitize-undefined-trap-on-error"]
 
 
 def path_units(memory_size: int) -> int:
@@ -234,13 +271,10 @@ def host_library(sanitize: str = "") -> Path:
         If it does not compile.
     """
     compiler = _host_compiler()
-    options = SANITIZE[sanitize]
-    if sanitize in ("undefined", "coverage"):
-        # Trapping needs no runtime library, which the Python process would not have.
-        options = [*options, "-fsanitize-trap=all" if _is_clang(compiler)
-                   else "-fsanitize-undefined-trap-on-error"]
-    command: list[str | Path] = [
-        *compiler, "-shared", "-fPIC", "-O1", "-g", *COMMON, f"-I{SOURCES}", *options,
-        *_sources(TARGET_ONLY)]
-    return _cached("firmware.so", command,
-                   lambda folder: _run([*command, "-o", folder / "firmware.so"]))
+    command: list[str | Path] = [*compiler, "-shared", *_sanitizing(compiler, sanitize)]
+
+    def build(folder: Path) -> None:
+        _run([*command, *host_objects(_sources(TARGET_ONLY), sanitize),
+              "-o", folder / "firmware.so"])
+
+    return _cached("firmware.so", command, build)

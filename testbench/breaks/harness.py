@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from softcore.image import HOST_ONLY, TARGET_ONLY, among
+from softcore.image import HOST_ONLY, OBJECTS, TARGET_ONLY, among
 from testbench.breaks.witness import SAW
 
 __all__ = ["ROOT", "Break", "Equivalent", "Verdict", "applied", "breaks_of", "run_whole",
@@ -113,10 +113,11 @@ def applied(one: Break) -> str:
 
 
 def _copied(folder: Path) -> None:
-    """Copy the checkout, and link what is built already of gateware and plant into the copy.
+    """Copy the checkout, and link what is built already into the copy.
 
-    Each build's folder is named by the digest of its sources, so a broken source makes a new one in
-    the copy, and only sound ones are shared. To build them anew takes longer than most tests.
+    Each build's folder is named by the digest of its sources, and so is each object file of the
+    firmware. So a broken source makes a new one in the copy, and only sound ones are shared. To
+    build them anew takes longer than most tests.
     """
     shutil.copytree(ROOT, folder, symlinks=True, ignore=LEFT_OUT)
     kept = folder / "build" / "native"
@@ -124,6 +125,10 @@ def _copied(folder: Path) -> None:
     for made in (ROOT / "build" / "native").glob(BUILT):
         if made.is_dir():
             (kept / made.name).symlink_to(made)
+    objects = folder / OBJECTS.relative_to(ROOT)
+    objects.mkdir(parents=True)
+    for made in OBJECTS.glob("*.o"):
+        (objects / made.name).symlink_to(made)
 
 
 def _run(command, folder):

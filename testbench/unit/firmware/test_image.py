@@ -43,14 +43,44 @@ def test_memory_too_small_is_refused():
         image.target_image(49_152)
 
 
-def test_a_warning_is_an_error(monkeypatch, tmp_path):
-    sources = tmp_path / "firmware"
-    shutil.copytree(image.SOURCES, sources)
-    (sources / "unused.c").write_text("static int unused(void) { return 1; }\n")
-    monkeypatch.setattr(image, "SOURCES", sources)
+@pytest.fixture
+def sources(monkeypatch, tmp_path):
+    """A copy of the sources to change, with what has been compiled of them."""
+    image.host_library()
+    copy, objects = tmp_path / "firmware", tmp_path / "objects"
+    shutil.copytree(image.SOURCES, copy)
+    objects.mkdir()
+    for made in image.OBJECTS.glob("*.o"):
+        (objects / made.name).symlink_to(made)
+    monkeypatch.setattr(image, "SOURCES", copy)
+    monkeypatch.setattr(image, "OBJECTS", objects)
     monkeypatch.setattr(image, "BUILD", tmp_path / "build")
+    return copy
+
+
+def test_a_warning_is_an_error(sources):
+    (sources / "unused.c").write_text("static int unused(void) { return 1; }\n")
     with pytest.raises(image.FirmwareError, match="unused"):
         image.host_library()
+
+
+@pytest.mark.parametrize("name", ["base/text.c", "base/text.h"])
+def test_what_is_compiled_already_is_not_used_for_another_source_or_header(name, sources):
+    image.host_library()
+    changed = sources / name
+    changed.write_text(changed.read_text() + "#error changed\n")
+    with pytest.raises(image.FirmwareError, match="changed"):
+        image.host_library()
+
+
+def test_after_a_change_of_one_source_the_others_are_not_compiled_again(sources, monkeypatch):
+    before = image.host_library()
+    (sources / "base" / "text.c").write_text((sources / "base" / "text.c").read_text() + "\n")
+    ran = []
+    run = image._run
+    monkeypatch.setattr(image, "_run", lambda command: (ran.append(command), run(command)))
+    assert image.host_library() != before
+    assert len(ran) == 2, "the source, and all linked"
 
 
 def test_records_have_the_layout_of_the_library():

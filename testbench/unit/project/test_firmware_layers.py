@@ -8,7 +8,6 @@ same name.
 
 import re
 import struct
-import subprocess
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -76,22 +75,15 @@ def symbols(data):
 
 
 @pytest.fixture(scope="module")
-def objects(tmp_path_factory):
+def objects():
     """Per module the symbols that it defines, and those that it needs.
 
     The registers are left out, as only the target has them: they include no other room, so they
     cannot call one either.
     """
-    folder = tmp_path_factory.mktemp("objects")
-    found = {}
-    for path in sorted(set(SOURCES.rglob("*.c")) - set((SOURCES / "hal").iterdir())):
-        module = path.relative_to(SOURCES).with_suffix("").as_posix()
-        made = folder / f"{module.replace('/', '-')}.o"
-        done = subprocess.run(image.object_command(path, made), capture_output=True, text=True,
-                              check=False)
-        assert not done.returncode, done.stderr
-        found[module] = symbols(made.read_bytes())
-    return found
+    sources = sorted(set(SOURCES.rglob("*.c")) - set((SOURCES / "hal").iterdir()))
+    return {path.relative_to(SOURCES).with_suffix("").as_posix(): symbols(made.read_bytes())
+            for path, made in zip(sources, image.host_objects(sources), strict=True)}
 
 
 def calls(objects):
@@ -190,8 +182,8 @@ def test_an_arrow_up_and_a_circle_are_seen():
 
 
 def test_symbols_are_read(tmp_path):
-    source, made = tmp_path / "one.c", tmp_path / "one.o"
+    source = tmp_path / "one.c"
     source.write_text("int other_call(void); static int own(void) { return 1; }\n"
                       "int one_value = 3; int one_call(void) { return own() + other_call(); }\n")
-    subprocess.run(image.object_command(source, made), check=True)
+    made, = image.host_objects([source])
     assert symbols(made.read_bytes()) == ({"one_value", "one_call"}, {"other_call"})
