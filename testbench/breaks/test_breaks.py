@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from host.link.link import RefusedError
 from testbench.breaks.harness import ROOT, Break, Verdict, applied, run_whole, try_break
 from testbench.breaks.table import EQUIVALENT, SHORT, TABLE
 from testbench.breaks.witness import SAW, judge
@@ -68,6 +69,7 @@ def test_a_few_are_seen(name):
     (AssertionError("3 is not 4"), "testbench/unit/rtl/test_feed.py", True),
     (AssertionError("no such width"), "hdl/_ir.py", False),
     (TimeoutError("still waiting"), "host/link/link.py", True),
+    (RefusedError("$X", "the interlock stays open"), "host/link/link.py", True),
     (IndexError("list index out of range"), "testbench/firmware.py", True),
     (IndexError("list index out of range"), "rtl/motion/feed.py", False),
     (NameError("name 'spacing' is not defined"), "rtl/motion/feed.py", False),

@@ -2,14 +2,16 @@
 """A plugin of pytest that notes why each test failed: it saw something wrong, or could not look.
 
 A test sees by an assertion, by ``pytest.fail`` (``pytest.raises`` uses it, too), by waiting for
-something in vain, or by stumbling over an answer of another form than it expects. A name that does
-not exist, a design that does not elaborate and firmware that does not compile are no sight.
+something in vain, by a line that the controller refuses, or by stumbling over an answer of another
+form than it expects. A name that does not exist, a design that does not elaborate and firmware that
+does not compile are no sight.
 """
 
 from pathlib import Path
 
 import pytest
 
+from host.link.link import RefusedError
 from testbench.native.compiling import BuildError
 from testbench.simulators.choice import Elsewhere
 from testbench.simulators.isolated import DiedError
@@ -30,7 +32,7 @@ def judge(error: BaseException, raised_in: Path) -> str:
     """``SAW``, or what it was instead, by the exception and the file that raised it."""
     if isinstance(error, Elsewhere):
         return judge(error.error, error.raised_in)
-    if isinstance(error, (pytest.fail.Exception, TimeoutError)):
+    if isinstance(error, (pytest.fail.Exception, TimeoutError, RefusedError)):
         return SAW
     stumbled = (TESTBENCH / "simulators" in raised_in.parents
                 and not isinstance(error, AssertionError))
