@@ -24,11 +24,12 @@ def total(rng, programs, **arguments):
     return {name: sum(one[name] for one in found) for name in found[0]}
 
 
-def test_every_pulse_has_its_place(rng):
-    figures = total(rng, 2)
-    assert figures["pulses"] > 5000
-    assert figures["backward"] > 500
-    assert figures["retractions"] > 5
+def test_every_pulse_has_its_place(rng, cases):
+    programs = cases(5)
+    figures = total(rng, programs)
+    assert figures["pulses"] > 2500 * programs
+    assert figures["backward"] > 250 * programs
+    assert figures["retractions"] > 2 * programs
 
 
 @pytest.mark.soak
