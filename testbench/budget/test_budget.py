@@ -21,7 +21,7 @@ from testbench.some import some
 BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
-    "axis_z":        Cells(lut4=779,  ccu2c=384, ff=683,  ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=779,  ccu2c=384, ff=684,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=177,  ccu2c=114, ff=450,  ram=0,  bram=0,  dsp=0),
     "conduction":    Cells(lut4=30,   ccu2c=8,   ff=20,   ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
