@@ -173,6 +173,25 @@ def test_every_bit_of_the_rate_that_turns_over_is_found(simulate, shape):
     simulate(dut, bench, deadline=1)
 
 
+def test_a_drop_leaves_no_pulse_in_any_clock(simulate):
+    """One of the clocks is that in which a pulse leaves."""
+    bench = Bench(TOP, STEP)
+    left = []
+
+    async def run(ctx):
+        for phase in range(4):
+            for clock in range(40 + phase):
+                await bench.tick(ctx, ps=int(clock % 4 == 0), target=TOP)
+            left.append(ctx.get(bench.dut.pp))
+            await bench.tick(ctx, target=TOP, drop=True)
+            for _ in range(4):
+                assert not ctx.get(bench.dut.pp)
+                await bench.tick(ctx, target=TOP)
+
+    simulate(bench.dut, run)
+    assert sorted(left) == [0, 0, 0, 1], "every phase of a pulse was met"
+
+
 @pytest.mark.parametrize("phase", range(4))
 def test_slowing_down_begins_2_to_5_clocks_after_the_brake(simulate, phase):
     bench = Bench(SLOW, STEP)
