@@ -144,6 +144,20 @@ def test_follows_the_model(rng):
     assert len(walk(rng, 100_000, 20_000).compare()) > 3
 
 
+def test_a_span_goes_on_over_the_end_of_a_stretch():
+    """A phase gets stuck just before the end, in a span that has hardly begun."""
+    run, drive = Run(), Drive(lag=1)
+    er = round(0.4 * 2**20 / GAIN)      # pulses a tick: the stretch ends after 221
+    while run.found == "none":
+        if run.model.stretch.pulses >= 215 and not drive.stuck:
+            drive.stuck = {"a": drive.levels[0]}
+            stuck = len(run.rows)
+        run.clock(er=er, fp=drive.clock(er), levels=drive.levels)
+    # It has had an edge in the span that ends after 64 more pulses, and none in the next one.
+    assert (64 + 64) / 0.4 < (len(run.rows) - stuck) / TICK < (64 + 64 + 32) / 0.4
+    assert run.compare() == {"none", "phase a"}
+
+
 def leads_to(check):
     """A run that ends with this finding, as soon as it can be made."""
     run, drive = Run(100 if check == "rate" else TICK), Drive()
