@@ -49,12 +49,12 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-    "ulx3s": BoardBudget(luts=25_716, lut4=15_120, ccu2c=3964, ff=13_017, ram=198, bram=151, dsp=4,
-                         mhz=46.0),
-    "ulx3s_45f": BoardBudget(luts=25_748, lut4=15_156, ccu2c=3962, ff=13_018, ram=198, bram=107,
-                             dsp=4, mhz=44.9),
-    "colorlight_i9": BoardBudget(luts=25_742, lut4=15_150, ccu2c=3962, ff=13_018, ram=198,
-                                 bram=107, dsp=4, mhz=54.0),
+    "ulx3s": BoardBudget(luts=25_740, lut4=15_130, ccu2c=3970, ff=13_023, ram=198, bram=151, dsp=4,
+                         mhz=51.9),
+    "ulx3s_45f": BoardBudget(luts=25_781, lut4=15_187, ccu2c=3964, ff=13_024, ram=198, bram=107,
+                             dsp=4, mhz=52.7),
+    "colorlight_i9": BoardBudget(luts=25_868, lut4=15_268, ccu2c=3966, ff=13_024, ram=198,
+                                 bram=107, dsp=4, mhz=53.4),
 }
 
 
