@@ -95,15 +95,15 @@ def _host_compiler() -> list[str]:
     return _zig("cc")
 
 
-def _is_clang(compiler: list[str]) -> bool:
-    said = subprocess.run([*compiler, "--version"], capture_output=True, text=True, check=False)
-    return "clang" in said.stdout
+def _version(command: list[str]) -> str:
+    said = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return said.stdout
 
 
 def address_runtime() -> Path | None:
     """Runtime library of the host compiler's address sanitizer, if it has one as a file."""
     compiler = _host_compiler()
-    if _is_clang(compiler):
+    if "clang" in _version(compiler):
         return None
     said = subprocess.run([*compiler, "-print-file-name=libasan.so"], capture_output=True,
                           text=True, check=True)
@@ -166,9 +166,8 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
     FirmwareError
         If one does not compile.
     """
-    compiler = _host_compiler()
-    command = [*compiler, "-c", "-fPIC", "-O1", "-g", *COMMON, *_sanitizing(compiler, sanitize)]
-    base = hashlib.sha256(repr(command).encode())
+    command = _host_command(sanitize)
+    base = hashlib.sha256(repr((command, _version(command))).encode())
     for path in sorted(SOURCES.rglob("*.h")):
         base.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
     OBJECTS.mkdir(parents=True, exist_ok=True)
@@ -180,7 +179,7 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
         if not kept.exists():
             with tempfile.TemporaryDirectory(dir=OBJECTS) as place:
                 made = Path(place) / kept.name
-                _run([*command, f"-I{SOURCES}", source, "-o", made])
+                _run([*command, "-c", f"-I{SOURCES}", source, "-o", made])
                 made.replace(kept)
         return kept
 
@@ -188,13 +187,15 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
         return list(pool.map(one, sources))
 
 
-def _sanitizing(compiler: list[str], sanitize: str) -> list[str]:
-    """Options of a sanitizer."""
-    if sanitize not in ("undefined", "coverage"):
-        return SANITIZE[sanitize]
-    # Trapping needs no runtime library, which the Python process would not have.
-    return [*SANITIZE[sanitize], "-fsanitize-trap=all" if _is_clang(compiler)
-            else "-fsanitize-undefined-trap-on-error"]
+def _host_command(sanitize: str) -> list[str]:
+    """Compiler of this computer with the options of the library, to compile and to link."""
+    compiler = _host_compiler()
+    options = SANITIZE[sanitize]
+    if sanitize in ("undefined", "coverage"):
+        # Trapping needs no runtime library, which the Python process would not have.
+        options = [*options, "-fsanitize-trap=all" if "clang" in _version(compiler)
+                   else "-fsanitize-undefined-trap-on-error"]
+    return [*compiler, "-fPIC", "-O1", "-g", *COMMON, *options]
 
 
 def path_units(memory_size: int) -> int:
@@ -270,11 +271,11 @@ def host_library(sanitize: str = "") -> Path:
     FirmwareError
         If it does not compile.
     """
-    compiler = _host_compiler()
-    command: list[str | Path] = [*compiler, "-shared", *_sanitizing(compiler, sanitize)]
+    command = [*_host_command(sanitize), "-shared"]
+    sources = _sources(TARGET_ONLY)
 
     def build(folder: Path) -> None:
-        _run([*command, *host_objects(_sources(TARGET_ONLY), sanitize),
-              "-o", folder / "firmware.so"])
+        _run([*command, *host_objects(sources, sanitize), "-o", folder / "firmware.so"])
 
-    return _cached("firmware.so", command, build)
+    return _cached("firmware.so", [*command, _version(command), *(path.name for path in sources)],
+                   build)

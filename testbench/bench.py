@@ -39,7 +39,8 @@ SHORT = 160          # blocks of 10 um, 120 of which are gone back over
 BOARD_HZ = min(board.clock_hz for board in BOARDS)
 STUDIED = 150        # steps of the environment, with retractions
 LINE_BYTES = 100_000  # a second, on a line of 1 Mbaud
-# The planner's calls, for firmware without one.
+# The planner's calls, for firmware without one, and the source that has them.
+PLANNER = "roughing/commands.c"
 NO_PLANNER = """#include "roughing/commands.h"
 void roughing_init(void) {}
 void roughing_stop(void) {}
@@ -169,7 +170,7 @@ def planning():
                f"{BOARD_HZ / 1e6:.0f} MHz; longest step {found['longest']} clocks")
     with tempfile.TemporaryDirectory() as place:
         without = shutil.copytree(image.SOURCES, Path(place) / "firmware")
-        (without / "roughing" / "planner.c").write_text(NO_PLANNER)
+        (without / PLANNER).write_text(NO_PLANNER)
         code, data = (one - other for one, other in zip(_memory(image.SOURCES), _memory(without),
                                                         strict=True))
     yield "memory of the planner", f"{code} bytes of code, {data} of data"

@@ -11,7 +11,7 @@ __all__ = ["FOLDERS", "SLOW", "is_quick"]
 
 # Markers of the other tests, by their folder below ``testbench``.
 FOLDERS = {"cosim": "cosim", "formal": "formal"}
-# More than some 5 s each on one core; together five sixths of the unit tests' time.
+# The slowest: nearly all of them take more than 4 s on one core.
 SLOW = frozenset({
     "firmware/test_arc", "firmware/test_corpus", "firmware/test_fuzz", "firmware/test_image",
     "firmware/test_journal", "firmware/test_path", "firmware/test_planned",

@@ -2,7 +2,7 @@
 """The native simulation's controller beside Verilator's of the same gateware, in every clock.
 
 All but one are in the soak. In every run ``test_session.py`` compares every pin and probe of a
-program with a short, in every clock, with the same under cocotb.
+program with a short with the same under cocotb, all but two of them in every clock.
 """
 
 import pytest

@@ -2,8 +2,8 @@
 """Every scenario on the simulations of the emitted Verilog, its firmware and the machine.
 
 They run natively, and some of the longer ones in the soak alone. There they all run under cocotb
-and Verilator, too; ``test_session.py`` has one of its own in every run, with every pin and probe in
-every clock.
+and Verilator, too; ``test_session.py`` has one of its own in every run, with every pin and probe,
+and all but two of them in every clock.
 """
 
 import pytest

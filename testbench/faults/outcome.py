@@ -140,7 +140,7 @@ def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
         return found(Outcome.WRONG, LIED)
     if seen.away_um > away_um:
         return found(Outcome.WRONG, f"{seen.away_um:.0f} um from its way")
-    if misplaced(seen):
+    if misplaced(seen) and not (seen.burns and seen.clocks is None):
         return found(Outcome.WRONG, f"{MISPLACED}: it tells {seen.told.places} and is at "
                                     f"{[round(place) for place in seen.true]}, in pulses")
     if seen.clocks is not None:

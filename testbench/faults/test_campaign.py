@@ -63,6 +63,8 @@ def test_there_are_ten_findings_and_22_classes():
     ({"clocks": None, "told": Told("Idle", [0, 10, -3], False), "true": [0.4, 10.2, -3.0],
       "said": "", "target": [5.0, 10.0, -3.0]}, Outcome.SAFE_UNTOLD, "it stands, without a word"),
     ({"clocks": None, "burns": True}, Outcome.WRONG, "it burns on, and gets nowhere"),
+    ({"clocks": None, "burns": True, "told": Told("Idle", [0, 12, -3], False)}, Outcome.WRONG,
+     "it burns on, and gets nowhere"),
 ])
 def test_the_judge_calls_it_what_it_is(other, outcome, why):
     target = other.pop("target", [0.0, 10.0, -3.0])

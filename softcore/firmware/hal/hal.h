@@ -294,7 +294,7 @@ typedef struct {
 } hal_limits;
 
 /* Damage that the cause `guard` has found. */
-#define HAL_DAMAGE_AXES 7u      /* axes whose command, position and error disagree, bit 0 X */
+#define HAL_DAMAGE_AXES 7u      /* axes, bit 0 X: counts that disagree, or the backlash */
 #define HAL_DAMAGE_WORD 8u      /* a word of the path window */
 #define HAL_DAMAGE_SEGMENT 16u  /* the present segment */
 #define HAL_DAMAGE_PLACE 32u    /* the place on the path */

@@ -4,6 +4,7 @@
 import ctypes
 import shutil
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -81,6 +82,21 @@ def test_after_a_change_of_one_source_the_others_are_not_compiled_again(sources,
     monkeypatch.setattr(image, "_run", lambda command: (ran.append(command), run(command)))
     assert image.host_library() != before
     assert len(ran) == 2, "the source, and all linked"
+
+
+@pytest.mark.parametrize(("what", "other"), [
+    ("COMMON", [*image.COMMON, "-DOTHER"]), ("_version", lambda command: "another compiler"),
+    ("TARGET_ONLY", (*image.TARGET_ONLY, "unused.c"))])
+def test_other_options_sources_or_compilers_make_another_library(what, other, sources, monkeypatch):
+    (sources / "unused.c").write_text("int unused_number = 1;\n")
+    ran = []
+    monkeypatch.setattr(image, "_run", lambda command: (
+        ran.append(command), Path(command[command.index("-o") + 1]).write_bytes(b"made")))
+    before = image.host_library()
+    monkeypatch.setattr(image, what, other)
+    ran.clear()
+    assert image.host_library() != before
+    assert ran
 
 
 def test_records_have_the_layout_of_the_library():

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures that ``make bench`` computes from the changes of a run."""
 
+import re
 from dataclasses import asdict
 
+from softcore.image import SOURCES
+from testbench.bench import NO_PLANNER, PLANNER
 from testbench.cosim.checks import Reaction, reactions
 from testbench.cosim.reaction import summary
 from testbench.cosim.record import Record
@@ -38,3 +41,11 @@ def test_reactions_are_counted_from_the_completing_sample():
                      Reaction(last_forward=111, slowed=4, reversed=8, taken=20)]
     assert list(summary([asdict(found[0])]).values()) == [(3, 3), (12, 12), (31, 31)]
     assert list(summary([asdict(found[1])]).values()) == [(4, 4), (8, 8), (20, 20)]
+
+
+def test_firmware_without_a_planner_lacks_what_its_source_has():
+    """Else both would be linked, or the planner would stay in the firmware."""
+    calls = r"^(?:void|bool|roughing_\w+) (roughing_\w+)\("
+    found = re.findall(calls, (SOURCES / PLANNER).read_text(), re.MULTILINE)
+    assert sorted(found) == sorted(re.findall(calls, NO_PLANNER, re.MULTILINE))
+    assert len(found) == 5
