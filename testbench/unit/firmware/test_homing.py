@@ -108,7 +108,9 @@ def test_homing_again_changes_nothing():
     machine = Machine()
     home(machine)
     before = state(machine)[1], machine.axes
+    machine.run(REST)
     home(machine)
+    assert machine.lines[-1] == "ok"
     # The model's axes go 97 pulses in a pass, so a switch is pressed anywhere within them.
     assert state(machine)[1] == before[0]
     assert max(abs(a - b) for a, b in zip(machine.axes, before[1], strict=True)) < 97
@@ -212,6 +214,24 @@ def test_a_reset_ends_it():
     assert "position is lost" in machine.line("G00 X1", 60)[0]
     home(machine)
     assert machine.lines[-1] == "ok"
+
+
+def test_a_known_position_is_lost_from_the_beginning_of_the_cycle():
+    machine = Machine()
+    home(machine)
+    assert not any(part.startswith("Lost") for part in state(machine))
+    machine.run(REST)
+    machine.lines.clear()
+    assert machine.line("$H", 5) == []
+    place = machine.axes[Z]
+    machine.go(until=lambda: machine.axes[Z] != place)
+    homing, *parts = state(machine)
+    assert homing == "Home"
+    assert any(part.startswith("Lost") for part in parts)
+    machine.send(b"\x18")
+    machine.run(REST)
+    assert f"ALARM:{named('home_reset').alarm}" in machine.lines
+    assert any(part.startswith("Lost") for part in state(machine))
 
 
 @pytest.mark.parametrize(("cause", "axes"), [("limit_low", 4), ("limit_high", 1),
