@@ -50,23 +50,29 @@ def test_a_bit_trips_with_its_reason(register, bit, said):
         assert not job.probe("safety_status_safe")
 
 
+def turned_over(session, register, bit, said, *, feed, path, fast):
+    """A bit of a register turns over in a cut, at ``path``: a trip with its reason; the job."""
+    at, = (index for index, (name, _) in enumerate(session.state()) if name == register)
+    job = Job(session, watched=("safe",))
+    job.start(program(Data(), f"G01 Z-0.9 F{feed}"))
+    job.reach(path, pace(session, feed))
+    assert (job.probe("ramp_above") > 0) == fast
+    session.turn_over(at, bit)
+    begun = session.cycle
+    alarm = job.alarm()
+    assert alarm["text"].endswith("a guarded register of the gateware is damaged "
+                                  f"({said}); the position is lost.")
+    assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+    return job
+
+
 @pytest.mark.parametrize("bit", [31, pytest.param(24, marks=pytest.mark.soak)])
 def test_a_bit_of_the_ramps_rate_trips_above_the_start_stop_speed(bit):
     """Without a guard its top bit let the axis run into a short six times as far."""
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
-        rate, = (index for index, (name, _) in enumerate(session.state())
-                 if name == "soc.controller.motion.ramp.quarters")
-        job = Job(session, watched=("safe",))
-        job.start(program(Data(), "G01 Z-0.9 F1200"))
-        job.reach(4000, pace(session, 1200))
-        assert job.probe("ramp_above") > 0
-        session.turn_over(rate, bit)
-        begun = session.cycle
-        alarm = job.alarm()
-        assert alarm["text"].endswith("a guarded register of the gateware is damaged "
-                                      "(the rate of the ramp); the position is lost.")
-        assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+        turned_over(session, "soc.controller.motion.ramp.quarters", bit, "the rate of the ramp",
+                    feed=1200, path=4000, fast=True)
 
 
 @pytest.mark.parametrize("bit", [12, pytest.param(5, marks=pytest.mark.soak)])
@@ -74,17 +80,8 @@ def test_a_bit_of_what_the_backlash_has_taken_up_trips(bit):
     """Without a guard the axis went 0.4 mm from its way, and told the wrong place."""
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
                     trace=False) as session:
-        taken_up, = (index for index, (name, _) in enumerate(session.state())
-                     if name == "soc.fields__axis_x__backlash_taken_up")
-        job = Job(session, watched=("safe",))
-        job.start(program(Data(), "G01 Z-0.9 F300"))
-        job.reach(2000, pace(session, 300))
-        session.turn_over(taken_up, bit)
-        begun = session.cycle
-        alarm = job.alarm()
-        assert alarm["text"].endswith("a guarded register of the gateware is damaged "
-                                      "(axis X); the position is lost.")
-        assert job.record.rises("safe", begun)[0] - begun <= CLOCKS
+        job = turned_over(session, "soc.fields__axis_x__backlash_taken_up", bit, "axis X",
+                          feed=300, path=2000, fast=False)
         assert abs(session.get("read.x_pulses")) / 10 <= 0.2
         job.run(session.clock_hz // 10)
         job.make_ready()
