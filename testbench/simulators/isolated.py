@@ -80,7 +80,7 @@ class Simulator:
         if self.ran:
             raise RuntimeError("under cocotb a test can call simulate once")
         self.ran = not apart
-        self.asked.put(Job(emitted, library(emitted.text, waves=self.waves), benches, deadline,
+        self.asked.put(Job(emitted, library(emitted, waves=self.waves), benches, deadline,
                            apart))
         results, error = self.answers.get()
         if error is not None:
