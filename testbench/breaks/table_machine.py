@@ -55,8 +55,8 @@ MACHINE = (
          "        return PART_DONE;\n    }", "single block stops"),
         ("machine_dry() ? FEED_CONSTANT : mode", "mode", "G95 does not serve in a dry run"),
         ("|| rapid || jog_active()", "|| rapid", "a jog keeps its speed in a dry run"),
-        ("!dry || rapid ||", "!dry ||", "a rapid keeps its speed in a dry run"),
-        ("dry < highest ? dry : highest", "dry", "a dry run is no faster than the machine"),
+        ("!dry || rapid ||", "!dry || (rapid && 0) ||", "a rapid keeps its speed in a dry run"),
+        ("dry < highest ?", "highest ?", "a dry run is no faster than the machine"),
     ),
     *breaks_of(
         "softcore/firmware/app/machine.c", SINGLE,
@@ -98,7 +98,7 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/homing.c", HOMING,
-        (" ||\n        axes != 1u << homing_now.axis", "",
+        ("axes != 1u << homing_now.axis", "!axes",
          "the switch of another axis is an alarm"),
         ("cause != (homing_now.down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)",
          "cause < CAUSE_LIMIT_LOW", "the switch at the other end is an alarm"),
@@ -112,7 +112,7 @@ MACHINE = (
          "a cycle without a switch ends"),
         ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
          "the soft limits follow the frame"),
-        (" - pull_off() - homing_now.switched", " - pull_off() - hal_axis_command(axis)",
+        (" - pull_off() - homing_now.switched", " - pull_off() - hal_axis_command(homing_now.axis)",
          "the frame is that of the switch"),
     ),
     *breaks_of(

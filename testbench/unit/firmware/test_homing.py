@@ -198,10 +198,11 @@ def test_a_switch_that_sticks_is_an_alarm():
     assert "Z: the reference switch is still pressed" in alarm_of(machine)[-1]
 
 
-def test_a_reset_ends_it():
+@pytest.mark.parametrize("gone", [0, 1000], ids=["before it moves", "on the way"])
+def test_a_reset_ends_it(gone):
     machine = Machine()
     assert machine.line("$H", 5) == []
-    machine.go(until=lambda: machine.axes[Z] > 1000)
+    machine.go(until=lambda: machine.axes[Z] >= gone)
     assert state(machine)[0] == "Home"
     machine.send(b"\x18")
     machine.run(REST)

@@ -95,21 +95,24 @@ def test_a_line_by_hand_is_no_single_block(machine):
 def test_a_dry_run_has_no_discharge_and_its_own_feed(machine):
     """Conditions, functions and modes are those of the program."""
     assert machine.line(assign("dry_run_mm_min", 900)) == ["ok"]
-    lines = run(machine, DATA, "C130 M08", "M03", "G95 P1 G01 X-.1 F6", "G94 X-.2 F1500", "G00 X0",
-                "M05", "M30", passes=40)
-    assert "[MSG:dry run: no discharge, cuts at F900]" in machine.lines
+    machine.library.gk_speed(10)
+    lines = run(machine, DATA, "C130 M08", "G00 X.1", "M03", "G95 P1 G01 X-.1 F6",
+                "G94 X-.2 F1500", "G00 X0", "M05", "M30", passes=1)
+    assert machine.axes[0] < 1000, "M03 is still to come"
     seen = set()
     for _ in range(3000):
         lines += machine.run(1)
         assert "discharge" not in machine.flags
         seen.add(machine.gap["servo"])
+    assert "[MSG:dry run: no discharge, cuts at F900]" in lines
     assert seen == {0}, "G95 does not serve"
     assert events(lines, "aux") == [["aux", "M", "8"], ["aux", "M", "5"]], "no M03 is told"
     assert events(lines, "condition") == [["condition", "130", "6000"]]
     assert names(lines)[-1] == "end"
     rate = machine.library.gk_rate
-    assert [machine.slot(slot).rate for slot in range(3)] == [
-        rate(900_000), rate(900_000), rate(30 * 60_000)]
+    rapid = rate(30 * 60_000)
+    assert [machine.slot(slot).rate for slot in range(4)] == [
+        rapid, rate(900_000), rate(900_000), rapid]
 
 
 def test_a_dry_run_needs_no_arming_but_a_position(machine):

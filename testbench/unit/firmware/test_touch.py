@@ -267,11 +267,15 @@ def test_a_way_out_without_contact_is_an_alarm(machine):
 
 def test_contact_before_the_gap_is_known_is_no_end_of_contact(machine):
     """As when the way leads into the work: the gateware halts it at once."""
-    machine.library.gk_speed(0)
-    machine.line("G38.4 X1 F60", 60)
+    machine.library.gk_shorted(True)
+    machine.library.gk_speed(1)
+    machine.line("G38.4 X1 F60", 20)
+    while "run" not in machine.flags:
+        machine.run(1)
     machine.state("halted")
     machine.event("halt", CONTACT)
-    machine.run(REST)
+    machine.library.gk_speed(0)
+    machine.run(3 * REST)
     (alarm,) = events(machine.lines, "alarm")
     assert alarm[1] == str(named("contact").alarm)
     assert not told(machine)
