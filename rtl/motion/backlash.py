@@ -54,7 +54,7 @@ class Backlash(wiring.Component):
     taken_up : Out(13)
         The drive is so far further down, in pulses.
     damaged : Out(1)
-        The state had a wrong parity in the clock before.
+        The parity of the state was wrong in the clock before; it stays wrong until ``clear``.
     """
 
     size: In(BACKLASH_BITS)
@@ -95,7 +95,8 @@ class Backlash(wiring.Component):
         ]
         m.d.sync += [
             state.eq(state_next),
-            self.parity.eq(~state_next.xor()),
+            # Not made anew from the state: what is damaged stays so.
+            self.parity.eq(self.parity ^ state.xor() ^ state_next.xor()),
             self.damaged.eq(~(state.xor() ^ self.parity)),
         ]
         with m.If(due & ~self.moved):
@@ -110,5 +111,6 @@ class Backlash(wiring.Component):
             m.d.comb += down_next.eq(self.pi_reverse)
         with m.If(self.clear):
             m.d.comb += state_next.eq(0)
+            m.d.sync += self.parity.eq(1)
 
         return m

@@ -154,8 +154,9 @@ MOTION = (
          "a bit that turns over is told"),
         ("state = Cat(taken_up, down, due)", "state = Cat(taken_up, due)",
          "the direction has a parity, too"),
-        ("self.parity.eq(~state_next.xor())", "self.parity.eq(~state.xor())",
-         "the parity is that of the next state"),
+        ("self.parity ^ state.xor() ^ state_next.xor()", "~state_next.xor()",
+         "what is damaged stays so"),
+        ("m.d.sync += self.parity.eq(1)", "pass", "clear mends what is damaged"),
     ),
     *breaks_of(
         "rtl/motion/feed_forward.py", "unit/rtl/test_feed_forward.py",
