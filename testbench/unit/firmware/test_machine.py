@@ -139,7 +139,7 @@ def test_what_a_trip_does_to_the_position(machine, cause):
 
 
 def test_axes_driven_by_steps_lose_it_at_any_trip(machine):
-    enter(machine, assign("step_axes", 1))
+    enter(machine, assign("step_axes", 1), "$POSITION=HERE", "G00 X0")
     machine.library.gk_trip(CAUSE["estop"], 0)
     assert events(machine.run(200), "alarm")[0][2].endswith("the position is lost.")
 
