@@ -28,7 +28,9 @@ KEYS = {"": {"electrode", "workpiece", "area_mm2", "source", "depth_mm", "finish
         "finish": {"rmax_um", "side_um"},
         TABLE: {"ip", "bottom_um", "side_um", "undersize_um"}}
 TITLES = {"finish": "[finish]", TABLE: f"[[{TABLE}]]"}
-MOST_CURRENTS, MOST_DEPTHS = 16, 12     # what the memory of the soft core holds for an area
+# What the memory of the soft core holds: for an area, and for a pair of materials.
+MOST_CURRENTS, MOST_DEPTHS, MOST_FINISHES = 16, 12, 6
+MOST_DIFFERENCE_UM = 3000   # of a finish's stock on the side
 # Largest value and digits behind the point; the soft core keeps whole numbers of the last digit.
 BOUNDS = {"area_mm2": (100_000, 2), "depth_mm": (1000, 3), "ip": (63, 2), "bottom_um": (6000, 1),
           "side_um": (6000, 1), "undersize_um": (6000, 1), "rmax_um": (100, 1)}
@@ -124,11 +126,12 @@ class _Reader:
             self.refuse(f"{key} is not known" + (f" in {TITLES[table]}" if table else ""), key,
                         table=name if of_table else table, **place)
 
-    def number(self, name: str, value: object, key: str, signed: bool = False,
+    def number(self, name: str, value: object, key: str, most: int | None = None,
                **place: Any) -> float:
-        """Check one number against its bounds."""
-        limit, digits = BOUNDS[name]
-        least = -limit if signed else 0
+        """Check one number against its bounds, or a signed one against ``most``."""
+        greatest, digits = BOUNDS[name]
+        limit = greatest if most is None else most
+        least = 0 if most is None else -most
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(f"{name} must be a number, not {value!r}", key, **place)
         if not least <= value <= limit:
@@ -225,7 +228,9 @@ def _finish(read: _Reader) -> tuple[tuple[float, float], ...]:
              for one in read.numbers("rmax_um", "finish", table)]
     side = read.numbers("side_um", "finish", table)
     for one in side:
-        read.number("side_um", one, "side_um", signed=True, table="finish")
+        read.number("side_um", one, "side_um", most=MOST_DIFFERENCE_UM, table="finish")
+    if len(rough) > MOST_FINISHES:
+        read.refuse(f"more than {MOST_FINISHES} roughnesses", "rmax_um", table="finish")
     if len(side) != len(rough):
         read.refuse(f"side_um has {len(side)} values for {len(rough)} roughnesses", "side_um",
                     table="finish")
@@ -233,8 +238,8 @@ def _finish(read: _Reader) -> tuple[tuple[float, float], ...]:
     read.ordered("side_um", side, "side_um", "not rise", " with the roughness", table="finish")
     pairs = tuple(zip(rough, map(float, side), strict=True))
     if (1.0, 0.0) not in pairs:
-        read.refuse("side_um must be 0 at an rmax_um of 1, against which it is told", "side_um",
-                    table="finish")
+        read.refuse("side_um must be 0 where rmax_um is 1: it is the difference from the stock for "
+                    "1 um", "side_um", table="finish")
     return pairs
 
 

@@ -20,10 +20,13 @@ __all__ = ["lines", "load"]
 def lines(data: Sequence[BasicData]) -> Iterator[str]:
     """Yield the lines by which a host enters basic data of one pair, behind its name."""
     yield "$BD" + ",".join(map(exact, data[0].depth_mm))
+    yield "$BR" + ",".join(exact(value) for one in data[0].finish_um for value in one)
     for one in data:
         yield f"$BA{exact(one.area_mm2)}"
-        for ip, row in zip(one.ip, one.undersize_um, strict=True):
-            yield f"$BI{exact(ip)}," + ",".join(map(exact, row))
+        for ip, row, *stock in zip(one.ip, one.undersize_um, one.bottom_um, one.side_um,
+                                   strict=True):
+            # The controller lists no stock where it has none.
+            yield f"$BI{exact(ip)}," + ",".join(map(exact, (*row, *(stock if any(stock) else ()))))
 
 
 def load(electrode: str, workpiece: str, folder: Path, url: str, *, baud: int,

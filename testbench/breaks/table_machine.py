@@ -382,7 +382,16 @@ MACHINE = (
         ("    if (hal_watch_open())\n", "", "no call comes too soon"),
     ),
     *breaks_of(
+        "softcore/firmware/roughing/staircase.c", "unit/firmware/test_staircase.py",
+        ("left = left + correction", "left = left - correction",
+         "a coarser finish needs less stock on the side"),
+        ("y[i] = basic_stock_of(near_area + area, rows->at + i, side)",
+         "y[i] = basic_stock_of(near_area, rows->at + i, side)", "stock of both areas"),
+    ),
+    *breaks_of(
         "softcore/firmware/roughing/basic.c", "unit/firmware/test_staircase.py",
+        ("stock[i]) < last->stock[i])", "stock[i]) > last->stock[i])",
+         "the stock does not fall with the current"),
         ("drop(first + at, 1)", "drop(at, 1)", "an area of the pair in force is taken out"),
         ("*begin += pairs[at].area_count;", ";", "each pair plans with its own areas"),
         ("return now + 1 >= pair_count ||", "return true ||", "areas are those of the last pair"),

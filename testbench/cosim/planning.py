@@ -26,6 +26,8 @@ LONGEST_S = 60.0    # of a planning, in the machine's time at 2 MHz
 STEP = re.compile(r"\[MSG:IP (\d+) to (\d+)\.(\d{3})0 mm\]")
 NEEDS = re.compile(r"\[MSG:The last step needs an undersize of ([\d.]+) um, "
                    r"of ([\d.]+) um allowed\]")
+LEAVES = re.compile(r"\[MSG:The last step leaves ([\d.]+) um on the bottom and "
+                    r"([\d.]+) um on the side\]")
 
 
 def steep(area_mm2: float) -> BasicData:
@@ -53,23 +55,24 @@ def plan_on(session: Session, data: Sequence[BasicData], roughing: Roughing,
         The controller, for use afterwards.
     found : dict
         ``steps`` from the surface down, as the host has them; ``needs_um`` and ``has_um`` of the
-        undersize; ``clocks`` from the line to its answer; ``longest`` step of the main loop's
-        task that plans, in clocks.
+        undersize; the stock ``bottom_um`` and ``side_um`` that the last step leaves; ``clocks``
+        from the line to its answer; ``longest`` step of the main loop's task that plans, in clocks.
     """
     job = Job(session, *lines(data), watched=watched)
     job.said.clear()
     begin = session.cycle
     job.link.command(f"$BP{roughing.area_mm2:g},{roughing.undersize_um:g},{roughing.depth_mm:g}")
     clocks = session.cycle - begin
-    first, *said = (line for line in job.said if not line.startswith("<"))
+    first, *said, last = (line for line in job.said if not line.startswith("<"))
+    bottom_um, side_um = map(float, LEAVES.fullmatch(last).groups())
     needs_um, has_um = map(float, NEEDS.fullmatch(first).groups())
     steps = [STEP.fullmatch(line).groups() for line in said]
     job.link.command("$P")
     profile = dict(item.split() for item in job.said[-1].strip("[]").split(":")[1].split(","))
     return job, {
         "steps": tuple(Step(float(ip), 1000 * int(mm) + int(um)) for ip, mm, um in steps),
-        "needs_um": needs_um, "has_um": has_um, "clocks": clocks,
-        "longest": int(profile["link"])}
+        "needs_um": needs_um, "has_um": has_um, "bottom_um": bottom_um, "side_um": side_um,
+        "clocks": clocks, "longest": int(profile["link"])}
 
 
 def check_switches(record: Record, steps: Sequence[Step], origin: int) -> None:

@@ -27,7 +27,7 @@ def total(rng, programs, **arguments):
 def test_every_pulse_has_its_place(rng, cases):
     programs = cases(5)
     figures = total(rng, programs)
-    assert figures["pulses"] > 2500 * programs
+    assert figures["pulses"] > 2000 * programs
     assert figures["backward"] > 250 * programs
     assert figures["retractions"] > 2 * programs
 

@@ -260,14 +260,14 @@ bool history_make(path_place at, hal_segment *move, path_segment *s) {
         move->highest = line_bound(move);
         s->tight = move->highest != 0;
         move->away = s->away = KIND(u->word[3]) == LINE_AWAY;
-        direction_of(move, s->from);
-        for (unsigned axis = 0; axis < HAL_AXES; axis++)
-            s->to[axis] = s->from[axis];
     }
     int32_t way[HAL_AXES];
     direction_of(move, way);
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         s->way[axis] = (int8_t)(way[axis] / (1 << 9));
+        if (!is_arc(at.block))
+            s->from[axis] = s->to[axis] = way[axis];
+    }
     move->rate = s->rate;
     s->bound = move->highest;
     if (s->bound && s->rate > s->bound)

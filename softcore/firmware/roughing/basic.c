@@ -3,16 +3,22 @@
 
 #include "base/text.h"
 #include "base/watch.h"
+#include "base/rare.h"
 
 typedef struct {
     uint16_t ip;                        /* 1/100 */
     uint16_t undersize[BASIC_DEPTHS];   /* 0.1 um */
+    uint16_t stock[BASIC_STOCKS];       /* 0.1 um */
 } row;
 
 typedef struct {
     char name[BASIC_NAME];
-    uint8_t depth_count, area_count;
+    uint8_t depth_count, area_count, finish_count;
     uint32_t depths[BASIC_DEPTHS];      /* um */
+    struct {
+        uint16_t roughness;             /* 0.1 um Rmax */
+        int16_t difference;             /* 0.1 um */
+    } finishes[BASIC_FINISHES];
 } pair;
 
 /* Pairs in the order in which they were entered; their areas and the rows of these follow each other
@@ -114,7 +120,7 @@ bool basic_depths(const uint32_t *values, unsigned count, fault *f) {
                         (uint32_t)BASIC_PAIRS);
     pair *new = &pairs[pair_count++];
     copy(new->name, selected);
-    new->area_count = 0;
+    new->area_count = new->finish_count = 0;
     new->depth_count = (uint8_t)count;
     for (unsigned i = 0; i < count; i++)
         new->depths[i] = values[i];
@@ -127,10 +133,43 @@ static bool is_last(fault *f) {
            fault_at(f, FAULT_TABLE, 0, "basic data: another pair follows; begin this one with $BD");
 }
 
+static bool has_depths(fault *f) {
+    return now < pair_count || fault_at(f, FAULT_TABLE, 0, "basic data: the depths come first");
+}
+
+bool basic_finish(const uint32_t *values, unsigned count, fault *f) {
+    if (!has_depths(f) || !is_last(f))
+        return false;
+    if (count % 2 || count > 2 * BASIC_FINISHES)
+        return fault_at(f, FAULT_TABLE, 0,
+                        "basic data: at most %u finishes, each a roughness and a difference of the stock",
+                        (uint32_t)BASIC_FINISHES);
+    pair *to = &pairs[now];
+    bool at_1_um = false;
+    for (unsigned i = 0; i < count; i += 2) {
+        int32_t difference = (int32_t)values[i + 1];
+        if (values[i] > 1000 || difference > 30000 || difference < -30000 ||
+            (i && (values[i] <= values[i - 2] || difference > (int32_t)values[i - 1])))
+            return fault_at(f, FAULT_TABLE, 0,
+                            "basic data: the roughness must rise, to 100 um at most, and the stock "
+                            "not rise with it (number %u)", i + 1);
+        at_1_um = at_1_um || (values[i] == 10 && !difference);
+    }
+    if (!at_1_um)
+        return fault_at(f, FAULT_TABLE, 0,
+                        "basic data: a roughness of 1 um with a difference of 0 is needed");
+    to->finish_count = (uint8_t)(count / 2);
+    for (unsigned i = 0; i < to->finish_count; i++) {
+        to->finishes[i].roughness = (uint16_t)values[2 * i];
+        to->finishes[i].difference = (int16_t)values[2 * i + 1];
+    }
+    return true;
+}
+
 bool basic_area(uint32_t area, fault *f) {
     unsigned count = basic_area_count();
-    if (now == pair_count)
-        return fault_at(f, FAULT_TABLE, 0, "basic data: the depths come first");
+    if (!has_depths(f))
+        return false;
     if (!is_last(f) || lacks(f))
         return false;
     if (all_areas == BASIC_AREAS)
@@ -144,7 +183,8 @@ bool basic_area(uint32_t area, fault *f) {
     return true;
 }
 
-bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault *f) {
+bool basic_current(uint32_t ip, const uint32_t *values, unsigned count, fault *f) {
+    unsigned depth_count = basic_depth_count();
     if (!basic_area_count())
         return fault_at(f, FAULT_TABLE, 0, "basic data: an area comes before its currents");
     if (!is_last(f))
@@ -155,21 +195,32 @@ bool basic_current(uint32_t ip, const uint32_t *undersize, unsigned count, fault
         return fault_at(f, FAULT_TABLE, 0,
                         "basic data: no more than %u currents of an area and %u of all can be entered",
                         (uint32_t)BASIC_CURRENTS, (uint32_t)BASIC_ROWS);
-    if (count != basic_depth_count())
-        return fault_at(f, FAULT_TABLE, 0, "basic data: %u undersizes for %u depths", count,
-                        basic_depth_count());
+    if (count != depth_count && count != depth_count + BASIC_STOCKS)
+        return fault_at(f, FAULT_TABLE, 0,
+                        "basic data: %u undersizes for %u depths; bottom and side stock may follow",
+                        count, depth_count);
     if (!ip || ip > 6300 || (last && ip <= last->ip))
         return fault_at(f, FAULT_TABLE, 0, "basic data: the currents must rise, to IP 63 at most");
-    for (unsigned i = 0; i < count; i++)
-        if (undersize[i] > 60000 || (i && undersize[i] <= undersize[i - 1]) ||
-            (last && undersize[i] <= last->undersize[i]))
+    for (unsigned i = 0; i < depth_count; i++)
+        if (values[i] > 60000 || (i && values[i] <= values[i - 1]) ||
+            (last && values[i] <= last->undersize[i]))
             return fault_at(f, FAULT_TABLE, 0,
                             "basic data: the undersize must rise with depth and current, to 6000 um "
                             "at most (number %u)", i + 1);
+    const uint32_t *stock = values + depth_count;
+    for (unsigned i = 0; i < BASIC_STOCKS; i++)
+        if (last && (count == depth_count ? 0 : stock[i]) < last->stock[i])
+            return fault_at(f, FAULT_TABLE, 0,
+                            "basic data: the stock must not fall with the current");
+    for (unsigned i = depth_count; i < count; i++)
+        if (values[i] > 60000)
+            return fault_at(f, FAULT_TABLE, 0, "basic data: the stock is at most 6000 um");
     row *new = &rows[begins[all_areas]++];
     new->ip = (uint16_t)ip;
-    for (unsigned i = 0; i < count; i++)
-        new->undersize[i] = (uint16_t)undersize[i];
+    for (unsigned i = 0; i < depth_count; i++)
+        new->undersize[i] = (uint16_t)values[i];
+    for (unsigned i = 0; i < BASIC_STOCKS; i++)
+        new->stock[i] = count == depth_count ? 0 : (uint16_t)stock[i];
     return true;
 }
 
@@ -184,14 +235,12 @@ bool basic_drop(uint32_t area, fault *f) {
     return true;
 }
 
-/* Append a separator and a number, without the zeros behind its point. */
-static void append(char *text, size_t size, char separator, uint32_t value, uint32_t unit) {
+/* Append what comes before a number, and the number without the zeros behind its point. */
+static void append(char *text, size_t size, const char *before, uint32_t value, uint32_t unit) {
     size_t at = 0;
     while (text[at])
         at++;
-    if (separator)
-        at += text_print(text + at, size - at, "%c", separator);
-    at += text_print(text + at, size - at, "%u", value / unit);
+    at += text_print(text + at, size - at, "%s%u", before, value / unit);
     value %= unit;
     for (char point = '.'; value; point = '\0') {
         unit /= 10;
@@ -201,10 +250,11 @@ static void append(char *text, size_t size, char separator, uint32_t value, uint
     }
 }
 
-/* Lines of a pair: its name, unless it has none, its depths, its areas and their currents. */
+/* Lines of a pair: its name, unless it has none, its depths, its finishes if there are any, its areas
+   and their currents. */
 static unsigned lines_of(const pair *one, unsigned begin) {
-    return (one->name[0] != '\0') + 1u + one->area_count + begins[begin + one->area_count] -
-           begins[begin];
+    return (one->name[0] != '\0') + 1u + (one->finish_count != 0) + one->area_count +
+           begins[begin + one->area_count] - begins[begin];
 }
 
 bool basic_line(unsigned number, char *text, size_t size) {
@@ -223,25 +273,39 @@ bool basic_line(unsigned number, char *text, size_t size) {
     if (number == 0) {
         text_print(text, size, "D");
         for (unsigned i = 0; i < one->depth_count; i++) {
-            append(text, size, i ? ',' : '\0', one->depths[i], 1000);
+            append(text, size, i ? "," : "", one->depths[i], 1000);
             watch_between();
         }
         return true;
     }
-    for (number--; number > count_of(area); area++)
+    number--;
+    if (one->finish_count && number-- == 0) {
+        text_print(text, size, "R");
+        for (unsigned i = 0; i < one->finish_count; i++) {
+            int32_t difference = one->finishes[i].difference;
+            append(text, size, i ? "," : "", one->finishes[i].roughness, 10);
+            append(text, size, difference < 0 ? ",-" : ",",
+                   (uint32_t)(difference < 0 ? -difference : difference), 10);
+            watch_between();
+        }
+        return true;
+    }
+    for (; number > count_of(area); area++)
         number -= count_of(area) + 1;
     if (number == 0) {
         text_print(text, size, "A");
-        append(text, size, '\0', areas[area], 100);
+        append(text, size, "", areas[area], 100);
         return true;
     }
     const row *current = &rows[begins[area] + number - 1];
     text_print(text, size, "I");
-    append(text, size, '\0', current->ip, 100);
+    append(text, size, "", current->ip, 100);
     for (unsigned i = 0; i < one->depth_count; i++) {
-        append(text, size, ',', current->undersize[i], 10);
+        append(text, size, ",", current->undersize[i], 10);
         watch_between();
     }
+    for (unsigned i = 0; i < BASIC_STOCKS && (current->stock[0] || current->stock[1]); i++)
+        append(text, size, ",", current->stock[i], 10);
     return true;
 }
 
@@ -267,4 +331,19 @@ float basic_ip_of(unsigned area, unsigned current) {
 }
 float basic_undersize_of(unsigned area, unsigned current, unsigned depth) {
     return basic_number(rows[begins[first + area] + current].undersize[depth], 10);
+}
+float basic_stock_of(unsigned area, unsigned current, unsigned side) {
+    return basic_number(rows[begins[first + area] + current].stock[side], 10);
+}
+
+unsigned basic_finish_count(void) {
+    return now < pair_count && pairs[now].finish_count ? pairs[now].finish_count : 1;
+}
+float basic_roughness_of(unsigned finish) {
+    return pairs[now].finish_count ? basic_number(pairs[now].finishes[finish].roughness, 10) : 1;
+}
+float basic_difference_of(unsigned finish) {
+    return pairs[now].finish_count
+               ? (float)pairs[now].finishes[finish].difference / (float)(int32_t)10
+               : 0;
 }

@@ -6,10 +6,12 @@
 #include "roughing/basic.h"
 #include "roughing/result.h"
 #include "roughing/staircase.h"
+#include "base/rare.h"
 
-#define NUMBERS (1 + BASIC_DEPTHS)
+#define NUMBERS (1 + BASIC_DEPTHS + BASIC_STOCKS)
 #define JOB_LEAST 3
-#define JOB_NUMBERS 5
+#define JOB_NUMBERS 6
+#define FINE 10             /* 0.1 um Rmax */
 #define STEEPEST 6000       /* 1/100 degree */
 
 static enum { IDLE, READING, ENTERING, LISTING, NAMING, NAMED, PLANNING, TELLING } doing;
@@ -36,8 +38,8 @@ bool roughing_busy(void) { return doing != IDLE; }
 static const struct {
     char name;
     uint8_t decimals[JOB_NUMBERS];
-} LINES[] = {{'D', {3, 3, 3, 3, 3}}, {'A', {2}}, {'I', {2, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0}},
-             {'F', {2}}, {'L', {0}}, {'M', {0}}};
+} LINES[] = {{'D', {3, 3, 3, 3, 3, 3}}, {'R', {1, 1, 1, 1, 1, 1}}, {'A', {2}},
+             {'I', {2, 1, 1, 1, 1, 1}}, {'P', {2, 1, 3, 2, 0, 1}}, {'F', {2}}, {'L', {0}}, {'M', {0}}};
 
 /* Append a digit if it fits. Numbers with decimals become floats by way of signed numbers; only a
    seed may have all 32 bits. There is no division, as all digits of a line are read in one pass of
@@ -82,7 +84,7 @@ static bool read_number(uint32_t *at, unsigned decimals, uint32_t *value, fault 
 static bool begin(bool program_runs, fault *f) {
     if (count < JOB_LEAST || count > JOB_NUMBERS)
         return fault_at(f, FAULT_SETTING, 0,
-                        "$BP needs area, undersize and depth; gradient and seed may follow");
+                        "$BP needs area, undersize and depth; gradient, seed and roughness may follow");
     if (!numbers[0] || !numbers[1] || !numbers[2])
         return fault_at(f, FAULT_SETTING, 0, "area, undersize and depth must be above 0");
     if (program_runs)
@@ -97,6 +99,7 @@ static bool begin(bool program_runs, fault *f) {
         .taper = gradient,
         .parts = 1,
         .seed = count > 4 ? numbers[4] : 1,
+        .rmax = count > 5 ? numbers[5] : FINE,
     };
     if (!staircase_begin(&job, f))
         return false;
@@ -138,7 +141,7 @@ static bool read_line(fault *f) {
     while (kind < sizeof LINES / sizeof *LINES && (!length || LINES[kind].name != line[0]))
         kind++;
     if (kind == sizeof LINES / sizeof *LINES)
-        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BM, $BD, $BA and $BI; $BL lists them, $BF forgets them");
+        return fault_at(f, FAULT_SETTING, 0, "basic data are entered with $BM, $BD, $BR, $BA and $BI; $BL lists them, $BF forgets them");
     count = 0;
     name[0] = '\0';
     if (length == 1 && (line[0] == 'L' || line[0] == 'F' || line[0] == 'M'))
@@ -149,8 +152,14 @@ static bool read_line(fault *f) {
         unsigned decimals = LINES[kind].decimals[count < JOB_NUMBERS ? count : JOB_NUMBERS - 1];
         if (count == NUMBERS)
             return fault_at(f, FAULT_SETTING, at + 3, "more than %u numbers", (uint32_t)NUMBERS);
-        if (!read_number(&at, decimals, &numbers[count++], f))
+        /* Only the stock of a finish may differ to either side. */
+        bool negative = line[0] == 'R' && count % 2 && at < length && line[at] == '-';
+        at += negative;
+        if (!read_number(&at, decimals, &numbers[count], f))
             return false;
+        if (negative)
+            numbers[count] = 0 - numbers[count];
+        count++;
     } while (at++ < length);
     return true;
 }
@@ -160,6 +169,7 @@ static roughing_step enter(bool program_runs, fault *f) {
     doing = IDLE;
     switch (line[0]) {
     case 'D': basic_depths(numbers, count, f); break;
+    case 'R': basic_finish(numbers, count, f); break;
     case 'A':
         if (count > 1)
             fault_at(f, FAULT_SETTING, 0, "$BA takes one area");
@@ -195,21 +205,29 @@ static roughing_step enter(bool program_runs, fault *f) {
     return doing == IDLE ? ROUGHING_ANSWERS : ROUGHING_WORKS;
 }
 
+/* Tenths of a length, rounded. */
+static uint32_t tenths(float um) { return (uint32_t)(int32_t)(um * 10 + 0.5f); }
+
 /* Write the note with this number; false if it does not apply. */
 static bool note(uint32_t number, const staircase_result *found, char *text, size_t size) {
+    uint32_t bottom = tenths(found->bottom_um), side = tenths(found->side_um);
     switch (number) {
     case 0:
+        return (bottom || side) &&
+               text_print(text, size, "The last step leaves %u.%u um on the bottom and %u.%u um on the side",
+                          bottom / 10, bottom % 10, side / 10, side % 10);
+    case 1:
         return found->greatest &&
                text_print(text, size,
                           "The undersize allows the greatest current of the basic data, or more");
-    case 1:
+    case 2:
         return found->ended && text_print(text, size, "The basic data have no greater current");
-    case 2: return found->single && text_print(text, size, "The basic data have one depth only");
-    case 3:
+    case 3: return found->single && text_print(text, size, "The basic data have one depth only");
+    case 4:
         return found->beyond &&
                text_print(text, size, "%u depths lie above the shallowest of the basic data",
                           found->beyond);
-    case 4:
+    case 5:
         return found->untrusted &&
                text_print(text, size, "%u networks were not trusted and were replaced by interpolation",
                           found->untrusted);
@@ -220,15 +238,14 @@ static bool note(uint32_t number, const staircase_result *found, char *text, siz
     }
 }
 
-#define NOTES 6
+#define NOTES 7
 
 /* Tell the result, one line in each call: the undersize, the currents from the surface down, the
    notes. */
 static roughing_step tell(const staircase_result *found, char *text, size_t size) {
     uint32_t at = told++;
     if (at == 0) {
-        uint32_t needs = (uint32_t)(int32_t)(found->beta_um * 10 + 0.5f);
-        uint32_t has = (uint32_t)(int32_t)(found->undersize_um * 10 + 0.5f);
+        uint32_t needs = tenths(found->beta_um), has = tenths(found->undersize_um);
         text_print(text, size, "The last step needs an undersize of %u.%u um, of %u.%u um allowed",
                    needs / 10, needs % 10, has / 10, has % 10);
         return ROUGHING_TELLS;

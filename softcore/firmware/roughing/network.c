@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0f
+// SPDX-License-Identifier: Apache-2.0
 #include "roughing/network.h"
+#include "base/rare.h"
 
 #define INPUTS NETWORK_INPUTS
 #define HIDDEN 6

@@ -4,6 +4,7 @@
 #include "base/settings.h"
 #include "base/units.h"
 #include "roughing/staircase.h"
+#include "base/rare.h"
 
 #define WITHIN_MILLI_IP 10      /* largest deviation of a condition from the planned current */
 

@@ -3,6 +3,7 @@
 
 #include "roughing/basic.h"
 #include "roughing/network.h"
+#include "base/rare.h"
 
 #define GRANTED 0x1p-10f
 #define DEGREE 0.017453292519943295f
@@ -27,6 +28,7 @@ static pair areas, depths;
 static pair currents[NEAR];     /* of each area, next to `ip` */
 static pair chosen;             /* undersizes of an area at a depth */
 static float area_mm2, depth_mm;
+static float correction;        /* of the stock on the side, for the roughness, um */
 static float ip;               /* the current asked about */
 static float by_area[NEAR], by_depth[NEAR];
 static float needed[NEAR];      /* undersizes at the two depths on either side of `sought` */
@@ -58,6 +60,10 @@ static float of_depths(unsigned i, unsigned unused, unsigned unused_too) {
 static float of_currents(unsigned i, unsigned area, unsigned unused) {
     (void)unused;
     return basic_ip_of(area, i);
+}
+static float of_finishes(unsigned i, unsigned unused, unsigned unused_too) {
+    (void)unused, (void)unused_too;
+    return basic_roughness_of(i);
 }
 static float of_column(unsigned i, unsigned area, unsigned depth) {
     return basic_undersize_of(area, i, depth);
@@ -128,6 +134,19 @@ static bool choose_depths(unsigned at) {
     if (depth_mm < basic_depth_of(0) || depth_mm > basic_depth_of(count - 1))
         refuse("the depth is outside of the basic data");
     depths = next_to(of_depths, 0, 0, count, depth_mm);
+    return false;
+}
+
+static bool choose_finish(unsigned at) {
+    unsigned count = basic_finish_count();
+    float rmax = basic_number(job.rmax, 10), y[NEAR];
+    (void)at;
+    if (rmax < basic_roughness_of(0) || rmax > basic_roughness_of(count - 1))
+        refuse("the roughness is outside of the basic data");
+    pair finishes = next_to(of_finishes, 0, 0, count, rmax);
+    for (unsigned i = 0; i < finishes.count; i++)
+        y[i] = basic_difference_of(finishes.at + i);
+    correction = line(&finishes, y, rmax);
     return false;
 }
 
@@ -264,6 +283,27 @@ static bool ask_undersize(unsigned at) {
     return false;
 }
 
+/* Interpolate the stock that the last step leaves: on the bottom, then on the side, which the finish
+   corrects. One area in each step. */
+static bool stock(unsigned at) {
+    unsigned side = at / areas.count, area = at % areas.count;
+    const pair *rows = &currents[area];
+    float y[NEAR];
+    for (unsigned i = 0; i < rows->count; i++)
+        y[i] = basic_stock_of(near_area + area, rows->at + i, side);
+    by_area[area] = line(rows, y, ip);
+    if (area + 1 < areas.count)
+        return true;
+    float left = line(&areas, by_area, area_mm2);
+    if (!side) {
+        found.bottom_um = left;
+        return true;
+    }
+    left = left + correction;
+    found.side_um = left > 0 ? left : 0;
+    return false;
+}
+
 static bool keep_last(unsigned at) {
     (void)at;
     float inferred = answer(any), has = found.undersize_um;
@@ -353,12 +393,12 @@ static bool keep_depth(unsigned at) {
 }
 
 static bool (*const PHASES[])(unsigned at) = {
-    gradient, choose_areas, choose_depths, common, choose_currents, interpolate, large_enough,
+    gradient, choose_areas, choose_depths, choose_finish, common, choose_currents, interpolate, large_enough,
     sample_currents, ask_current, learn, round_current,
-    choose_currents, interpolate, sample_undersizes, ask_undersize, learn, keep_last,
-#define STAIRS 17
+    choose_currents, interpolate, stock, sample_undersizes, ask_undersize, learn, keep_last,
+#define STAIRS 19
     next_current,
-#define STAIR 18
+#define STAIR 20
     choose_currents, search, interpolate_depth, search, sample_depths, ask_depth, learn, keep_depth,
 };
 #define PHASE_COUNT (sizeof PHASES / sizeof *PHASES)

@@ -17,6 +17,7 @@ typedef struct {
     uint32_t taper;             /* 1/100 degree */
     uint32_t parts;             /* steps of the power supply in one IP */
     uint32_t seed;
+    uint32_t rmax;              /* roughness of the finished surface, 0.1 um */
 } staircase_job;
 
 typedef struct {
@@ -27,6 +28,7 @@ typedef struct {
 typedef struct {
     float undersize_um;         /* after the correction for the gradient */
     float ip, beta_um;          /* of the last step: current before rounding, undersize needed */
+    float bottom_um, side_um;   /* stock left by the last step; on the side for the roughness */
     staircase_run runs[STAIRCASE_STEPS];    /* from the last step, the deepest, up */
     uint32_t count;
     uint32_t untrusted;         /* networks that were replaced by interpolation */

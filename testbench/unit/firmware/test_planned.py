@@ -173,7 +173,7 @@ def test_a_supply_that_lacks_a_current_has_no_depth_series(machine):
         "[MSG:The power supply is not set to all of these currents: G39 P1 has no staircase]", "ok"]
     assert machine.line("G39 P1")[-1] == error_line("condition")
     machine.line(assign("current_step_ma", 750))
-    assert machine.line(PLAN, PASSES)[-2] == "[MSG:IP 6 to 15.0000 mm]"
+    assert machine.line(PLAN, PASSES)[-3] == "[MSG:IP 6 to 15.0000 mm]"
     assert events(machine.line("G39 P1"), "condition") == [["condition", "908", "8000"]]
     assert machine.power["level"] == 16
     machine.line(assign("current_step_ma", 1500))

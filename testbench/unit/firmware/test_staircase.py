@@ -61,9 +61,25 @@ def random_data(draw):
         data.append(BasicData(
             name=f"made_{area}", electrode="copper", workpiece="steel", area_mm2=area / 100,
             source="a test", depth_mm=tuple(depth / 1000 for depth in depths),
-            ip=tuple(ip / 100 for ip in currents), bottom_um=(1.0,) * len(currents),
-            side_um=(1.0,) * len(currents), undersize_um=tuple(rows), finish_um=((1.0, 0.0),)))
-    return data
+            ip=tuple(ip / 100 for ip in currents),
+            bottom_um=random_stock(draw, len(currents)), side_um=random_stock(draw, len(currents)),
+            undersize_um=tuple(rows), finish_um=((1.0, 0.0),)))
+    finish = random_finish(draw)
+    return [replace(one, finish_um=finish) for one in data]
+
+
+def random_stock(draw, count):
+    """Stock of currents, in um, which does not fall; often with equal values."""
+    return tuple(sorted(draw.choice((0, 12, draw.randrange(700))) / 10 for _ in range(count)))
+
+
+def random_finish(draw):
+    """Finishes, that of 1 um among them."""
+    rough = sorted({10, *draw.sample(range(1, 200), draw.randrange(6))})
+    at = rough.index(10)
+    less = sorted((draw.randrange(120) / 10 for _ in rough[:at]), reverse=True)
+    more = sorted((-draw.randrange(120) / 10 for _ in rough[at + 1:]), reverse=True)
+    return tuple(zip((value / 10 for value in rough), (*less, 0.0, *more), strict=True))
 
 
 def random_job(draw, data):
@@ -75,7 +91,9 @@ def random_job(draw, data):
     undersize = draw.choice((*draw.sample(inside, 2),
                              *(draw.uniform(min(inside), max(inside)),) * 4))
     return Job(round(area, 2), round(undersize, 1), round(depth, 3),
-               draw.choice((0, 0, round(draw.uniform(0, 20), 2))), draw.choice((1, 1, 2, 3)))
+               draw.choice((0, 0, round(draw.uniform(0, 20), 2))), draw.choice((1, 1, 2, 3)),
+               draw.choice((1.0, *(one for one, _ in data[0].finish_um),
+                            round(draw.uniform(*(data[0].finish_um[at][0] for at in (0, -1))), 1))))
 
 
 def compare(planner, data, job, seed):
@@ -92,6 +110,7 @@ def compare(planner, data, job, seed):
     assert not isinstance(there, str), there
     assert (there.undersize_um, there.ip, there.beta_um) == (here.undersize_um, here.ip,
                                                              here.beta_um)
+    assert (there.bottom_um, there.side_um) == (here.bottom_um, here.side_um)
     assert there.steps(job.steps) == here.steps
     assert there.untrusted == sum("interpolated" in note for note in here.notes)
     assert there.beyond == sum("inferred beyond" in note for note in here.notes)
@@ -124,7 +143,8 @@ def test_random_data_give_the_same_staircase(planner):
 
 
 def test_the_smallest_data_do(planner):
-    smallest = replace(DATA[1], ip=(4.0, 8.0), depth_mm=(15.0,), undersize_um=((80.0,), (120.0,)))
+    smallest = replace(DATA[1], ip=(4.0, 8.0), depth_mm=(15.0,), undersize_um=((80.0,), (120.0,)),
+                       bottom_um=(20.0, 30.0), side_um=(9.9, 9.9))
     assert planner.enter([smallest]) == ""
     for undersize in (79.9, 80, 100, 110.5, 120, 130):
         compare(planner, [smallest], Job(50, undersize, 15), 1)
@@ -159,7 +179,8 @@ def test_data_that_do_not_rise_are_refused(planner):
     assert planner.area(6000) == "basic data: the area of 50 mm2 has 0 of at least 2 currents"
     order = "basic data: the currents must rise, to IP 63 at most"
     assert planner.current(0, [400, 410]) == order
-    assert planner.current(100, [400]) == "basic data: 1 undersizes for 2 depths"
+    assert planner.current(100, [400]) == (
+        "basic data: 1 undersizes for 2 depths; bottom and side stock may follow")
     rise = "basic data: the undersize must rise with depth and current, to 6000 um at most (number "
     assert planner.current(100, [400, 400]) == rise + "2)"
     assert planner.current(100, [400, 60_001]) == rise + "2)"
@@ -168,6 +189,38 @@ def test_data_that_do_not_rise_are_refused(planner):
     assert planner.current(200, [400, 510]) == rise + "1)"
     assert planner.current(200, [401, 411]) == ""
     assert planner.area(5000) == "basic data: the areas must rise, to 100000 mm2 at most"
+    assert planner.current(300, [500, 510, 100, 60_001]) == (
+        "basic data: the stock is at most 6000 um")
+    assert planner.current(300, [500, 510, 100, 90]) == ""
+    fall = "basic data: the stock must not fall with the current"
+    assert planner.current(400, [600, 610, 99, 90]) == fall
+    assert planner.current(400, [600, 610, 100, 89]) == fall
+    assert planner.current(400, [600, 610]) == fall
+    assert planner.current(400, [600, 610, 100, 90]) == ""
+
+
+def test_finishes_that_make_no_sense_are_refused(planner):
+    planner.forget()
+    planner.select("FIRST")
+    assert planner.finish([10, 0]) == "basic data: the depths come first"
+    assert planner.depths([0, 1000]) == ""
+    count = ("basic data: at most 6 finishes, each a roughness and a difference of the stock")
+    assert planner.finish([10]) == planner.finish([10, 0] * 7) == count
+    least = "basic data: a roughness of 1 um with a difference of 0 is needed"
+    assert planner.finish([]) == planner.finish([10, -1]) == planner.finish([0, 0]) == least
+    rise = ("basic data: the roughness must rise, to 100 um at most, and the stock not rise with "
+            "it (number ")
+    assert planner.finish([10, 30_001]) == planner.finish([10, -30_001]) == rise + "1)"
+    assert planner.finish([10, 0, 10, 0]) == planner.finish([10, 0, 20, 1]) == rise + "3)"
+    assert planner.finish([10, 0, 1001, 0]) == rise + "3)"
+    assert planner.finish([0, 30_000, 10, 0, 1000, -30_000]) == ""
+    planner.select("SECOND")
+    assert planner.depths([0, 1000]) == ""
+    planner.select("FIRST")
+    assert planner.finish([10, 0]) == (
+        "basic data: another pair follows; begin this one with $BD")
+    planner.forget()
+    planner.select("")
 
 
 def test_a_full_memory_is_told(planner):
@@ -214,13 +267,22 @@ def machine():
 def test_a_line_plans_and_is_answered_from_the_surface_down(machine):
     assert machine.line("$BP70,110,15", 60_000) == [
         "[MSG:The last step needs an undersize of 107.8 um, of 110.0 um allowed]",
-        "[MSG:IP 8 to 2.2030 mm]", "[MSG:IP 7 to 7.4990 mm]", "[MSG:IP 6 to 15.0000 mm]", "ok"]
+        "[MSG:IP 8 to 2.2030 mm]", "[MSG:IP 7 to 7.4990 mm]", "[MSG:IP 6 to 15.0000 mm]",
+        "[MSG:The last step leaves 30.0 um on the bottom and 25.0 um on the side]", "ok"]
 
 
 def test_gradient_and_seed_may_follow(machine):
     found = plan(DATA, Job(70, 110, 15, 12.5), 77)
-    assert machine.line("$BP70,110,15,12.5,77", 60_000)[1:-1] == [
+    assert machine.line("$BP70,110,15,12.5,77", 60_000)[1:-2] == [
         f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps]
+
+
+def test_the_stock_on_the_side_is_that_of_the_roughness(machine):
+    for roughness, side in (("1", "25.0"), ("2", "23.5"), ("4", "21.8"), ("10", "18.0")):
+        found = plan(DATA, Job(70, 110, 15, rmax_um=float(roughness)), 1)
+        assert f"{found.side_um + 1e-9:.1f}" == side
+        assert machine.line(f"$BP70,110,15,0,1,{roughness}", 60_000)[-2] == (
+            f"[MSG:The last step leaves 30.0 um on the bottom and {side} um on the side]")
 
 
 def test_a_seed_may_be_as_large_as_the_host_s(machine):
@@ -230,11 +292,11 @@ def test_a_seed_may_be_as_large_as_the_host_s(machine):
         assert machine.line(f"$BP70,110,15,0,{seed:013}", 60_000) == [
             f"[MSG:The last step needs an undersize of {needs} um, of 110.0 um allowed]",
             *(f"[MSG:IP {step.ip:g} to {step.depth_um / 1000:.4f} mm]" for step in found.steps),
-            "ok"]
+            "[MSG:The last step leaves 30.0 um on the bottom and 25.0 um on the side]", "ok"]
 
 
 def test_what_is_to_be_known_is_said(machine):
-    assert machine.line("$BP70,400,15", 60_000)[2:] == [
+    assert machine.line("$BP70,400,15", 60_000)[3:] == [
         "[MSG:The undersize allows the greatest current of the basic data, or more]",
         "[MSG:The basic data have no greater current]", "ok"]
 
@@ -253,14 +315,16 @@ def test_lines_wait_for_the_planning_and_the_status_does_not(machine):
 
 def test_the_data_are_listed_as_they_were_entered(machine):
     assert machine.line("$BL", 2000) == [*(f"[MSG:{line}]" for line in lines(DATA[1:3])), "ok"]
-    fine = ["$BD0.001,999.999,1000", "$BA0.05", "$BI0.25,0.1,5999.8,5999.9",
-            "$BI63,0.2,5999.9,6000"]
+    fine = ["$BD0.001,999.999,1000", "$BR0.1,3000,1,0,1.1,-0.1,9.9,-12,10,-12,100,-3000",
+            "$BA0.05", "$BI0.25,0.1,5999.8,5999.9", "$BI63,0.2,5999.9,6000,0,6000"]
     for line in fine:
         assert machine.line(line, 100) == ["ok"]
     assert machine.line("$BL", 500) == [*(f"[MSG:{line}]" for line in fine), "ok"]
-    longest = "$BD" + ",".join(f"{900 + n}.123" for n in range(12))
-    assert machine.line(longest, 100) == ["ok"]
-    assert machine.line("$BL", 500) == [f"[MSG:{longest}]", "ok"]
+    longest = ["$BD" + ",".join(f"{900 + n}.123" for n in range(12)), "$BA99999.99",
+               "$BI62.75," + ",".join(f"{5980 + n}.1" for n in range(12)) + ",5999.9,5999.9"]
+    for line in longest:
+        assert machine.line(line, 100) == ["ok"]
+    assert machine.line("$BL", 500) == [*(f"[MSG:{line}]" for line in longest), "ok"]
     assert machine.line("$BF", 100) == machine.line("$BL", 100) == ["ok"]
     entered(machine, DATA[1:3])
 
@@ -329,7 +393,7 @@ def test_a_reset_ends_a_planning_and_keeps_the_data(machine):
 
 NAME = "a pair has a name of at most 23 letters, digits, _ and -."
 COMMANDS = (
-    "basic data are entered with $BM, $BD, $BA and $BI; $BL lists them, $BF forgets them.")
+    "basic data are entered with $BM, $BD, $BR, $BA and $BI; $BL lists them, $BF forgets them.")
 DIGITS = "a number with at most 3 digits behind the point is needed."
 
 
@@ -339,15 +403,19 @@ DIGITS = "a number with at most 3 digits behind the point is needed."
     ("$BD1,,2", f"MDI, character 6: {DIGITS}"),
     ("$BD0,1.2345", f"MDI, character 11: {DIGITS}"),
     ("$BA1,2", "$BA takes one area."),
-    ("$BI1,2,3,4", "basic data: 3 undersizes for 12 depths."),
-    ("$BD" + "1," * 20 + "1", "MDI, character 30: more than 13 numbers."),
+    ("$BI1,2,3,4", "basic data: 3 undersizes for 12 depths; bottom and side stock may follow."),
+    ("$BD" + "1," * 20 + "1", "MDI, character 34: more than 15 numbers."),
+    ("$BR1,0,2", "basic data: at most 6 finishes, each a roughness and a difference of the stock."),
+    ("$BR-1,0", "MDI, character 4: a number with at most 1 digits behind the point is needed."),
+    ("$BI-1,0", "MDI, character 4: a number with at most 2 digits behind the point is needed."),
+    ("$BR1,--1", "MDI, character 7: a number with at most 1 digits behind the point is needed."),
     ("$BL1", "$BL takes no number."),
     ("$BF50,100", "$BF takes one area or one pair, or none for all."),
     ("$BFGOLD", "basic data: that pair is not among them."),
     ("$BMa b", f"MDI, character 5: {NAME}"),
     ("$BM" + 24 * "A", f"MDI, character 27: {NAME}"),
     ("$BF51", "basic data: that area is not among them."),
-    ("$BP70,110", "$BP needs area, undersize and depth; gradient and seed may follow."),
+    ("$BP70,110", "$BP needs area, undersize and depth; gradient, seed and roughness may follow."),
     ("$BP70,110,15,61", "the gradient is at most 60 degrees."),
     ("$BP70,110,0", "area, undersize and depth must be above 0."),
     ("$BP0,110,15", "area, undersize and depth must be above 0."),
@@ -360,6 +428,10 @@ DIGITS = "a number with at most 3 digits behind the point is needed."
     ("$BP70,110,15,0,4294967296", "MDI, character 25: the number is too large."),
     ("$BP70,110,15,0,1.5", "MDI, character 17: a whole number is needed."),
     ("$BP70,110,15,0,", "MDI, character 16: a whole number is needed."),
+    ("$BP70,110,15,0,1,10.1", "the roughness is outside of the basic data."),
+    ("$BP70,110,15,0,1,0.9", "the roughness is outside of the basic data."),
+    ("$BP70,110,15,0,1,1,1",
+     "$BP needs area, undersize and depth; gradient, seed and roughness may follow."),
     ("$BP7,110,15", "the area is outside of the basic data."),
     ("$BP70,110,41", "the depth is outside of the basic data."),
     ("$BP70,40,15",

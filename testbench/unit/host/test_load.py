@@ -62,7 +62,7 @@ def test_a_controller_that_holds_less_is_noticed(url, monkeypatch):
 
     monkeypatch.setattr(loading, "Link", Losing)
     with pytest.raises(UserError, match=rf"^the controller at {url} does not hold what was entered"
-                                        r": it lists 77 lines of 82, or others\.$"):
+                                        r": it lists 78 lines of 83, or others\.$"):
         loading.load("copper", "steel", BASIC, url, baud=BAUD, console=Console(quiet=True))
 
 
