@@ -5,8 +5,8 @@ import pytest
 
 from host.machines import machine as machines
 from host.run import simulation
+from testbench.piped import Machinery
 from testbench.stray import Stray, StrayedError
-from testbench.unit.host.test_live import Machinery
 
 SINKER = machines.load("sinker")
 TREMBLE = 3     # pulses, of an axis at rest

@@ -21,26 +21,13 @@ from host.run.run import Run
 from host.run.summary import columns_of, summary_of_controller
 from host.tape.tape import encode
 from testbench.live import Client, serving
-from testbench.unit.host.test_run_firmware import CLOCK_HZ, PULSES_PER_MM, Firmware
+from testbench.piped import CLOCK_HZ, PULSES_PER_MM, Machinery
 
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
                             "initial_gap_um": 50, "removal_scale": 1})
 PROGRAM = "%\nG21 G90\nG36 R300 L0.5 H600 E60 Q0.1\nG01 X0.5 F600\nG00 X0\nM02\n%\n"
 LONG = "%\nG91\nG01 X2 F60\nM02\n"    # 10 s where a pass of the firmware moves a pulse
 ANSWER = re.compile(r"ok|error:\d+.*")
-
-
-class Machinery(Firmware):
-    """The firmware on this computer, as the machine behind a line."""
-
-    byte_s = 1e-5
-
-    def button_arm(self, down):
-        if down:
-            self.press_arm()
-
-    def armed(self):
-        return False
 
 
 class Still:

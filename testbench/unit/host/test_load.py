@@ -13,7 +13,7 @@ from host.link.link import Link
 from host.places import ROOT
 from host.roughing import load as loading
 from testbench.live import serving
-from testbench.unit.host.test_live import Machinery
+from testbench.piped import Machinery
 
 BASIC = ROOT / "tapes" / "basic"
 BAUD = 1_000_000

@@ -20,8 +20,8 @@ from host.panel.wires import Remote
 from host.run.events import Scale
 from softcore.tables.settings import named
 from testbench.live import serving
+from testbench.piped import CLOCK_HZ, PULSES_PER_MM, Firmware
 from testbench.punch import TAPES
-from testbench.unit.host.test_run_firmware import CLOCK_HZ, PULSES_PER_MM, Firmware
 
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
                             "initial_gap_um": 50, "removal_scale": 1, "settings": {"408": 19}})

@@ -5,7 +5,6 @@ The machine below the firmware is a model that follows the path at once and has 
 check that both ends understand each other, byte by byte.
 """
 
-import ctypes
 from unittest.mock import patch
 
 import pytest
@@ -16,60 +15,11 @@ from host.machines.machine import Machine
 from host.run.run import Run
 from host.tape.codes import EIA, ISO
 from host.tape.tape import encode
-from softcore.image import host_library
+from testbench.piped import CLOCK_HZ, PULSES_PER_MM, Firmware
 from testbench.punch import TAPES, broken
 
-CLOCK_HZ, PULSES_PER_MM, Z = 2_000_000, 10_000, 2
-PASS_S = 1000 / CLOCK_HZ
 MACHINE = Machine("model", {"clock_hz": CLOCK_HZ, "pulses_per_mm": PULSES_PER_MM,
                             "initial_gap_um": 50, "removal_scale": 1, "settings": {"408": 19}})
-
-
-class Firmware:
-    """The firmware as a pipe; every pass of its main loop counts 1000 clocks."""
-
-    clock_hz = CLOCK_HZ
-
-    def __init__(self, pulses_per_pass=200):
-        self.library = ctypes.CDLL(str(host_library()))
-        self.library.gk_boot(CLOCK_HZ, PULSES_PER_MM, Z)
-        self.library.gk_speed(pulses_per_pass)
-        self.passes = 0
-
-    @property
-    def cycle(self):
-        return self.passes * 1000
-
-    def press_arm(self):
-        self.library.gk_arm()
-
-    def write(self, data):
-        self.library.gk_send(data, len(data))
-
-    def read(self, timeout_s):
-        buffer = ctypes.create_string_buffer(4096)
-        for _ in range(max(1, round(timeout_s / PASS_S))):
-            self.library.gk_pass(1)
-            self.passes += 1
-            count = self.library.gk_receive(buffer, len(buffer))
-            if count:
-                return buffer.raw[:count]
-        return b""
-
-    def time_s(self):
-        return self.passes * PASS_S
-
-    def positions(self):
-        return {axis: self.library.gk_axis(n) for n, axis in enumerate("xyz")}
-
-    def front(self):
-        return self.library.gk_position()
-
-    def errors(self):
-        return dict.fromkeys("xyz", 0)
-
-    def discharges(self):
-        return dict.fromkeys(("open", "ok", "dame", "short"), 0)
 
 
 def run(text, code=ISO, **options):

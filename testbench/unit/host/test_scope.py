@@ -19,7 +19,7 @@ from host.scope.record_at import acquire, told
 from testbench.firmware import Scope
 from testbench.live import serving
 from testbench.models import scope as model
-from testbench.unit.host.test_run_firmware import CLOCK_HZ, Firmware
+from testbench.piped import CLOCK_HZ, Firmware
 
 DEPTH, FULL = 64, 3
 

@@ -2,8 +2,9 @@
 """The rooms of the firmware: includes and calls go one way, without a circle.
 
 Includes are read from the sources, calls from the symbols of the compiled objects: a symbol that a
-module needs is a call to the module that defines it. A module is a source with the header of the
-same name.
+module needs is a call to the module that defines it. The registers in `hal` are compiled for the
+target only: there every name in the source counts. A module is a source with the header of the same
+name.
 """
 
 import re
@@ -34,6 +35,9 @@ BELOW = {
 }
 # Symbols that the linker script, the compiler or the machine's start-up provide, or call.
 START = {"main", "trap"}
+COMPILERS = {"stdarg.h", "stdbool.h", "stddef.h", "stdint.h"}   # headers that are not ours
+COMPUTERS = COMPILERS | {"stdio.h", "stdlib.h", "string.h"}     # for `pc`
+COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*|\"(?:\\.|[^\"\\])*\"", re.S)
 
 
 def modules():
@@ -48,11 +52,19 @@ def includes():
     arrows = set()
     for path in SOURCES.rglob("*.[ch]"):
         own = path.relative_to(SOURCES).with_suffix("").as_posix()
-        for name in re.findall(r'^#include "(.*)\.h"', path.read_text(), re.M):
-            assert (SOURCES / f"{name}.h").exists(), f"{own} includes {name}.h by another way"
-            if name != own:
-                arrows.add((own, name))
+        arrows |= {(own, name) for name in included(path.read_text(), own) if name != own}
     return arrows
+
+
+def included(text, own):
+    """Modules whose headers a source includes. Each is named by its path from the sources."""
+    for quote, name in re.findall(r"^\s*#\s*include(?:_next)?\s*([<\"]?)([^>\"\n]*)", text, re.M):
+        if quote == "<" and name in (COMPUTERS if room(own) == "pc" else COMPILERS):
+            continue
+        assert quote == '"', f"{own} includes {name} by another way"
+        assert (SOURCES / name).is_file(), f"{own} includes {name} by another way"
+        assert name.endswith(".h"), f"{own} includes {name}, which is no header"
+        yield name.removesuffix(".h")
 
 
 def symbols(data):
@@ -78,12 +90,20 @@ def symbols(data):
 def objects():
     """Per module the symbols that it defines, and those that it needs.
 
-    The registers are left out, as only the target has them: they include no other room, so they
-    cannot call one either.
+    In `hal` these are all names in the source, and it defines none but those of `hal.h`.
     """
-    sources = sorted(set(SOURCES.rglob("*.c")) - set((SOURCES / "hal").iterdir()))
-    return {path.relative_to(SOURCES).with_suffix("").as_posix(): symbols(made.read_bytes())
-            for path, made in zip(sources, image.host_objects(sources), strict=True)}
+    registers = sorted((SOURCES / "hal").glob("*.c"))
+    sources = sorted(set(SOURCES.rglob("*.c")) - set(registers))
+    found = {path: symbols(made.read_bytes())
+             for path, made in zip(sources, image.host_objects(sources), strict=True)}
+    found |= {path: (set(), names_in(path.read_text())) for path in registers}
+    return {path.relative_to(SOURCES).with_suffix("").as_posix(): both
+            for path, both in found.items()}
+
+
+def names_in(text):
+    """Names in a C source, without its comments and texts."""
+    return set(re.findall(r"[A-Za-z_]\w*", COMMENT.sub(" ", text)))
 
 
 def calls(objects):
@@ -179,6 +199,27 @@ def test_an_arrow_up_and_a_circle_are_seen():
     assert upward({("path/path", "gap/gap")})
     assert circle({("a/x", "a/y"), ("a/y", "b/z"), ("b/z", "a/x")})
     assert not circle({(f"a/{k}", f"a/{m}") for k, m in product(range(5), repeat=2) if k < m})
+
+
+@pytest.mark.parametrize("line", [
+    '#include "app/machine.h"', '  #  include\t"app/machine.h"',
+    '#ifdef __riscv\n#include "app/machine.h"'])
+def test_every_way_to_include_is_an_arrow(line):
+    assert list(included(f"/* first */\n{line}\n", "base/text")) == ["app/machine"]
+
+
+@pytest.mark.parametrize("line", ["#include <app/machine.h>", '#include "../app/machine.h"',
+                                  '#include "app/machine.c"', "#include HEADER",
+                                  "#include <stdio.h>"])
+def test_other_ways_to_include_are_refused(line):
+    with pytest.raises(AssertionError, match=r"^base/text includes "):
+        list(included(line, "base/text"))
+
+
+def test_a_call_from_the_registers_is_an_arrow(objects):
+    text = 'void one(void) { machine_run(0); /* gap_start */ print("path_begin"); }'
+    planted = objects | {"hal/hal_one": (set(), names_in(text))}
+    assert calls(planted) - calls(objects) == {("hal/hal_one", "app/machine")}
 
 
 def test_symbols_are_read(tmp_path):
