@@ -22,8 +22,9 @@ from pathlib import Path
 from amaranth.build import Attrs, Clock, Connector, Pins, Resource
 from amaranth.vendor import LatticeECP5Platform
 
-from constraints.board import CHAIN, PADS, Board, Flash, Header, Journal
+from constraints.board import Board, Flash, Header, Journal
 from constraints.machine_wires import machine_wires
+from constraints.pads import CHAIN, PADS
 from constraints.wires import Wire, resource
 
 __all__ = ["BOARDS"]

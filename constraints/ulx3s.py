@@ -26,8 +26,9 @@ from pathlib import Path
 
 from amaranth_boards import ulx3s
 
-from constraints.board import CHAIN, FIXED, PADS, Board, Flash, Header, Journal
+from constraints.board import Board, Flash, Header, Journal
 from constraints.machine_wires import machine_wires
+from constraints.pads import CHAIN, FIXED, PADS
 from constraints.wires import Wire, resource
 
 __all__ = ["BOARDS"]

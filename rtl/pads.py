@@ -6,38 +6,20 @@ from amaranth.lib import io, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
+from constraints.pads import CHAIN, CHAINED, FLASH_CLOCK, PADS
 from rtl.lib.shift_output import ShiftOutput
 
-__all__ = ["CHAINED", "CHAIN_CLOCKS", "DIRECT_CLOCKS", "INPUTS", "OUTPUTS", "Pads"]
+__all__ = ["CHAIN_CLOCKS", "DIRECT_CLOCKS", "INPUTS", "OUTPUTS", "Pads", "levels"]
 
-AXES = 3
 
-# Width, and the level for the first clocks, until the input has come through: safe or idle.
-INPUTS = {
-    "rx": (1, 1),
-    "enc_a": (AXES, 0), "enc_b": (AXES, 0),
-    "gap_high": (1, 0), "gap_arc": (1, 0), "gap_short": (1, 0), "gap_current": (1, 0),
-    "gap_noise": (1, 0), "adc_data": (1, 0),
-    "estop": (1, 1), "drive_fault": (AXES, 0),
-    "limit_low": (AXES, 0), "limit_high": (AXES, 0), "fluid_low": (1, 0),
-    "fin": (1, 0), "arm": (1, 0),
-    "flash_data": (1, 0),
-}
-# Width, and the level in reset: the safe or idle one.
-OUTPUTS = {
-    "tx": (1, 1),
-    "dac": (AXES, 0), "dac_negative": (AXES, 0), "step": (AXES, 0), "dir": (AXES, 0),
-    "drive_enable": (AXES, 0), "contactor": (1, 0),
-    "gap_on": (1, 0), "gap_level": (6, 0), "gap_sense": (1, 0),
-    "gap_reference": (3, 0), "gap_supply": (5, 0),
-    "adc_select": (1, 0), "adc_clock": (1, 1), "adc_command": (1, 0),
-    "auxiliary_code": (16, 0), "auxiliary_strobe": (3, 0),
-    "safe": (1, 1),
-    "flash_select": (1, 0), "flash_clock": (1, 0), "flash_command": (1, 0),
-}
-# Outputs that a board may lead out through shift registers, in the order of the registers.
-CHAINED = ("auxiliary_code", "auxiliary_strobe", "gap_supply")
-CHAIN_PINS = 3       # data, shift clock, latch clock
+
+def levels(pads):
+    """Width and level of each input, and of each output, of a table as ``constraints.pads`` has."""
+    return tuple({pad.name: (pad.width, pad.level) for pad in pads if pad.direction == direction}
+                 for direction in "io")
+
+
+INPUTS, OUTPUTS = levels((*PADS, FLASH_CLOCK))
 CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers at any clock that a board reaches
 CHAIN_FRAME = (2 * sum(OUTPUTS[name][0] for name in CHAINED) + 2) * CHAIN_HALF_BIT  # clocks
 # From a change of a member of ``CHAINED`` until it is at its pin, or at its shift register.
@@ -83,7 +65,7 @@ class Pads(wiring.Component):
         wanted = {name: width for name, (width, _) in (INPUTS | OUTPUTS).items()
                   if not (self.chained and name in CHAINED)}
         if self.chained:
-            wanted["chain"] = CHAIN_PINS
+            wanted["chain"] = CHAIN.width
         for name, width in wanted.items():
             port = getattr(ports, name, None)
             if port is None:

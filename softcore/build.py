@@ -23,7 +23,8 @@ from amaranth.build.run import BuildPlan
 from amaranth.lib import io
 
 from constraints import boards
-from constraints.board import CHAIN, CHAINED, FIXED, PADS, Board
+from constraints.board import Board
+from constraints.pads import CHAIN, CHAINED, FIXED, PADS
 from rtl.pads import CHAIN_CLOCKS, DIRECT_CLOCKS
 from softcore.clock import Pll
 from softcore.contents import placeholder, with_firmware

@@ -3,7 +3,8 @@
 
 from collections.abc import Iterable
 
-from constraints.board import CHAIN, FIXED, PADS, POWER, Board, Pad
+from constraints.board import Board
+from constraints.pads import CHAIN, FIXED, PADS, POWER, Pad
 from constraints.wires import GROUND_OHM, KINDS, LOW_MAX_V, Wire, unloaded_high, unloaded_v
 
 __all__ = ["alike", "board_drawing", "drawn", "pins_page"]

@@ -5,7 +5,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from constraints.board import PADS, Board
+from constraints.board import Board
+from constraints.pads import PADS
 
 __all__ = ["OPEN", "PLACES", "Place", "place", "suspects", "touched"]
 

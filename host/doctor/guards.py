@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Guards opened by hand: only then one shows that is stuck closed, bridged or exchanged."""
 
-from constraints.board import PADS
+from constraints.pads import PADS
 from host.doctor.complaints import Place, place
 from host.doctor.examination import Examination
 from host.doctor.levels import open_guards

@@ -15,9 +15,9 @@ import pytest
 from amaranth.build import Platform
 
 from constraints import wires
-from constraints.board import CHAIN, CHAINED, FIXED, PADS, POWER, unsafe_unloaded
+from constraints.board import unsafe_unloaded
+from constraints.pads import CHAIN, CHAINED, FIXED, PADS, POWER
 from constraints.wires import unloaded_high, unloaded_v
-from rtl import pads
 from softcore import build, top
 from softcore.build import BOARDS, LINK_BAUD, Bitstream, BuildError, Cells, plan, run_tool
 from softcore.clock import Pll
@@ -59,13 +59,6 @@ def placed(pin_list):
     lines = re.findall(r'^LOCATE COMP "(\w+)_0__io(\[\d+\])?" SITE "(\w+)";', pin_list, re.M)
     assert len(lines) == pin_list.count("LOCATE COMP")
     return {(name, int(bit.strip("[]") or 0)): site for name, bit, site in lines}
-
-
-def test_pads_are_those_of_the_machine():
-    for table, direction in ((pads.INPUTS, "i"), (pads.OUTPUTS, "o")):
-        assert {pad.name: pad.width for pad in PADS if pad.direction == direction} == {
-            name: width for name, (width, _) in table.items() if name != "flash_clock"}
-    assert (CHAINED, CHAIN.width) == (pads.CHAINED, pads.CHAIN_PINS)
 
 
 def test_pin_list_is_the_committed_one(board, pin_list):

@@ -18,7 +18,7 @@ HOST_ROOMS = {"host.experiments", "host.link", "host.machines", "host.roughing",
 ((DOORKEEPER, _),) = DOOR
 # Storeys of a package's rooms, the highest first. "" has the packages themselves.
 STOREYS: dict[str, tuple[set[str], ...]] = {
-    "": ({"docs"}, {"testbench"}, {"host"}, {"softcore"}, {"rtl", "constraints"}),
+    "": ({"docs"}, {"testbench"}, {"host"}, {"softcore"}, {"rtl"}, {"constraints"}),
     "host": (
         {"pages"}, {"cli"},
         {"bench", "bitstream", "bootstrap", "doctor", "experiments", "flash", "panel", "prepare",

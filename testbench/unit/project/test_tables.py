@@ -11,13 +11,15 @@ import pytest
 from amaranth.hdl import Shape
 
 from constraints import ulx3s
-from constraints.board import CHAIN, FIXED, PADS
+from constraints.pads import CHAIN, FIXED, FLASH_CLOCK, PADS
+from constraints.wires import resource
 from host import alarms
 from host.run.events import EventError, Scale, parse
+from rtl import pads
 from rtl.events import Cause, Event, Halt, Happened, Phase, Queued, Reason
 from softcore import render
 from softcore.image import SOURCES
-from softcore.pins import pins_page
+from softcore.pins import board_drawing, pins_page
 from softcore.tables import causes, conditions, events, faults, settings
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
@@ -305,11 +307,30 @@ def test_a_condition_is_changed_in_one_place():
 # ---- pins
 
 
-def test_a_pin_is_changed_in_one_place():
-    pads = altered((*PADS, CHAIN, *FIXED), "estop", doc="The red button.")
-    row = cells(pins_page(ulx3s.BOARDS, pads), "`estop`")
-    assert row[:5] == ["`estop`", "in", "J1 GN6 (C7)", "yes", "LVCMOS33, pull down"]
+def test_a_signal_at_the_pins_is_changed_in_one_place():
+    table = altered((*PADS, CHAIN, *FIXED), "estop", direction="o", width=2, level=0,
+                    doc="The red button.")
+    before, after = pads.levels(PADS), pads.levels(table)
+    assert (before[0]["estop"], after[1]["estop"]) == ((1, 1), (2, 0))
+    assert "estop" not in after[0]
+    assert pads.levels((*PADS, FLASH_CLOCK)) == (pads.INPUTS, pads.OUTPUTS), "of the gateware"
+    row = cells(pins_page(ulx3s.BOARDS, table), "`estop`")
+    assert row[:5] == ["`estop`", "out", "J1 GN6 (C7)", "yes", "LVCMOS33, pull down"]
     assert row[5].startswith("The red button. A closed contact ")
+
+
+def test_the_place_of_a_signal_is_changed_in_one_place():
+    """Page, drawing and the resource of the pin list follow the board's wires."""
+    board = ulx3s.BOARDS[0]
+    wires = tuple(replace(wire, pins="0+") if wire.pad == "estop" else wire
+                  for wire in board.wires if wire.pins != "0+")
+    moved = replace(board, wires=wires)
+    assert cells(pins_page([board]), "`estop`")[2] == "J1 GN6 (C7)"
+    assert cells(pins_page([moved]), "`estop`")[2] == f"J1 GP0 ({board.sites['0+']})"
+    assert board_drawing([moved]) != board_drawing([board])
+    found = [resource(wire, "i", ulx3s.HEADER).ios[0].names for one in (board, moved)
+             for wire in one.wires if wire.pad == "estop"]
+    assert found == [["gpio_0:6-"], ["gpio_0:0+"]]
 
 
 def test_the_page_of_pins_has_every_pad_of_the_board():

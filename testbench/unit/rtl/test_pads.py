@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 from amaranth.lib import io
 
-from rtl.pads import CHAINED, INPUTS, OUTPUTS, Pads
+from constraints.pads import CHAINED
+from rtl.pads import INPUTS, OUTPUTS, Pads
 from testbench.models.shift_output import ShiftRegisters
 from testbench.refusal import refuses
 from testbench.simulators.benches import settle
