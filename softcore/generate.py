@@ -17,6 +17,7 @@ from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
 from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import SETTINGS
+from softcore.tables.states import CHECKS, MOTION, PULSES
 
 HERE = Path(__file__).parent
 FIRMWARE = HERE / "firmware"
@@ -99,7 +100,7 @@ def edition() -> int:
     Firmware and gateware fit together if it is the same for both. It covers the descriptions too:
     a changed meaning is another edition.
     """
-    known = c_header() + render.events_header(EVENTS)
+    known = c_header() + render.events_header(EVENTS) + render.states_header(MOTION, CHECKS)
     return int.from_bytes(hashlib.sha256(known.encode()).digest()[:4], "little")
 
 
@@ -201,6 +202,9 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
     _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
     _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),
+    _made(HAL_ROOM / "states.h", "states", lambda: render.states_header(MOTION, CHECKS)),
+    _made(HERE.parent / "rtl" / "states.py", "states",
+          lambda: render.states_gateware(MOTION, CHECKS, PULSES)),
     _made(FIRMWARE / "gap" / "built_in.h", "conditions",
           lambda: render.conditions_header(CONDITIONS)),
     _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),

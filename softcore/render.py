@@ -23,10 +23,12 @@ from softcore.tables.faults import FAULTS, PARTS, Fault
 from softcore.tables.grbl import GRBL_SETTINGS, SOURCES, GrblSetting
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
+from softcore.tables.states import State
 
 __all__ = ["causes_header", "conditions_header", "conditions_page", "events_gateware",
            "events_header", "events_page", "faults_header", "faults_page", "grbl_header",
-           "grbl_source", "settings_header", "settings_page", "settings_source"]
+           "grbl_source", "settings_header", "settings_page", "settings_source", "states_gateware",
+           "states_header"]
 
 
 def _string(text: str) -> str:
@@ -292,6 +294,39 @@ def events_gateware(table: Sequence[Event]) -> str:
                     "happened.", events.TOLD)
     lines += struct("Queued", "An event as the firmware gets it: with the machine's place on the "
                     "path.", events.QUEUE)
+    return "\n".join(lines) + "\n"
+
+
+def states_header(motion: Sequence[State], checks: Sequence[State]) -> str:
+    """Numbered states in C, and the words of the checks."""
+    def rows(prefix: str, states: Sequence[State]) -> list[str]:
+        return [f"{prefix}_{one.name.upper()} = {one.number}" for one in states]
+
+    lines = ["#pragma once", "", "/* What the motion is doing. */",
+             *_enum("hal_motion_state", rows("MOTION", motion)), "",
+             "/* Results of a coder's supervision. */",
+             *_enum("hal_check", [*rows("CHECK", checks), f"CHECKS = {len(checks)}"]), "",
+             "#define CHECK_TEXTS \\"]
+    lines += [f"    [CHECK_{one.name.upper()}] = {_string(one.text)}, \\" for one in checks]
+    lines[-1] = lines[-1].removesuffix(" \\")
+    return "\n".join(lines) + "\n"
+
+
+def states_gateware(motion: Sequence[State], checks: Sequence[State],
+                    pulses: Sequence[State]) -> str:
+    """Numbered states for the gateware, in Python."""
+    def one(name: str, bits: int, doc: str, states: Sequence[State]) -> list[str]:
+        members = [f"    {state.name.upper()} = {state.number}" for state in states]
+        wide = max(map(len, members))
+        return ["", "", f"class {name}(enum.Enum, shape={bits}):", f'    """{doc}"""', "", *(
+            f"{member:<{wide}}  # {state.doc}" if state.doc else member
+            for member, state in zip(members, states, strict=True))]
+
+    lines = ['"""States of the motion, the coders\' supervision and the oscilloscope\'s pulses."""',
+             "", "from amaranth.lib import enum", "", '__all__ = ["Check", "Pulse", "State"]']
+    lines += one("State", 4, "What the motion is doing.", motion)
+    lines += one("Check", 3, "The check that failed first.", checks)
+    lines += one("Pulse", 3, "The pulse that got its class in the clock of an entry.", pulses)
     return "\n".join(lines) + "\n"
 
 

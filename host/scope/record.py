@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from host.errors import UsageError, UserError
 from host.machines.machine import CONVERTER_V
 from softcore.scopemap import SCOPE
+from softcore.tables import states
 
 __all__ = ["LEVELS", "PULSES", "STATES", "SUFFIXES", "Record", "write"]
 
@@ -24,8 +25,8 @@ FIELDS = [(field.name, field.bits) for name in ("entry", "entry_rest")
           for register in SCOPE.registers if register.name == name for field in register.fields]
 # What is high or low, as columns.
 LEVELS = ("high", "arc", "short", "current", "noise", "on", "sense", "shorted")
-PULSES = ("", "open", "ok", "dame", "short", "sensed_open", "sensed_short")
-STATES = ("front", "stopping", "retracting", "at_limit", "high", "low", "halted")
+PULSES = ("", *(pulse.name for pulse in states.PULSES[1:]))
+STATES = tuple(state.name for state in states.MOTION)
 COLUMNS = ("clock", "time_us", "volts", *LEVELS, "pulse", "state")
 SUFFIXES = (".csv", ".fst")
 

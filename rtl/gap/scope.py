@@ -7,23 +7,11 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from rtl.gap.discriminator import PulseClass
-from rtl.motion.retraction import State
+from rtl.states import Pulse, State
 
-__all__ = ["Entry", "GapScope", "Pulse", "Recording", "Trigger"]
+__all__ = ["Entry", "GapScope", "Recording", "Trigger"]
 
 DEEPEST = 1 << 15
-
-
-class Pulse(enum.Enum, shape=3):
-    """The pulse that got its class in the clock of an entry."""
-
-    NONE = 0
-    OPEN = 1
-    OK = 2
-    DAME = 3
-    SHORT = 4
-    SENSED_OPEN = 5     # a sensing pulse
-    SENSED_SHORT = 6
 
 
 class Trigger(enum.Enum, shape=3):

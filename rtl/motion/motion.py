@@ -14,8 +14,9 @@ from rtl.motion.feed import PathPulseGenerator
 from rtl.motion.feed_forward import FORWARD_BITS, FeedForward
 from rtl.motion.path import SegmentWindow
 from rtl.motion.ramp import Ramp
-from rtl.motion.retraction import Retraction, State
+from rtl.motion.retraction import Retraction
 from rtl.motion.retraction_members import DATA
+from rtl.states import State
 
 __all__ = ["STEERING", "Motion"]
 

@@ -2,27 +2,16 @@
 """Retraction: when to go back along the path, how far, and how to come forward again."""
 
 from amaranth import *
-from amaranth.lib import enum, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from rtl.events import Cause, Event, Halt, Phase, Reason
 from rtl.motion.figures import Figures
 from rtl.motion.retraction_members import MEMBERS, STAGED
 from rtl.motion.servo import Servo
+from rtl.states import State
 
-__all__ = ["Retraction", "State"]
-
-
-class State(enum.Enum, shape=4):
-    """What the motion is doing."""
-
-    FRONT = 0       # machining at the front of the path
-    STOPPING = 1    # a retraction was ordered: coming to rest
-    RETRACTING = 2  # going back
-    AT_LIMIT = 3    # as far back as allowed, still short
-    HIGH = 4        # re-advance at VH (H of the tape), to the changeover position
-    LOW = 5         # re-advance at VL (E of the tape), to the start point
-    HALTED = 6      # stopped by an alarm
+__all__ = ["Retraction"]
 
 
 class _Own:

@@ -2,29 +2,17 @@
 """Supervision of a pulse coder: whether its pulses fit what the axis does."""
 
 from amaranth import *
-from amaranth.lib import enum, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from rtl.lib.arithmetic import sum_or_difference
+from rtl.states import Check
 
-__all__ = ["GAIN_BITS", "RATE_TICKS", "TICK_S", "Check", "Supervision", "tick_clocks"]
+__all__ = ["GAIN_BITS", "RATE_TICKS", "TICK_S", "Supervision", "tick_clocks"]
 
 TICK_S = 32e-6
 RATE_TICKS = 32
 GAIN_BITS = 14
-
-
-class Check(enum.Enum, shape=3):
-    """The check that failed first."""
-
-    NONE = 0
-    MODEL = 1    # the axis does not move as the model of its drive
-    SILENT = 2   # no edge of either phase
-    PHASE_A = 3  # B alone has edges
-    PHASE_B = 4  # A alone has edges
-    AGAINST = 5  # against the command
-    SHARE = 6    # much less, or much more, than the drive was commanded
-    RATE = 7     # faster than any drive
 
 
 def tick_clocks(clock_hz: int) -> int:

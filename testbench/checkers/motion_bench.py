@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import accumulate
 
 from rtl.events import Event
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.checkers.motion import Motion
 from testbench.models.distributor import steps
 from testbench.models.retraction import JUMP, OPERATOR, SHORT, Cue, Data, Gap

@@ -4,7 +4,7 @@
 from itertools import pairwise
 
 from host.link.link import HOLD, RESUME, RETRACT
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.cosim.checks import check_return, check_returns, pulses

@@ -4,7 +4,7 @@
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.cosim.job import MM, Data, Job
 from testbench.cosim.record import Excursion, Record
 

@@ -11,8 +11,9 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 
 from host.link.link import HOLD, RESUME
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.faults import alarm_number
+from softcore.tables.states import CHECKS
 from testbench.cosim.job import Data, Job, program
 from testbench.native.branch import branch
 from testbench.native.station import AXES, Session
@@ -33,7 +34,7 @@ DATA = Data(speed=900, limit=0.5, high=900, low=120, changeover=0.1)
 # nothing at first; one that jumps together with the other phase is an illegal transition.
 ILLEGAL = "illegal transition"
 SILENT, A, B = "both phases are silent", "phase A is silent", "phase B is silent"
-WRONG = ("it counts against the command", "it counts another way", "it does not go as its drive")
+WRONG = tuple(check.text for check in CHECKS if check.name in ("against", "share", "model"))
 FAULTS = {
     "cut": (("cut",), (SILENT,)),
     "open": (("open",), (SILENT, ILLEGAL)),

@@ -5,7 +5,7 @@ import copy
 import math
 
 from host.machines import machine as machines
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import named

@@ -4,7 +4,7 @@
 from dataclasses import dataclass, field
 from itertools import groupby
 
-from rtl.motion.retraction import State
+from rtl.states import State
 
 __all__ = ["WATCHED", "Follower", "Way"]
 

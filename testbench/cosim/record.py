@@ -5,8 +5,8 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from rtl.motion.retraction import State
 from rtl.safety.watchdog import SECOND_KEY, THIRD_KEY
+from rtl.states import State
 
 __all__ = ["SIGNALS", "WATCHDOG", "WATCHDOG_S", "Excursion", "Record"]
 

@@ -7,7 +7,7 @@ A scenario is a function of a session, native or under cocotb; its figures must 
 import math
 from itertools import pairwise
 
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.cosim.checks import check_reactions, check_return, check_returns, pulses

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from host.link.link import RETRACT
 from host.machines import machine as machines
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.wander import WATCHED, Train

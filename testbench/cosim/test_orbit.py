@@ -10,7 +10,7 @@ from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import load
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.cosim.job import MM
 from testbench.cosim.wander import WATCHED, Train, places
 from testbench.native.simulation import Simulation

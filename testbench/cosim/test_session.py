@@ -5,7 +5,7 @@
 import pytest
 
 from host.machines.machine import load
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.image import target_image
 from testbench.cosim.runner import cosimulate
 from testbench.native.probes import PROBES

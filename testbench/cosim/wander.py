@@ -13,7 +13,7 @@ from itertools import pairwise
 
 from host.link.link import HOLD, RESUME, RETRACT, RefusedError
 from host.tape.tape import encode
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.settings import assign
 from testbench.cosim.job import MM, Data, Job, program
 from testbench.cosim.record import WATCHDOG

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.hdl import Assume
 
 from rtl.controller import Controller
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.formal.joined import joined
 from testbench.formal.prover import prove
 

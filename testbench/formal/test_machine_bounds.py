@@ -8,7 +8,8 @@ from amaranth.hdl import Assert, Assume, Cover
 from rtl.controller import Controller
 from rtl.events import Cause
 from rtl.motion.motion import Motion
-from rtl.motion.retraction import Retraction, State
+from rtl.motion.retraction import Retraction
+from rtl.states import State
 from testbench.formal.joined import joined, motion_alone
 from testbench.formal.prover import prove
 

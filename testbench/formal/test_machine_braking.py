@@ -7,7 +7,7 @@ from amaranth.hdl import Assert, Assume, Cover
 
 from rtl.controller import Controller
 from rtl.motion.motion import Motion
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.formal.joined import joined, motion_alone
 from testbench.formal.prover import prove
 

@@ -9,7 +9,8 @@ from amaranth.hdl import Assume, Cover
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from rtl.motion.supervision import Check, Supervision
+from rtl.motion.supervision import Supervision
+from rtl.states import Check
 from testbench.formal.prover import prove
 
 

@@ -12,7 +12,7 @@ from rtl.gap.discriminator import PulseClass
 from rtl.gap.feed_mode import FeedMode
 from rtl.gap.preset_counter import Mode
 from rtl.members import AXES
-from rtl.motion.retraction import State
+from rtl.states import State
 from softcore.tables.causes import CAUSES
 from testbench.native.probes import PROBES, Probe
 

@@ -10,16 +10,7 @@
 
 static const char *const TEXT[CAUSES] = {CAUSE_TEXTS};
 
-static const char *const CHECK_TEXT[CHECKS] = {
-    [CHECK_NONE] = "it is sound",
-    [CHECK_MODEL] = "it does not go as its drive is told",
-    [CHECK_SILENT] = "both phases are silent",
-    [CHECK_PHASE_A] = "phase A is silent",
-    [CHECK_PHASE_B] = "phase B is silent",
-    [CHECK_AGAINST] = "it counts against the command",
-    [CHECK_SHARE] = "it counts another way than its drive was told",
-    [CHECK_RATE] = "it counts faster than any drive goes",
-};
+static const char *const CHECK_TEXT[CHECKS] = {CHECK_TEXTS};
 
 /* LOSES_POSITION: first causes after which the counted position may differ from the true one.
    MISCOUNTS: those that mean this also if they follow another cause. Following errors do not: after

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "hal/event_kinds.h"
+#include "hal/states.h"
 
 #define HAL_AXES 3
 #define HAL_SLOTS 64        /* segments in the gateware's window */
@@ -101,11 +102,6 @@ typedef struct {
 typedef enum {
     BOUND_AHEAD, BOUND_BEHIND, BOUND_BACK_LIMIT, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
 } hal_bound;
-
-typedef enum {
-    MOTION_FRONT, MOTION_STOPPING, MOTION_RETRACTING, MOTION_AT_LIMIT, MOTION_HIGH, MOTION_LOW,
-    MOTION_HALTED
-} hal_motion_state;
 
 typedef struct {
     bool moving;
@@ -347,11 +343,6 @@ void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t 
 void hal_axis_adopt(unsigned axis);
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high); /* soft limits, pulses */
 void hal_axis_gain(unsigned axis, uint32_t gain);   /* of the loop, 2**-20 pulse/tick per pulse */
-
-typedef enum {
-    CHECK_NONE, CHECK_MODEL, CHECK_SILENT, CHECK_PHASE_A, CHECK_PHASE_B, CHECK_AGAINST, CHECK_SHARE,
-    CHECK_RATE, CHECKS
-} hal_check;    /* results of a coder's supervision; see rtl.motion.supervision */
 
 hal_check hal_axis_check(unsigned axis);
 bool hal_axis_beyond(unsigned axis, bool high);     /* a pulse beyond a soft limit was refused */

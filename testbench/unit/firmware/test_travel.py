@@ -8,6 +8,7 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number, error_line
 from softcore.tables.settings import assign
+from softcore.tables.states import CHECKS
 from testbench.firmware import Controller, events
 from testbench.programs import punched
 
@@ -118,18 +119,13 @@ def test_a_program_does_not_discharge_on_a_limit_switch(machine):
     assert "discharge" not in machine.flags
 
 
-CHECKS = ("", "it does not go as its drive is told", "both phases are silent", "phase A is silent",
-          "phase B is silent", "it counts against the command",
-          "it counts another way than its drive was told", "it counts faster than any drive goes")
-
-
 @pytest.mark.parametrize("check", range(1, 8))
 @pytest.mark.parametrize("axis", range(3))
 def test_a_trip_by_a_coder_names_axis_and_check(machine, axis, check):
     machine.library.gk_check_found(axis, check)
     assert alarm(machine, "coder", 1 << axis) == (
         alarm_number("trip"),
-        f"interlock: coder of axis {'XYZ'[axis]}: {CHECKS[check]}; the position is lost.")
+        f"interlock: coder of axis {'XYZ'[axis]}: {CHECKS[check].text}; the position is lost.")
 
 
 @pytest.mark.parametrize(("cause", "axes", "sentence"), [

@@ -22,7 +22,7 @@ from host.experiments.fluid import (
     table,
 )
 from host.machines import machine
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.command import gapkeeper
 
 SMALL = machine.load("small")

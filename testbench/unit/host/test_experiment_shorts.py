@@ -10,7 +10,7 @@ from rich.console import Console
 
 from host.experiments import shorts as experiment
 from host.experiments.shorts import FIGURES, LOOPS, beyond_um, statistics, table, table_of_runs
-from rtl.motion.retraction import State
+from rtl.states import State
 
 
 def chain(speed, clear_s):

@@ -32,7 +32,7 @@ STOREYS: dict[str, tuple[set[str], ...]] = {
         {"clock", "pins", "registers", "tables", "tools"}),
     "rtl": (
         {"controller"}, {"members", "report"}, {"gap"}, {"auxiliary", "motion", "power", "safety"},
-        {"pads"}, {"events", "lib"}),
+        {"pads"}, {"events", "lib", "states"}),
     "testbench": (
         {"unit"}, {"bench"}, {"faults"}, {"conftest", "cosim", "formal"},
         {"breaks", "budget", "checkers", "fuzz", "planner", "travel"}, {"corpus", "simulators"},

@@ -15,12 +15,14 @@ from constraints.pads import CHAIN, FIXED, FLASH_CLOCK, PADS
 from constraints.wires import resource
 from host import alarms
 from host.run.events import EventError, Scale, parse
+from host.scope import record
 from rtl import pads
 from rtl.events import Cause, Event, Halt, Happened, Phase, Queued, Reason
+from rtl.states import Check, Pulse, State
 from softcore import render
 from softcore.image import SOURCES
 from softcore.pins import board_drawing, pins_page
-from softcore.tables import causes, conditions, events, faults, settings
+from softcore.tables import causes, conditions, events, faults, settings, states
 from softcore.tables.conditions import CONDITIONS
 from softcore.tables.events import EVENTS
 from softcore.tables.faults import FAULTS
@@ -240,6 +242,24 @@ def test_the_gateware_has_the_numbers_of_the_table():
         for value in values:
             shape = Shape.cast(fields[value].shape)
             assert (shape.width, shape.signed) == events.QUEUE[value]
+
+
+def test_the_gateware_has_the_states_of_the_table():
+    for table, made in ((states.MOTION, State), (states.CHECKS, Check), (states.PULSES, Pulse)):
+        assert {one.name.lower(): one.value for one in made} == {
+            one.name: one.number for one in table}
+    assert tuple(one.name for one in states.MOTION) == record.STATES
+    assert ("none", *record.PULSES[1:]) == tuple(one.name for one in states.PULSES)
+
+
+def test_a_state_is_changed_in_one_place():
+    motion = altered(states.MOTION, "retracting", name="backing", number=9, doc="Going home.")
+    checks = altered(states.CHECKS, "silent", text="nothing comes")
+    header = render.states_header(motion, checks)
+    assert "    MOTION_BACKING = 9,\n" in header
+    assert '    [CHECK_SILENT] = "nothing comes", \\\n' in header
+    gateware = render.states_gateware(motion, checks, states.PULSES)
+    assert re.search(r"^    BACKING = 9 +# Going home\.$", gateware, re.M)
 
 
 def test_an_event_is_changed_in_one_place():

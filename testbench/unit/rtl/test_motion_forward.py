@@ -4,7 +4,7 @@
 import pytest
 
 from rtl.motion.feed_forward import FeedForward
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.checkers.motion import Motion
 from testbench.checkers.motion_bench import ONE, Ordered, change
 from testbench.models.retraction import Gap

@@ -3,7 +3,7 @@
 
 import pytest
 
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.checkers.motion_bench import (
     DATA,
     ONE,

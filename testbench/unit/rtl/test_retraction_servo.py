@@ -3,7 +3,7 @@
 
 import pytest
 
-from rtl.motion.retraction import State
+from rtl.states import State
 from testbench.checkers.motion_bench import START_RATE, change, ordered, outline, wrapped
 from testbench.models.retraction import CLEARED, END, HALT, RESUME, SERVO, SHORT, START
 from testbench.simulators.benches import settle

@@ -4,7 +4,8 @@
 import pytest
 
 from rtl.gap.discriminator import PulseClass
-from rtl.gap.scope import GapScope, Pulse, Recording, Trigger
+from rtl.gap.scope import GapScope, Recording, Trigger
+from rtl.states import Pulse
 from testbench.models import scope as model
 from testbench.refusal import refuses
 

@@ -9,7 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from rtl.motion.supervision import TICK_S, Check, Supervision, tick_clocks
+from rtl.motion.supervision import TICK_S, Supervision, tick_clocks
+from rtl.states import Check
 from testbench.models.encoder import CYCLE
 from testbench.models.supervision import CHECKS
 from testbench.models.supervision import Supervision as Model
