@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from host.link.compact import Expander
 from softcore.image import host_library
+from softcore.tables import states
 from softcore.tables.events import numbered
 from softcore.tables.faults import FAULTS
 from testbench.models.arc import Piece
@@ -18,7 +19,7 @@ REST = 120      # passes of the main loop that take a machine to rest at the end
 ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "table",
         "depth series", "planned", "touch")
 STOPS = ("none", "program", "optional", "end")
-STATES = ("front", "stopping", "retracting", "at limit", "high", "low", "halted")
+STATES = tuple(state.name for state in states.MOTION)
 KINDS = ("none", *(event.name for event in numbered()))
 BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind")
 

@@ -152,6 +152,12 @@ def test_an_arc_is_limited_by_the_slower_axis_of_its_plane(plane, slowest):
 
 def test_where_axes_limit_the_speed_junctions_are_corners(machine):
     """Before a slower segment the machine has to be slow, whatever the speed of the way back."""
-    assert machine.line(assign("highest_speed_x", 900)) == ["ok"]
-    load(machine, "G91 G01 F60", "Y1", "X.0001 Y1", "X1 Y1.01", "M02")
+    blocks = ("G91 G01 F60", "Y1", "X.0001 Y1", "X.01 Y1", "M02")
+    assert machine.line(assign("highest_speed_x", 10)) == ["ok"]
+    load(machine, *blocks)
+    assert [bool(machine.slot(number).highest) for number in range(3)] == [False, False, True]
     assert machine.bound("fast_ahead") == 20_000
+    free = Controller()
+    free.unlock()
+    load(free, *blocks)
+    assert free.bound("fast_ahead") == 30_000, "the bends are none"

@@ -379,7 +379,7 @@ def test_hold_and_retraction_are_no_time_at_the_front(stuck):
     stuck.send(b"!")
     assert not no_progress(stuck, 2)
     stuck.send(b"~")
-    for name in ("retracting", "at limit", "high", "low", "stopping"):
+    for name in ("retracting", "at_limit", "high", "low", "stopping"):
         stuck.state(name)
         assert not no_progress(stuck, 2)
     stuck.state("front")

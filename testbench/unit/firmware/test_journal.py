@@ -15,6 +15,7 @@ SPEED = NUMBER["highest_speed_mm_min"]
 QUIET = 900         # passes in which a change is written, without an erase
 ERASED = 2000      # with one
 SECTORS = REGION.size // SECTOR
+RECORD = 2 * 16 + 7 * 44    # bytes of that of seven conditions, in two pages
 GREETING = "Grbl 1.1h ['$' for help]"
 
 
@@ -135,22 +136,60 @@ def test_a_power_cut_at_every_byte_leaves_the_old_or_the_new(memory):
 
 @pytest.mark.soak
 def test_a_power_cut_at_every_byte_of_a_long_record(memory):
-    """A record of two pages."""
-    machine = booted(memory)
-    machine.unlock()
-    enter(machine, *(f"G10 C{number} I2 P30 Q30" for number in range(701, 706)), passes=ERASED)
-
-    def look(again):
-        again.unlock()
-        return tuple(again.line(f"C{number}")[-1] == "ok" for number in range(701, 708))
+    """A record of two pages, of which the change alters both."""
+    two_pages(memory)
 
     def change(again):
         again.unlock()
-        enter(again, "G10 C706 I2 P30 Q30", "G10 C707 I2 P30 Q30")
+        enter(again, *reverse(True))
 
-    total, _ = cuts(memory, booted, change,
-                    [(True,) * 5 + (False,) * 2, (True,) * 7], look)
-    assert total == 2 * 16 + 7 * 44
+    total, _ = cuts(memory, booted, change, [(0, 0), (1, 1)], reversed_ones)
+    assert total == RECORD
+
+
+def two_pages(memory):
+    """Enter conditions that fill one page of their record and begin another."""
+    machine = booted(memory)
+    machine.unlock()
+    enter(machine, *(f"G10 C{number} I2 P30 Q30" for number in range(701, 708)), passes=ERASED)
+
+
+def reverse(on):
+    """Lines that change the polarity of a condition in each page."""
+    return [f"G10 C{number} I2 P30 Q30 K{-1 if on else 1}" for number in (701, 707)]
+
+
+def reversed_ones(machine):
+    """Whether the polarity of these conditions is negative."""
+    machine.unlock()
+    found = []
+    for number in (701, 707):
+        assert machine.line(f"C{number}")[-1] == "ok"
+        found.append(machine.power["negative"])
+    return tuple(found)
+
+
+def test_a_change_while_a_record_is_written_makes_no_mixture(memory):
+    """The power is cut when as many bytes have been written as one whole record has."""
+    two_pages(memory)
+    start, found = kept(memory), set()
+    for passes in range(0, 240, 6):
+        memory.write(REGION.base, start)
+        machine = booted(memory)
+        machine.unlock()
+        before = memory.units
+        enter(machine, *reverse(True), passes=0)
+        for _ in range(QUIET):
+            if memory.units != before:
+                break
+            machine.run(1)
+        machine.run(passes)
+        machine.send("".join(f"{line}\n" for line in reverse(False)).encode())
+        memory.cut_after(max(0, RECORD - (memory.units - before)))
+        machine.run(ERASED)
+        memory.cut_after(-1)
+        found.add(reversed_ones(booted(memory)))
+    assert found == {(0, 0), (1, 1)}
 
 
 def test_a_power_cut_at_every_byte_while_a_new_sector_begins(memory):
@@ -168,6 +207,34 @@ def test_a_power_cut_at_every_byte_while_a_new_sector_begins(memory):
                         [old, 800], lambda again: listed(again, SPEED)[0])
     assert total == ERASE_UNITS + 5 * 16 + 4 * (2 + 41 + 4), "records of all kinds, and the opening"
     assert found.count(800) == 1, "in force with its last byte"
+
+
+def test_the_old_sector_stays_while_the_new_one_is_begun_again(memory):
+    """Changes that never end, in a region of two sectors: the new one fills before it is whole."""
+    library = Controller().library
+    first = REGION.base // SECTOR
+    try:
+        library.gk_flash_region(first, 2)
+        two_pages(memory)
+        machine = booted(memory)
+        machine.unlock()
+        for value in range(501, 600):
+            if memory.read(REGION.base + SECTOR - journal.PAGE, 1) != b"\xff":
+                break
+            enter(machine, f"${SPEED}={value}")
+        machine.line(f"${SPEED}=800")
+        while memory.erasures(first + 1) < 1:
+            machine.run(10)
+        for turn in range(400):
+            machine.send("".join(f"{line}\n" for line in reverse(turn % 2)).encode())
+            machine.run(40)
+            if memory.erasures(first + 1) > 2:
+                break
+        assert memory.erasures(first) == 1, "it is not touched"
+        assert memory.erasures(first + 1) > 2, "it has been begun again"
+        assert listed(booted(memory), SPEED) == (value - 1,)
+    finally:
+        library.gk_flash_region(first, SECTORS)
 
 
 def test_the_machine_that_a_cut_left_writes_again(memory):

@@ -214,6 +214,20 @@ def test_damaged_frame_is_asked_for_again_and_never_obeyed(machine, harm):
     assert not any(line.startswith("Grbl ") for line in machine.lines[1:])
 
 
+def test_an_error_beside_the_bytes_of_a_frame_damages_it(machine):
+    """As by a disturbance between two bytes: all of the frame came, and something else."""
+    machine.frame(0, 0)
+    good = frame(3, 1, b"abc")
+    for at in range(1, len(good)):
+        machine.marks.clear()
+        machine.send(good[:at])
+        machine.library.gk_send_broken()
+        machine.send(good[at:])
+        machine.run(300)
+        assert {mark for mark, _ in machine.marks} == {NAK}, at
+    assert answers(machine, good) == [(ACK, 1)]
+
+
 def test_frame_that_ends_too_soon_is_no_frame(machine, rng):
     """Not even if the CRC of the frame before happens to fit the bytes that have come."""
     machine.frame(0, 0)
@@ -289,6 +303,41 @@ def test_lines_are_refused_while_a_tape_runs(machine):
     free = assign("servo_window", 40)
     assert machine.line(free)[-1] == error_line("busy"), "not even what guards nothing"
     assert machine.line("?")[-1].startswith("<Run|")
+
+
+def test_no_tape_begins_while_another_runs(machine):
+    """Its first frame waits; the tape that runs loses nothing."""
+    rows = punched(["G91 G01 F600", *["X.01"] * 60, "M02"])
+    machine.library.gk_speed(0)
+    machine.frame(0, 0)
+    parts = [rows[start:start + 64] for start in range(0, len(rows), 64)]
+    for sequence, part in enumerate(parts[:6], 1):
+        machine.frame(len(part), sequence, part)
+    machine.run(400)
+    assert machine.line("?")[-1].startswith("<Run|")
+    assert answers(machine, frame(0, 0), passes=400) == []
+    machine.library.gk_speed(10)
+    for sequence, part in enumerate(parts[6:], 7):
+        machine.frame(len(part), sequence, part)
+    machine.frame(0xFF, len(parts) + 1)
+    machine.run(2000)
+    assert events(machine.lines, "end")
+    assert machine.axes == (6000, 0, 0)
+
+
+def test_what_comes_of_an_aborted_tape_is_dropped(machine):
+    """However much it is, its sender gets rid of it."""
+    rows = punched(["G77", "M02"])
+    machine.frame(0, 0)
+    for sequence in (1, 2):
+        machine.frame(64, sequence, rows[64 * (sequence - 1):64 * sequence])
+    machine.run(400)
+    assert events(machine.lines, "alarm")
+    for sequence in range(3, 40):
+        machine.frame(64, sequence, bytes(64))
+    machine.frame(0xFF, 40)
+    assert machine.line("$X") == ["ok"]
+    assert events(machine.tape(punched(["G00 X1", "M02"])), "end") == [["end"]]
 
 
 def test_tape_that_ends_without_its_end_word(machine):

@@ -96,6 +96,19 @@ def test_a_locked_machine_comes_to_rest_before_it_is_unlocked(machine):
     enter(machine, "$X")
 
 
+@pytest.mark.parametrize("state", ["stopping", "retracting", "at_limit", "high", "low"])
+def test_a_retraction_that_stands_at_the_front_is_none_of_rest(machine, state):
+    enter(machine, "G01 X.1 F60")
+    machine.run(2000)
+    assert machine.reported_state() == "Idle"
+    machine.state(state)
+    machine.run(10)
+    assert machine.reported_state() != "Idle"
+    machine.state("front")
+    machine.run(10)
+    assert machine.reported_state() == "Idle"
+
+
 def test_events_that_wait_at_an_unlock_are_not_told_after_it(machine):
     machine.state("halted")
     machine.event("halt", 1)

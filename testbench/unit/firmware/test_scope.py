@@ -111,6 +111,18 @@ def test_a_wrong_order_is_refused_and_changes_nothing(machine, order, says):
     assert bytes(machine.scope) == before
 
 
+@pytest.mark.parametrize("recording", ["idle", "armed", "triggered"])
+def test_a_record_that_is_not_full_cannot_be_read(machine, recording):
+    fill(machine)
+    words = machine.scope
+    words.recording = ("idle", "armed", "triggered").index(recording)
+    machine.scope = words
+    assert state(machine)[0] == recording
+    message, answer = machine.line("$SCOPE=READ,0,1")
+    assert "no full record" in message
+    assert answer == error_line("busy")
+
+
 @pytest.mark.parametrize("order", ["", ",", ",0", ",0,0", ",50,1", ",0,51", ",49,2", ",0,1,1"])
 def test_only_entries_of_the_record_are_read(machine, order):
     fill(machine, count=50)

@@ -4,6 +4,7 @@
 import csv
 import ctypes
 import re
+from binascii import crc_hqx
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 from host.cli import app
 from host.errors import UsageError, UserError
 from host.link.link import Link, LinkError
-from host.scope.acquire import TRIGGERS, Acquisition, Trigger
+from host.scope.acquire import DAMAGED, TRIGGERS, Acquisition, Trigger
 from host.scope.record import COLUMNS, LEVELS, PULSES, STATES, Record, check, write
 from host.scope.record_at import acquire, told
 from testbench.firmware import Scope
@@ -250,6 +251,22 @@ def test_a_record_that_keeps_arriving_damaged_is_given_up(rng):
     wire = Scoped(rng, damages=400)
     with pytest.raises((LinkError, UserError)):
         acquire(wire, Acquisition(Trigger("now")))
+
+
+def test_a_part_that_never_comes_whole_is_given_up():
+    wanted = Acquisition(Trigger("now"))
+    wanted.line(0.0)
+    wanted.answered("ok")
+    wanted.line(1.0)
+    text = "SCOPE:full,64,64,3,1,2000000"
+    assert wanted.hear(f"[{text}*{crc_hqx(text.encode(), 0xFFFF):04X}]")
+    wanted.answered("ok")
+    for _ in range(DAMAGED - 1):
+        assert wanted.line(2.0) == "$SCOPE=READ,0,64"
+        wanted.answered("ok")
+    wanted.line(3.0)
+    with pytest.raises(LinkError, match=r"^the record of the oscilloscope arrives damaged again "):
+        wanted.answered("ok")
 
 
 def test_a_stop_by_another_hand_is_told(rng):
