@@ -2,7 +2,7 @@
 """Write the files derived from the tables: ``python -m softcore.generate``."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -55,11 +55,11 @@ def _struct(block: Block) -> list[str]:
     return lines
 
 
-def c_header() -> str:
+def c_header(blocks: Sequence[Block] = BLOCKS) -> str:
     """C header: a struct per kind of block, its address, and a mask and shift per field."""
     lines = [f"/* {NOTICE} */", "#pragma once", "#include <stddef.h>", "#include <stdint.h>", ""]
     done = set()
-    for block in BLOCKS:
+    for block in blocks:
         kind = _kind(block)
         if kind in done:
             continue
@@ -68,7 +68,7 @@ def c_header() -> str:
         if kind == block.name:
             lines.append(f"#define {kind.upper()} (({kind}_regs *)0x{BASE + block.base:08x}u)")
         else:
-            siblings = [b for b in BLOCKS if _kind(b) == kind]
+            siblings = [b for b in blocks if _kind(b) == kind]
             pitch = siblings[1].base - siblings[0].base
             lines.append(f"#define {kind.upper()}(i) (({kind}_regs *)(0x{BASE + block.base:08x}u "
                          f"+ 0x{pitch:x}u * (i)))")
@@ -155,11 +155,11 @@ def _byte(byte: int) -> str:
     return f"`{chr(byte)}`" if 0x20 < byte < 0x7F else f"{name}0x{byte:02X}"
 
 
-def reference() -> str:
+def reference(blocks: Sequence[Block] = BLOCKS) -> str:
     """Register reference in Markdown."""
     lines = [f"<!-- {NOTICE} -->", "# Registers", "",
              f"Base address 0x{BASE:08x}; registers are 32 bits wide, read and written whole."]
-    for block in BLOCKS:
+    for block in blocks:
         lines += ["", f"## `{block.name}` +0x{block.base:03x}", "", block.doc]
         for register in block.registers:
             lines += ["", f"### `{register.name}` +0x{register.offset:02x}", "", register.doc, "",

@@ -9,12 +9,19 @@ from pathlib import Path
 import pytest
 
 from host import pages
+from softcore.tables.faults import FAULTS
+from softcore.tables.grbl import GRBL_SETTINGS
+from softcore.tables.settings import SETTINGS
 from testbench.native import page as signals
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md")), ROOT / "tapes" / "README.md"]
+PATENTS = DOCS / "explanation" / "four-patents.md"
 LONGEST_README = 150
+SETTING_NUMBERS = {one.number for one in (*SETTINGS, *GRBL_SETTINGS)}
+FAULT_NUMBERS = {number for one in FAULTS for number in (one.number, one.grbl_error, one.grbl_alarm)
+                 if number}
 TOPS = ("rtl/", "softcore/", "host/", "testbench/", "constraints/", "docs/", "tapes/")
 
 
@@ -38,18 +45,45 @@ def dead_names(path):
             yield name
 
 
+def dead_numbers(path):
+    """Settings, alarms and errors that a page names by their number, and that do not exist."""
+    text = prose(path)
+    yield from (f"${number}" for number in re.findall(r"\$(\d{3})\b", text)
+                if int(number) not in SETTING_NUMBERS)
+    yield from (f"{word}{number}" for word, number in re.findall(
+        r"\b(alarm |ALARM:|error:)(\d{1,3})\b", text) if int(number) not in FAULT_NUMBERS)
+
+
+def lost_words(path):
+    """Names of functions and tests in a table's row that no file named in the row has."""
+    for row in re.findall(r"^\|.*\|$", prose(path), re.M):
+        words = re.findall(r"`([\w./-]+)`", row)
+        texts = [(ROOT / word).read_text(encoding="utf-8") for word in words
+                 if word.startswith(TOPS) and (ROOT / word).is_file()]
+        yield from (word for word in words if texts and re.fullmatch(r"[a-z]*_[a-z_0-9]+", word)
+                    and not any(re.search(rf"\b{word}\b", text) for text in texts))
+
+
+def dead(path):
+    return [*dead_links(path), *dead_names(path), *dead_numbers(path)]
+
+
 def test_no_page_names_what_is_not_there():
     assert len(PAGES) > 20
     found = [f"{path.relative_to(ROOT)}: {what}" for path in PAGES
-             for what in [*dead_links(path), *dead_names(path)]]
+             if path.name != "CHANGELOG.md" for what in dead(path)]
+    found += [f"{PATENTS.name}: {what}" for what in lost_words(PATENTS)]
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("line", ["See [there](nowhere.md).", "It is in `rtl/nowhere.py`."])
+@pytest.mark.parametrize("line", [
+    "See [there](nowhere.md).", "It is in `rtl/nowhere.py`.", "It is `$399`.",
+    "Then alarm 43 comes.", "It answers `error:99`.",
+    "| x | `_nowhere` in `rtl/motion/retraction.py` |"])
 def test_a_planted_dead_name_is_found(tmp_path, line):
     page = tmp_path / "page.md"
     page.write_text(line)
-    assert [*dead_links(page), *dead_names(page)]
+    assert [*dead(page), *lost_words(page)]
 
 
 def test_the_readme_can_be_read_at_once():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The register table is well formed, and gateware, header and reference all follow it."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -12,7 +13,7 @@ from rtl.controller import Controller
 from rtl.motion.axes import Axes
 from rtl.power import condition
 from softcore.csr import RegisterFile, interfaces, member
-from softcore.generate import OUTPUTS
+from softcore.generate import OUTPUTS, c_header, reference
 from softcore.registers import AXES
 from softcore.regmap import BLOCKS, LINK, OWNED, SHORT_LEVEL
 from softcore.tables.causes import CAUSES
@@ -88,6 +89,22 @@ def test_a_width_is_written_once():
     Fragment.get(before, None)
     for made, bits in (before, 16), (owner, 19):
         assert len(made.registers.servo.step) == len(made.condition.words.servo_step) == bits
+
+
+def test_a_register_is_changed_in_one_place():
+    """C header and page follow; the gateware's width does above."""
+    def renamed(register):
+        field = replace(register.fields[0], bits=9, doc="Quite another.", unit="furlongs")
+        return replace(register, name="pace", fields=(field,)) if register.name == "step" \
+            else register
+
+    table = [replace(block, registers=tuple(map(renamed, block.registers))) for block in BLOCKS]
+    header, page = c_header(table), reference(table)
+    assert "uint32_t pace;" in header
+    assert re.search(r"#define SERVO_PACE_\w+_MASK 0x000001ffu", header)
+    assert "SERVO_STEP" not in header
+    assert "### `pace` +0x" in page
+    assert "| furlongs | Quite another. |" in page
 
 
 class Restarted(wiring.Component):
