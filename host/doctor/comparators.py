@@ -96,7 +96,7 @@ def judged(board: Board, shown: Sequence[Seen]) -> tuple[bool, str, list[Place]]
     for name, pad, reference, below in (("open level", "gap_high", 0, True),
                                         ("arc level", "gap_arc", 1, False)):
         sides = [getattr(one, pad.removeprefix("gap_")) is below for one in shown]
-        change = sum(sides)     # so many levels are below the voltage, as this comparator sees it
+        change = sum(sides)     # number of levels that this comparator reports below the voltage
         bounds = ([0, *(one.level for one in shown)][change],
                   [*(one.level for one in shown), FULL][change])
         sound = sides == [True] * change + [False] * (len(sides) - change)

@@ -202,7 +202,7 @@ class Doctor(Examination):
             if any(one in found_open for one in places):
                 if len(places) == 1:    # it may know more: the third drive may be the wire's
                     found_open[places[0]] = meaning
-            elif not accused & set(places):     # else it says the same again, less exactly
+            elif not accused & set(places):     # else a more exact finding names this wire
                 found.append((meaning, places))
         found += [(meaning, [one]) for one, meaning in found_open.items()]
         for meaning, places in found:

@@ -96,7 +96,7 @@ class Examination:
         return self.said[before:]
 
     def since(self, before: int) -> list[str]:
-        """What was said since there were so many lines, less the status reports."""
+        """Lines received after the first ``before`` ones, without the status reports."""
         return [text for text in self.said[before:] if not text.startswith("<")]
 
     def await_state(self, *states: str, within_s: float) -> None:

@@ -17,7 +17,8 @@ Calibration and tuning have seeds of their own.
 * P5's Es is the discharge per distance of that place, measured by P5 at constant feed.
 * *capacitor* is P4 on the machine ``relaxation``: a capacitor in place of pulses of 20 A. Its Es is
   the drop of the same place at constant feed.
-* P4 measures its no-load voltage (setting ``law_no_load``). All other settings are the defaults.
+* P4 measures its no-load voltage (setting ``feed_mode_no_load``). All other settings are the
+  defaults.
 """
 
 import copy
@@ -75,11 +76,11 @@ MODES = {"G94": "G94", "P2": "G95 P2", "P3": "G95 P3", "P4": "G95 P4", "P5": "G9
          "mean Ss": "G94", "capacitor": "G95 P4"}
 SHORT_MV = 5000                     # "mean Ss": the gap is shorted below this mean voltage
 OPEN_V = 80
-UNIT_MM = 0.001 * named("law_unit_um").default
+UNIT_MM = 0.001 * named("feed_mode_unit_um").default
 GAINS = (0.125, 0.25, 0.5, 1.0)     # of P3, times F/Es
 OTHER_SEEDS = (1001, 1002)          # of the runs that are not compared
 LONGEST_S = 60.0                    # of the machine's time; a run that takes longer is stopped
-LEAST_GAIN = named("law_gain_feed").lowest
+LEAST_GAIN = named("feed_mode_gain_feed").lowest
 
 BEGIN, STEP = 0.1, 0.5              # shares of the way: where figures begin, where the step is
 AHEAD_MM, BEHIND_MM = 0.08, 0.04    # the wire meets a step before its axis is there
@@ -158,11 +159,11 @@ def tape_for(trial: Trial) -> Tape:
 def settings_for(trial: Trial) -> list[str]:
     """Lines entered by hand: gains in um/min per V, and the setting that V0 is measured."""
     slope = 1000 * FEED / trial.plan.drop
-    return [assign("law_gain_zero", round(slope)),
-            assign("law_gain_feed", max(LEAST_GAIN, round(trial.gain * slope))),
-            assign("law_no_load", 1),
+    return [assign("feed_mode_gain_zero", round(slope)),
+            assign("feed_mode_gain_feed", max(LEAST_GAIN, round(trial.gain * slope))),
+            assign("feed_mode_no_load", 1),
             *([assign("short_mean_mv", SHORT_MV)] if trial.mode == "mean Ss" else []),
-            *([assign(f"law_ratio_{end}", 1000) for end in ("lowest", "highest")]
+            *([assign(f"feed_mode_ratio_{end}", 1000) for end in ("lowest", "highest")]
               if trial.even_feed else [])]
 
 

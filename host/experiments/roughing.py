@@ -11,8 +11,8 @@ in all arms.
 The undersize that a run consumes is measured on the simulated cavity: the greatest opening of its
 walls. The plant's numbers are not those of the basic data, which are synthetic, so the two agree in
 kind at best. For comparison there is the greatest value of the basic data for a current in force at
-the depth reached. What the plant's choices of constants do to the outcome is told by the kept
-discharges of every run: the walls that the same discharges make with other constants (``SWEEP``).
+the depth reached. To show how the plant's constants change the outcome, the walls are computed
+again from each run's discharges with other constants (``SWEEP``).
 """
 
 import copy

@@ -18,10 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softcore.registers import DRIVE_LAG_US
+
 __all__ = ["MODEL_LAG_S", "Drive", "Loop", "Sample", "fitted", "overshoot", "phase_margin",
            "response", "steady"]
 
-MODEL_LAG_S = 4.096e-3      # of the drive in the controller's model of it
+MODEL_LAG_S = DRIVE_LAG_US / 1e6      # of the drive in the controller's model of it
 STEP_S = 5e-5
 LONGEST_LAG_S, LONGEST_DEAD_S = 16e-3, 6e-3
 SHORTEST_LAG_S = 0.3e-3

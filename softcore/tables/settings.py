@@ -207,27 +207,29 @@ SETTINGS: tuple[Setting, ...] = (
          "under G95 at the front of the path for this time without moving forward. G94 does not "
          "wait for the gap, and has no such alarm. 0: it never comes.",
          switches_off="no progress"),
-    _set(445, "law_window_us", "feed P2, P3: time of a mean voltage", "us",
+    _set(445, "feed_mode_window_us", "feed P2, P3: time of a mean voltage", "us",
          (20_000, 100, 10_000_000), "gap", "Time over which G95 P2 and P3 take the mean of the gap "
          "voltage.", guards=False),
-    _set(446, "law_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
+    _set(446, "feed_mode_gain_zero", "feed P2: gain", "um/min per V", (500, 1, 1_000_000), "gap",
          "Gain of G95 P2: feed per volt of difference between mean voltage and reference.",
          guards=False),
-    _set(447, "law_gain_feed", "feed P3: gain", "um/min per V", (100, 1, 1_000_000), "gap",
+    _set(447, "feed_mode_gain_feed", "feed P3: gain", "um/min per V", (100, 1, 1_000_000), "gap",
          "Gain of G95 P3: change of the feed F per volt of difference between mean voltage and "
          "reference.", guards=False),
-    _set(448, "law_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
+    _set(448, "feed_mode_unit_um", "feed P4: unit distance", "um", (10, 1, 6000), "gap",
          "Distance over which G95 P4 takes a mean.", guards=False),
-    _set(449, "law_longest_ms", "feed P4, P5: longest time of a unit distance", "ms",
+    _set(449, "feed_mode_longest_ms", "feed P4, P5: longest time of a unit distance", "ms",
          (1000, 1, 60_000), "gap", "If the unit distance takes longer than this time, "
          "G95 P4 and P5 measure over the time.", guards=False),
-    _set(450, "law_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
+    _set(450, "feed_mode_least_mv", "feed P4: lowest Ex", "mV", (200, 1, 90_000), "gap",
          "A lower Ex counts as this value in G95 P4.", guards=False),
-    _set(451, "law_ratio_lowest", "feed P4, P5: lowest Es/Ex", "1/1000", (250, 1, 15_999), "gap",
+    _set(451, "feed_mode_ratio_lowest", "feed P4, P5: lowest Es/Ex", "1/1000",
+         (250, 1, 15_999), "gap",
          "Lowest Es/Ex of G95 P4 and P5; a lower ratio counts as this.", guards=False),
-    _set(452, "law_ratio_highest", "feed P4, P5: highest Es/Ex", "1/1000", (4000, 1, 15_999), "gap",
+    _set(452, "feed_mode_ratio_highest", "feed P4, P5: highest Es/Ex", "1/1000",
+         (4000, 1, 15_999), "gap",
          "Highest Es/Ex of G95 P4 and P5; a higher ratio counts as this.", guards=False),
-    _set(453, "law_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
+    _set(453, "feed_mode_no_load", "feed P4: no-load voltage 0 computed, 1 measured in the gap", "",
          (0, 0, 1), "gap", "Source of the no-load voltage of G95 P4. 0: calculated from the "
          "condition. 1: measured at the gap, whenever it is open for long enough.", guards=False),
     _set(454, "arc_difference_nm", "arc: largest difference of start and end radius", "nm",
@@ -256,7 +258,7 @@ SETTINGS: tuple[Setting, ...] = (
          "Time over which the mean of `${short_mean_mv}` is taken, while pulses are on. If the "
          "converter takes few samples in it (one in 1.7 us on a board, 17 us in the simulation), "
          "the mean scatters, and a sound gap may count as shorted."),
-    _set(466, "law_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
+    _set(466, "feed_mode_discharge_um", "feed P5: unit distance", "um", (20, 1, 6000), "gap",
          "Distance over which G95 P5 measures the discharge. The loop swings if it is much shorter "
          "than the contact of electrode and work along the path.", guards=False),
     _set(467, "short_current_ns", "short: by current within this time (0 by voltage)", "ns",

@@ -101,7 +101,7 @@ def test_a_short_is_left_along_the_path_and_the_ratio_stays(begin):
 
 
 def test_zero_feed_at_the_reference_goes_both_ways(begin):
-    job = begin(2, assign("law_gain_zero", 1000))
+    job = begin(2, assign("feed_mode_gain_zero", 1000))
     for width, sign in ((WIDE_UM, 1), (NARROW_UM, -1), (WIDE_UM, 1)):
         found, feed = over(job, width, 20)
         wanted = volts(found, "voltage_mean") - VOLTAGE     # at 1 mm/min for a volt
@@ -111,7 +111,7 @@ def test_zero_feed_at_the_reference_goes_both_ways(begin):
 
 
 def test_feed_at_the_reference(begin):
-    job = begin(3, assign("law_gain_feed", 500))
+    job = begin(3, assign("feed_mode_gain_feed", 500))
     for width, sign in ((WIDE_UM, 1), (NARROW_UM, -1)):
         found, feed = over(job, width, 20)
         wanted = FEED + 0.5 * (volts(found, "voltage_mean") - VOLTAGE)

@@ -4,9 +4,9 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "hal/hal.h"
+#include "hal/regs.h"
 
 #define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
-#define DRIVE_LAG_US 4096 /* of the drive in the gateware's model of it */
 
 static uint32_t values[SETTINGS];
 static uint32_t edition;

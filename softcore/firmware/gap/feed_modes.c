@@ -31,7 +31,7 @@ bool feed_modes_check(unsigned number, const condition_row *row, uint32_t column
         return fault_at(f, FAULT_CONDITION, column,
                         "G95 P%u needs a reference %s, %c of G10, which the condition C%u does not have",
                         number, by_drop ? "drop Es" : "voltage Vs", by_drop ? 'U' : 'V', row->number);
-    if (by_drop && settings_get(SET_LAW_RATIO_LOWEST) > settings_get(SET_LAW_RATIO_HIGHEST))
+    if (by_drop && settings_get(SET_FEED_MODE_RATIO_LOWEST) > settings_get(SET_FEED_MODE_RATIO_HIGHEST))
         return fault_at(f, FAULT_SETTING, column,
                         "the lowest ratio Es/Ex of the settings is above the highest");
     return true;
@@ -53,9 +53,9 @@ void feed_modes_settings(void) {
         return;
     }
     bool distance = mode >= FEED_REMOVAL, shares = mode == FEED_DISCHARGE;
-    uint32_t gain = settings_get(mode == FEED_ZERO ? SET_LAW_GAIN_ZERO : SET_LAW_GAIN_FEED);
-    uint32_t us = distance ? settings_get(SET_LAW_LONGEST_MS) * 1000 : settings_get(SET_LAW_WINDOW_US);
-    uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(shares ? SET_LAW_DISCHARGE_UM : SET_LAW_UNIT_UM));
+    uint32_t gain = settings_get(mode == FEED_ZERO ? SET_FEED_MODE_GAIN_ZERO : SET_FEED_MODE_GAIN_FEED);
+    uint32_t us = distance ? settings_get(SET_FEED_MODE_LONGEST_MS) * 1000 : settings_get(SET_FEED_MODE_WINDOW_US);
+    uint32_t pulses = (uint32_t)units_pulses_of_um(settings_get(shares ? SET_FEED_MODE_DISCHARGE_UM : SET_FEED_MODE_UNIT_UM));
     hal_feed_mode words = {
         .mode = (shares ? FEED_REMOVAL : mode) - FEED_CLASSES,
         .measure = true,
@@ -63,9 +63,9 @@ void feed_modes_settings(void) {
         .unit = !distance ? 0 : pulses < UINT16_MAX ? pulses : UINT16_MAX,
         .window = units_clocks_of_us(us),
         /* Of a share the bounds of Es/Ex are enough. */
-        .least = shares ? 1 : LEVELS(settings_get(SET_LAW_LEAST_MV)),
-        .lowest = settings_get(SET_LAW_RATIO_LOWEST) * 4096 / 1000,
-        .highest = settings_get(SET_LAW_RATIO_HIGHEST) * 4096 / 1000,
+        .least = shares ? 1 : LEVELS(settings_get(SET_FEED_MODE_LEAST_MV)),
+        .lowest = settings_get(SET_FEED_MODE_RATIO_LOWEST) * 4096 / 1000,
+        .highest = settings_get(SET_FEED_MODE_RATIO_HIGHEST) * 4096 / 1000,
         .gain = units_rate(GAIN_STEP(gain)),
         .fastest = units_rate(settings_highest_speed()),
     };
@@ -98,7 +98,7 @@ void feed_modes_condition(const condition_row *row, uint32_t share_percent) {
 }
 
 bool feed_modes_watch(bool machining, const uint32_t counts[4]) {
-    if (!feed_modes_measures() || mode == FEED_DISCHARGE || !settings_get(SET_LAW_NO_LOAD))
+    if (!feed_modes_measures() || mode == FEED_DISCHARGE || !settings_get(SET_FEED_MODE_NO_LOAD))
         return false;
     hal_feed_mode_state state = hal_feed_mode_read();
     uint32_t sum = counts[1] + counts[2] + counts[3];

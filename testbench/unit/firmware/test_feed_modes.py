@@ -110,7 +110,7 @@ def test_a_mode_without_what_it_needs_is_refused(machine, blocks, name, words):
 
 
 def test_bounds_of_the_ratio_that_exclude_each_other_are_refused(machine):
-    machine.line(assign("law_ratio_lowest", 4001))
+    machine.line(assign("feed_mode_ratio_lowest", 4001))
     assert machine.line(ROW) == ["ok"]
     lines = machine.tape(punched(["C900 G95 P3", "G95 P4", "M02"]), passes=4000)
     assert first_alarm(lines) == [
@@ -129,9 +129,9 @@ def test_standing_at_the_front_for_ever_is_an_alarm(machine, mode):
 
 
 def test_settings_reach_the_law(machine):
-    for line in (assign("law_unit_um", 25), assign("law_longest_ms", 50),
-                 assign("law_least_mv", 1000), assign("law_ratio_lowest", 1000),
-                 assign("law_ratio_highest", 2000)):
+    for line in (assign("feed_mode_unit_um", 25), assign("feed_mode_longest_ms", 50),
+                 assign("feed_mode_least_mv", 1000), assign("feed_mode_ratio_lowest", 1000),
+                 assign("feed_mode_ratio_highest", 2000)):
         assert machine.line(line) == ["ok"]
     under(machine, 4)
     found = machine.feed_mode
@@ -157,7 +157,7 @@ def mean(machine, volts, *, opens=0, discharges=0):
 
 
 def test_the_no_load_voltage_is_measured_while_nothing_discharges(machine):
-    machine.line(assign("law_no_load", 1))
+    machine.line(assign("feed_mode_no_load", 1))
     under(machine, 4)
     machine.library.gk_discharges(1)
     machine.run(20)
@@ -233,7 +233,7 @@ def test_a_row_that_changes_between_the_mode_and_the_way_is_judged_again(machine
 
 
 def test_the_discharge_has_a_unit_distance_of_its_own(machine):
-    for line in (assign("law_unit_um", 25), assign("law_discharge_um", 8)):
+    for line in (assign("feed_mode_unit_um", 25), assign("feed_mode_discharge_um", 8)):
         assert machine.line(line) == ["ok"]
     under(machine, 5)
     assert machine.feed_mode["unit"] == 80

@@ -172,11 +172,13 @@ def test_gain_is_tried_on_another_stock():
 def test_references_and_gains():
     # Es 2 V at 12 mm/min: 6 mm/min for a volt. P2 stands at twice the drop.
     assert settings_for(Trial(PLAN, "step", "P3", 1, gain=0.5)) == [
-        assign("law_gain_zero", 6000), assign("law_gain_feed", 3000), assign("law_no_load", 1)]
+        assign("feed_mode_gain_zero", 6000), assign("feed_mode_gain_feed", 3000),
+        assign("feed_mode_no_load", 1)]
     assert assign("short_mean_mv", 5000) in settings_for(Trial(PLAN, "step", "mean Ss", 1))
     even = settings_for(Trial(PLAN, "step", "P5", 1, even_feed=True))
-    assert even[-2:] == [assign("law_ratio_lowest", 1000), assign("law_ratio_highest", 1000)]
-    assert settings_for(Trial(PLAN, "step", "P3", 1))[1] == assign("law_gain_feed", 1)
+    assert even[-2:] == [assign("feed_mode_ratio_lowest", 1000),
+                         assign("feed_mode_ratio_highest", 1000)]
+    assert settings_for(Trial(PLAN, "step", "P3", 1))[1] == assign("feed_mode_gain_feed", 1)
     for mode, voltage, feed in (("P2", "18.000", 24), ("P4", "20.000", 12),
                                 ("P5", "20.000", 12)):
         text, _ = decode(tape_for(Trial(PLAN, "step", mode, 1)).rows)

@@ -17,7 +17,7 @@ from testbench.native import page as signals
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md")), ROOT / "tapes" / "README.md"]
-PATENTS = DOCS / "explanation" / "four-patents.md"
+ELEMENTS = DOCS / "explanation" / "four-patents.md"
 LONGEST_README = 150
 SETTING_NUMBERS = {one.number for one in (*SETTINGS, *GRBL_SETTINGS)}
 FAULT_NUMBERS = {number for one in FAULTS for number in (one.number, one.grbl_error, one.grbl_alarm)
@@ -72,7 +72,7 @@ def test_no_page_names_what_is_not_there():
     assert len(PAGES) > 20
     found = [f"{path.relative_to(ROOT)}: {what}" for path in PAGES
              if path.name != "CHANGELOG.md" for what in dead(path)]
-    found += [f"{PATENTS.name}: {what}" for what in lost_words(PATENTS)]
+    found += [f"{ELEMENTS.name}: {what}" for what in lost_words(ELEMENTS)]
     assert not found, "\n".join(found)
 
 
@@ -84,6 +84,25 @@ def test_a_planted_dead_name_is_found(tmp_path, line):
     page = tmp_path / "page.md"
     page.write_text(line)
     assert [*dead(page), *lost_words(page)]
+
+
+def g_words(text):
+    """Codes of a text in tenths; ``G54 to G59`` has all between."""
+    codes = r"G(\d+(?:\.\d)?)"
+    found = {round(10 * float(code)) for code in re.findall(codes, text)}
+    for first, last in re.findall(rf"{codes}`? (?:to|and) `?{codes}", text):
+        step = 1 if "." in first else 10
+        found |= {*range(round(10 * float(first)), round(10 * float(last)) + 1, step)}
+    return found
+
+
+def test_every_g_word_of_the_interpreter_stands_on_the_page_of_programs():
+    source = (ROOT / "softcore" / "firmware" / "interp" / "interpreter.c").read_text()
+    rows = source[source.index("G_ROWS[] = {"):]
+    taken = {int(code) for code in re.findall(r"\{(\d+), G_\w+\}", rows[:rows.index("};")])}
+    assert len(taken) > 40
+    page = (DOCS / "reference" / "programs.md").read_text(encoding="utf-8")
+    assert not taken - g_words(page)
 
 
 def test_the_readme_can_be_read_at_once():
