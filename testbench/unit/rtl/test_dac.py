@@ -36,6 +36,16 @@ async def clock(ctx, dut, reference, value, safe=False):
 
 
 def test_follows_the_model(simulate, rng, pair):
+    follows(simulate, rng, pair)
+
+
+@pytest.mark.parametrize("pair", ["pwm"], indirect=True)
+def test_pwm_follows_the_model(simulate, rng, pair):
+    """Under cocotb, too: of the test above only the first modulator is."""
+    follows(simulate, rng, pair)
+
+
+def follows(simulate, rng, pair):
     async def bench(ctx):
         value = 0
         for _ in range(5000):

@@ -10,7 +10,7 @@ from testbench.refusal import refuses
 from testbench.simulators.benches import settle
 
 
-@pytest.mark.parametrize(("rise", "fall"), [(1, 1), (2, 7), (7, 2), (1, 5), (8, 8)])
+@pytest.mark.parametrize(("rise", "fall"), [(2, 7), (1, 1), (7, 2), (1, 5), (8, 8)])
 def test_debounce_follows_the_model(simulate, rng, rise, fall):
     dut, model = Debounce(rise=rise, fall=fall), debounce.Debounce(rise, fall)
 
@@ -35,7 +35,7 @@ def test_debounce_refuses_wrong_parameters(wrong):
     refuses(Debounce, r"debounce times must be at least 1 clock", **wrong)
 
 
-@pytest.mark.parametrize(("width", "depth"), [(1, 2), (9, 4), (40, 16)])
+@pytest.mark.parametrize(("width", "depth"), [(9, 4), (1, 2), (40, 16)])
 def test_queue_follows_the_model(simulate, rng, width, depth):
     dut, model = EventQueue(width=width, depth=depth), event_queue.EventQueue(depth)
 

@@ -43,7 +43,7 @@ def runs(record):
     return [tuple(run) for run in out]
 
 
-@pytest.mark.parametrize("times", [(0, 0, 0), (1, 1, 1), (2, 3, 4), (5, 1, 9), None], ids=str)
+@pytest.mark.parametrize("times", [(2, 3, 4), (0, 0, 0), (1, 1, 1), (5, 1, 9), None], ids=str)
 def test_follows_the_model(simulate, rng, times):
     dut, reference = StepDir(), model.StepDir()
     queue = Queue(dut)
@@ -65,7 +65,7 @@ def test_follows_the_model(simulate, rng, times):
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("times", [(1, 1, 1), (2, 3, 4), (4, 2, 1), (255, 255, 255)], ids=str)
+@pytest.mark.parametrize("times", [(4, 2, 1), (1, 1, 1), (2, 3, 4), (255, 255, 255)], ids=str)
 def test_keeps_its_times_and_loses_no_step(simulate, rng, times):
     dut = StepDir()
     queue = Queue(dut)
