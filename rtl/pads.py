@@ -12,7 +12,6 @@ from rtl.lib.shift_output import ShiftOutput
 __all__ = ["CHAIN_CLOCKS", "DIRECT_CLOCKS", "INPUTS", "OUTPUTS", "Pads", "levels"]
 
 
-
 def levels(pads):
     """Width and level of each input, and of each output, of a table as ``constraints.pads`` has."""
     return tuple({pad.name: (pad.width, pad.level) for pad in pads if pad.direction == direction}

@@ -187,6 +187,7 @@ def _made(path: Path, source: str, render_it: Callable[[], str]) -> tuple[Path, 
     return path, lambda: COMMENTS[path.suffix].format(notice) + "\n" + render_it()
 
 
+PINS = "constraints/pads.py and the boards"
 BASE_ROOM, HAL_ROOM = FIRMWARE / "base", FIRMWARE / "hal"
 OUTPUTS: dict[Path, Callable[[], str]] = {
     HAL_ROOM / "regs.h": c_header,
@@ -209,8 +210,8 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(FIRMWARE / "gap" / "built_in.h", "conditions",
           lambda: render.conditions_header(CONDITIONS)),
     _made(REFERENCE / "conditions.md", "conditions", lambda: render.conditions_page(CONDITIONS)),
-    _made(REFERENCE / "pins.md", "constraints/board.py", lambda: pins_page(BOARDS)),
-    *(_made(REFERENCE / drawn(same[0]), "constraints/board.py", partial(board_drawing, same))
+    _made(REFERENCE / "pins.md", PINS, lambda: pins_page(BOARDS)),
+    *(_made(REFERENCE / drawn(same[0]), PINS, partial(board_drawing, same))
       for same in alike(BOARDS)),
     _made(REFERENCE / "realtime-bytes.md", "softcore/linkmap.py", realtime_page),
     _made(REFERENCE / "events.md", "events", lambda: render.events_page(EVENTS)),
