@@ -55,6 +55,8 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("quick")
         if marker := FOLDERS.get(place.parts[1]):
             item.add_marker(marker)
+        if item.stash[SIM] == "cocotb" and "simulate" in item.fixturenames:
+            item.add_marker("cocotb")
         if "cases" in item.fixturenames:
             item.add_marker("counted")
 

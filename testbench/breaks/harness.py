@@ -21,8 +21,8 @@ from pathlib import Path
 from softcore.image import HOST_ONLY, OBJECTS, TARGET_ONLY, among
 from testbench.breaks.witness import SAW
 
-__all__ = ["ROOT", "Break", "Equivalent", "Verdict", "applied", "breaks_of", "run_whole",
-           "try_break"]
+__all__ = ["IN_VERILOG", "ROOT", "Break", "Equivalent", "Verdict", "applied", "breaks_of",
+           "run_whole", "try_break"]
 
 ROOT = Path(__file__).parents[2]
 SCRATCH = ROOT / "build" / "breaks"
@@ -33,6 +33,8 @@ BUILT = f"*-{'[0-9a-f]' * 16}"
 # A break is first looked for with the share of cases and the simulator of `make check`, which takes
 # some seconds for most; one that is not seen so, with every test and every case.
 PASSES = (("-m", "not soak", "--sim", "amaranth"), ("-m", "", "--all-cases"))
+# Only tests that run the emitted Verilog under cocotb.
+IN_VERILOG = (("-m", "cocotb"),)
 # Build results and foreign files: a copy makes its own, so nothing broken gets into a cache.
 LEFT_OUT = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__", ".*_cache", "*.egg-info")
 
@@ -167,8 +169,11 @@ def _pytest(tests, folder, options):
     return status, witness.read_text(encoding="utf-8").splitlines(), said
 
 
-def try_break(one: Break) -> tuple[Verdict, str]:
-    """Plant a break in a copy and run its tests there; return the verdict and the output."""
+def try_break(one: Break, passes: Sequence[tuple[str, ...]] = PASSES) -> tuple[Verdict, str]:
+    """Plant a break in a copy and run its tests there; return the verdict and the output.
+
+    ``passes`` are options of pytest: the tests run with each of them until one fails.
+    """
     SCRATCH.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=SCRATCH) as place:
         folder = Path(place) / "checkout"
@@ -177,7 +182,7 @@ def try_break(one: Break) -> tuple[Verdict, str]:
         built, said = _builds(one.file, folder)
         if not built:
             return Verdict.ERROR, said
-        for options in PASSES:
+        for options in passes:
             status, reasons, said = _pytest(one.tests, folder, options)
             said = "\n".join([*reasons, said])
             if status == FAILED and reasons and all(reason == SAW for reason in reasons):

@@ -2,7 +2,8 @@
 """Planted breaks: the tests that must see a break do see it.
 
 Always: the table fits the present sources, and three breaks are planted. In the soak: all of them
-are planted, one after the other, and the same tests also run with nothing broken.
+are planted, one after the other, and the same tests also run with nothing broken. Of each block of
+the gateware at least one break is seen by a test that runs its Verilog under cocotb.
 """
 
 import ast
@@ -11,10 +12,19 @@ from pathlib import Path
 import pytest
 
 from host.link.link import RefusedError
-from testbench.breaks.harness import ROOT, Break, Verdict, applied, run_whole, try_break
+from testbench.breaks.harness import (
+    IN_VERILOG,
+    ROOT,
+    Break,
+    Verdict,
+    applied,
+    run_whole,
+    try_break,
+)
 from testbench.breaks.table import EQUIVALENT, SHORT, TABLE
 from testbench.breaks.witness import SAW, judge
 from testbench.quick import is_quick
+from testbench.simulators.blocks import blocks
 from testbench.some import some
 
 ALL = [*TABLE, *(one.what for one in EQUIVALENT)]
@@ -49,6 +59,21 @@ def test_tests_that_must_see_them_are_there():
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
         tests = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
         assert name in tests if name else any(test.startswith("test_") for test in tests), test
+
+
+def within(block: str) -> list[Break]:
+    """Breaks of the table in the source of a block, as ``motion.arc.ArcDistributor``."""
+    module, _, name = block.rpartition(".")
+    file = f"rtl/{module.replace('.', '/')}.py"
+    source = (ROOT / file).read_text(encoding="utf-8")
+    (kind,) = (node for node in ast.parse(source).body
+               if isinstance(node, ast.ClassDef) and node.name == name)
+    return [one for one in TABLE if one.file == file and
+            kind.lineno <= source[:source.index(one.old)].count("\n") + 1 <= kind.end_lineno]
+
+
+def test_every_block_has_a_break():
+    assert not [block for block in blocks() if not within(block)]
 
 
 def test_most_are_seen_by_quick_tests():
@@ -117,6 +142,17 @@ def test_the_same_tests_pass_with_nothing_broken(test):
 def test_every_break_is_seen(one):
     verdict, said = try_break(one)
     assert verdict is Verdict.SEEN, said
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("block", blocks())
+def test_every_block_has_a_break_that_is_seen_under_cocotb(block):
+    said = ""
+    for one in within(block):
+        verdict, said = try_break(one, IN_VERILOG)
+        if verdict is Verdict.SEEN:
+            return
+    pytest.fail(f"no break of {block} is seen in its Verilog; the last test said:\n{said}")
 
 
 @pytest.mark.soak

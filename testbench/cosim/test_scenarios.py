@@ -18,7 +18,9 @@ SEED = 1
 # Longer ones, and those that differ in a number from another that runs always.
 SELDOM = {"broken_tapes", "flipped_bits-20-1", "planned_series", "hung-clock-0", "hung-clock-7777",
           "hung-memory-0", "hung-memory-7777", "browned_out-20000", "at_speed-593-24",
-          "before_first_point-ceiling", "during_readvance-low",
+          "before_first_point-ceiling", "during_readvance-low", "never_clearing-300",
+          "cell-broken", *(f"tripped-{cause}" for cause in (
+              "drive_fault", "fluid_low", "limit_high", "following_moving")),
           *(f"begins-wall-wire_finish_p{mode}-1.1" for mode in (2, 3, 5))}
 OFTEN = [scenario for scenario in SCENARIOS if str(scenario) not in SELDOM]
 
@@ -40,6 +42,7 @@ def test_those_that_run_seldom_are_there():
 
 
 @pytest.mark.soak
+@pytest.mark.cocotb
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=str)
 def test_scenario_is_the_same_natively_and_under_cocotb(scenario, workdir, waves):
     machine = machines.load(scenario.machine)

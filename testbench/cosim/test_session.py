@@ -74,6 +74,7 @@ def broken(session):
     assert session.cycle == 1001, "a planted fault"
 
 
+@pytest.mark.cocotb
 def test_native_and_cocotb_agree_to_the_clock(workdir, rng):
     seed = rng.getrandbits(32)
     image = target_image()

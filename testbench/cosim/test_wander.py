@@ -33,6 +33,7 @@ def test_every_pulse_has_its_place(rng, cases):
 
 
 @pytest.mark.soak
+@pytest.mark.cocotb
 def test_the_same_natively_and_under_cocotb(rng, workdir):
     program_seed = rng.getrandbits(32)
     short = {"count": 4, "size": 200, "troubles": 6, "quiet": 20_000}

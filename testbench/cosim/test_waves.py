@@ -248,6 +248,7 @@ def test_view_of_a_wire_machine_is_not_flat(workdir):
 
 
 @pytest.mark.soak
+@pytest.mark.cocotb
 def test_file_is_the_same_under_cocotb(played, workdir):
     folder, _, end = played
     assert cosimulate(play, workdir, machine=SINKER.tables, seed=1, waves=workdir) == end

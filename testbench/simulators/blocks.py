@@ -36,9 +36,8 @@ WITHIN = {
     "gap.feed_mode.FeedCalculator": "its detector of the removal",
     "motion.axis.Overshoot": "motion.axis.Axis",
     "motion.dac.PulseWidth": "motion.dac.Dac", "motion.dac.SigmaDelta": "motion.dac.Dac",
-    "motion.distribution.Distributor": "the joined motion",
     "motion.figures.Figures": "the joined motion", "motion.motion.Motion": "the joined motion",
-    "motion.retraction.Retraction": "the joined motion", "motion.servo.Servo": "the joined motion",
+    "motion.retraction.Retraction": "the joined motion",
     "power.limiter.Limiter": "power.power.Power",
 }
 

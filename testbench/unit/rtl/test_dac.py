@@ -61,6 +61,17 @@ def follows(simulate, rng, pair):
     simulate(pair[0], bench)
 
 
+@pytest.mark.parametrize("pair", ["sigma_delta"], indirect=True)
+def test_limits_the_noise_of_sigma_delta_at_both_ends(simulate, rng, pair):
+    """It is there after some clocks near an end of the scale, and seen when that is left."""
+    async def bench(ctx):
+        for value in (31_000, 2000) * 8 + (FULL, 1, FULL - 1, 300):
+            for _ in range(rng.randint(50, 150)):
+                await clock(ctx, *pair, value)
+
+    simulate(pair[0], bench)
+
+
 def test_is_silent_at_zero_and_while_safe(simulate, pair):
     dut, _ = pair
 

@@ -86,9 +86,12 @@ def test_mirrors_itself_wherever_it_turns(simulate, rng):
     bench = Bench(LineDistributor(axes=4))
 
     async def run(ctx):
-        for _ in range(12):
-            length = rng.randint(1, 50)
+        for length in [2, 8, 40] + [rng.randint(1, 50) for _ in range(12)]:
             await bench.segment(ctx, length, travels(rng, length, 4))
+            if length % 2 == 0:     # an axis that lies half way between two steps at some places
+                await bench.segment(ctx, length, [*bench.travel[:3], length // 2])
+                for step in [1] * (length - 1) + [-1] * (length - 1):
+                    await bench.pulse(ctx, step)
             while bench.place < length:
                 target = rng.choice((rng.randint(0, length), length))
                 while bench.place != target:
