@@ -15,6 +15,7 @@
 #include "app/motion_watch.h"
 #include "app/profile.h"
 #include "app/program.h"
+#include "app/touch.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
@@ -90,6 +91,7 @@ void main_loop_boot(void) {
     keep_load_places();
     jogging_init();
     homing_init();
+    touch_init();
     roughing_init();
     output_frame(program_offset());
     pet();

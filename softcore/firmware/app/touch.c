@@ -21,6 +21,13 @@ static uint32_t fresh;              /* clocks from there until Ss is that of thi
 static int32_t place[HAL_AXES];     /* found, or where the last touch-off ended */
 static bool found;                  /* the last touch-off has found it */
 
+void touch_init(void) {
+    phase = TOUCH_NONE;
+    found = false;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        place[axis] = 0;
+}
+
 void touch_begin(bool away) {
     phase = TOUCH_LOOKS;
     opens = away;

@@ -13,6 +13,7 @@
 
 typedef enum { TOUCH_NONE, TOUCH_LOOKS, TOUCH_FOUND, TOUCH_AT_START } touch_phase;
 
+void touch_init(void);
 void touch_begin(bool away);    /* the motion begins here */
 void touch_end(void);           /* it is over; does nothing without one */
 

@@ -4,7 +4,7 @@
 import pytest
 
 from softcore.tables.faults import alarm_number, error_line, named
-from testbench.firmware import REST, Checker, Fault, events
+from testbench.firmware import REST, Checker, Controller, Fault, events
 from testbench.programs import punched
 
 CONTACT, LIMIT = 6, 1   # details of the event `halt`
@@ -107,6 +107,14 @@ def test_contact_ends_it_where_the_axes_are(machine):
     assert machine.lines[-1] == "ok"
     assert machine.reported_state() == "Idle"
     assert not events(machine.lines, "alarm")
+
+
+def test_what_was_found_is_forgotten_at_power_off(machine):
+    looking(machine)
+    touches(machine)
+    again = Controller()
+    again.line("$#")
+    assert told(again) == ["[PRB:0.0000,0.0000,0.0000:0]"]
 
 
 def test_what_follows_counts_from_there(machine):
