@@ -4,7 +4,10 @@
 They are held against the changes, the events, the coders and the outputs of the same run.
 """
 
+import os
 import re
+import shutil
+import subprocess
 
 import pytest
 import pywellen
@@ -223,6 +226,30 @@ def test_views_show_signals_of_the_file(machine, workdir):
     assert {name: found[name].bitwidth for name in gtkwave} == gtkwave
     assert list(gtkwave) == surfer
     assert len(surfer) == sum(len(rows) for _, rows in views.VIEWS[machine.tables["kind"]])
+
+
+@pytest.mark.parametrize("machine", [SINKER, WIRE], ids=lambda machine: machine.name)
+def test_gtkwave_opens_the_view_without_a_complaint(machine, workdir):
+    """GTKWave itself, on a screen that nobody sees; it says what it shows."""
+    if not (shutil.which("gtkwave") and shutil.which("xvfb-run")):
+        if os.environ.get("GAPKEEPER_GTKWAVE") == "needed":
+            pytest.fail("GTKWave and Xvfb are needed here, and not installed")
+        pytest.skip("GTKWave or Xvfb is not installed: the saved views were not opened")
+    with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1, trace=False,
+                    waves=workdir) as session:
+        session.run(1000)
+    (workdir / "ask.tcl").write_text('puts "shown: [gtkwave::getDisplayedSignals]"\n'
+                                     "gtkwave::/File/Quit\n")
+    done = subprocess.run(["xvfb-run", "-a", "gtkwave", "--script=ask.tcl", "waves.gtkw"],
+                          cwd=workdir, capture_output=True, text=True, timeout=120, check=False)
+    said = (done.stdout + done.stderr).splitlines()
+    expected = [name + (f"[{bits - 1}:0]" if bits > 1 else "")
+                for name, bits in shown(workdir)[0].items()]
+    (told,) = (line for line in said if line.startswith("shown: "))
+    assert told.split()[1:] == expected
+    usual = re.compile(r"shown: |GTKWave Analyzer |FSTLOAD \| (Processing|Built|Building|Sorting) "
+                       r"|GTKWAVE \| Executing Tcl script |Exiting\.|\s*$")
+    assert [line for line in said if not usual.match(line)] == []
 
 
 def test_surfer_names_an_item_by_its_number_to_base_16():
