@@ -18,6 +18,7 @@ from softcore.tables.faults import FAULTS
 from softcore.tables.grbl import GRBL_SETTINGS
 from softcore.tables.settings import SETTINGS
 from softcore.tables.states import CHECKS, MOTION, PULSES
+from softcore.texts import PARTS
 
 HERE = Path(__file__).parent
 FIRMWARE = HERE / "firmware"
@@ -202,6 +203,7 @@ OUTPUTS: dict[Path, Callable[[], str]] = {
     _made(BASE_ROOM / "fault_codes.h", "faults", lambda: render.faults_header(FAULTS)),
     _made(BASE_ROOM / "cause_texts.h", "causes", lambda: render.causes_header(CAUSES)),
     _made(REFERENCE / "alarms.md", "faults", lambda: render.faults_page(FAULTS)),
+    _made(BASE_ROOM / "text_parts.h", "pairs", lambda: render.parts_header(PARTS)),
     _made(HAL_ROOM / "event_kinds.h", "events", lambda: render.events_header(EVENTS)),
     _made(HERE.parent / "rtl" / "events.py", "events", lambda: render.events_gateware(EVENTS)),
     _made(HAL_ROOM / "states.h", "states", lambda: render.states_header(MOTION, CHECKS)),

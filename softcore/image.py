@@ -5,6 +5,7 @@ Both are compiled from the same sources, but the library has the room ``pc`` ins
 registers. Results are kept under ``build/firmware/``, in a folder named by a digest of all inputs.
 """
 
+import contextlib
 import hashlib
 import os
 import shutil
@@ -16,12 +17,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from softcore import texts
+
 __all__ = ["OBJECTS", "FirmwareError", "address_runtime", "among", "host_library", "host_objects",
            "image_digest", "path_units", "target_image"]
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
 OBJECTS = BUILD / "objects"     # of the library
+
+PACKING = Path(texts.__file__).read_bytes()     # how sentences are stored; the pairs are a header
 
 # Rooms and files of one build that the other leaves out.
 TARGET_ONLY = ("hal", "app/main.c")
@@ -40,7 +45,7 @@ TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+c+zicsr"
 # Size is the rule (zig takes -Oz for -Os, so the compiler itself is told).
 SMALL = ["-Xclang", "-Oz"]
 # The few sources compiled for speed, as every block and every line pass through them. They took a
-# block of 10 um from 20 060 clocks to 17 860, for 6 KB (today 17 450; at most 18 200,
+# block of 10 um from 20 060 clocks to 17 860, for 6 KB (today 16 530; at most 18 200,
 # `cosim/test_retrace.py`). Fifteen more sources took another 370 off, for 3 KB.
 FAST = frozenset({"app/main_loop.c", "app/program.c", "base/text.c", "base/units.c",
                   "hal/hal_regs.c", "link/link.c", "link/output.c",
@@ -124,8 +129,27 @@ def _sources(leave_out: tuple[str, ...]) -> list[Path]:
                   key=lambda path: path.name)
 
 
+def _compiled_sources() -> Path:
+    """The folder that is compiled: a copy of the sources in which sentences are packed.
+
+    It is made once for each state of the sources. The compiler's messages name the originals.
+    """
+    folder = BUILD / "sources" / _digest([])
+    if not folder.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent) as place:
+            made = Path(shutil.copytree(SOURCES, Path(place) / "made"))
+            for path in texts.sources(SOURCES):
+                own = path.relative_to(SOURCES)
+                text = texts.stored(path.read_text(encoding="utf-8"))
+                (made / own).write_text(f'#line 1 "{path}"\n{text}', encoding="utf-8")
+            with contextlib.suppress(OSError):     # another process was quicker
+                made.rename(folder)
+    return folder
+
+
 def _digest(command: Sequence[str | Path]) -> str:
-    total = hashlib.sha256(repr(command).encode())
+    total = hashlib.sha256(PACKING + repr(command).encode())
     for path in sorted(path for path in SOURCES.rglob("*") if path.is_file()):
         total.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
     return total.hexdigest()[:16]
@@ -167,7 +191,8 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
         If one does not compile.
     """
     command = _host_command(sanitize)
-    base = hashlib.sha256(repr((command, _version(command))).encode())
+    compiled = _compiled_sources()
+    base = hashlib.sha256(PACKING + repr((command, _version(command))).encode())
     for path in sorted(SOURCES.rglob("*.h")):
         base.update(str(path.relative_to(SOURCES)).encode() + b"\0" + path.read_bytes())
     OBJECTS.mkdir(parents=True, exist_ok=True)
@@ -179,7 +204,9 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
         if not kept.exists():
             with tempfile.TemporaryDirectory(dir=OBJECTS) as place:
                 made = Path(place) / kept.name
-                _run([*command, "-c", f"-I{SOURCES}", source, "-o", made])
+                own = (compiled / source.relative_to(SOURCES) if source.is_relative_to(SOURCES)
+                       else source)
+                _run([*command, "-c", f"-I{compiled}", own, "-o", made])
                 made.replace(kept)
         return kept
 
@@ -230,8 +257,7 @@ def target_image(memory_size: int = 311_296,
     FirmwareError
         If it does not compile, or does not fit.
     """
-    compiler = [*_zig("cc"), *TARGET, *COMMON, f"-I{SOURCES}",
-                f"-DPATH_RING={path_units(memory_size)}u"]
+    compiler = [*_zig("cc"), *TARGET, *COMMON, f"-DPATH_RING={path_units(memory_size)}u"]
     sources = _sources(HOST_ONLY)
     choices = [[] if str(path.relative_to(SOURCES)) in FAST else SMALL for path in sources]
     # zig's linker front end does not know --defsym.
@@ -239,12 +265,15 @@ def target_image(memory_size: int = 311_296,
 
     def build(folder: Path) -> None:
         progress("compiling the firmware")
+        compiled = _compiled_sources()
         (folder / "link.ld").write_text(script)
         with tempfile.TemporaryDirectory(dir=folder.parent) as objects:
             made = [Path(objects, f"{number}.o") for number in range(len(sources))]
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                list(pool.map(_run, ([*compiler, *choice, "-c", path, "-o", to] for
-                                     path, choice, to in zip(sources, choices, made, strict=True))))
+                list(pool.map(_run, (
+                    [*compiler, f"-I{compiled}", *choice, "-c",
+                     compiled / path.relative_to(SOURCES), "-o", to]
+                    for path, choice, to in zip(sources, choices, made, strict=True))))
             _run([*compiler, *made, "-Wl,--gc-sections", f"-Wl,-T,{folder / 'link.ld'}",
                   "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])

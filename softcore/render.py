@@ -5,6 +5,7 @@ Each function takes a table and returns the text of one file, without the notice
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import accumulate
 
 from softcore.tables import events
 from softcore.tables.causes import CAUSES, Cause
@@ -24,6 +25,7 @@ from softcore.tables.grbl import GRBL_SETTINGS, SOURCES, GrblSetting
 from softcore.tables.references import filled
 from softcore.tables.settings import GROUPS, SETTINGS, Setting
 from softcore.tables.states import State
+from softcore.texts import FIRST
 
 __all__ = ["causes_header", "conditions_header", "conditions_page", "events_gateware",
            "events_header", "events_page", "faults_header", "faults_page", "grbl_header",
@@ -192,6 +194,21 @@ def causes_header(table: Sequence[Cause]) -> str:
     lines = ["#pragma once", "", '#include "hal/regs.h"', "", "#define CAUSE_TEXTS \\"]
     rows = [f"    [CAUSE_{one.name.upper()}] = {_string(one.sentence)}" for one in table]
     return "\n".join([*lines, ", \\\n".join(rows)]) + "\n"
+
+
+def parts_header(parts: Sequence[str]) -> str:
+    """What each byte of the stored texts from the first on stands for, in C."""
+    def rows(numbers: Iterable[int]) -> list[str]:
+        every = [str(number) for number in numbers]
+        return ["    " + ", ".join(every[at:at + 16]) + "," for at in range(0, len(every), 16)]
+
+    edges = list(accumulate(map(len, parts), initial=0))
+    return "\n".join([
+        "#pragma once", "#include <stdint.h>", "", f"#define TEXT_PARTS_FIRST {FIRST}",
+        "/* Part n is that from TEXT_PARTS_AT[n] to the next. */",
+        f"static const uint16_t TEXT_PARTS_AT[{len(edges)}] = {{", *rows(edges), "};",
+        f"static const uint8_t TEXT_PARTS[{edges[-1]}] = {{", *rows("".join(parts).encode()), "};",
+    ]) + "\n"
 
 
 def faults_page(table: Sequence[Fault], settings: Sequence[Setting] = SETTINGS,

@@ -25,8 +25,8 @@ __all__ = ["NO_GATEWARE", "Top", "digest", "is_kept", "simulated", "simulation_n
 ROOT = Path(__file__).parents[1]
 # Sources beside the gateware's that have no part in it: a change of theirs needs no new layout.
 NO_GATEWARE = frozenset(f"softcore/{name}.py" for name in (
-    "generate", "image", "render", "tables/conditions", "tables/grbl", "tables/references",
-    "tables/settings"))
+    "generate", "image", "render", "tables/conditions", "tables/grbl", "tables/pairs",
+    "tables/references", "tables/settings", "texts"))
 SIMULATED_DIVISOR = 8  # clocks per bit of the serial link
 SIMULATED_JOURNAL = Journal(0xE0_0000, 16 * SECTOR, 80 * SECTOR)  # as on the ULX3S
 

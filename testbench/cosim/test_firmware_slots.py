@@ -13,6 +13,7 @@ from host.link.link import Link
 from softcore.flash import SECTOR
 from softcore.image import image_digest, target_image
 from softcore.soc import MEMORY_SIZE
+from softcore.texts import packed
 from softcore.top import SIMULATED_JOURNAL as REGION
 from testbench.cosim.terminal import Terminal
 from testbench.models import firmware_slots as model
@@ -21,10 +22,12 @@ LOADED_S = 12       # longest time of the loader at 2 MHz
 OLD = target_image(MEMORY_SIZE).read_bytes()
 
 
-def changed(image, version=b"0.2"):
+def changed(image, version="0.2"):
     """The firmware with another name, and its digest."""
-    assert image.count(b"Gapkeeper 0.1") == 1
-    body = image[:-4].replace(b"Gapkeeper 0.1", b"Gapkeeper " + version)
+    old, new = (packed(f"Gapkeeper {one}") for one in ("0.1", version))
+    assert image.count(old) == 1
+    assert len(old) == len(new)
+    body = image[:-4].replace(old, new)
     return body + struct.pack("<I", image_digest(model.words(body)))
 
 
@@ -156,11 +159,11 @@ def test_the_first_pieces_over_the_line_and_a_cut(on):
     session = on(memory(model.slot(NEW, base=BASE, tried=True, confirmed=True)))
     greeting(session)
     link = Link(Wire(session), lambda _: None)
-    for _, order in zip(range(40), command.orders(changed(OLD, b"0.3")), strict=False):
+    for _, order in zip(range(40), command.orders(changed(OLD, "0.3")), strict=False):
         link.command(order)
     flash = session.power_off()
     at = REGION.size + REGION.slot + SECTOR
-    assert flash[at:at + 39 * model.CHUNK] == changed(OLD, b"0.3")[:39 * model.CHUNK]
+    assert flash[at:at + 39 * model.CHUNK] == changed(OLD, "0.3")[:39 * model.CHUNK]
     session = on(flash)
     greeting(session)
     assert asked(session, "$I")[0] == "[VER:1.1h:Gapkeeper 0.2]"

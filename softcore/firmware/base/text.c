@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/text.h"
 
+#include "base/text_parts.h"
 #include "base/units.h"
 
 #define LONGEST_NUMBER 24 /* most characters of a number with its sign; fits TEXT_NUMBER */
@@ -47,18 +48,34 @@ static char *put_millimetres(char *at, int32_t pulses) {
     return put_unsigned(at, tenths % 10000, 4);
 }
 
+/* Write a character or, for a byte from TEXT_PARTS_FIRST on, the characters that it stands for:
+   softcore/texts.py stores the sentences so. Stops at the end. */
+static inline char *put_stored(char *at, char *end, char stored) {
+    unsigned part = (uint8_t)stored;
+    if (part < TEXT_PARTS_FIRST) {
+        *at = stored;
+        return at + 1;
+    }
+    const uint16_t *edge = &TEXT_PARTS_AT[part - TEXT_PARTS_FIRST];
+    const uint8_t *from = TEXT_PARTS + edge[0];
+    size_t count = edge[1] - edge[0], room = (size_t)(end - at);
+    for (char *behind = at + (count < room ? count : room); at != behind;)
+        *at++ = (char)*from++;
+    return at;
+}
+
 size_t text_vprint(char *buffer, size_t size, const char *format, va_list arguments) {
     static const char hex[] = "0123456789ABCDEF";
     char *at = buffer, *end = buffer + size - 1;
     for (char c; (c = *format) && at < end; format++) {
         if (c != '%') {
-            *at++ = c;
+            at = put_stored(at, end, c);
             continue;
         }
         c = *++format;
         if (c == 's') {
             for (const char *text = va_arg(arguments, const char *); *text && at < end;)
-                *at++ = *text++;
+                at = put_stored(at, end, *text++);
             continue;
         }
         if (end - at < LONGEST_NUMBER)

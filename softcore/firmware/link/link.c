@@ -95,8 +95,8 @@ __attribute__((noinline)) static unsigned take(unsigned entry) {
     }
 }
 
-/* Does an entry end an order? An order ends only at the start of a step, as its answer takes as
-   long as all bytes of a step. */
+/* Does an entry end an order? An order ends only at the start of a step, and no byte is taken behind
+   it, as its answer takes as long as all bytes of a step. */
 static bool ends_order(int entry) {
     return (entry == '\n' || entry == '\r') && !frame_open() && lines_order();
 }
@@ -109,7 +109,7 @@ link_come link_take(void) {
         spent = take((uint8_t)order_end);
         order_end = 0;
     }
-    while (spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0) {
+    while (come == LINK_NOTHING && spent < BURST && (entry = frame_receive(&spent, BURST)) >= 0) {
         if (spent && ends_order(entry)) {
             order_end = (char)entry;
             break;
@@ -133,5 +133,6 @@ bool link_step(bool taken) {
         }
     }
     frame_step();
-    return output_step() || taken;
+    /* An order and its answer take as long as the bytes that a step sends: those wait for the next. */
+    return (come <= LINK_TAKEN && output_step()) || taken;
 }

@@ -56,7 +56,7 @@ def test_a_line_that_orders_passed_while_it_waited_is_known_when_at_work(machine
     machine.send(b"".join(sent))
     for sender.number in range(2, 68):
         machine.send(sender.bytes("$RESUME"))
-        assert answers(machine.run(4)) == [f"ok @{sender.number}"]
+        assert answers(machine.run(5)) == [f"ok @{sender.number}"]
     assert until_answered(machine) == ["ok @0"]
     machine.send(sent[1])
     assert answers(machine.run(100)) == [], "it is at work"

@@ -28,7 +28,7 @@ STOREYS: dict[str, tuple[set[str], ...]] = {
     "softcore": (
         {"build", "generate"}, {"contents", "image", "render", "top"}, {"soc"},
         {"csr", "flash", "memory", "notice", "regmap", "sleep", "uart"},
-        {"cpu", "flashmap", "link_decoder", "safetymap", "scopemap"}, {"linkmap"},
+        {"cpu", "flashmap", "link_decoder", "safetymap", "scopemap", "texts"}, {"linkmap"},
         {"clock", "pins", "registers", "tables", "tools"}),
     "rtl": (
         {"controller"}, {"members", "report"}, {"gap"}, {"auxiliary", "motion", "power", "safety"},
