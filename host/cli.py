@@ -250,8 +250,9 @@ def plan(
         metavar="N", min=0, max=2**32 - 1,
         help="Seed of the networks. The same seed gives the same staircase.")] = 1,
     series: Annotated[bool, typer.Option(
-        "--series", help="Write the way as one block behind a depth series (G39).",
-    )] = False,
+        "--series", help="Write the way as one block behind a depth series (G39).")] = False,
+    jumps: Annotated[bool, typer.Option(
+        "--jumps", help="Clear the gap by periodic jumps (G38): a deep cavity needs it.")] = False,
     target: Annotated[Path | None, typer.Option(
         "-o", "--output", metavar="PROGRAM", dir_okay=False, show_default="none",
         help="File for the machining program.")] = None,
@@ -276,8 +277,8 @@ def plan(
     """
     from host.roughing.roughing import parts_of_step, roughing
     from host.roughing.staircase import Job
-    if series and target is None:
-        raise UsageError("--series needs a program to be written (-o).")
+    if (series or jumps) and target is None:
+        raise UsageError(f"--{'series' if series else 'jumps'} needs a program to be written (-o).")
     if picture is None and target is not None:
         picture = target.with_suffix(".png")
     if target and picture and os.path.realpath(picture) == os.path.realpath(target):
@@ -287,7 +288,7 @@ def plan(
     roughing(electrode=electrode, workpiece=workpiece,
              job=Job(area, undersize, depth, taper, parts_of_step(step), finish),
              seed=seed, folder=folder, target=target, picture=picture, depth_series=series,
-             console=out)
+             jumps=jumps, console=out)
     if port is not None:
         from host.roughing.load import load
         load(electrode, workpiece, folder, port, baud=baud, console=out)

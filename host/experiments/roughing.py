@@ -63,7 +63,6 @@ MACHINE, ELECTRODE, WORKPIECE = "cavity", "copper", "steel"
 AREA_MM2, UNDERSIZE_UM, DEPTH_MM = 70.0, 110.0, 8.0
 SEED = 1                    # of the networks
 ARMS = ("constant", "staircase", "highest")
-JUMP = "G38 P400 L1. R900 H900"     # a deep cavity without flushing needs it
 LONGEST_S = 1200.0          # of the machine's time; a run that takes longer counts as stopped
 KINDS = ("ok", "open", "dame", "short")
 
@@ -120,12 +119,7 @@ def machine_for(parts: int = 1) -> Machine:
 def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
     """The program as the planner writes it, one block behind its depth series, with jumps."""
     near = neighbours(data, AREA_MM2)
-    text = program(staircase_for(trial, data), near, depth_series=True)
-    lines = text.splitlines()
-    begin = next(index for index, line in enumerate(lines) if line.endswith(" M03"))
-    end = next(index for index, line in enumerate(lines) if line.endswith(" M05"))
-    return encode("\n".join([*lines[:begin + 1], JUMP, *lines[begin + 1:end], "G38 P0",
-                             *lines[end:], ""]))
+    return encode(program(staircase_for(trial, data), near, depth_series=True, jumps=True))
 
 
 def run(trial: Trial) -> Record:

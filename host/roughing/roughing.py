@@ -46,8 +46,8 @@ from softcore.tables.conditions import (
 )
 from softcore.tables.settings import assign, named
 
-__all__ = ["BUILT_IN", "condition", "conditions", "parts_of_step", "plot", "program", "roughing",
-           "table"]
+__all__ = ["BUILT_IN", "JUMP", "condition", "conditions", "parts_of_step", "plot", "program",
+           "roughing", "table"]
 
 # Of the controller's own conditions: current (IP), number, on- and off-time (us).
 BUILT_IN = ladder()
@@ -58,6 +58,7 @@ AMPERES = IP_MA / 1000  # of one IP
 # A pulse must be longer than the blanking, in which the gap is not observed.
 LEAST_ON_US = (named("blanking_ns").default + named("settle_ns").default) // 1000 + 1
 LIMITS = ((0, "R300 L0.5 H600 E60 Q0.1"), (1500, "R900 L2. H900 Q0.2"), (6000, "L5."))
+JUMP = "G38 P400 L1. R900 H900"     # 1 mm up after each 0.4 s of machining
 DEPTH_SERIES_LIMIT = "R900 L5. H900 E60 Q0.2 Z1."
 MOST_PARTS = 20
 MOST_LABELS = 8     # in the plot
@@ -190,10 +191,12 @@ def _depth_series(steps: Sequence[Step], numbers: list[int]) -> Iterator[str]:
     yield "G39"
 
 
-def program(found: Staircase, data: list[BasicData], *, depth_series: bool = False) -> str:
+def program(found: Staircase, data: list[BasicData], *, depth_series: bool = False,
+            jumps: bool = False) -> str:
     """Machining program of a staircase: Z 0 is the top of the workpiece.
 
-    It sinks to the depth of the job less the stock that the last step leaves on the bottom.
+    It sinks to the depth of the job less the stock that the last step leaves on the bottom; with
+    ``jumps`` it clears the gap by periodic jumps on the way.
 
     Raises
     ------
@@ -214,10 +217,10 @@ def program(found: Staircase, data: list[BasicData], *, depth_series: bool = Fal
         number = named("current_step_ma").number
         comments.append(f"NEEDS SETTING {number} AT {_step_ma(job.steps)}, MA OF ONE STEP OF THE "
                         "POWER SUPPLY")
+    way = _depth_series(steps, numbers) if depth_series else _way(steps, numbers)
     blocks = ["G21 G90", *entered, f"C{numbers[0]}", "G95 P1",
               f"G36 {DEPTH_SERIES_LIMIT if depth_series else LIMITS[0][1]}", "M08", "M03",
-              *(_depth_series(steps, numbers) if depth_series else _way(steps, numbers)),
-              "M05", "G94", "G00 Z2.", "M09", "M02"]
+              *([JUMP, *way, "G38 P0"] if jumps else way), "M05", "G94", "G00 Z2.", "M09", "M02"]
     return "\n".join(["%", *(f"({_plain(one)})" for one in comments),
                       *(f"N{10 * n} {block}" for n, block in enumerate(blocks, 1)), "%", ""])
 
@@ -323,7 +326,7 @@ def _write(path: Path, write: Callable[[], object]) -> None:
 
 
 def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Path,
-             target: Path | None, picture: Path | None, depth_series: bool,
+             target: Path | None, picture: Path | None, depth_series: bool, jumps: bool,
              console: Console) -> None:
     """Infer the staircase of a job and show it; write its program and its plot if asked for."""
     data = read_all(electrode, workpiece, folder)
@@ -331,7 +334,8 @@ def roughing(*, electrode: str, workpiece: str, job: Job, seed: int, folder: Pat
     # Files are written before anything is printed: the reader of a pipe may close it early.
     written = []
     if target is not None:
-        text = program(found, neighbours(data, job.area_mm2), depth_series=depth_series)
+        text = program(found, neighbours(data, job.area_mm2), depth_series=depth_series,
+                       jumps=jumps)
         _write(target, lambda: target.write_text(text, encoding="utf-8"))
         written.append(f"{target}: {text.count(chr(10))} lines")
         if job.steps > 1:

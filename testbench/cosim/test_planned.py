@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from host.experiments.roughing import JUMP, machine_for
+from host.experiments.roughing import machine_for
 from host.roughing.basic import read_all
-from host.roughing.roughing import condition, program
+from host.roughing.roughing import JUMP, condition, program
 from host.roughing.staircase import Job, neighbours, plan
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped

@@ -34,8 +34,8 @@ def program(workdir):
 @pytest.mark.parametrize(("command", "words"), [
     ([], ["run", "simulate", "tape", "plan", "experiment", "build", "bench"]),
     (["plan"], ["--electrode", "--workpiece", "--area", "--undersize", "--depth", "--taper",
-                "--finish", "--step", "--seed", "--series", "-o", "--plot", "--data", "--load",
-                "--baud"]),
+                 "--finish", "--step", "--seed", "--series", "--jumps", "-o", "--plot",
+                 "--data", "--load", "--baud"]),
     (["experiment"], ["fluid", "gap", "removal", "roughing", "networks"]),
     (["experiment", "networks"], ["--jobs", "--out"]),
     (["experiment", "fluid"], ["--seeds", "--out"]),

@@ -15,6 +15,7 @@ from host.places import ROOT
 from host.roughing.basic import read_all
 from host.roughing.roughing import (
     BUILT_IN,
+    JUMP,
     LIMITS,
     condition,
     conditions,
@@ -90,6 +91,20 @@ def test_the_reference_case_is_a_program_that_the_firmware_takes(checker):
     assert [(number, depth) for number, depth, _ in moves
             if depth not in (1500, 6000)] == steps
     assert [depth for _, depth, _ in moves] == [1500, steps[0][1], 6000, steps[1][1], 14_970]
+
+
+@pytest.mark.parametrize("series", [False, True])
+def test_with_jumps_the_way_is_cleared_while_it_machines(checker, series):
+    found = plan(DATA, Job(70, 110, 15))
+    plain, jumping = (program(found, DATA, depth_series=series, jumps=jumps).splitlines()
+                      for jumps in (False, True))
+    words = [line.split(" ", 1)[-1] for line in jumping]
+    assert words[words.index("M03") + 1] == JUMP
+    assert words[words.index("M05") - 1] == "G38 P0"
+    assert [word for word in words if "G38" not in word] == [
+        line.split(" ", 1)[-1] for line in plain]
+    records = checker.check(encode("\n".join([*jumping, ""])).rows)
+    assert isinstance(records, list), records
 
 
 @pytest.mark.parametrize("steps", [
@@ -279,6 +294,7 @@ def test_a_name_of_a_material_may_be_anything(tmp_path, recwarn):
     (["--area", 0.5], 1, "the area of 0.5 mm2 is outside of the basic data (20 to 400 mm2)."),
     (["--electrode", "silver"], 1, "there are no basic data of silver on steel in "),
     (["--series"], 2, "--series needs a program to be written (-o)."),
+    (["--jumps"], 2, "--jumps needs a program to be written (-o)."),
     (["--step", 0.4], 2, "the supply's step must be 1 IP or a whole part of it"),
     (["--undersize", 150, "--step", 0.2, "-o", "build/never.nc"], 1,
      "the controller sets the power supply to 63 of its steps at most, IP 12.6, so no program can "
