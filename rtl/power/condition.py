@@ -34,8 +34,9 @@ class Condition(wiring.Component):
     words are 0 (no current) except the short level.
 
     ``latched`` and ``settled`` say whether the power supply and the comparators follow the words
-    in force. The next words wait for that: they stay ``pending``, and come into force when those
-    before them are whole outside, and no pulse is under way.
+    in force. The words do not wait for that: if another condition comes meanwhile, the newest
+    one is taken, and the wait begins anew for what it changes. So a condition that was never
+    whole outside gets no pulse, and its successor is not late.
 
     Parameters
     ----------
@@ -91,8 +92,7 @@ class Condition(wiring.Component):
         m.submodules.settling = settling = self.settling
         registers, words = self.registers, self.words
         m.d.comb += [
-            switch.between.eq(self.between & self.latched & self.settled),
-            switch.position.eq(self.position),
+            switch.between.eq(self.between), switch.position.eq(self.position),
             self.count.eq(switch.count), self.at.eq(switch.at), self.switched.eq(switch.switched),
             switch.commit.eq(registers.order_strobe & registers.order_commit),
             switch.disarm.eq(registers.order_strobe & registers.order_disarm),

@@ -104,10 +104,6 @@ BLOCKS = (
         "rtl/power/condition.py", "unit/rtl/test_condition.py",
         ("with m.If(switch.take):", "with m.If(switch.pending):",
          "words come into force between two pulses"),
-        ("self.between & self.latched & self.settled)", "self.between & self.latched)",
-         "a condition waits until the comparators follow the one before"),
-        ("self.between & self.latched & self.settled)", "self.between & self.settled)",
-         "and until the supply does"),
     ),
     *breaks_of(
         "rtl/power/condition_switch.py", "unit/rtl/test_condition_switch.py",

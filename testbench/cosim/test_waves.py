@@ -238,8 +238,12 @@ def test_gtkwave_opens_the_view_without_a_complaint(machine, workdir):
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=1, trace=False,
                     waves=workdir) as session:
         session.run(1000)
-    (workdir / "ask.tcl").write_text('puts "shown: [gtkwave::getDisplayedSignals]"\n'
-                                     "gtkwave::/File/Quit\n")
+    (workdir / "ask.tcl").write_text(
+        'puts "shown: [gtkwave::getDisplayedSignals]"\n'
+        "gtkwave::setMarker 0\n"
+        "foreach one [gtkwave::getDisplayedSignals] {\n"
+        '    puts "value: $one [gtkwave::getTraceValueAtMarkerFromName $one]"\n'
+        "}\ngtkwave::/File/Quit\n")
     done = subprocess.run(["xvfb-run", "-a", "gtkwave", "--script=ask.tcl", "waves.gtkw"],
                           cwd=workdir, capture_output=True, text=True, timeout=120, check=False)
     said = (done.stdout + done.stderr).splitlines()
@@ -247,8 +251,13 @@ def test_gtkwave_opens_the_view_without_a_complaint(machine, workdir):
                 for name, bits in shown(workdir)[0].items()]
     (told,) = (line for line in said if line.startswith("shown: "))
     assert told.split()[1:] == expected
-    usual = re.compile(r"shown: |GTKWave Analyzer |FSTLOAD \| (Processing|Built|Building|Sorting) "
-                       r"|GTKWAVE \| Executing Tcl script |Exiting\.|\s*$")
+    values = dict(line.split()[1:3] for line in said if line.startswith("value: "))
+    named = {name: signal.names for signal in SIGNALS if signal.names
+             for name in expected if name.partition("[")[0] == signal.path}
+    assert len(named) > 2
+    assert all(values[name] in NAMES[names] for name, names in named.items()), values
+    usual = re.compile(r"shown: |value: |GTKWave Analyzer |GTKWAVE \| Executing Tcl script "
+                       r"|FSTLOAD \| (Processing|Built|Building|Sorting) |Exiting\.|\s*$")
     assert [line for line in said if not usual.match(line)] == []
 
 

@@ -21,7 +21,7 @@ struct Words {
 };
 
 struct Figures {
-    uint64_t switches, hasty, queued, pulses, mixed, sensing, early, longest, longest_latch, shortest,
+    uint64_t switches, skipped, pulses, mixed, sensing, early, longest, longest_latch, shortest,
         clocks;
 };
 
@@ -51,16 +51,15 @@ public:
             while (taken_ == n)
                 clock();
             // The next one comes while this one is on its way, or at least a pulse later.
-            if (below(4) == 0) {
-                figures_.queued += first_;
+            if (below(4) == 0)
                 continue;
-            }
             while (first_)
                 clock();
         }
         while (first_)
             clock();
         figures_.switches = taken_;
+        figures_.skipped -= 1;     // what was in force after reset
         return figures_;
     }
 
@@ -98,7 +97,6 @@ private:
 
     // These words come into force in the next clock.
     void changed(const Words& words) {
-        figures_.hasty += figures_.clocks && !followed();
         supply_changed_ = words.supply != in_force_.supply;
         reference_changed_ = false;
         for (int i = 0; i < REFERENCES; ++i) {
@@ -109,16 +107,17 @@ private:
             }
             target_[i] = level;
         }
+        if (first_)
+            ++figures_.skipped;
+        waits_ = first_ && waits_ ? waits_ : supply_changed_ || reference_changed_;
+        follows_ = first_;
         in_force_ = words;
-        behind_ = first_;
         first_ = true;
         since_ = figures_.clocks;
     }
 
-    bool whole() const { return top_.gap_level == in_force_.level && followed(); }
-
-    bool followed() const {
-        if (!supplied())
+    bool whole() const {
+        if (top_.gap_level != in_force_.level || !supplied())
             return false;
         for (int i = 0; i < REFERENCES; ++i)
             if (std::abs(filters_[i].volts() - target_[i]) > allowed_[i])
@@ -163,12 +162,13 @@ private:
             wanted_ = std::max(1u, in_force_.on);
             poor_ = false;
             const uint64_t waited = figures_.clocks - since_;
-            if (first_ && (reference_changed_ || behind_))
-                figures_.longest = std::max(figures_.longest, waited);
-            else if (first_ && supply_changed_)
-                figures_.longest_latch = std::max(figures_.longest_latch, waited);
-            else if (first_)
-                figures_.shortest = std::min(figures_.shortest, waited);
+            if (first_ && !follows_) {
+                auto& longest = reference_changed_ ? figures_.longest : figures_.longest_latch;
+                if (waits_)
+                    longest = std::max(longest, waited);
+                else
+                    figures_.shortest = std::min(figures_.shortest, waited);
+            }
             first_ = false;
         }
         ++length_;
@@ -188,8 +188,8 @@ private:
     Words in_force_, staged_;
     Figures figures_{};
     uint64_t taken_ = 0, since_ = 0, length_ = 0, wanted_ = 0;
-    bool first_ = false, behind_ = false, on_ = false, sense_ = false, poor_ = false,
-         supply_changed_ = false, reference_changed_ = false;
+    bool first_ = false, follows_ = false, waits_ = false, on_ = false, sense_ = false,
+         poor_ = false, supply_changed_ = false, reference_changed_ = false;
 };
 
 }  // namespace
@@ -197,8 +197,8 @@ private:
 extern "C" void at_pins_run(uint64_t switches, uint64_t seed, double clock_us, double rc_us,
                             uint64_t* out) {
     const Figures found = Bench(seed, clock_us, rc_us).run(switches);
-    const uint64_t list[] = {found.switches, found.hasty, found.queued, found.pulses,
-                             found.mixed, found.sensing, found.early, found.longest, found.longest_latch,
+    const uint64_t list[] = {found.switches, found.skipped, found.pulses, found.mixed,
+                             found.sensing, found.early, found.longest, found.longest_latch,
                              found.shortest, found.clocks};
     std::copy(std::begin(list), std::end(list), out);
 }

@@ -110,25 +110,23 @@ class Figures:
 
     Members
     -------
-    switches, hasty, queued : int
-        Conditions put in force, those of them that came before the outside followed the one before,
-        and those that were ordered before the first pulse of the one before.
+    switches, skipped : int
+        Conditions put in force, and those of them that the next one replaced before any pulse.
     pulses, mixed : int
         Pulses of the discharge, and those of them with a part of another condition at the pins.
     sensing, early : int
         Sensing pulses, and those of them at a supply that did not follow its order.
     longest, longest_latch : int
-        Clocks from a change to the first pulse of the discharge, at most: if a reference changed
-        or the condition before had no pulse, and if otherwise the supply alone did.
+        Clocks from a change to the first pulse of the discharge, at most: if a reference changed,
+        and if the supply alone did.
     shortest : int
-        The same at least, of the others.
+        The same at least, if neither changed.
     clocks : int
         Clocks of the run.
     """
 
     switches: int
-    hasty: int
-    queued: int
+    skipped: int
     pulses: int
     mixed: int
     sensing: int

@@ -36,9 +36,8 @@ def looked_at(switches, seed):
     found = switched(switches, seed=seed, **ulx3s())
     print(found)
     assert (found.switches, found.mixed, found.early) == (switches, 0, 0)
-    assert found.hasty == 0, "a condition that comes meanwhile waits"
     assert found.pulses > 2 * switches
-    assert found.queued > 0.1 * switches
+    assert 0.1 * switches < found.skipped < 0.4 * switches
     # No wait without a reason, and none much longer than the outside takes.
     assert found.shortest < 100
     assert LATCH < found.longest_latch <= LATCH + 10
