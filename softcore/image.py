@@ -45,7 +45,7 @@ TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+c+zicsr"
 # Size is the rule (zig takes -Oz for -Os, so the compiler itself is told).
 SMALL = ["-Xclang", "-Oz"]
 # The few sources compiled for speed, as every block and every line pass through them. They took a
-# block of 10 um from 20 060 clocks to 17 860, for 6 KB (today 16 530; at most 18 200,
+# block of 10 um from 20 060 clocks to 17 860, for 6 KB (today 17 740; at most 18 200,
 # `cosim/test_retrace.py`). Fifteen more sources took another 370 off, for 3 KB.
 FAST = frozenset({"app/main_loop.c", "app/program.c", "base/text.c", "base/units.c",
                   "hal/hal_regs.c", "link/link.c", "link/output.c",

@@ -16,7 +16,6 @@ from host.experiments.roughing import (
     AREA_MM2,
     ARMS,
     FIGURES,
-    JUMP,
     SWEEP,
     Trial,
     machine_for,
@@ -32,6 +31,7 @@ from host.experiments.roughing import (
     tape_for,
 )
 from host.roughing.basic import read_all
+from host.roughing.roughing import JUMP
 from host.roughing.staircase import neighbours
 from host.roughing.synthetic import undersize_um
 from host.tape.tape import decode
