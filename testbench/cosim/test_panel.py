@@ -22,6 +22,7 @@ from pathlib import Path
 import pytest
 
 from host.places import ROOT
+from testbench.installed import left_out
 
 FIRST_S = 10.0      # from the command to the first picture, with all built
 ANSWER_S = 240.0    # to the first answer, if the machine must be built
@@ -35,11 +36,8 @@ def chromium():
     """Path of the system's Chromium."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
-        said = ("left out: the panel in a browser, as this computer has no Chromium "
-                "(apt-get install chromium)")
-        if os.environ.get("GAPKEEPER_BROWSER") == "needed":
-            pytest.fail(said)
-        pytest.skip(said)
+        left_out("the panel in a browser, as this computer has no Chromium", "chromium",
+                 "GAPKEEPER_BROWSER")
     return found
 
 

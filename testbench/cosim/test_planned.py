@@ -33,14 +33,6 @@ def planned(data, job):
     return found
 
 
-def jumping(text, jump):
-    """The program with periodic jumps while it machines."""
-    lines = text.splitlines()
-    begin = next(at for at, line in enumerate(lines) if line.endswith(" M03")) + 1
-    end = next(at for at, line in enumerate(lines) if line.endswith(" M05"))
-    return encode("\n".join([*lines[:begin], jump, *lines[begin:end], "G38 P0", *lines[end:], ""]))
-
-
 @dataclass
 class Forced:
     """A short that begins at a depth and clears above a smaller one; both in mm, upwards."""
@@ -98,9 +90,9 @@ def check_events(events, steps, by):
     assert causes["short"] >= 1
 
 
-def run_and_check(machine, found, data, *, series, jump, forced):
+def run_and_check(machine, found, data, *, series, forced, jump=JUMP):
     """Run the program of a staircase in one of its two forms, with all checks."""
-    tape = jumping(program(found, data, depth_series=series), jump)
+    tape = encode(program(found, data, depth_series=series, jumps=True).replace(JUMP, jump))
     done, record = machined(machine, tape, *forced)
     origin = round(machine.initial_gap_mm * MM)
     check_events(done.events, found.steps, "series" if series else "program")
@@ -131,7 +123,7 @@ def test_the_reference_job_has_each_current_from_its_depth_on(series):
     data = read_all("copper", "steel")
     found = planned(data, Job(70, 110, 15))
     first = -found.steps[0].depth_um / 1000
-    run_and_check(machine_for(), found, neighbours(data, 70), series=series, jump=JUMP,
+    run_and_check(machine_for(), found, neighbours(data, 70), series=series,
                   forced=(first - 0.2, first + 0.1))
 
 

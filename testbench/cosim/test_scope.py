@@ -10,6 +10,7 @@ from host.run.simulation import Simulation as Piped
 from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import PULSES
 from softcore.top import Top
+from testbench.cosim.record import WATCHDOG, Record
 from testbench.native.simulation import Simulation
 
 MACHINE = load("sinker")
@@ -170,15 +171,17 @@ def test_the_trigger_of_a_short_is_the_rise_of_ss_and_the_cut_goes_on():
                     trace=False) as session:
         bench = Bench(session)
         bench.cut()
-        session.watch(("gap_status_shorted", "path_status_state"))
+        session.watch(("gap_status_shorted", "path_status_state", *WATCHDOG))
 
         def short(state):
             session.set("force.short", 1 if state == "armed" else -1)
 
         record = bench.record(Trigger("short", before=25), meanwhile=short)
         at = record.trigger
-        rises = [clock for clock, name, value in session.changes()
-                 if name == "gap_status_shorted" and value]
+        seen = Record()
+        seen.extend(session.changes())
+        rises = seen.rises("gap_status_shorted")
+        seen.watched_well(session.clock_hz)     # the record's lines are the longest that are sent
         assert record.cycle + RESET in rises
         assert record.levels["shorted"][at]
         assert not record.levels["shorted"][at - 1]

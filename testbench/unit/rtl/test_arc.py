@@ -6,19 +6,19 @@ import math
 import pytest
 
 from rtl.motion.arc import ArcDistributor
+from testbench.checkers.steps import Steps
 from testbench.models.arc_piece import circle_piece
 from testbench.refusal import refuses
 
 RADII = (2, 3.5, 7, 20, 100.4, 1000, 30_000, 10_000_000)
 
 
-class Bench:
+class Bench(Steps):
     """A distributor and its place on the piece."""
 
     def __init__(self, *, axes=3, major=0, minor=1):
-        self.dut = ArcDistributor(axes=axes)
+        super().__init__(ArcDistributor(axes=axes))
         self.axes = major, minor
-        self.position = [0] * axes
 
     def set_piece(self, ctx, piece, *, at_end=False):
         """Enter a piece at either end."""
@@ -46,12 +46,6 @@ class Bench:
         await self.clock(ctx)
         ctx.set(self.dut.enter, 0)
         await self.clock(ctx)
-
-    async def clock(self, ctx):
-        await ctx.tick()
-        for axis in range(self.dut.axes):
-            if ctx.get(self.dut.pi[axis]):
-                self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
 
     def expected(self):
         """Places of the axes by the closed form."""

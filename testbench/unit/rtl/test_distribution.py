@@ -6,6 +6,7 @@ import pytest
 from rtl.motion.arc import ArcDistributor
 from rtl.motion.distribution import Distributor
 from rtl.motion.distributor import LineDistributor
+from testbench.checkers.steps import Steps
 from testbench.models.arc_piece import circle_piece
 from testbench.models.distributor import steps
 
@@ -13,12 +14,11 @@ AXES = 3
 PLANES = ((0, 1), (2, 0), (1, 2))   # major axis, minor axis
 
 
-class Bench:
+class Bench(Steps):
     """A distributor, and its place on a segment whose axes' steps have a closed form."""
 
     def __init__(self):
-        self.dut = Distributor(axes=AXES)
-        self.position = [0] * AXES
+        super().__init__(Distributor(axes=AXES))
         self.forms = [lambda _: 0] * AXES
         self.arc = ()           # axes of the arc
         self.place = self.length = 0
@@ -52,16 +52,7 @@ class Bench:
         self.origin = list(self.position)
         self.place, self.length, self.arc = 0, length, ()
         self.forms = [lambda place, whole=whole: steps(place, length, whole) for whole in travel]
-        ctx.set(self.dut.length, length)
-        for port, value in zip(self.dut.travel, travel, strict=True):
-            ctx.set(port.magnitude, abs(value))
-            ctx.set(port.negative, value < 0)
-
-    async def clock(self, ctx):
-        await ctx.tick()
-        for axis in range(AXES):
-            if ctx.get(self.dut.pi[axis]):
-                self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
+        self.set_segment(ctx, length, travel)
 
     async def pulse(self, ctx, step):
         """One path pulse: each axis steps 2 clocks later, those of an arc 5 clocks later."""

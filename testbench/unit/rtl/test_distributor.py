@@ -6,6 +6,7 @@ from fractions import Fraction
 import pytest
 
 from rtl.motion.distributor import LineDistributor
+from testbench.checkers.steps import Steps
 from testbench.models.distributor import steps
 from testbench.refusal import refuses
 from testbench.some import some
@@ -13,27 +14,14 @@ from testbench.some import some
 LONGEST = (1 << 30) - 1
 
 
-class Bench:
+class Bench(Steps):
     """A distributor with a place on its segment."""
-
-    def __init__(self, dut):
-        self.dut = dut
-        self.position = [0] * dut.axes
 
     async def segment(self, ctx, length, travel):
         self.length, self.travel = length, travel
         self.place = 0
         self.origin = list(self.position)
-        ctx.set(self.dut.length, length)
-        for port, value in zip(self.dut.travel, travel, strict=True):
-            ctx.set(port.magnitude, abs(value))
-            ctx.set(port.negative, value < 0)
-
-    async def clock(self, ctx):
-        await ctx.tick()
-        for axis in range(self.dut.axes):
-            if ctx.get(self.dut.pi[axis]):
-                self.position[axis] += -1 if ctx.get(self.dut.pi_reverse[axis]) else 1
+        self.set_segment(ctx, length, travel)
 
     async def pulse(self, ctx, step, spacing=3):
         """One path pulse; the axes reach their new places 2 clocks later."""
