@@ -24,7 +24,7 @@ __all__ = ["OBJECTS", "FirmwareError", "address_runtime", "among", "host_library
 
 SOURCES = Path(__file__).parent / "firmware"
 BUILD = Path(__file__).parents[1] / "build" / "firmware"
-OBJECTS = BUILD / "objects"     # of the library
+OBJECTS = BUILD / "objects"     # of images and libraries
 
 PACKING = Path(texts.__file__).read_bytes()     # how sentences are stored; the pairs are a header
 
@@ -60,6 +60,7 @@ SANITIZE = {
 }
 
 
+RING = "path/history.c"     # alone depends on the size of the memory
 # Bytes for the firmware without the history of the path, including its stack and some room to grow;
 # and bytes of a unit of that history (a line is one unit, an arc two).
 BESIDE_PATH = 180_224
@@ -179,18 +180,13 @@ def _cached(name: str, command: Sequence[str | Path], build: Callable[[Path], No
     return result
 
 
-def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
-    """Object file of each source, compiled for this computer as in the library.
+def _objects(sources: Sequence[Path], command: list[str],
+             own: Callable[[Path], list[str]] = lambda _: []) -> list[Path]:
+    """Object file of each source, compiled by a command and with the options of its ``own``.
 
-    They are kept by what they are made of, all headers included: after a change of one source the
-    others are not compiled again.
-
-    Raises
-    ------
-    FirmwareError
-        If one does not compile.
+    They are kept by what they are made of, all headers included: after a change of one source, or
+    for another memory, the others are not compiled again.
     """
-    command = _host_command(sanitize)
     compiled = _compiled_sources()
     base = hashlib.sha256(PACKING + repr((command, _version(command))).encode())
     for path in sorted(SOURCES.rglob("*.h")):
@@ -199,19 +195,30 @@ def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
 
     def one(source: Path) -> Path:
         total = base.copy()
-        total.update(source.read_bytes())
+        total.update(repr(own(source)).encode() + source.read_bytes())
         kept = OBJECTS / f"{source.stem}-{total.hexdigest()[:16]}.o"
         if not kept.exists():
             with tempfile.TemporaryDirectory(dir=OBJECTS) as place:
                 made = Path(place) / kept.name
-                own = (compiled / source.relative_to(SOURCES) if source.is_relative_to(SOURCES)
-                       else source)
-                _run([*command, "-c", f"-I{compiled}", own, "-o", made])
+                packed = (compiled / source.relative_to(SOURCES)
+                          if source.is_relative_to(SOURCES) else source)
+                _run([*command, *own(source), "-c", f"-I{compiled}", packed, "-o", made])
                 made.replace(kept)
         return kept
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(one, sources))
+
+
+def host_objects(sources: Sequence[Path], sanitize: str = "") -> list[Path]:
+    """Object file of each source, compiled for this computer as in the library.
+
+    Raises
+    ------
+    FirmwareError
+        If one does not compile.
+    """
+    return _objects(sources, _host_command(sanitize))
 
 
 def _host_command(sanitize: str) -> list[str]:
@@ -257,32 +264,31 @@ def target_image(memory_size: int = 311_296,
     FirmwareError
         If it does not compile, or does not fit.
     """
-    compiler = [*_zig("cc"), *TARGET, *COMMON, f"-DPATH_RING={path_units(memory_size)}u"]
+    compiler = [*_zig("cc"), *TARGET, *COMMON]
     sources = _sources(HOST_ONLY)
-    choices = [[] if str(path.relative_to(SOURCES)) in FAST else SMALL for path in sources]
+    ring = f"-DPATH_RING={path_units(memory_size)}u"
+
+    def own(source: Path) -> list[str]:
+        place = str(source.relative_to(SOURCES))
+        return [*([] if place in FAST else SMALL), *([ring] if place == RING else [])]
+
     # zig's linker front end does not know --defsym.
     script = f"__ram_size = {memory_size};\n" + (SOURCES / "hal" / "link.ld").read_text()
 
     def build(folder: Path) -> None:
         progress("compiling the firmware")
-        compiled = _compiled_sources()
+        made = _objects(sources, compiler, own)
         (folder / "link.ld").write_text(script)
-        with tempfile.TemporaryDirectory(dir=folder.parent) as objects:
-            made = [Path(objects, f"{number}.o") for number in range(len(sources))]
-            with ThreadPoolExecutor(os.cpu_count()) as pool:
-                list(pool.map(_run, (
-                    [*compiler, f"-I{compiled}", *choice, "-c",
-                     compiled / path.relative_to(SOURCES), "-o", to]
-                    for path, choice, to in zip(sources, choices, made, strict=True))))
-            _run([*compiler, *made, "-Wl,--gc-sections", f"-Wl,-T,{folder / 'link.ld'}",
-                  "-o", folder / "firmware.elf"])
+        _run([*compiler, *made, "-Wl,--gc-sections", f"-Wl,-T,{folder / 'link.ld'}",
+              "-o", folder / "firmware.elf"])
         _run([*_zig("objcopy"), "-O", "binary", folder / "firmware.elf", folder / "firmware.bin"])
         image = folder / "firmware.bin"
         if not image.stat().st_size:
             raise FirmwareError("objcopy has written an empty image")
         image.write_bytes(_with_digest(image.read_bytes()))
 
-    return _cached("firmware.bin", [*compiler, *sources, *map(str, choices), script], build)
+    return _cached("firmware.bin", [*compiler, *sources, *map(repr, map(own, sources)), script],
+                   build)
 
 
 def host_library(sanitize: str = "") -> Path:

@@ -39,6 +39,18 @@ def test_image_is_the_same_every_time_and_built_once():
     assert again != path, "another memory is another image: the stack begins elsewhere"
 
 
+def test_another_memory_compiles_one_source_again(monkeypatch, tmp_path):
+    image.target_image()
+    ran = []
+    run = image._run
+    monkeypatch.setattr(image, "BUILD", tmp_path)
+    monkeypatch.setattr(image, "_run", lambda command: (ran.append(command), run(command)))
+    image.target_image(SMALLEST)
+    compiled = [Path(command[command.index("-o") - 1]) for command in ran if "-c" in command]
+    assert {path.relative_to(path.parents[1]) for path in compiled} <= {Path(image.RING)}
+    assert len(ran) - len(compiled) == 2, "linked, and copied as bytes"
+
+
 def test_memory_too_small_is_refused():
     with pytest.raises(image.FirmwareError, match="does not fit"):
         image.target_image(49_152)
