@@ -15,7 +15,7 @@ from pathlib import Path
 from softcore import top
 from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from testbench import tools
-from testbench.native import compiling, controller, probes
+from testbench.native import compiling, controller, probes, verilated
 from testbench.native.compiling import BUILD
 from testbench.native.signals import RECORDED
 
@@ -73,9 +73,10 @@ def verilog(clock_hz: int, progress: Progress, options: Options = USUAL) -> list
         progress("writing the controller as Verilog")
         tools.use_packaged()
         for index, text in enumerate(top.simulation_verilog(clock_hz, **options)):
-            (folder / f"controller_{index}.v").write_text(text)
+            (folder / f"controller_{index}.v").write_text(verilated.in_loops(text))
 
-    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *options.items())
+    key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *options.items(),
+                           sources=[HERE / "verilated.py"])
     return sorted(compiling.kept(BUILD / f"verilog-{key}", build).glob("*.v"))
 
 

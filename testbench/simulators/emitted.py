@@ -175,7 +175,7 @@ def _public(emitted: Emitted) -> str:
 def _build(text: str, public: str, folder: Path, *, waves: bool) -> None:
     """Make ``top.so`` of a netlist as RTLIL, with Verilator's configuration."""
     source = folder / "top.v"
-    source.write_text(verilog._convert_rtlil_text(text))
+    source.write_text(verilated.in_loops(verilog._convert_rtlil_text(text)))
     configuration = folder / "public.vlt"
     configuration.write_text(public)
     options = OPTIONS + (WAVES if waves else [])
@@ -207,7 +207,7 @@ def library(emitted: Emitted, *, waves: bool = False) -> Path:
     key = compiling.digest(emitted.text, public, waves, VERILATE, OPTIONS, STOPPING, STOP, MODEL,
                            UNOPTIMISED, RUNTIME, HEADERS, WAVES, verilated.KEY,
                            compiler.command, compiler.version, version("amaranth"),
-                           version("cocotb"))
+                           version("cocotb"), sources=[Path(verilated.__file__)])
 
     def build(folder):
         _build(emitted.text, public, folder, waves=waves)
