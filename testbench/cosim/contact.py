@@ -9,7 +9,7 @@ from rtl.states import State
 from softcore.tables.causes import numbers
 from softcore.tables.faults import alarm_number
 from softcore.tables.settings import named
-from testbench.cosim.job import Data, Job, program
+from testbench.cosim.job import PATIENCE_S, Data, Job, program
 from testbench.native.station import Session
 
 __all__ = ["WAYS", "bridged", "out_again", "touches", "with_hole"]
@@ -99,8 +99,10 @@ def _check_sensing(job, record, since):
 
 
 def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = False,
-            delay: int = 0, hole_mm: float = 0) -> dict:
+            delay: int = 0, hole_mm: float = 0, seconds: float = PATIENCE_S) -> dict:
     """A motion into the work, entered by hand or on a tape, at ``highest`` mm/min at most.
+
+    It must touch within ``seconds``.
 
     At or below the start/stop speed the machine halts, above it trips. In both cases the electrode
     goes no further in than stopping takes, and no program end is reported.
@@ -113,7 +115,7 @@ def touches(session: Session, blocks: str, highest: float, *, by_hand: bool = Fa
             job.link.command(line)
     else:
         job.start(_tape(*lines))
-    alarm = job.alarm()
+    alarm = job.alarm(seconds)
     pressed = _to_rest(job, hole_mm)
     record = job.collect()
     sample = record.rises("completed")[-1] - 1

@@ -143,10 +143,10 @@ class Job:
                 f"path coordinate {coordinate} was not reached; {self._standing()}")
             self.run(max(1, int((left - 1) * clocks_per_pulse)))
 
-    def wait(self, event: str, count: int = 1, **fields) -> dict:
+    def wait(self, event: str, count: int = 1, *, seconds: float = PATIENCE_S, **fields) -> dict:
         """Run until there are ``count`` such events; return the last one."""
         self.until(lambda: len(self.told(event, **fields)) >= count, f"{event} {fields}",
-                   step=2000)
+                   step=2000, seconds=seconds)
         return self.told(event, **fields)[count - 1]
 
     def finish(self) -> None:
@@ -161,9 +161,9 @@ class Job:
         assert not self.told("alarm"), self.told("alarm")
         self.collect()
 
-    def alarm(self) -> dict:
+    def alarm(self, seconds: float = PATIENCE_S) -> dict:
         """Run to the only alarm, and return it; its line must have the same code."""
-        self.wait("alarm")
+        self.wait("alarm", seconds=seconds)
         self.run(20_000)
         alarms = self.told("alarm")
         assert len(alarms) == 1, alarms

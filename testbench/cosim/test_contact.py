@@ -9,16 +9,19 @@ from host.run import simulation
 from host.run.run import Run
 from host.tape.tape import load
 from testbench.cosim import contact
+from testbench.cosim.job import PATIENCE_S
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
 SINKER, WIRE = machines.load("sinker"), machines.load("wire")
 FEEDS = (1, 10, 60, 300, 593, 599, 600)     # mm/min, up to the start/stop speed, and above it
 FAST = (601, 700, 1200, 1800)
-# From Z1 on; arcs so wide that their curve bounds no speed.
-DOWN = ("G01 Z-0.5 F{f}", "G01 X1 Y1 Z-0.5 F{f}", "G01 X-3 Z-0.4 F{f}",
-        "G18 G02 X-5 Z-0.5 R50 F{f}", "G19 G03 Y-5 Z-0.5 R50 F{f}",
-        "G17 G02 X0 Y0 Z-4 I30 F{f}", "G17 G03 X0 Y0 Z-3 J-30 F{f}")
+# Ways down, how far they go aside, and how far below the surface of the work, in mm; arcs so wide
+# that their curve bounds no speed.
+DOWN = (("G01 Z-0.5 F{f}", 0, 0.5), ("G01 X1 Y1 Z-0.5 F{f}", 1.5, 0.5),
+        ("G01 X-3 Z-0.4 F{f}", 3, 0.4), ("G18 G02 X-5 Z-0.5 R50 F{f}", 5.5, 0.5),
+        ("G19 G03 Y-5 Z-0.5 R50 F{f}", 5.5, 0.5), ("G17 G02 X0 Y0 Z-4 I30 F{f}", 189, 4),
+        ("G17 G03 X0 Y0 Z-3 J-30 F{f}", 189, 3))
 ASIDE = ("G01 X2 F{f}", "G01 X-2 F{f}", "G01 Y2 F{f}", "G01 X-2 Y-2 F{f}", "G01 X1 Y-2 F{f}",
          "G02 X2 Y1 R50 F{f}", "G03 X-2 Y0.5 R50 F{f}")
 
@@ -57,14 +60,14 @@ def test_the_way_out_is_open(scenario):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("feed", FEEDS + FAST)
-@pytest.mark.parametrize("way", DOWN)
-def test_contact_at_every_speed_down(way, feed):
+@pytest.mark.parametrize(("way", "aside_mm", "below_mm"), DOWN)
+def test_contact_at_every_speed_down(way, aside_mm, below_mm, feed):
     """A rapid to a place above the work; then rest, and a feed down."""
-    height = max(0.02, min(1.5, feed * 0.0025))
-    lag_mm = 0.0 if feed > 600 else 0.05
+    height = max(0.02, min(1.5, feed * 0.0025)) + (feed / 12_000 if feed <= 600 else 0)
+    way_mm = height + aside_mm * height / (height + below_mm)
     for delay in (0, 37, 71):
-        found = touches(SINKER, f"G00 Z{height + lag_mm:.3f}\nG04 P150\n{way.format(f=feed)}", feed,
-                        delay=delay)
+        found = touches(SINKER, f"G00 Z{height:.3f}\nG04 P150\n{way.format(f=feed)}", feed,
+                        delay=delay, seconds=PATIENCE_S + 1.2 * way_mm / (feed / 60))
         assert found["code"] == (contact.CONTACT if feed <= 600 else contact.TRIP)
 
 
