@@ -9,8 +9,8 @@ OPTIONS ?=
 # Options for pytest, e.g. make test TESTS="-k tape"
 TESTS   ?=
 JOBS    ?= auto
-# Some quick tests wait for another process: a worker more than there are processors.
-CHECK_JOBS := $(if $(filter auto,$(JOBS)),$(shell expr $$(getconf _NPROCESSORS_ONLN) + 1),$(JOBS))
+# Some tests wait for another process: a worker more than there are processors.
+WORKERS := $(if $(filter auto,$(JOBS)),$(shell expr $$(getconf _NPROCESSORS_ONLN) + 1),$(JOBS))
 BOARDS  ?= ulx3s ulx3s_45f colorlight_i9
 # Options for the fault campaign, e.g. make faults FAULTS="--only F3 --seed 2"
 FAULTS  ?=
@@ -25,12 +25,12 @@ run: install   ## punch a tape, run it on the simulated machine, write a report 
 
 check: venv    ## lint, types and every quick test: the loop while you work
 	@$(MAKE) --no-print-directory lint
-	@$(PY) -m pytest -q -n $(CHECK_JOBS) --dist worksteal -m quick --sim amaranth $(or $(TESTS),testbench/unit)
+	@$(PY) -m pytest -q -n $(WORKERS) --dist worksteal -m quick --sim amaranth $(or $(TESTS),testbench/unit)
 
 # A test checks the types: so both cores are at work meanwhile.
 test: install  ## every test but the long ones (soak); decides whether a change lands (TESTS=)
 	@$(PY) -m ruff check
-	@$(PY) -m pytest -n $(JOBS) --dist worksteal $(TESTS)
+	@$(PY) -m pytest -n $(WORKERS) --dist worksteal $(TESTS)
 
 lint: venv     ## unused names, order of imports, docstrings; types of the host
 	@$(PY) -m ruff check

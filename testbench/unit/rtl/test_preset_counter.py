@@ -21,6 +21,7 @@ from testbench.native.preset_counter import INPUTS, OUTPUTS, by_name, compiled
 from testbench.simulators.benches import settle
 
 SETTINGS = dict(dame=3, open=2, ok=4, mode=ACCUMULATE, window=6, weight=1, period=8, freeze=0)
+LAST = slice(-1, None)
 KINDS = {"D": model.DAME, "S": model.SHORT, "O": model.OPEN, "K": model.OK}
 
 
@@ -38,10 +39,13 @@ class Bench:
     ``shown`` has the counters that are full: d, o, or k for the output of 7.
     """
 
-    def __init__(self, **settings):
+    def __init__(self):
         self.dut = PresetCounters()
         self.model = model.PresetCounters()
-        self.settings = SETTINGS | settings
+
+    def begin(self, settings):
+        """Take settings; what was given and shown before is dropped."""
+        self.settings = settings
         self.given, self.shown = [], []
 
     async def feed(self, ctx, pulses, **settings):
@@ -68,269 +72,264 @@ class Bench:
 
 
 @pytest.fixture
-def feed(simulate):
-    """Run ``(pulses, settings that change with them)``; return what followed each clock."""
-    def run(*parts, shown=False, **settings):
-        bench = Bench(**settings)
+def table(simulate):
+    """Check cases, in one simulation: each begins with a freeze, which clears all, in its mode.
+
+    A case is ``(parts, wanted)`` or ``(parts, wanted, own settings)``; parts are pulses, or a list
+    of ``(pulses, settings that change with them)``. ``part`` takes a part of what is wanted.
+    """
+    def check(*rows, shown=False, part=slice(None), **settings):
+        bench = Bench()
 
         async def script(ctx):
-            await bench.feed(ctx, ".", freeze=1)  # in this mode from the first pulse on
-            bench.settings["freeze"] = 0
-            for pulses, changed in parts:
-                await bench.feed(ctx, pulses, **changed)
-            await bench.feed(ctx, ".")
-            return " ".join(bench.shown[2:]) if shown else "".join(bench.given[2:])
+            found = []
+            for parts, _, *own in rows:
+                bench.begin(SETTINGS | settings | (own[0] if own else {}))
+                await bench.feed(ctx, ".", freeze=1)
+                bench.settings["freeze"] = 0
+                for pulses, changed in [(parts, {})] if isinstance(parts, str) else parts:
+                    await bench.feed(ctx, pulses, **changed)
+                await bench.feed(ctx, ".")
+                found.append((bench.shown if shown else bench.given)[2:])
+            return found
 
-        (found,) = simulate(bench.dut, script, apart=True)
-        return found
+        (found,) = simulate(bench.dut, script)
+        for (parts, wanted, *own), one in zip(rows, found, strict=True):
+            assert (" " if shown else "").join(one[part]) == wanted, (parts, *own)
 
-    return run
-
-
-@pytest.mark.parametrize(("pulses", "given"), [
-    # Presets 3, 2, 4 and a strobe in every eighth clock.
-    ("DDD.....", ".......U"), ("DSD.....", ".......U"), ("DD......", ".......-"),
-    ("O.O.....", ".......D"), ("O.......", ".......-"),
-    # A race: other classes do not clear.
-    ("DOKDKKD.", ".......U"), ("KKDODKO.", ".......D"),
-    # Both full: UP wins, and both are cleared.
-    ("DDDOO.........OO", ".......U.......D"), ("OODDD...........", ".......U.......-"),
-    # 7 clears both, full or not, and itself; after that all count anew.
-    ("DDDKKKK.", ".......-"), ("DDOKKKKD", ".......-"), ("OODDDKKK", ".......U"),
-    ("KKKKKKKDDD......", ".......-.......U"), ("KKKKKKKKDDDKKKK.", ".......-.......-"),
-    # UP and DOWN leave 7: three OK before, the fourth after.
-    ("KKKDDD..DDDK....", ".......U.......-"), ("KKK..OO.DDDK....", ".......D.......-"),
-    # A strobe with neither leaves what was counted; a full counter is held for the strobe.
-    ("DD.........D....", ".......-.......U"), ("O..............O", ".......-.......D"),
-    # UP clears 6, DOWN clears 5: the partial counts too.
-    ("DDDO...........O", ".......U.......-"), ("OODD.......D....", ".......D.......-"),
-    # The pulse of the strobe's clock comes before it: it fills, it clears, it is cleared.
-    ("DD.....D........", ".......U.......-"), ("DDDKKK.K........", ".......-.......-"),
-    ("DDD....D.DD.....", ".......U.......-"), ("DDD.....DDD.....", ".......U.......U"),
-    # A full counter does not count on: nothing is left over.
-    ("DDDDDD.....D....", ".......U.......-"),
-])
-def test_accumulate(feed, pulses, given):
-    assert feed((pulses, {})) == given
+    return check
 
 
-@pytest.mark.parametrize(("pulses", "given"), [
-    ("DDD.....", ".......U"), ("D.S...D.", ".......U"), ("DDOD....", ".......-"),
-    ("DDKDD...", ".......-"), ("DDKDDD..", ".......U"), ("ODO.....", ".......-"),
-    ("OKOO....", ".......D"),
-    # Once full it is held against other classes, and cleared by 7 only.
-    ("DDDOKDK.", ".......U"), ("DDDKKKK.", ".......-"), ("DDDKKKDK", ".......U"),
-    ("OOKKKK..", ".......-"), ("DDDOKOO.", ".......U"),
-    # A run of OK is ended by any other.
-    ("KKKOK...DDD.....", ".......-.......U"), ("DDDKKKOKKKK.....", ".......U.......-"),
-    # It goes on through a strobe with neither, and is cleared with one.
-    ("......DD..D.....", ".......-.......U"), ("OO.....DDD......", ".......D.......-"),
-])
-def test_consecutive(feed, pulses, given):
-    assert feed((pulses, {}), mode=CONSECUTIVE) == given
+def test_accumulate(table):
+    table(
+        # Presets 3, 2, 4 and a strobe in every eighth clock.
+        ("DDD.....", ".......U"), ("DSD.....", ".......U"), ("DD......", ".......-"),
+        ("O.O.....", ".......D"), ("O.......", ".......-"),
+        # A race: other classes do not clear.
+        ("DOKDKKD.", ".......U"), ("KKDODKO.", ".......D"),
+        # Both full: UP wins, and both are cleared.
+        ("DDDOO.........OO", ".......U.......D"), ("OODDD...........", ".......U.......-"),
+        # 7 clears both, full or not, and itself; after that all count anew.
+        ("DDDKKKK.", ".......-"), ("DDOKKKKD", ".......-"), ("OODDDKKK", ".......U"),
+        ("KKKKKKKDDD......", ".......-.......U"), ("KKKKKKKKDDDKKKK.", ".......-.......-"),
+        # UP and DOWN leave 7: three OK before, the fourth after.
+        ("KKKDDD..DDDK....", ".......U.......-"), ("KKK..OO.DDDK....", ".......D.......-"),
+        # A strobe with neither leaves what was counted; a full counter is held for the strobe.
+        ("DD.........D....", ".......-.......U"), ("O..............O", ".......-.......D"),
+        # UP clears 6, DOWN clears 5: the partial counts too.
+        ("DDDO...........O", ".......U.......-"), ("OODD.......D....", ".......D.......-"),
+        # The pulse of the strobe's clock comes before it: it fills, it clears, it is cleared.
+        ("DD.....D........", ".......U.......-"), ("DDDKKK.K........", ".......-.......-"),
+        ("DDD....D.DD.....", ".......U.......-"), ("DDD.....DDD.....", ".......U.......U"),
+        # A full counter does not count on: nothing is left over.
+        ("DDDDDD.....D....", ".......U.......-"),
+        mode=ACCUMULATE)
 
 
-@pytest.mark.parametrize(("pulses", "given"), [
-    # Windows of six; presets 3, 2, 4.
-    ("DKDKDK..", ".......U"), ("DKDKKK..", ".......-"), ("KDOKOK..", ".......D"),
-    ("DODODK..", ".......U"), ("DDD.....", ".......-"),
-    # Counts begin anew with each window.
-    ("DDKKOKDKKODK....", ".......-.......-"), ("KKODDDDKKKDO....", ".......U.......-"),
-    ("KKKDDKDKKDDK....", ".......-.......U"),
-    # 7 at the end of a window clears both; it does nothing within one.
-    ("DDKKKK..DDDKKO..", ".......-.......U"),
-    # The pulse of the strobe's clock is the window's last.
-    ("..DDDKKO", ".......U"), ("..DDDKK.O.......", ".......-.......U"),
-    # UP begins the window anew: the two before it do not count.
-    ("DDDKKODDDKKKO...", ".......U.......-"), ("DDDKKOKKKKDDDO..", ".......U.......U"),
-])
-def test_total(feed, pulses, given):
-    assert feed((pulses, {}), mode=TOTAL) == given
+def test_consecutive(table):
+    table(
+        ("DDD.....", ".......U"), ("D.S...D.", ".......U"), ("DDOD....", ".......-"),
+        ("DDKDD...", ".......-"), ("DDKDDD..", ".......U"), ("ODO.....", ".......-"),
+        ("OKOO....", ".......D"),
+        # Once full it is held against other classes, and cleared by 7 only.
+        ("DDDOKDK.", ".......U"), ("DDDKKKK.", ".......-"), ("DDDKKKDK", ".......U"),
+        ("OOKKKK..", ".......-"), ("DDDOKOO.", ".......U"),
+        # A run of OK is ended by any other.
+        ("KKKOK...DDD.....", ".......-.......U"), ("DDDKKKOKKKK.....", ".......U.......-"),
+        # It goes on through a strobe with neither, and is cleared with one.
+        ("......DD..D.....", ".......-.......U"), ("OO.....DDD......", ".......D.......-"),
+        mode=CONSECUTIVE)
 
 
-@pytest.mark.parametrize(("second", "given"), [
-    ("KKDOKK", "-"),  # 7 reached its preset
-    ("DDOKKK", "-"),  # none did: what was held is lost
-    ("OODKKK", "D"),
-    ("DDDOOK", "U"),
-])
-def test_total_verdict_replaces_the_last(feed, second, given):
-    assert feed(("DDDKKK" + second + "....", {}), mode=TOTAL, period=16)[-1] == given
+def test_total(table):
+    table(
+        # Windows of six; presets 3, 2, 4.
+        ("DKDKDK..", ".......U"), ("DKDKKK..", ".......-"), ("KDOKOK..", ".......D"),
+        ("DODODK..", ".......U"), ("DDD.....", ".......-"),
+        # Counts begin anew with each window.
+        ("DDKKOKDKKODK....", ".......-.......-"), ("KKODDDDKKKDO....", ".......U.......-"),
+        ("KKKDDKDKKDDK....", ".......-.......U"),
+        # 7 at the end of a window clears both; it does nothing within one.
+        ("DDKKKK..DDDKKO..", ".......-.......U"),
+        # The pulse of the strobe's clock is the window's last.
+        ("..DDDKKO", ".......U"), ("..DDDKK.O.......", ".......-.......U"),
+        # UP begins the window anew: the two before it do not count.
+        ("DDDKKODDDKKKO...", ".......U.......-"), ("DDDKKOKKKKDDDO..", ".......U.......U"),
+        mode=TOTAL)
 
 
-@pytest.mark.parametrize("window", [0, 1])
-def test_total_window_of_one_pulse(feed, window):
-    settings = dict(mode=TOTAL, window=window, dame=1, open=1, ok=1, period=2)
-    assert feed(("D.O..OK.DK.S", {}), **settings) == ".U.D.D.-.-.U"
+def test_total_verdict_replaces_the_last(table):
+    table(("DDDKKKKKDOKK....", "-"),  # 7 reached its preset
+          ("DDDKKKDDOKKK....", "-"),  # none did: what was held is lost
+          ("DDDKKKOODKKK....", "D"), ("DDDKKKDDDOOK....", "U"),
+          mode=TOTAL, period=16, part=LAST)
 
 
-def test_total_longest_window(feed):
-    settings = dict(mode=TOTAL, window=255, dame=255, open=0, ok=255, period=300)
-    assert feed(("D" * 255 + "." * 45, {}), **settings)[-1] == "U"
-    assert feed(("D" * 254 + "K" + "." * 45, {}), **settings)[-1] == "-"
+def test_total_window_of_one_pulse(table):
+    pulses, given = "D.O..OK.DK.S", ".U.D.D.-.-.U"
+    table((pulses, given, dict(window=0)), (pulses, given, dict(window=1)),
+          mode=TOTAL, dame=1, open=1, ok=1, period=2)
 
 
-@pytest.mark.parametrize(("pulses", "given"), [
-    # Presets 3 and 2, weight 1. The first runs under cocotb: not below 0.
-    ("KKKKDDD.", ".......U"),
-    ("DDD.....", ".......U"), ("DDKD....", ".......-"), ("DDKDD...", ".......U"),
-    ("DODOD...", ".......U"), ("OKO.....", ".......-"), ("OKOO....", ".......D"),
-    ("DKKKKDDD", ".......U"), ("DKKKKDD.", ".......-"),
-    # Once full it is held; 7 is not used.
-    ("DDDKKKK.", ".......U"), ("KKKKKKKKOOKKK....", ".......-.......D."),
-    # Cleared with the strobe.
-    ("DDDDDO.....O....", ".......U.......-"),
-])
-def test_relative(feed, pulses, given):
-    assert feed((pulses, {}), mode=RELATIVE) == given
+def test_total_longest_window(table):
+    table(("D" * 255 + "." * 45, "U"), ("D" * 254 + "K" + "." * 45, "-"),
+          mode=TOTAL, window=255, dame=255, open=0, ok=255, period=300, part=LAST)
 
 
-@pytest.mark.parametrize(("weight", "given"), [(0, "U"), (2, "U"), (3, "-"), (4, "-"), (15, "-")])
-def test_relative_weight(feed, weight, given):
+def test_relative(table):
+    table(
+        # Presets 3 and 2, weight 1. Not below 0.
+        ("KKKKDDD.", ".......U"),
+        ("DDD.....", ".......U"), ("DDKD....", ".......-"), ("DDKDD...", ".......U"),
+        ("DODOD...", ".......U"), ("OKO.....", ".......-"), ("OKOO....", ".......D"),
+        ("DKKKKDDD", ".......U"), ("DKKKKDD.", ".......-"),
+        # Once full it is held; 7 is not used.
+        ("DDDKKKK.", ".......U"), ("KKKKKKKKOOKKK....", ".......-.......D."),
+        # Cleared with the strobe.
+        ("DDDDDO.....O....", ".......U.......-"),
+        mode=RELATIVE)
+
+
+def test_relative_weight(table):
     """Four DAME, an OK, three DAME: the preset 5 is reached if the OK takes off at most two."""
-    assert feed(("DDDDKDDD", {}), mode=RELATIVE, dame=5, weight=weight)[-1] == given
+    table(*(("DDDDKDDD", given, dict(weight=weight)) for weight, given in
+            ((0, "U"), (2, "U"), (3, "-"), (4, "-"), (15, "-"))),
+          mode=RELATIVE, dame=5, part=LAST)
 
 
-def test_relative_heaviest_weight(feed):
-    settings = dict(mode=RELATIVE, dame=255, weight=15, period=1000)
+def test_relative_heaviest_weight(table):
     pulses = "D" * 254 + "K" + "D" * 15
-    assert feed((pulses + "." * 730, {}), **settings)[-1] == "-"
-    assert feed((pulses + "D" + "." * 729, {}), **settings)[-1] == "U"
+    table((pulses + "." * 730, "-"), (pulses + "D" + "." * 729, "U"),
+          mode=RELATIVE, dame=255, weight=15, period=1000, part=LAST)
 
 
-@pytest.mark.parametrize(("pulses", "given"), [
-    # Presets 3, 2, 4, as ACCUMULATE but at a strobe with only one full.
-    ("DDD.....", ".......U"), ("DOKDKKD.", ".......U"), ("DDDKKKK.", ".......-"),
-    # UP clears 5 alone: the OPEN before it counts on.
-    ("DDDO...........O", ".......U.......D"), ("DDDO............", ".......U.......-"),
-    # DOWN clears 6 alone: the two DAME before it count on.
-    ("OODD.......D....", ".......D.......U"), ("OODD............", ".......D.......-"),
-    # Both full: UP wins, and each has cleared its own.
-    ("DDDOO...........", ".......U.......-"), ("DDDOO....O......", ".......U.......-"),
-    ("OODDD....DD.....", ".......U.......-"),
-    # 7 clears all, what was left by a strobe too; UP and DOWN leave 7.
-    ("DDDO....KKKKO...", ".......U.......-"), ("KKKDDD..DDDK....", ".......U.......-"),
-    # The pulse of the strobe's clock: it fills, or it is the first of those left.
-    ("DD.....D........", ".......U.......-"), ("DDD....O...O....", ".......U.......D"),
-    ("DDD....D..DD....", ".......U.......-"),
-])
-def test_own_gate(feed, pulses, given):
-    assert feed((pulses, {}), mode=OWN_GATE) == given
+def test_own_gate(table):
+    table(
+        # Presets 3, 2, 4, as ACCUMULATE but at a strobe with only one full.
+        ("DDD.....", ".......U"), ("DOKDKKD.", ".......U"), ("DDDKKKK.", ".......-"),
+        # UP clears 5 alone: the OPEN before it counts on.
+        ("DDDO...........O", ".......U.......D"), ("DDDO............", ".......U.......-"),
+        # DOWN clears 6 alone: the two DAME before it count on.
+        ("OODD.......D....", ".......D.......U"), ("OODD............", ".......D.......-"),
+        # Both full: UP wins, and each has cleared its own.
+        ("DDDOO...........", ".......U.......-"), ("DDDOO....O......", ".......U.......-"),
+        ("OODDD....DD.....", ".......U.......-"),
+        # 7 clears all, what was left by a strobe too; UP and DOWN leave 7.
+        ("DDDO....KKKKO...", ".......U.......-"), ("KKKDDD..DDDK....", ".......U.......-"),
+        # The pulse of the strobe's clock: it fills, or it is the first of those left.
+        ("DD.....D........", ".......U.......-"), ("DDD....O...O....", ".......U.......D"),
+        ("DDD....D..DD....", ".......U.......-"),
+        mode=OWN_GATE)
 
 
-@pytest.mark.parametrize(("pulses", "given"), [
-    # Preset 4: full UP, else DOWN, at each strobe; then 7 begins anew.
-    ("KKKK....", ".......U"), ("KKK.....", ".......D"), ("........", ".......D"),
-    ("KKKKKKKKKKK.....", ".......U.......D"), ("KKK.....K.......", ".......D.......D"),
-    # Other classes neither count nor clear.
-    ("KDOSKKDK", ".......U"), ("DDDDDOOO", ".......D"), ("DDDOO...KKKK....", ".......D.......U"),
-    # The pulse of the strobe's clock comes before it.
-    ("KKK....KKKK.....", ".......U.......D"), ("KKKK...KKKK.....", ".......U.......D"),
-    ("KKKK....KKKK....", ".......U.......U"),
-])
-def test_ok_alone(feed, pulses, given):
-    assert feed((pulses, {}), mode=OK_ALONE) == given
+def test_ok_alone(table):
+    table(
+        # Preset 4: full UP, else DOWN, at each strobe; then 7 begins anew.
+        ("KKKK....", ".......U"), ("KKK.....", ".......D"), ("........", ".......D"),
+        ("KKKKKKKKKKK.....", ".......U.......D"), ("KKK.....K.......", ".......D.......D"),
+        # Other classes neither count nor clear.
+        ("KDOSKKDK", ".......U"), ("DDDDDOOO", ".......D"),
+        ("DDDOO...KKKK....", ".......D.......U"),
+        # The pulse of the strobe's clock comes before it.
+        ("KKK....KKKK.....", ".......U.......D"), ("KKKK...KKKK.....", ".......U.......D"),
+        ("KKKK....KKKK....", ".......U.......U"),
+        mode=OK_ALONE)
 
 
-def test_ok_alone_without_a_preset_does_nothing(feed):
-    assert feed(("KKKK" * 4, {}), mode=OK_ALONE, ok=0) == ".......-.......-"
-    # 5 and 6 are not used.
-    assert feed(("DDDOO...", {}), mode=OK_ALONE, ok=0) == ".......-"
-    assert feed(("KKKK.", {}), ("...", dict(ok=0)), ("........", {}),
-                mode=OK_ALONE) == ".......-.......-"
+def test_ok_alone_without_a_preset_does_nothing(table):
+    table(("KKKK" * 4, ".......-.......-", dict(ok=0)),
+          # 5 and 6 are not used.
+          ("DDDOO...", ".......-", dict(ok=0)),
+          ([("KKKK.", {}), ("...", dict(ok=0)), ("........", {})], ".......-.......-"),
+          mode=OK_ALONE)
 
 
-def test_ok_alone_at_its_highest_preset(feed):
+def test_ok_alone_at_its_highest_preset(table):
     settings = dict(mode=OK_ALONE, ok=255, period=256)
-    assert feed(("K" * 255 + "." * 257, {}), **settings) == "." * 255 + "U" + "." * 255 + "D"
-    assert feed(("K" * 254 + "..", {}), **settings)[-1] == "D"
-    assert feed(("K" * 1024, {}), **settings) == ("." * 255 + "U") * 4
+    table(("K" * 255 + "." * 257, "." * 255 + "U" + "." * 255 + "D"),
+          ("K" * 254 + "..", "." * 255 + "D"), ("K" * 1024, ("." * 255 + "U") * 4), **settings)
 
 
-def test_ok_alone_shows_7_full_until_the_strobe(feed):
-    assert feed(("KKKKD.....", {}), mode=OK_ALONE, shown=True) == ". . . k k k k . . ."
+def test_ok_alone_shows_7_full_until_the_strobe(table):
+    table(("KKKKD.....", ". . . k k k k . . ."), mode=OK_ALONE, shown=True)
 
 
 @pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE, OWN_GATE])
-@pytest.mark.parametrize(("name", "letter", "given"), [
-    ("dame", "D", "U"), ("open", "O", "D"), ("ok", "K", "-")])
-def test_one_class_alone(feed, mode, name, letter, given):
+def test_one_class_alone(table, mode):
     """A counter with preset 0 is off; the other one works as usual."""
-    presets = dict(dame=0, open=0, ok=0) | {name: 2}
-    others = "".join(other for other in "DOK" if other != letter)
-    settings = dict(mode=mode, window=4, weight=0, period=4, **presets)
-    pulses = (others[0] * 2 + others[1] * 2, {}), (letter * 2 + others, {}), (letter * 4, {})
-    assert feed(*pulses, **settings) == "...-..." + given + "..." + given
+    def case(name, letter, given):
+        first, second = (other for other in "DOK" if other != letter)
+        return (first * 2 + second * 2 + letter * 2 + first + second + letter * 4,
+                "...-..." + given + "..." + given, {name: 2})
+
+    table(case("dame", "D", "U"), case("open", "O", "D"), case("ok", "K", "-"),
+          mode=mode, window=4, weight=0, period=4, dame=0, open=0, ok=0)
 
 
 @pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, RELATIVE, OWN_GATE])
-def test_highest_preset(feed, mode):
-    settings = dict(mode=mode, dame=255, open=255, ok=255, period=256)
-    assert feed(("D" * 255 + "." * 257, {}), **settings) == "." * 255 + "U" + "." * 255 + "-"
-    assert feed(("D" * 254 + "..", {}), **settings)[-1] == "-"
-    # Far beyond its preset: held, and nothing left over.
-    assert feed(("S" * 1024, {}), **settings) == ("." * 255 + "U") * 4
+def test_highest_preset(table, mode):
+    table(("D" * 255 + "." * 257, "." * 255 + "U" + "." * 255 + "-"),
+          ("D" * 254 + "..", "." * 255 + "-"),
+          # Far beyond its preset: held, and nothing left over.
+          ("S" * 1024, ("." * 255 + "U") * 4),
+          mode=mode, dame=255, open=255, ok=255, period=256)
 
 
 @pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, OWN_GATE])
-def test_highest_preset_of_7(feed, mode):
-    settings = dict(mode=mode, dame=1, ok=255, period=256)
-    assert feed(("D" + "K" * 254 + ".", {}), **settings)[-1] == "U"
-    assert feed(("D" + "K" * 255, {}), **settings)[-1] == "-"
+def test_highest_preset_of_7(table, mode):
+    table(("D" + "K" * 254 + ".", "U"), ("D" + "K" * 255, "-"),
+          mode=mode, dame=1, ok=255, period=256, part=LAST)
 
 
-@pytest.mark.parametrize(("mode", "pulses", "shown"), [
-    (ACCUMULATE,  "DDDOOKKKK.DDD..", ". . d d do do do do k . . . d d ."),
-    (CONSECUTIVE, "OODDDKKKK......", ". o o o do do do do k . . . . . ."),
-    (TOTAL,       "DDDOOK.OOKKKKK.", ". . . . . do do . . . . . . k ."),
-    (RELATIVE,    "OODDDKKKK......", ". o o o do do do . . . . . . . ."),
-])
-def test_full_counters_are_shown(feed, mode, pulses, shown):
-    period = 15 if mode in (ACCUMULATE, CONSECUTIVE) else 8
-    assert feed((pulses, {}), mode=mode, period=period, shown=True) == shown
+def test_full_counters_are_shown(table):
+    longer, usual = dict(period=15), dict(period=8)
+    table(("DDDOOKKKK.DDD..", ". . d d do do do do k . . . d d .", longer | dict(mode=ACCUMULATE)),
+          ("OODDDKKKK......", ". o o o do do do do k . . . . . .", longer | dict(mode=CONSECUTIVE)),
+          ("DDDOOK.OOKKKKK.", ". . . . . do do . . . . . . k .", usual | dict(mode=TOTAL)),
+          ("OODDDKKKK......", ". o o o do do do . . . . . . . .", usual | dict(mode=RELATIVE)),
+          shown=True)
 
 
-def test_strobes(feed):
-    assert feed(("." * 9, {}), period=1) == "-" * 9
-    assert feed(("." * 9, {}), period=3) == "..-..-..-"
-    assert feed(("DDDOO" + "." * 600, {}), period=0) == "." * 605
+def test_strobes(table):
+    table(("." * 9, "-" * 9, dict(period=1)), ("." * 9, "..-..-..-", dict(period=3)),
+          ("DDDOO" + "." * 600, "." * 605, dict(period=0)))
 
 
-@pytest.mark.parametrize(("parts", "given"), [
-    # Less than what has run: at once. More: from the last strobe on. 0: the device is restarted.
-    ([(".....", {}), ("......", dict(period=3))], ".....-..-.."),
-    ([(".....", {}), ("......", dict(period=10))], ".........-."),
-    ([(".....", {}), ("..", dict(period=0)), ("....", dict(period=3))], ".........-."),
-    ([("DDD..", {}), ("....", dict(period=4))], ".....U..."),
-])
-def test_period_changes(feed, parts, given):
-    assert feed(*parts) == given
+def test_period_changes(table):
+    """Less than what has run: at once. More: from the last strobe on. 0: it is restarted."""
+    table(
+        ([(".....", {}), ("......", dict(period=3))], ".....-..-.."),
+        ([(".....", {}), ("......", dict(period=10))], ".........-."),
+        ([(".....", {}), ("..", dict(period=0)), ("....", dict(period=3))], ".........-."),
+        ([("DDD..", {}), ("....", dict(period=4))], ".....U..."))
 
 
 @pytest.mark.parametrize("mode", [ACCUMULATE, CONSECUTIVE, TOTAL, RELATIVE, OWN_GATE])
-def test_freeze_clears_and_holds(feed, mode):
-    settings = dict(mode=mode, dame=2, open=2, ok=3, window=3, period=4)
+def test_freeze_clears_and_holds(table, mode):
     still, held = dict(freeze=0), dict(freeze=1)
-    # What was counted is lost, pulses under it do not count, and a whole period follows it.
-    assert feed(("DDO", {}), ("DDDOOO", held), ("....", still), **settings) == ".........." "..-"
-    assert feed(("DOO", {}), ("OOOD", held), ("DOK.", still), **settings) == "." * 10 + "-"
-    assert feed(("DD.", {}), (".", held), ("ODD.", still), **settings) == "." * 7 + "U"
-    # It hides the output that was on its way, and the strobe of its own clock.
-    assert feed(("DDO.", {}), ("D", held), ("....", still), **settings) == "........-"
-    assert feed(("OOD.", {}), ("O", held), ("....", still), **settings) == "........-"
-    assert feed(("DDO", {}), ("D", held), ("....", still), **settings) == ".......-"
-    # It clears 7.
-    assert feed(("DKK", {}), (".", held), ("KDD.", still), **settings) == ".......U"
+    table(
+        # What was counted is lost, pulses under it do not count, and a whole period follows it.
+        ([("DDO", {}), ("DDDOOO", held), ("....", still)], "............-"),
+        ([("DOO", {}), ("OOOD", held), ("DOK.", still)], "..........-"),
+        ([("DD.", {}), (".", held), ("ODD.", still)], ".......U"),
+        # It hides the output that was on its way, and the strobe of its own clock.
+        ([("DDO.", {}), ("D", held), ("....", still)], "........-"),
+        ([("OOD.", {}), ("O", held), ("....", still)], "........-"),
+        ([("DDO", {}), ("D", held), ("....", still)], ".......-"),
+        # It clears 7.
+        ([("DKK", {}), (".", held), ("KDD.", still)], ".......U"),
+        mode=mode, dame=2, open=2, ok=3, window=3, period=4)
 
 
-def test_freeze_clears_ok_alone_and_holds(feed):
-    settings, held = dict(mode=OK_ALONE, ok=2, period=4), dict(freeze=1)
-    still = dict(freeze=0)
-    # What was counted is lost, pulses under it do not count, and a whole period follows it.
-    assert feed(("KK", {}), ("KKKK", held), ("K...", still), **settings) == ".........D"
-    # It hides the output that was on its way, and the strobe of its own clock.
-    assert feed(("KK..", {}), ("K", held), ("....", still), **settings) == "........D"
-    assert feed(("KK.", {}), (".", held), ("....", still), **settings) == ".......D"
+def test_freeze_clears_ok_alone_and_holds(table):
+    still, held = dict(freeze=0), dict(freeze=1)
+    table(
+        # What was counted is lost, pulses under it do not count, and a whole period follows it.
+        ([("KK", {}), ("KKKK", held), ("K...", still)], ".........D"),
+        # It hides the output that was on its way, and the strobe of its own clock.
+        ([("KK..", {}), ("K", held), ("....", still)], "........D"),
+        ([("KK.", {}), (".", held), ("....", still)], ".......D"),
+        mode=OK_ALONE, ok=2, period=4)
 
 
 def test_frozen_outputs_are_low_in_the_same_clock(simulate):
@@ -350,57 +349,54 @@ def test_frozen_outputs_are_low_in_the_same_clock(simulate):
     simulate(dut, run)
 
 
-@pytest.mark.parametrize(("parts", "given"), [
-    # A preset lowered to the count or below acts with the next pulse of the class, not before.
-    ([("DD", {}), ("......", dict(dame=1))], ".......-"),
-    ([("DD", {}), ("OK....", dict(dame=1))], ".......-"),
-    ([("DD", {}), ("..D...", dict(dame=1))], ".......U"),
-    ([("KKKDDD", {}), (".O", dict(ok=1))], ".......U"),
-    ([("KKKDDD", {}), (".K", dict(ok=1))], ".......-"),
-    # Raised: more are needed; what is full is held.
-    ([("DD", {}), ("D.....", dict(dame=4))], ".......-"),
-    ([("DD", {}), ("DD....", dict(dame=4))], ".......U"),
-    ([("DDD", {}), (".....", dict(dame=9))], ".......U"),
-    # Switched off: cleared in that clock; switched on again it begins at 0.
-    ([("DDD", {}), (".", dict(dame=0)), ("....", dict(dame=3))], ".......-"),
-    ([("DDD", {}), (".", dict(dame=0)), ("DD..", dict(dame=3))], ".......-"),
-    ([("DDD....", {}), (".", dict(dame=0))], ".......-"),
-    ([("DDDOO..", {}), (".", dict(dame=0))], ".......D"),
-    ([("KKK", {}), ("DDD.", dict(ok=0)), ("K", dict(ok=4))], ".......U"),
-    ([("DD", dict(dame=0)), ("D.....", dict(dame=3))], ".......-"),
-    # A mode clears everything, and its first pulse is lost; the time device runs on.
-    ([("DDD", {}), (".....", dict(mode=CONSECUTIVE))], ".......-"),
-    ([("DDD....", {}), (".", dict(mode=CONSECUTIVE))], ".......-"),
-    ([("D", {}), ("DDD....", dict(mode=RELATIVE))], ".......-"),
-    ([("D", {}), ("DDDD...", dict(mode=RELATIVE))], ".......U"),
-    ([("KKK", {}), (".", dict(mode=CONSECUTIVE)), ("DDDK", {})], ".......U"),
-    ([("..DD", dict(mode=TOTAL)), (".", dict(mode=ACCUMULATE)),
-      (".KDD", dict(mode=TOTAL)), ("DKK....", {})], ".......-.......U"),
-    # Window and weight: from the next pulse on.
-    ([("..DDD", dict(mode=TOTAL)), ("...", dict(window=2))], ".......-"),
-    ([("..DDD", dict(mode=TOTAL)), ("..K", dict(window=2))], ".......U"),
-    ([(".DD", dict(mode=RELATIVE)), ("KDD..", dict(weight=2))], ".......-"),
-    # An OK makes no counter full that a lower preset would.
-    ([(".DD", dict(mode=RELATIVE)), ("K....", dict(dame=1))], ".......-"),
-])
-def test_settings_change_in_mid_count(feed, parts, given):
-    assert feed(*parts) == given
+def test_settings_change_in_mid_count(table):
+    table(
+        # A preset lowered to the count or below acts with the next pulse of the class, not before.
+        ([("DD", {}), ("......", dict(dame=1))], ".......-"),
+        ([("DD", {}), ("OK....", dict(dame=1))], ".......-"),
+        ([("DD", {}), ("..D...", dict(dame=1))], ".......U"),
+        ([("KKKDDD", {}), (".O", dict(ok=1))], ".......U"),
+        ([("KKKDDD", {}), (".K", dict(ok=1))], ".......-"),
+        # Raised: more are needed; what is full is held.
+        ([("DD", {}), ("D.....", dict(dame=4))], ".......-"),
+        ([("DD", {}), ("DD....", dict(dame=4))], ".......U"),
+        ([("DDD", {}), (".....", dict(dame=9))], ".......U"),
+        # Switched off: cleared in that clock; switched on again it begins at 0.
+        ([("DDD", {}), (".", dict(dame=0)), ("....", dict(dame=3))], ".......-"),
+        ([("DDD", {}), (".", dict(dame=0)), ("DD..", dict(dame=3))], ".......-"),
+        ([("DDD....", {}), (".", dict(dame=0))], ".......-"),
+        ([("DDDOO..", {}), (".", dict(dame=0))], ".......D"),
+        ([("KKK", {}), ("DDD.", dict(ok=0)), ("K", dict(ok=4))], ".......U"),
+        ([("DD", dict(dame=0)), ("D.....", dict(dame=3))], ".......-"),
+        # A mode clears everything, and its first pulse is lost; the time device runs on.
+        ([("DDD", {}), (".....", dict(mode=CONSECUTIVE))], ".......-"),
+        ([("DDD....", {}), (".", dict(mode=CONSECUTIVE))], ".......-"),
+        ([("D", {}), ("DDD....", dict(mode=RELATIVE))], ".......-"),
+        ([("D", {}), ("DDDD...", dict(mode=RELATIVE))], ".......U"),
+        ([("KKK", {}), (".", dict(mode=CONSECUTIVE)), ("DDDK", {})], ".......U"),
+        ([("..DD", dict(mode=TOTAL)), (".", dict(mode=ACCUMULATE)),
+          (".KDD", dict(mode=TOTAL)), ("DKK....", {})], ".......-.......U"),
+        # Window and weight: from the next pulse on.
+        ([("..DDD", dict(mode=TOTAL)), ("...", dict(window=2))], ".......-"),
+        ([("..DDD", dict(mode=TOTAL)), ("..K", dict(window=2))], ".......U"),
+        ([(".DD", dict(mode=RELATIVE)), ("KDD..", dict(weight=2))], ".......-"),
+        # An OK makes no counter full that a lower preset would.
+        ([(".DD", dict(mode=RELATIVE)), ("K....", dict(dame=1))], ".......-"))
 
 
-@pytest.mark.parametrize(("mode", "given"), [
-    (ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"), (RELATIVE, "UDUU"),
-    (OWN_GATE, "UDU-"), (OK_ALONE, "DDDU")])
-def test_modes_differ(feed, mode, given):
+def test_modes_differ(table):
     """Settings of other modes have no effect: window 0, a weight, a preset of 7."""
-    settings = dict(mode=mode, window=6 if mode == TOTAL else 0, weight=0, ok=1)
-    parts = "DDD.....", "OO......", "DDODO...", "DDDK...."
-    assert feed(("".join(parts), {}), **settings)[7::8] == given
+    pulses = "DDD.....OO......DDODO...DDDK...."
+    table(*((pulses, given, dict(mode=mode, window=6 if mode == TOTAL else 0))
+            for mode, given in ((ACCUMULATE, "UDU-"), (CONSECUTIVE, "UD--"), (TOTAL, "--U-"),
+                                (RELATIVE, "UDUU"), (OWN_GATE, "UDU-"), (OK_ALONE, "DDDU"))),
+          weight=0, ok=1, part=slice(7, None, 8))
 
 
-@pytest.mark.parametrize("changed", [dict(freeze=1), dict(mode=CONSECUTIVE)])
-def test_output_of_7_is_cleared_too(feed, changed):
-    assert feed(("KKK", {}), ("K.", {}), shown=True) == ". . . k ."
-    assert feed(("KKK", {}), ("K.", changed), shown=True) == ". . . . ."
+def test_output_of_7_is_cleared_too(table):
+    table(([("KKK", {}), ("K.", {})], ". . . k ."),
+          ([("KKK", {}), ("K.", dict(freeze=1))], ". . . . ."),
+          ([("KKK", {}), ("K.", dict(mode=CONSECUTIVE))], ". . . . ."), shown=True)
 
 
 @pytest.mark.soak
