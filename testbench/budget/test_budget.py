@@ -72,7 +72,7 @@ def test_every_block_has_a_budget():
     assert set(netlists()) == set(BUDGETS) | {"cpu"}
 
 
-@pytest.mark.parametrize("block", some(BUDGETS, "registers", "retraction", "interlock"))
+@pytest.mark.parametrize("block", some(BUDGETS, "registers", "interlock"))
 def test_block_stays_within_its_budget(block):
     found = resources.cells(netlists()[block])
     assert over(found, BUDGETS[block]) == {}

@@ -20,6 +20,7 @@ from testbench.punch import TAPES
 DEPTH_MM = 0.3      # of the short job
 
 
+@pytest.mark.soak
 def test_a_summary_tells_the_walls_of_the_cavity_that_was_cut():
     machine = machines.load("cavity")
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=2) as session:

@@ -45,6 +45,7 @@ def test_a_circle_is_left_by_a_fifth_of_what_the_plain_loop_does(machine, radius
     assert 0 < now.course <= SHARE * plain.course + CODER_UM
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(("machine", "radius"), cases(0.25))
 def test_a_square_of_tangent_corners_is_left_by_a_fifth(machine, radius):
     now, plain = beside(machine, f"rounded by {radius:g} mm", rounded(1.5, radius))

@@ -96,6 +96,7 @@ def open_guard(wire):
     return pad, 1 << int(bit or 0)
 
 
+@pytest.mark.soak
 def test_guards_are_opened_by_hand_and_a_stuck_or_exchanged_one_is_named():
     """Of eleven, one is stuck closed, and two are exchanged."""
     stuck, pair = "fluid_low", {"limit_low[1]": "limit_high[1]", "limit_high[1]": "limit_low[1]"}

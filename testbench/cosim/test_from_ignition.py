@@ -9,7 +9,8 @@ LATE = 1    # clocks by which the simulated machine answers a gate; on a real on
 
 
 @pytest.mark.parametrize(("place", "on_us", "wait", "seconds", "fewest"), [
-    ("wire", 5, "B20", 2.6, 300), ("sinker", 15, "", 1.6, 2000)], ids=["wire", "sinker"])
+    pytest.param("wire", 5, "B20", 2.6, 300, marks=pytest.mark.soak),
+    ("sinker", 15, "", 1.6, 2000)], ids=["wire", "sinker"])
 def test_every_spark_that_is_not_cut_off_burns_for_the_on_time(place, on_us, wait, seconds, fewest):
     """To the clock from the ignition; from the gate the burning time varies by a third and more."""
     gate = cut(place, "A0", seconds=seconds)

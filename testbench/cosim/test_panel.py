@@ -171,6 +171,7 @@ def test_a_page_that_is_closed_lets_go_of_the_controls(shown):
     second.close()
 
 
+@pytest.mark.soak
 def test_the_work_is_touched_and_the_gap_recorded_from_the_page(shown):
     from playwright.sync_api import expect
     page = shown.open()

@@ -150,6 +150,7 @@ def planned_on_the_controller(data, roughing, feed):
                    margin=1)
 
 
+@pytest.mark.soak
 def test_the_controller_plans_what_the_host_does_and_switches_by_it():
     planned_on_the_controller([steep(70.0)], Job(70, 150, 0.8), feed=240)
 

@@ -52,6 +52,7 @@ def test_a_random_client_on_the_firmware(seed):
     on_the_firmware(seed, 2000)
 
 
+@pytest.mark.soak
 def test_a_random_client_on_the_machine(seed):
     on_the_machine(seed, 50)
 

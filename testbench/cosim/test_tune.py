@@ -59,8 +59,8 @@ def tuned(ways, workdir, gain, travel=2.0):
         machine.close()
 
 
-@pytest.mark.parametrize("gain", [
-    0.7, pytest.param(1.0, marks=pytest.mark.soak), pytest.param(1.3, marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize("gain", [0.7, 1.0, 1.3])
 def test_the_drives_of_the_simulated_machine_are_found(gain, tmp_path):
     wanted, told, picture = tuned("Z+", tmp_path, gain)
     assert wanted.values["loop_gain"] == pytest.approx(gain * GAIN, abs=0.6)

@@ -33,6 +33,7 @@ def test_damaged_tapes_under_the_undefined_behaviour_sanitizer(request, cases):
     assert fuzzed(run("--sanitize", "undefined", "--cases", str(count), "--seed", seed)) == count
 
 
+@pytest.mark.soak
 def test_grown_tapes_find_new_ways_through_the_code(request, cases):
     seed, count = str(request.config.getoption("--seed")), cases(1500)
     done = run("--sanitize", "coverage", "--cases", str(count), "--seed", seed)

@@ -211,6 +211,7 @@ def test_clock_makes_the_link_rate_exactly(board):
     assert board.clock_hz % LINK_BAUD == 0
 
 
+@pytest.mark.soak
 def test_the_digest_is_of_the_sources(monkeypatch):
     """On one board: the boards differ in their pins and memory alone."""
     board = next(iter(SMALL.values()))

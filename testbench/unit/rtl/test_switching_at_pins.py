@@ -62,6 +62,7 @@ def test_no_pulse_mixes_two_conditions_in_10_000_switches(rng):
     looked_at(10_000, rng.getrandbits(32))
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("hasty", some([dict(latch=1), dict(settle=1)]), ids=str)
 def test_without_the_wait_there_are_mixtures(rng, hasty):
     """The bench sees what it looks for."""
