@@ -155,7 +155,7 @@ def held(sender, machine):
     return since + SETTLED_S, until
 
 
-@pytest.mark.parametrize("blocks", [120, pytest.param(1000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("blocks", [250, pytest.param(1000, marks=pytest.mark.soak)])
 def test_a_contour_of_short_blocks_with_a_hold_and_an_override_byte(blocks):
     machine = start(trace=True)
     with sending(machine) as sender:
