@@ -266,7 +266,7 @@ def plan(
     port: Annotated[str | None, typer.Option(
         "--load", metavar="URL", show_default=False,
         help="Enter the basic data of these materials into the controller at a port, which then "
-             "plans by itself ($BP). They replace those that it holds.")] = None,
+             "plans by itself ($BP). They replace those of the same materials.")] = None,
     baud: Annotated[int, typer.Option(
         min=1, metavar="N", help="Bits a second of that port, if it is a serial line.")] = BAUD,
 ) -> None:

@@ -283,7 +283,7 @@ class Link:
     def command(self, line: str, within_s: float = ANSWER_TIMEOUT_S) -> None:
         """Send a line and wait for its answer for as long as the controller works on it.
 
-        At rest that is ``within_s`` at most.
+        At rest that is ``within_s`` at most, from the last line that it said.
 
         Raises
         ------
@@ -296,8 +296,7 @@ class Link:
         LinkError
             If it does not answer, or starts anew.
         """
-        said: list[str] = []
-        inner = self.on_line
+        said, inner = list[str](), self.on_line
 
         def hear(text: str) -> None:
             said.append(text)
@@ -308,7 +307,7 @@ class Link:
         try:
             sent = self._post(line, awaited=True)
             while sent.answer is None:
-                self._await_answer(sent, within_s)
+                self._await_answer(sent, within_s, said)
         finally:
             self.on_line = inner
             if sent in self._open:
@@ -338,8 +337,9 @@ class Link:
         self.pipe.write(numbered(sent.number, line))
         return sent
 
-    def _await_answer(self, sent: Sent, within_s: float) -> None:
-        if (not self._came(lambda: sent.answer is not None, within_s)
+    def _await_answer(self, sent: Sent, within_s: float, said: list[str]) -> None:
+        heard = len(said)
+        if (not self._came(lambda: sent.answer is not None, within_s) and len(said) == heard
                 and self.status()["state"] not in _BUSY and sent.answer is None):
             raise LinkError(f'the controller does not answer to "{sent.text}".')
 

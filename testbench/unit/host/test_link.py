@@ -319,6 +319,27 @@ def test_an_answer_at_rest_is_awaited_for_as_long_as_the_caller_says(within_s, a
             link.command("$FIRMWARE=E", within_s=within_s)
 
 
+@pytest.mark.parametrize(("every_s", "answered"), [(1.5, True), (2.5, False)])
+def test_lines_that_come_are_no_silence(every_s, answered):
+    """A long list over a slow line takes longer than an answer may."""
+    controller = Controller(script=lambda _, line: "")
+    said = []
+
+    def listing(direction, data):
+        if controller.lines and link.pipe.now > every_s * (len(said) + 1):
+            said.append("ok @0" if len(said) == 4 else "[MSG:a line.]")
+            controller.say(said[-1])
+        return data
+
+    link, _ = talk(controller, noise=listing)
+    if answered:
+        link.command("$BL")
+        assert 5 * every_s < link.pipe.now < 6 * every_s
+    else:
+        with pytest.raises(LinkError, match="does not answer"):
+            link.command("$BL")
+
+
 def test_an_order_that_nobody_hears_is_an_error():
     controller = Controller()
     link, _ = talk(controller, noise=lambda direction, data: (
