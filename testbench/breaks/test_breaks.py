@@ -64,7 +64,8 @@ def test_tests_that_must_see_them_are_there():
 def within(block: str) -> list[Break]:
     """Breaks of the table in the source of a block, as ``motion.arc.ArcDistributor``."""
     module, _, name = block.rpartition(".")
-    file = f"rtl/{module.replace('.', '/')}.py"
+    folder = "" if module.startswith("softcore.") else "rtl/"
+    file = f"{folder}{module.replace('.', '/')}.py"
     source = (ROOT / file).read_text(encoding="utf-8")
     (kind,) = (node for node in ast.parse(source).body
                if isinstance(node, ast.ClassDef) and node.name == name)

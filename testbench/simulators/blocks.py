@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which blocks of the gateware the tests have run, and how: the table at the end of ``make test``.
 
-A block is a ``Component`` of ``rtl``. A test reaches it as the design itself or as a part of one.
-The table is made from what ran and passed.
+A block is a ``Component`` of ``rtl`` or ``softcore``. A test reaches it as the design itself or as
+a part of one. The table is made from what ran and passed.
 """
 
 import importlib
@@ -15,6 +15,7 @@ from amaranth.hdl import Fragment
 from amaranth.lib import wiring
 
 import rtl
+import softcore
 
 __all__ = ["AMARANTH", "COCOTB", "HOW", "PROOF", "Reached", "add", "blocks", "gaps",
            "joined", "note", "parts_of", "table", "taken"]
@@ -25,20 +26,24 @@ PROOF = "proof"
 HOW = (COCOTB, AMARANTH, PROOF)
 Reached = tuple[str, str, bool]   # how, block, whether it is the design itself
 
-# Blocks that only join others have no unit test: the whole controller runs with its firmware.
-JOINING = ("controller.Controller", "motion.axes.Axes", "report.Report")
+# Blocks that only join others have no unit test: the whole controller runs with its firmware. The
+# processor is Verilog that others wrote.
+JOINING = ("controller.Controller", "motion.axes.Axes", "report.Report", "softcore.cpu.VexRiscv",
+           "softcore.sleep.ClockGate", "softcore.soc.Soc")
+# An element of the device, which nothing here can simulate.
+DEVICE = ("softcore.clock.Pll",)
 
 # Blocks whose tests run a design that they are a part of, and look at what they do there. Every
 # other block must be the design of a test itself.
 WITHIN = {
-    "controller.Controller": "the whole controller", "motion.axes.Axes": "the whole controller",
-    "report.Report": "the whole controller",
+    **dict.fromkeys(JOINING, "the whole controller"),
     "gap.feed_mode.FeedCalculator": "its detector of the removal",
     "motion.axis.Overshoot": "motion.axis.Axis",
     "motion.dac.PulseWidth": "motion.dac.Dac", "motion.dac.SigmaDelta": "motion.dac.Dac",
     "motion.figures.Figures": "the joined motion", "motion.motion.Motion": "the joined motion",
     "motion.retraction.Retraction": "the joined motion",
     "power.limiter.Limiter": "power.power.Power",
+    "softcore.csr.RegisterFile": "a bench with the owners of its fields",
 }
 
 _noted: list[Reached] = []
@@ -61,14 +66,15 @@ def _name(kind: type) -> str:
 
 
 def blocks() -> list[str]:
-    """Names of all blocks, from the sources: ``motion.arc.Arc``."""
+    """Names of all blocks, from the sources: ``motion.arc.Arc``, ``softcore.uart.Uart``."""
     found = []
-    for module in pkgutil.walk_packages(rtl.__path__, "rtl."):
+    for module in (one for package in (rtl, softcore) for one in pkgutil.walk_packages(
+            package.__path__, f"{package.__name__}.")):
         for kind in vars(importlib.import_module(module.name)).values():
             if (isinstance(kind, type) and issubclass(kind, wiring.Component)
                     and kind.__module__ == module.name):
                 found.append(_name(kind))
-    return sorted(found)
+    return sorted(set(found) - set(DEVICE))
 
 
 def parts_of(fragment: Fragment) -> list[tuple[str, bool]]:
@@ -77,7 +83,7 @@ def parts_of(fragment: Fragment) -> list[tuple[str, bool]]:
 
     def walk(place, top):
         for origin in place.origins or ():
-            if type(origin).__module__.startswith("rtl."):
+            if type(origin).__module__.startswith(("rtl.", "softcore.")):
                 found[_name(type(origin))] = found.get(_name(type(origin))) or top
         for part, *_ in place.subfragments:
             walk(part, False)
