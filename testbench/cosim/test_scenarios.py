@@ -16,7 +16,7 @@ from testbench.some import some
 
 SEED = 1
 # Longer ones, and those that differ in a number from another that runs always.
-SELDOM = {"broken_tapes", "flipped_bits-20-1", "planned_series", "hung-clock-0", "hung-clock-7777",
+SELDOM = {"broken_tapes", "flipped_bits-20-1", "hung-clock-0", "hung-clock-7777",
           "hung-memory-0", "hung-memory-7777", "browned_out-20000", "at_speed-593-24",
           "before_first_point-ceiling", "during_readvance-low", "never_clearing-300",
           "cell-broken", *(f"tripped-{cause}" for cause in (
