@@ -179,7 +179,10 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
     notes: list[str] = []
     gains = {one.axis: settings["loop_gain"] * one.drive.gain for one in axes}
     gain = round(float(np.mean(list(gains.values()))))
-    most = named("loop_gain").highest
+    least, most = named("loop_gain").lowest, named("loop_gain").highest
+    if gain < least:
+        raise TuneError(f"the loops have a gain of {gain} 1/s; $456 takes {least} at least. Raise "
+                        "the scale of the velocity command at the amplifiers.")
     if gain > most:
         raise TuneError(f"the loops have a gain of {gain} 1/s; $456 takes {most} at most. Lower "
                         "the scale of the velocity command at the amplifiers.")

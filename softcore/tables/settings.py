@@ -17,6 +17,8 @@ FIRST = 400
 
 LARGEST_ERROR = (1 << 17) - 1   # pulses: range of the gateware's error counter
 LARGEST_GAIN = 400              # 1/s: what the gateware's model of the drive can express
+# The model of a slower loop says later that a coder is lost: with 5 1/s the axis has gone 0.44 mm.
+LEAST_GAIN = 10
 FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmware
 PULSES_PER_MM = 10_000          # of the path
 LARGEST_GEAR = 1 << 16
@@ -239,9 +241,9 @@ SETTINGS: tuple[Setting, ...] = (
     _set(455, "current_step_ma", "power supply: one step of its current", "mA", (1500, 50, 15_000),
          "program", "Current of one step of the power supply. After a change, a program has to "
          "give its condition C again."),
-    _set(456, "loop_gain", "velocity gain of the position loop", "1/s", (50, 1, LARGEST_GAIN),
-         "loop", "Gain of the drives' position loop. It limits speeds on arcs, and the supervision "
-         "of the coders uses it."),
+    _set(456, "loop_gain", "velocity gain of the position loop", "1/s",
+         (50, LEAST_GAIN, LARGEST_GAIN), "loop", "Gain of the drives' position loop. It limits "
+         "speeds on arcs, and the supervision of the coders uses it."),
     _set(457, "arc_deviation_nm", "arc: how far the lag may lead inside (0 no bound)", "nm",
          (2000, 0, 1_000_000), "loop", "On an arc the lag of the axes moves the path inwards. The "
          "speed on arcs is limited so that it moves by no more than this in the loop that is in "

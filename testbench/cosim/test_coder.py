@@ -7,7 +7,9 @@ The matrix is every fault in every situation, on every axis of both machines, at
 import pytest
 
 from host.machines import machine as machines
-from testbench.cosim.coder import FAULTS, SITUATIONS, courses, judge
+from softcore.tables.settings import assign, named
+from testbench.cosim.coder import DEVIATION_UM, FAULTS, SITUATIONS, courses, judge
+from testbench.cosim.job import MM, Job
 from testbench.native.simulation import Simulation
 
 # Machine: its axes, a condition, the highest speed in mm/min.
@@ -38,6 +40,39 @@ def check(machine, situation, axis, faults, clock_hz=2_000_000):
 ])
 def test_a_lost_coder_is_found(machine, situation, axis, faults):
     check(machine, situation, axis, faults)
+
+
+def way(lines, block, fault):
+    """Pulses that X has gone from rest, looked at each millisecond until the interlock has tripped.
+
+    The drives have the gain as delivered, whatever is set, so it trips with sound coders, too.
+    """
+    machine = machines.load("sinker")
+    with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=SEED,
+                    trace=False) as session:
+        job = Job(session, *lines, watched=("safe",))
+        session.set("force.encoder_cut", fault)
+        job.press(block)
+        begun, gone = session.positions()["x"], []
+        for _ in range(200):
+            job.run(session.clock_hz // 1000)
+            gone.append(session.positions()["x"] - begun)
+            if job.probe("safe"):
+                return gone
+    raise AssertionError(f"{block} with {lines}: it never tripped")
+
+
+@pytest.mark.parametrize(("feed", "share"), [
+    (300, 100), *(pytest.param(*one, marks=pytest.mark.soak)
+                  for one in ((300, 0), (1800, 100), (1800, 0)))])
+def test_no_setting_of_the_gain_takes_the_bound_away(feed, share):
+    """A slow loop's model says late that a coder is lost; from the least gain on not too late."""
+    lines = [assign("loop_gain", named("loop_gain").lowest), assign("feed_forward", share)]
+    sound, lost = (way(lines, f"G91 G01 X5 F{feed}", fault) for fault in (0, 1))
+    sound += sound[-1:] * len(lost)
+    furthest = max(abs(one - other) for one, other in zip(lost, sound, strict=False))
+    print(f"F{feed}, feed-forward {share} %: {furthest / MM * 1000:.0f} um")
+    assert 0 < furthest / MM * 1000 <= DEVIATION_UM
 
 
 @pytest.mark.soak

@@ -114,7 +114,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "arc: largest difference of start and end radius", "nm", 0},
     [SET_CURRENT_STEP_MA] = {1500, 50, 15000, 455, GROUP_PROGRAM, true, false,
         "power supply: one step of its current", "mA", 0},
-    [SET_LOOP_GAIN] = {50, 1, 400, 456, GROUP_LOOP, true, false,
+    [SET_LOOP_GAIN] = {50, 10, 400, 456, GROUP_LOOP, true, false,
         "velocity gain of the position loop", "1/s", 0},
     [SET_ARC_DEVIATION_NM] = {2000, 0, 1000000, 457, GROUP_LOOP, true, false,
         "arc: how far the lag may lead inside (0 no bound)", "nm", 0},

@@ -47,6 +47,7 @@ def test_settings_of_the_limits(machine):
     assert words(machine, 2)[1] == 20_000, "the lower of the two bounds the jump axis"
     refused = error_line("setting")
     assert machine.line("$456=401")[-1] == refused, "more than the gateware can express"
+    assert machine.line("$456=9")[-1] == refused, "a lost coder would be seen too late"
 
 
 @pytest.mark.parametrize(("line", "sentence"), [
