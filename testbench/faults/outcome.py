@@ -149,6 +149,8 @@ def judge(seen: Seen, deadline: int | None, target: list[float] | None = None,
         return found(Outcome.SAFE_TOLD if reason else Outcome.SAFE_UNTOLD, reason or "not a word")
     if seen.told is None:
         return found(Outcome.WRONG, "it does not answer, and its outputs are on")
+    if seen.moves and not seen.burns:
+        return found(Outcome.WRONG, "it moves on, and its outputs are on")
     there = target is None or not _apart(seen.true, target, REST)
     if there and seen.told.state == "Idle" and not seen.burns:
         return found(Outcome.NO_EFFECT, reason or "as without the fault")

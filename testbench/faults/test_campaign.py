@@ -62,6 +62,10 @@ def test_there_are_ten_findings_and_22_classes():
      "as without the fault"),
     ({"clocks": None, "told": Told("Idle", [0, 10, -3], False), "true": [0.4, 10.2, -3.0],
       "said": "", "target": [5.0, 10.0, -3.0]}, Outcome.SAFE_UNTOLD, "it stands, without a word"),
+    ({"clocks": None, "moves": True, "told": Told("Idle", [0, 10, -3], False)}, Outcome.WRONG,
+     "it moves on"),
+    ({"clocks": None, "moves": True, "true": [3000.0, 10.0, -3.0], "said": ""}, Outcome.WRONG,
+     "it moves on"),
     ({"clocks": None, "burns": True}, Outcome.WRONG, "it burns on, and gets nowhere"),
     ({"clocks": None, "burns": True, "told": Told("Idle", [0, 12, -3], False)}, Outcome.WRONG,
      "it burns on, and gets nowhere"),
@@ -205,6 +209,18 @@ def test_few_flips_may_end_at_another_place_and_none_may_run_away(wrong, good):
     found = [Found(Outcome.NO_EFFECT, None, "soc.x bit 1: why")] * (400 - len(wrong))
     found += [Found(Outcome.WRONG, None, f"soc.y bit 2: {why}") for why in wrong]
     assert Flips(tuple(found)).good == good
+
+
+@pytest.mark.parametrize(("name", "outcome", "why"), [
+    ("soc.controller.path.guard_command", Outcome.WRONG, MISPLACED),    # none of the guarded ones
+    ("memory, data 0x100", Outcome.SAFE_UNTOLD, "not a word"),          # memory stops with a word
+    ("memory, data 0x100", Outcome.WRONG, MISPLACED)])                  # one of few of its own kind
+def test_what_a_register_may_a_guarded_one_and_the_memory_may_not(name, outcome, why):
+    borne = [Found(Outcome.NO_EFFECT, None, f"{place} bit 1: why")
+             for place in ["soc.x"] * 300 + ["memory, code 0x4"] * 100]
+    other = Found(Outcome.WRONG, None, f"soc.y bit 2: {MISPLACED}")
+    assert Flips((*borne, other)).good
+    assert not Flips((*borne, Found(outcome, None, f"{name} bit 2: {why}"))).good
 
 
 def test_a_bit_of_a_register_turns_over():
