@@ -26,7 +26,8 @@ def check(machine, situation, axis, faults, clock_hz=2_000_000):
     wrong = []
     for fault in faults:
         try:
-            judge(situation, axis, fault, found[fault], found[""], begun, clock_hz)
+            figures = judge(situation, axis, fault, found[fault], found[""], begun, clock_hz)
+            print(f"{machine} {axis}, {situation}, {fault}: {figures}")
         except AssertionError as error:
             wrong.append(str(error))
     assert not wrong
