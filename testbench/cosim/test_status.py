@@ -115,8 +115,9 @@ def test_a_refusal_takes_no_longer_than_other_steps(hand, line):
 def test_what_guards_the_machine_stays_while_an_axis_creeps(hand):
     """Below the start/stop speed the ramp is at rest between two pulses; the axis is not."""
     hand.enter("G01 Z0.3 F60")
-    for setting in ("step_axes", "reversed_encoders", "follow_moving", "loop_gain"):
-        hand.session.send(f"{assign(setting, 1)}\n".encode())
+    for setting, value in (("step_axes", 1), ("reversed_encoders", 1), ("follow_moving", 1),
+                           ("loop_gain", 10)):
+        hand.session.send(f"{assign(setting, value)}\n".encode())
         assert hand.until("ok", "error:") == error_line("busy"), setting
     while hand.report()["state"] != "Idle":
         hand.run(0.05)

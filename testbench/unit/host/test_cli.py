@@ -364,7 +364,6 @@ def test_run_writes_its_folder_and_says_how_it_ended(workdir, tape, options, sta
         assert summary["max_depth_mm"] == pytest.approx(max(0, -deepest), abs=1e-6)
 
 
-@pytest.mark.soak
 def test_same_seed_is_the_same_run(workdir):
     for name, seed in (("first", 9), ("second", 9), ("other", 10)):
         result = gapkeeper("run", TAPES / "sink_persistent_short.nc", "--seed", seed,
