@@ -2,6 +2,7 @@
 """Changed bits anywhere: their outcomes, by the part of the controller in which they are."""
 
 import random
+import re
 from collections import Counter
 from dataclasses import dataclass
 
@@ -10,13 +11,16 @@ from testbench.faults.outcome import MISPLACED, Found, Outcome
 from testbench.faults.trials import Trial, run_trials
 from testbench.native.symbols import firmware_symbols
 
-__all__ = ["BORNE", "SHARE", "Flips", "bend_code", "bend_memory", "measure", "turn_over"]
+__all__ = ["BORNE", "GUARDED", "SHARE", "Flips", "bend_code", "bend_memory", "measure", "turn_over"]
 
 BORNE = (Outcome.NO_EFFECT, Outcome.SAFE_TOLD, Outcome.SAFE_UNTOLD)
 # Of the registers, and of the memory: that may end at another place than they tell, each listed.
 SHARE = 0.005
 PROCESSOR, MEMORY = "soc.cpu.", "memory, "
-GUARD = "guard"     # in the names of the registers whose bits the gateware guards
+# Names of registers whose bits the gateware guards, in a register that flips.
+GUARDED = re.compile(r"^soc\.(controller\.(drives\.axis_.\.(error_counter\.|backlash\.parity)"
+                     r"|motion\.(conservation\.|path\.(\w+_again|offset|segment_parity) )"
+                     r"|interlock\.double)|registers\.\w+_parity)")
 STACK = 1024        # bytes of the stack that are in use
 # The main loop: functions that are called at one place only are inside of these, and which of them
 # stand alone is the compiler's choice. All together do not fit into the processor's cache.
@@ -89,7 +93,7 @@ class Flips:
         memory = self.parts.get("memory", Counter())
         registers = sum((counts for part, counts in self.parts.items() if part != "memory"),
                         Counter())
-        return (all(MISPLACED in why and GUARD not in why for why in self.wrong)
+        return (all(MISPLACED in why and not GUARDED.match(why) for why in self.wrong)
                 and all(counts[Outcome.WRONG] <= SHARE * counts.total()
                         for counts in (memory, registers))
                 and not memory[Outcome.SAFE_UNTOLD])

@@ -11,13 +11,14 @@ from host.machines import machine as machines
 from testbench.cosim.job import Data, Job, program
 from testbench.faults import campaign, page
 from testbench.faults.cases import Check, Scene, Trial
-from testbench.faults.flips import Flips
+from testbench.faults.flips import GUARDED, Flips
 from testbench.faults.outcome import LIED, MISPLACED, Found, Outcome, Seen, away, judge
 from testbench.faults.stops import STOPS, Figure
 from testbench.faults.table import CLASSES, FaultClass
 from testbench.faults.trials import run_trials
 from testbench.faults.witness import Told, Witness
 from testbench.native.branch import BranchError, branch
+from testbench.native.probes import PROBES
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
@@ -212,7 +213,7 @@ def test_few_flips_may_end_at_another_place_and_none_may_run_away(wrong, good):
 
 
 @pytest.mark.parametrize(("name", "outcome", "why"), [
-    ("soc.controller.path.guard_command", Outcome.WRONG, MISPLACED),    # none of the guarded ones
+    ("soc.controller.motion.path.offset", Outcome.WRONG, MISPLACED),    # none of the guarded ones
     ("memory, data 0x100", Outcome.SAFE_UNTOLD, "not a word"),          # memory stops with a word
     ("memory, data 0x100", Outcome.WRONG, MISPLACED)])                  # one of few of its own kind
 def test_what_a_register_may_a_guarded_one_and_the_memory_may_not(name, outcome, why):
@@ -221,6 +222,18 @@ def test_what_a_register_may_a_guarded_one_and_the_memory_may_not(name, outcome,
     other = Found(Outcome.WRONG, None, f"soc.y bit 2: {MISPLACED}")
     assert Flips((*borne, other)).good
     assert not Flips((*borne, Found(outcome, None, f"{name} bit 2: {why}"))).good
+
+
+def test_guarded_registers_have_the_names_of_the_netlist():
+    with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,
+                    trace=False) as session:
+        names = {name for name, _ in session.state()}
+    guarded = {name for name in names if GUARDED.match(f"{name} bit 0")}
+    paths = {probe.name: ".".join(probe.path[1:]) for probe in PROBES if probe.scope}
+    tried = {paths[name] for name in ("guard_command", "window_offset", "window_parity",
+                                      "guard_apart", "latch_double")}
+    assert tried <= guarded < names
+    assert {f"soc.registers.axis_{axis}_low_parity" for axis in "xyz"} <= guarded
 
 
 def test_a_bit_of_a_register_turns_over():

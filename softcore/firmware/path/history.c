@@ -45,6 +45,12 @@ typedef struct {
 #define BOWS 2
 #define NO_BLOCK UINT32_MAX
 
+/* Units of the ring, a power of two; the build sets it to what fits into the memory. It does so for
+   this source alone. */
+#ifndef PATH_RING
+#define PATH_RING 8192
+#endif
+
 /* A reset does not clear it (link.ld): that would take most of the start, and a unit is written
    before it is read. */
 #ifdef __riscv

@@ -15,10 +15,6 @@
 #include "base/move.h"
 #include "hal/hal.h"
 
-/* Units of the ring, a power of two; the build sets it to what fits into the memory. */
-#ifndef PATH_RING
-#define PATH_RING 8192
-#endif
 #define PATH_UNIT 16    /* bytes */
 
 /* A segment of the path: piece `piece` of a block. */

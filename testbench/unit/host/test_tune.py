@@ -13,7 +13,7 @@ import pytest
 from host.errors import UsageError
 from host.tune.command import tune
 from host.tune.drive import MODEL_LAG_S, Drive, Loop, overshoot, phase_margin, response
-from host.tune.tune import TuneError, loop_of, measured, proposal, settings_of, speed_of
+from host.tune.tune import Measured, TuneError, loop_of, measured, proposal, settings_of, speed_of
 from softcore.tables.settings import SETTINGS
 from testbench.some import some
 
@@ -191,6 +191,14 @@ def test_settings_that_are_not_listed_are_told():
     machine.send_line = lambda line: SimpleNamespace(answer="error:3")
     with pytest.raises(TuneError, match="does not list its settings loop_gain"):
         settings_of(machine)
+
+
+@pytest.mark.parametrize(("gain", "complaint"), [
+    (0.1, "a gain of 5 1/s; $456 takes 10 at least. Raise"),
+    (9.0, "a gain of 450 1/s; $456 takes 400 at most. Lower")])
+def test_a_gain_that_cannot_be_set_is_told(gain, complaint):
+    with pytest.raises(TuneError, match=re.escape(complaint)):
+        proposal(SET, [Measured("X", (), Drive(gain), 0.0)])
 
 
 def test_speed_is_one_that_the_machine_reaches_at_once():
