@@ -19,6 +19,11 @@ def _shape(field):
     return signed(field.bits) if field.signed else unsigned(field.bits)
 
 
+def _place(block, register):
+    """Address of a register, in words."""
+    return (block.base + register.offset) // 4
+
+
 def _initial(register):
     """Word of a register after reset."""
     word = at = 0
@@ -127,27 +132,34 @@ class RegisterFile(wiring.Component):
         parities = self._parities(m, registers)
 
         # The access is the outer condition, so that the simulator skips all registers in a clock
-        # without an access.
-        with m.If(taken), m.Switch(self.adr):
+        # without an access. What is written has a condition for each register: as cases of one
+        # switch, every signal would come with an empty case for each register before its own.
+        with m.If(taken):
+            words, written = {}, {}
             for block, register in registers:
-                with m.Case((block.base + register.offset) // 4):
-                    word = self._access(m, block, register, latches, parities)
-                    if all(field.access == "rw" for field in register.fields):
-                        written = Signal(name=f"{block.name}_{register.name}_written")
-                        m.d.comb += write.data.eq(self.dat_w[:len(word)])
-                        with m.If(self.we):
-                            m.d.sync += written.eq(1)
-                        with m.If(written):
-                            m.d.sync += kept.eq(1)
-                        with m.Else():
-                            m.d.sync += read.eq(_initial(register))
-                    else:
-                        m.d.sync += read.eq(word)
-                    strobe = strobes.get((block.name, register.name))
+                name = block.name, register.name
+                with m.If(self.adr == _place(block, register)):
+                    words[name] = self._access(m, block, register, latches, parities)
                     if register.pulse == "read":
-                        m.d.comb += strobe.eq(~self.we)
+                        m.d.comb += strobes[name].eq(~self.we)
                     elif register.pulse == "write":
-                        m.d.sync += strobe.eq(self.we)
+                        m.d.sync += strobes[name].eq(self.we)
+                    if all(field.access == "rw" for field in register.fields):
+                        written[name] = Signal(name=f"{block.name}_{register.name}_written")
+                        with m.If(self.we):
+                            m.d.sync += written[name].eq(1)
+            with m.Switch(self.adr):
+                for block, register in registers:
+                    name = block.name, register.name
+                    with m.Case(_place(block, register)):
+                        if name in written:
+                            m.d.comb += write.data.eq(self.dat_w[:len(words[name])])
+                            with m.If(written[name]):
+                                m.d.sync += kept.eq(1)
+                            with m.Else():
+                                m.d.sync += read.eq(_initial(register))
+                        else:
+                            m.d.sync += read.eq(words[name])
         for (block, name), latch in latches.items():
             with m.If(getattr(getattr(self.fields, block), name)):
                 m.d.sync += latch.eq(1)
