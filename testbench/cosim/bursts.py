@@ -170,7 +170,7 @@ def operator_retracts(session: Session) -> dict:
     _hold(job)
     job.press(RETRACT)
     job.wait("retraction_end", 2)
-    job.run(100_000)
+    job.run(session.clock_hz // 20)
     held = job.probe("path_position")
     assert held == job.probe("path_front") - pulses(data.limit)
     job.press(RESUME)
@@ -191,7 +191,7 @@ def hold_and_resume(session: Session) -> dict:
     job.reach(2000, pace(session, 120))
     _hold(job)
     held = job.probe("path_position")
-    job.run(100_000)
+    job.run(session.clock_hz // 20)
     assert job.probe("path_position") == held
     assert job.link.status()["state"] == "Hold"
     job.press(RESUME)
@@ -202,15 +202,15 @@ def hold_and_resume(session: Session) -> dict:
     # The retraction goes on; the hold stops only the way forward.
     clear_after(job, 3000, data.speed)
     job.wait("retraction_end")
-    job.run(100_000)
+    job.run(session.clock_hz // 20)
     assert job.probe("path_front") - job.probe("path_position") > 3000
     assert job.probe("path_status_state") == State.HIGH.value
     job.press(RESUME)
     job.reach(job.probe("path_front") - 1500, pace(session, 900))
     _hold(job)
-    job.run(100_000)
+    job.run(session.clock_hz // 20)
     stopped = job.probe("path_position")
-    job.run(50_000)
+    job.run(session.clock_hz // 40)
     assert job.probe("path_position") == stopped
     job.press(RESUME)
     job.finish()

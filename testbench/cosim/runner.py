@@ -10,7 +10,7 @@ from cocotb_tools.runner import Verilator, get_results
 from softcore.image import target_image
 from softcore.memory import parities, words_of
 from testbench.cosim.build import TOP, program
-from testbench.native.build import options
+from testbench.native.build import Options, options
 from testbench.simulators import blocks
 
 __all__ = ["cosimulate"]
@@ -25,8 +25,8 @@ def _write(numbers: list[int], path: Path) -> None:
 
 
 def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
-               clock_hz: int | None = None, image: Path | None = None,
-               waves: Path | None = None, **arguments):
+               clock_hz: int | None = None, needed: Options | None = None,
+               image: Path | None = None, waves: Path | None = None, **arguments):
     """Run ``scenario(session, **arguments)`` under cocotb; return its result, converted by JSON.
 
     The same call on a native ``Simulation`` with the same seed gives the same, to the clock, and
@@ -41,6 +41,8 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
         Folder for the log and the results.
     machine, seed, clock_hz
         See ``testbench.native.simulation.Simulation``; the default clock is that of the machine.
+    needed : mapping or None
+        Options of the controller; those that the machine needs if not given.
     image : Path or None
         Firmware; compiled from the sources if not given.
     waves : Path or None
@@ -55,7 +57,7 @@ def cosimulate(scenario: Callable, workdir: Path, *, machine: dict, seed: int,
     """
     clock_hz = clock_hz or int(machine["clock_hz"])
     runner = Verilator()
-    binary = program(clock_hz, options(machine))
+    binary = program(clock_hz, options(machine) if needed is None else needed)
     firmware, parity = workdir / "firmware.hex", workdir / "parity.hex"
     code = (image or target_image()).read_bytes()
     _write(words_of(code), firmware)

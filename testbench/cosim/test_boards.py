@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scenarios on each board's own controller: its clock, its options, its memory's size.
+
+The unit tests of a block hold it in configurations that are quick to simulate. Here every block
+runs in those that a board gives it: clocks that the power supply and the references need to settle,
+periods of timers, depths of queues, at 40 MHz.
+"""
+
+import pytest
+
+from constraints.boards import BOARDS
+from host.machines import machine as machines
+from softcore.build import controller_options
+from softcore.image import target_image
+from testbench.cosim.runner import cosimulate
+from testbench.cosim.scenarios import SCENARIOS
+from testbench.native import build
+from testbench.native.simulation import Simulation
+
+SEED = 1
+# Under cocotb each takes minutes: a retraction, a stop by its cause, hung firmware, a jump, and
+# the switching of currents.
+UNDER_COCOTB = ("simple", "tripped-estop", "hung-clock-1234", "jump", "steps_in_one_block")
+CHOSEN = {str(scenario): scenario for scenario in SCENARIOS}
+
+
+def options(board, machine):
+    """Of the controller, for a board beside a machine; and of its memory."""
+    return {**build.options(machine), **controller_options(board, board.platform()),
+            "memory_size": board.memory_size}
+
+
+def run(board, scenario):
+    """Run a scenario natively on a board's controller; return what it found."""
+    tables = machines.load(scenario.machine).tables
+    code = build.library(board.clock_hz, lambda _: None, options(board, tables))
+    with Simulation(machine=tables, clock_hz=board.clock_hz, seed=SEED, trace=False, code=code,
+                    image=target_image(board.memory_size)) as session:
+        return scenario.run(session)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=str)
+@pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
+def test_scenario_on_a_boards_controller(board, scenario):
+    assert run(board, scenario)
+
+
+@pytest.mark.soak
+@pytest.mark.cocotb
+@pytest.mark.parametrize("name", UNDER_COCOTB)
+@pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
+def test_a_boards_controller_is_the_same_natively_and_under_cocotb(board, name, workdir):
+    scenario = CHOSEN[name]
+    tables = machines.load(scenario.machine).tables
+    assert cosimulate(scenario.function, workdir, machine=tables, seed=SEED,
+                      clock_hz=board.clock_hz, needed=options(board, tables),
+                      image=target_image(board.memory_size), **scenario.arguments) == \
+        run(board, scenario)
