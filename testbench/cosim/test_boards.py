@@ -18,9 +18,10 @@ from testbench.native import build
 from testbench.native.simulation import Simulation
 
 SEED = 1
-# Under cocotb each takes minutes: a retraction, a stop by its cause, hung firmware, a jump, and
-# the switching of currents.
-UNDER_COCOTB = ("simple", "tripped-estop", "hung-clock-1234", "jump", "steps_in_one_block")
+# Under cocotb each takes minutes: a retraction, stops by the coder, the watchdog, contact and the
+# gate, and the switching of currents.
+UNDER_COCOTB = ("rapid", "tripped-coder", "hung-memory-1234", "touches-G01 Z-0.5 F120-120",
+                "stuck-main-cut", "crowded_steps")
 CHOSEN = {str(scenario): scenario for scenario in SCENARIOS}
 
 
