@@ -49,12 +49,12 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-        "ulx3s": BoardBudget(luts=25_778, lut4=15_170, ccu2c=3970, ff=13_023, ram=198, bram=151,
+        "ulx3s": BoardBudget(luts=25_875, lut4=15_261, ccu2c=3971, ff=13_023, ram=198, bram=151,
                          dsp=4, mhz=47.5),
-        "ulx3s_45f": BoardBudget(luts=25_838, lut4=15_238, ccu2c=3964, ff=13_024, ram=198, bram=107,
-                             dsp=4, mhz=44.6),
-        "colorlight_i9": BoardBudget(luts=25_776, lut4=15_184, ccu2c=3963, ff=13_024, ram=198,
-                                 bram=107, dsp=4, mhz=52.8),
+        "ulx3s_45f": BoardBudget(luts=25_842, lut4=15_248, ccu2c=3964, ff=13_024, ram=198, bram=107,
+                             dsp=4, mhz=44.3),
+        "colorlight_i9": BoardBudget(luts=25_865, lut4=15_267, ccu2c=3966, ff=13_024, ram=198,
+                                 bram=107, dsp=4, mhz=51.2),
 }
 
 
