@@ -287,6 +287,7 @@ def test_a_board_without_a_wire_has_all_guards_open():
     assert not any("Axis" in question for question in found.asked)
 
 
+@pytest.mark.soak
 def test_ctrl_c_while_levels_are_tried_ends_the_trial():
     seen = bytearray()
 
