@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper tune``: the loops of the axes at a port, told on the terminal and drawn."""
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from host.machines import machine as machines
 from host.run.controller import Controller
 from host.run.figures import ERROR, FAINT, PATH, svg
 from host.touch.command import ways_of
-from host.tune.drive import Drive, response
+from host.tune.drive import response
 from host.tune.tune import (
     Measured,
     Proposal,
@@ -76,11 +78,14 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
 
 
 def _told(one: Measured, settings: Mapping[str, int]) -> str:
-    drive = one.drive
+    drive, fit = one.drive, one.fit
+    limit = (f"at least {fit.least:.0f}" if math.isinf(fit.most) else
+             f"{fit.least:.0f} to {fit.most:.0f}")
     return (f"{one.axis}: loop gain {settings['loop_gain'] * drive.gain:.1f} 1/s "
-            f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, lag "
-            f"{1000 * drive.lag_s:.1f} ms, dead time {1000 * drive.dead_s:.1f} ms; "
-            f"{len(one.samples)} reports, which this explains to {1000 * one.left:.1f} um (rms)")
+            f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, lags "
+            f"{1000 * drive.lag_s:.1f} and {1000 * drive.filter_s:.1f} ms, dead time "
+            f"{1000 * drive.dead_s:.1f} ms, acceleration {limit} mm/s2; {len(one.samples)} "
+            f"reports, which this explains to {1000 * fit.left:.1f} um (rms)")
 
 
 def _draw(picture: Path, settings: Mapping[str, int], found: Sequence[Measured],
@@ -101,11 +106,11 @@ def _steps(figure: Figure, settings: Mapping[str, int], found: Sequence[Measured
     times = np.arange(0, SHOWN_S, 1e-4)
     for one, ax in zip(found, plots, strict=True):
         speed = speed_of(settings, one.axis)
-        near = [sample for sample in one.samples if sample.time_s < SHOWN_S]
+        near = [sample for sample in one.samples
+                if sample.time_s < SHOWN_S and not sample.before]
         ax.plot([1000 * sample.time_s for sample in near], [1000 * sample.error for sample in near],
                 ".", color=ERROR, markersize=4, label="measured")
-        right = Drive(one.drive.gain * loop.gain / wanted.loop.gain, one.drive.offset,
-                      one.drive.lag_s, one.drive.dead_s)
+        right = replace(one.drive, gain=one.drive.gain * loop.gain / wanted.loop.gain)
         for drive, loops, colour, title in ((one.drive, loop, PATH, "predicted, as set"),
                                             (right, wanted.loop, FAINT, "predicted, as proposed")):
             for way, label in (speed, title), (-speed, None):

@@ -2,7 +2,8 @@
 """A drive in its position loop: its response to the start and the end of a motion, and its fit.
 
 A drive turns the velocity command u into the speed w: a dead time, a gain (1 as it should be), an
-offset and a lag of first order. The controller closes the loop as ``rtl.motion.axis`` does::
+offset, two lags of first order, and a limit of the acceleration by the second. The controller
+closes the loop as ``rtl.motion.axis`` does::
 
     u = K (Er - T m) + f v      with feed-forward: the share f of the path's speed v
     u = K Er                    in the plain loop
@@ -12,23 +13,32 @@ times in seconds.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, least_squares
 
 from softcore.registers import DRIVE_LAG_US
 
-__all__ = ["MODEL_LAG_S", "Drive", "Loop", "Sample", "fitted", "overshoot", "phase_margin",
-           "response", "steady"]
+__all__ = ["MODEL_LAG_S", "Drive", "Fit", "Loop", "Sample", "fitted", "overshoot",
+           "phase_margin", "response", "steady"]
+
+Numbers = NDArray[np.float64]
 
 MODEL_LAG_S = DRIVE_LAG_US / 1e6      # of the drive in the controller's model of it
 STEP_S = 5e-5
-LONGEST_LAG_S, LONGEST_DEAD_S = 16e-3, 6e-3
-SHORTEST_LAG_S = 0.3e-3
-SEARCHES, PLACES = 10, 5    # of the fit: each search looks at a grid, six tenths of the last
-NARROWER = 0.6
+FITTED_S = 0.05             # of the begin of a motion, for the fit
+SEEN = 0.9                  # deviation with a limit of the acceleration, of that without, at most
+SURE = 3.0                  # standard deviations of the limit that is told
+BOUND = 0.9                 # of the acceleration that a drive without a limit has shown
+
+# Of the fit, by parameter: lag, filter and dead time in ms, and the logarithm to base 2 of the
+# limit of the acceleration as a share of what the lag alone would have.
+LOWEST, HIGHEST = (0.3, 0.0, 0.0, -6.0), (16.0, 6.0, 6.0, 1.0)
+BEGUN = ((3.0, 0.5, 0.5, -0.5), (6.0, 0.5, 0.5, -3.0))
+STEPS = (1e-3, 1e-3, 1e-3, 1e-3)    # of their derivatives
 
 
 @dataclass(frozen=True)
@@ -46,49 +56,102 @@ class Loop:
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive: gain as a multiple of what it should be, offset in mm/s, lag and dead time."""
+    """A drive: gain as a multiple of what it should be, offset in mm/s, lags, dead time, limit.
+
+    ``filter_s`` is the lag before the other, ``acceleration`` the limit of the latter, in mm/s2.
+    """
 
     gain: float = 1.0
     offset: float = 0.0
     lag_s: float = 3e-3
     dead_s: float = 0.0
+    filter_s: float = 0.0
+    acceleration: float = math.inf
+
+    @property
+    def late_s(self) -> float:
+        """How late it follows an even ramp."""
+        return self.lag_s + self.filter_s + self.dead_s
 
 
 @dataclass(frozen=True)
 class Sample:
     """What a status report says in a motion: time since its start, following error, its speed.
 
-    Error and speed are positive upwards.
+    ``before`` is the speed before that start: 0, or that of a motion the other way. Error and
+    speeds are positive upwards.
     """
 
     time_s: float
     error: float
     speed: float
+    before: float = 0.0
 
 
-def response(drive: Drive, loop: Loop, speed: float, times: NDArray[np.float64],
-             until_s: float = math.inf) -> NDArray[np.float64]:
-    """Following error at times after the start of a motion; its command ends at ``until_s``.
+@dataclass(frozen=True)
+class Fit:
+    """The drive that explains samples best, and the deviation that is left, in mm rms.
 
-    Before it the axis is at rest, where the offset has its following error.
+    Its acceleration is limited to ``least`` to ``most`` mm/s2; ``most`` is infinite if no limit
+    has shown.
     """
+
+    drive: Drive
+    left: float
+    least: float
+    most: float
+
+
+def response(drive: Drive, loop: Loop, speed: float, times: Numbers, until_s: float = math.inf,
+             before: float = 0.0) -> Numbers:
+    """Following error at times after a change of the commanded speed; it ends at ``until_s``.
+
+    Up to the change the axis has moved evenly with the speed ``before``. At rest, the offset has
+    its following error.
+    """
+    return _responses([drive], loop, speed, times, until_s, before)[:, 0]
+
+
+def _responses(drives: Sequence[Drive], loop: Loop, speed: float, times: Numbers,
+               until_s: float = math.inf, before: float = 0.0) -> Numbers:
+    """The same of several drives, in columns."""
+    def each(value: Callable[[Drive], float]) -> Numbers:
+        return np.array([value(drive) for drive in drives])
+
+    def follows(lags: Numbers) -> Numbers:
+        return -np.expm1(-STEP_S / np.maximum(lags, 1e-9))
+
+    gain, offset = each(lambda drive: drive.gain), each(lambda drive: drive.offset)
+    filtering, turns = (follows(each(lambda drive: drive.filter_s)),
+                        follows(each(lambda drive: drive.lag_s)))
+    most = each(lambda drive: drive.acceleration) * STEP_S
+    late = each(lambda drive: drive.dead_s) / STEP_S
+    whole, columns = late.astype(int), np.arange(len(drives))
+    part, longest = late - whole, int(whole.max()) + 1
     steps = int(times.max(initial=0.0) / STEP_S) + 2
-    late = round(drive.dead_s / STEP_S)
-    resting = -drive.offset / drive.gain
-    command = [resting] * late              # what is on its way to the drive
-    modelled, turning = resting, 0.0
-    error = resting * (1 + loop.lead) / loop.gain
-    found = np.empty(steps)
+    evenly = (before - offset) / gain
+    commands = np.empty((longest + steps, len(drives)))     # the first are on their way already
+    commands[:longest] = evenly
+    model = -math.expm1(-STEP_S / MODEL_LAG_S)
+    modelled, filtered, turning = evenly, np.full_like(evenly, before), np.full_like(evenly, before)
+    errors = (evenly * (1 + loop.lead) - loop.share * before) / loop.gain
+    found = np.empty((steps, len(drives)))
     for step in range(steps):
-        found[step] = error
+        found[step] = errors
         moving = speed if step * STEP_S < until_s else 0.0
-        told = loop.gain * error - loop.lead * modelled + loop.share * moving
-        command.append(told)
-        reached = drive.gain * command[step] + drive.offset
-        modelled += (told - modelled) * -math.expm1(-STEP_S / MODEL_LAG_S)
-        turning += (reached - turning) * -math.expm1(-STEP_S / drive.lag_s)
-        error += (moving - turning) * STEP_S
-    return np.interp(times, np.arange(steps) * STEP_S, found)
+        told = loop.gain * errors - loop.lead * modelled + loop.share * moving
+        now = longest + step - whole
+        commands[longest + step] = told
+        reached = commands[now, columns] * (1 - part) + commands[now - 1, columns] * part
+        modelled = modelled + (told - modelled) * model
+        filtered = filtered + (gain * reached + offset - filtered) * filtering
+        turning = turning + np.clip((filtered - turning) * turns, -most, most)
+        errors = errors + (moving - turning) * STEP_S
+    places = times / STEP_S
+    rows = places.astype(int)
+    between = (places - rows)[:, None]
+    after = np.minimum(rows + 1, steps - 1)
+    return np.asarray(found[rows] * (1 - between) + found[after] * between)
 
 
 def steady(loop: Loop, samples: Sequence[Sample], after_s: float) -> tuple[float, float]:
@@ -115,10 +178,11 @@ def steady(loop: Loop, samples: Sequence[Sample], after_s: float) -> tuple[float
     return gain, (speeds[True] + speeds[False] - gain * (up + down)) / 2
 
 
-def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> tuple[Drive, float]:
-    """The drive that explains the samples best, and the deviation that is left (mm, rms).
+def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> Fit:
+    """The drive that explains the samples best.
 
-    Gain and offset come from the even motion, lag and dead time from the start of it.
+    Gain and offset come from the even motion; lags, dead time and the limit of the acceleration
+    from the begin of each motion, by least squares.
 
     Raises
     ------
@@ -126,27 +190,54 @@ def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> tuple[Drive
         As ``steady``.
     """
     gain, offset = steady(loop, samples, after_s)
-    ways = [[one for one in samples if (one.speed > 0) == up] for up in (True, False)]
-    times = [np.array([one.time_s for one in way]) for way in ways]
-    errors = np.concatenate([[one.error for one in way] for way in ways])
+    ways: dict[tuple[float, float], list[Sample]] = {}
+    for one in samples:
+        if one.time_s <= FITTED_S:
+            ways.setdefault((one.before, one.speed), []).append(one)
+    taken = [(before, speed, np.array([one.time_s for one in way]),
+              np.array([one.error for one in way])) for (before, speed), way in ways.items()]
+    jump = max(abs(speed - before) for before, speed in ways)
 
-    def left(drive: Drive) -> float:
-        away = np.concatenate([response(drive, loop, way[0].speed, at)
-                               for way, at in zip(ways, times, strict=True)]) - errors
-        return float(np.sqrt(np.mean(away**2)))
+    def drive(lag: float, second: float, dead: float, share: float | None = None) -> Drive:
+        limit = math.inf if share is None else jump / (lag * 1e-3) * 2**share
+        return Drive(gain, offset, lag * 1e-3, dead * 1e-3, second * 1e-3, limit)
 
-    best = Drive(gain, offset, LONGEST_LAG_S / 2, LONGEST_DEAD_S / 2)
-    rest, half = math.inf, 1.0
-    for _ in range(SEARCHES):
-        middle = best
-        for lag in np.linspace(-half, half, PLACES) * LONGEST_LAG_S / 2 + middle.lag_s:
-            for dead in np.linspace(-half, half, PLACES) * LONGEST_DEAD_S / 2 + middle.dead_s:
-                tried = replace(best, lag_s=max(SHORTEST_LAG_S, float(lag)),
-                                dead_s=max(0.0, float(dead)))
-                if (now := left(tried)) < rest:
-                    best, rest = tried, now
-        half *= NARROWER
-    return best, rest
+    def away(values: Numbers) -> Numbers:
+        """Deviations in um."""
+        return np.concatenate([1000 * (response(drive(*values), loop, speed, times, before=before)
+                                       - errors) for before, speed, times, errors in taken])
+
+    def slopes(values: Numbers) -> Numbers:
+        """Their derivatives by each parameter."""
+        drives = [drive(*values), *(drive(*(values + np.eye(len(values))[at] * STEPS[at]))
+                                    for at in range(len(values)))]
+        found = np.concatenate([1000 * _responses(drives, loop, speed, times, before=before)
+                                for before, speed, times, errors in taken])
+        return np.asarray((found[:, 1:] - found[:, :1]) / np.array(STEPS[:len(values)]))
+
+    def best(begun: Sequence[float]) -> OptimizeResult:
+        return least_squares(away, begun, jac=slopes, x_scale=1.0, xtol=1e-4, ftol=1e-4,
+                             bounds=(LOWEST[:len(begun)], HIGHEST[:len(begun)]))
+
+    free = best(BEGUN[0][:3])
+    limited = min((best(begun) for begun in BEGUN), key=lambda one: one.cost)
+    count = sum(len(errors) for *_, errors in taken)
+    if limited.cost > SEEN**2 * free.cost:
+        # It has shown an acceleration without a limit: that after the greatest jump.
+        shown, times = drive(*free.x), np.arange(0, FITTED_S, STEP_S)
+        turned = response(shown, loop, jump / 2, times, before=-jump / 2)
+        peak = float(np.abs(np.diff(turned, 2)).max()) / STEP_S**2
+        return Fit(shown, _rms(free, count), BOUND * peak, math.inf)
+    found = drive(*limited.x)
+    spread = 2 * limited.cost / max(1, count - 4) * np.linalg.pinv(limited.jac.T @ limited.jac)
+    factor = 2 ** (SURE * math.sqrt(spread[3, 3]))
+    return Fit(found, _rms(limited, count), found.acceleration / factor,
+               found.acceleration * factor)
+
+
+def _rms(found: OptimizeResult, count: int) -> float:
+    """Deviation in mm."""
+    return float(math.sqrt(2 * found.cost / count)) / 1000
 
 
 def overshoot(drive: Drive, loop: Loop, speed: float) -> float:
@@ -160,7 +251,8 @@ def overshoot(drive: Drive, loop: Loop, speed: float) -> float:
 def phase_margin(drive: Drive, loop: Loop) -> float:
     """Phase margin of the position loop in degrees; below 0 it swings."""
     s = 2j * np.pi * np.geomspace(0.05, 2000, 20_000)
-    opened = (loop.gain * drive.gain * np.exp(-s * drive.dead_s) / (1 + s * drive.lag_s)
+    opened = (loop.gain * drive.gain * np.exp(-s * drive.dead_s)
+              / ((1 + s * drive.lag_s) * (1 + s * drive.filter_s))
               / (s * (1 + loop.lead / (1 + s * MODEL_LAG_S))))
     crossing = int(np.argmax(np.abs(opened) < 1))
     return float(180 + np.degrees(np.unwrap(np.angle(opened))[crossing]))

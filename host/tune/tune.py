@@ -7,8 +7,8 @@ link does no harm. Only settings are read; none is changed.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from host.errors import UserError
 from host.link.link import Link
 from host.tune.drive import (
     Drive,
+    Fit,
     Loop,
     Sample,
     fitted,
@@ -31,6 +32,8 @@ __all__ = ["AXES", "Measured", "Proposal", "TuneError", "loop_of", "measured", "
 AXES = "XYZ"
 FASTEST_MM_S = 10.0
 PAIRS = 4                   # motions there and back
+TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
+UNSURE_S = 2e-3             # around a turn, in which a report's line may be that of the other leg
 SPREAD_S = 0.02             # over which the first reports of the motions are spread
 EVEN = 0.6                  # share of a motion after which its speed is taken for even
 FEWEST = 5                  # samples of even motion in each direction
@@ -38,6 +41,7 @@ MOTION_S = 30.0             # after which a motion that does not end is given up
 LIST_S, POLL_S = 15.0, 0.05     # of the list of settings
 MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
 SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
+BACK = 0.8                  # of the drives' acceleration is proposed for the way back
 ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
 DIFFERENT = 0.05            # between axes, above which one gain for all does not do
@@ -50,12 +54,16 @@ class TuneError(UserError):
 
 @dataclass(frozen=True)
 class Measured:
-    """An axis: its samples, the drive that explains them, and the deviation left, mm rms."""
+    """An axis: its samples, and the drive that explains them."""
 
     axis: str
     samples: tuple[Sample, ...]
-    drive: Drive
-    left: float
+    fit: Fit
+
+    @property
+    def drive(self) -> Drive:
+        """The drive that was found."""
+        return self.fit.drive
 
 
 @dataclass(frozen=True)
@@ -90,7 +98,7 @@ def settings_of(link: Link) -> dict[str, int]:
     finally:
         link.on_line = inner
     wanted = ("loop_gain", "feed_forward", "start_speed_um_s", "highest_speed_mm_min", "step_axes",
-              "follow_moving", "follow_stopped",
+              "follow_moving", "follow_stopped", "back_acceleration_mm_s2",
               *(f"highest_speed_{axis.lower()}" for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
     if missing:
@@ -130,16 +138,17 @@ def measured(link: Link, settings: Mapping[str, int], axis: str, way: int, trave
     for number in range(2 * PAIRS):
         samples += _motion(link, index, -way if number % 2 else way, speed, travel_mm, time_s,
                            number / (2 * PAIRS) * SPREAD_S)
+    for number in range(TURNS):
+        samples += _turns(link, index, way, speed, travel_mm, time_s, number / TURNS * SPREAD_S)
     after = EVEN * travel_mm / speed
     for up in (True, False):
         if sum(one.time_s >= after and (one.speed > 0) == up for one in samples) < FEWEST:
             raise TuneError(f"axis {axis}: {travel_mm:g} mm are too short for the reports that "
                             "come; give more --travel.")
     try:
-        drive, left = fitted(loop, samples, after)
+        return Measured(axis, tuple(samples), fitted(loop, samples, after))
     except ValueError as error:
         raise TuneError(f"axis {axis}: {error}.") from error
-    return Measured(axis, tuple(samples), drive, left)
 
 
 def _place(told: Mapping[str, str], index: int) -> tuple[float, float]:
@@ -151,10 +160,52 @@ def _place(told: Mapping[str, str], index: int) -> tuple[float, float]:
 def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
             time_s: Callable[[], float], wait_s: float) -> list[Sample]:
     """Samples of one motion, from ``wait_s`` after its line has been accepted."""
-    axis, found = AXES[index], []
     start, error = _place(link.status(), index)
-    found.append(Sample(0.0, error, sign * speed))
-    link.command(f"G21 G91 G94 G01 {axis}{sign * travel_mm:.4f} F{60 * speed:g}")
+    link.command(_line(index, sign * travel_mm, speed))
+    found = [Sample(0.0, error, sign * speed)]
+    for told, command, now in _reports(link, index, time_s, wait_s):
+        gone = (command - start) * sign
+        if 0 < gone < travel_mm - 1 / PULSES_PER_MM:
+            found.append(Sample(gone / speed, now, sign * speed))
+        elif told["state"] == "Idle":
+            break
+    return found
+
+
+def _turns(link: Link, index: int, sign: int, speed: float, travel_mm: float,
+           time_s: Callable[[], float], wait_s: float) -> list[Sample]:
+    """Samples after the turns of a motion to and fro, in which the axis does not stop.
+
+    At a turn the speed changes by twice its amount, as no start from rest may. The reports name the
+    part of the motion by the number of its line. That may be later than the place by the time that
+    the controller takes to make the report, so what is near a turn is left out.
+    """
+    start, _ = _place(link.status(), index)
+    for leg in range(LEGS):
+        way = sign * (1 - leg % 2 * 2)
+        link.command(_line(index, way * travel_mm, speed, number=leg + 1))
+    found: list[Sample] = []
+    for told, command, error in _reports(link, index, time_s, wait_s):
+        gone, leg = (command - start) * sign, int(told["Ln"]) - 1
+        if told["state"] == "Idle":
+            return found
+        if leg % 2:
+            gone = travel_mm - gone
+        if leg and UNSURE_S < gone / speed < travel_mm / speed - UNSURE_S:
+            moved = sign * speed * (1 - leg % 2 * 2)
+            found.append(Sample(gone / speed, error, moved, before=-moved))
+    return found
+
+
+def _line(index: int, way_mm: float, speed: float, *, number: int | None = None) -> str:
+    """A straight line along an axis."""
+    name = "" if number is None else f"N{number} "
+    return f"{name}G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
+
+
+def _reports(link: Link, index: int, time_s: Callable[[], float],
+             wait_s: float) -> Iterator[tuple[Mapping[str, str], float, float]]:
+    """Reports of a motion: each as it was told, with command and following error in mm."""
     first = time_s() + wait_s
     while (left := first - time_s()) > 0:
         link.poll(left)
@@ -162,16 +213,11 @@ def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
     while True:
         told = link.status()
         if told["state"] == "Alarm":
-            raise TuneError(f"axis {axis}: an alarm came while it moved.")
+            raise TuneError(f"axis {AXES[index]}: an alarm came while it moved.")
         if time_s() > end:
-            raise TuneError(f"axis {axis}: its motion has not ended within {MOTION_S:g} s; is a "
-                            "hold or an override of the feed in force?")
-        command, error = _place(told, index)
-        gone = (command - start) * sign
-        if 0 < gone < travel_mm - 1 / PULSES_PER_MM:
-            found.append(Sample(gone / speed, error, sign * speed))
-        elif told["state"] == "Idle":
-            return found
+            raise TuneError(f"axis {AXES[index]}: its motion has not ended within {MOTION_S:g} s; "
+                            "is a hold or an override of the feed in force?")
+        yield told, *_place(told, index)
 
 
 def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
@@ -187,8 +233,7 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
         raise TuneError(f"the loops have a gain of {gain} 1/s; $456 takes {most} at most. Lower "
                         "the scale of the velocity command at the amplifiers.")
     # Beside a loop whose gain is set right, a drive has the gain that its axis differs by.
-    drives = {one.axis: Drive(gains[one.axis] / gain, one.drive.offset, one.drive.lag_s,
-                              one.drive.dead_s) for one in axes}
+    drives = {one.axis: replace(one.drive, gain=gains[one.axis] / gain) for one in axes}
     for axis, drive in drives.items():
         if abs(drive.gain - 1) > DIFFERENT:
             notes.append(f"{axis} has {gains[axis]:.1f} 1/s, not {gain}: $456 is for all axes, so "
@@ -196,14 +241,14 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
         if not GAIN_ACCEPTED[0] <= drive.gain <= GAIN_ACCEPTED[1]:
             notes.append(f"{axis}: a gain of {drive.gain:.2f} times the one that is set trips the "
                          "supervision of its coder.")
-        late = drive.lag_s + drive.dead_s
+        late = drive.late_s
         if not LAG_ACCEPTED[0] <= late <= LAG_ACCEPTED[1]:
             notes.append(f"{axis}: its drive is {1000 * late:.1f} ms late; the supervision of the "
                          "coders expects 2 to 6.")
     top = max(FASTEST_MM_S, settings["highest_speed_mm_min"] / 60)
     start = settings["start_speed_um_s"] / 1000
     share = next(share for share in SHARES if not share or all(
-        overshoot(drive, Loop(gain, share / 100), start) <= start * (drive.lag_s + drive.dead_s)
+        overshoot(drive, Loop(gain, share / 100), start) <= start * drive.late_s
         and phase_margin(drive, Loop(gain, share / 100)) >= MARGIN_DEG / 2
         for drive in drives.values()))
     loop = Loop(gain, share / 100)
@@ -221,7 +266,9 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
             notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
                          f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
                          "command at its amplifier.")
+    back = named("back_acceleration_mm_s2")
     values = {"loop_gain": gain, "feed_forward": share,
+              back.name: min(back.highest, int(BACK * min(one.fit.least for one in axes))),
               "follow_moving": _pulses(ERROR_MARGIN * furthest),
               "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
     return Proposal(values, notes)

@@ -4,10 +4,17 @@
 ``python -m testbench.cosim.sparks`` compares on-times from the gate and from the ignition.
 """
 
-import sys
+import argparse
 from dataclasses import dataclass
+from itertools import product
 from statistics import fmean, pstdev
 
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from host.experiments.common import in_parallel, markdown, summed_up, value_with_spread
 from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
@@ -15,7 +22,7 @@ from host.tape.tape import encode
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
-__all__ = ["PLACES", "UNSEEN", "Cut", "Spark", "cut", "row_of"]
+__all__ = ["PLACES", "UNSEEN", "Cut", "Spark", "cut", "figures_of"]
 
 OPEN, BURNING, ARCING, SHORTED = range(1, 5)   # ``plant::Gap::State``
 UNSEEN = 5      # clocks from an ignition to the generator: pads, and the simulated machine's own
@@ -24,10 +31,21 @@ WATCHED = ("gap_on", "gap_state", "gap_status_shorted", *COUNTS)
 # Machine, tape, and the row that takes the place of its condition, but for the word A.
 PLACES = {
     "wire": ("wire", "wire_slot", "C500", "G10 C900 I8 P5 Q40 R40 K-1"),
+    "punch": ("wire", "wire_punch", "C500", "G10 C900 I8 P5 Q40 R40 K-1"),
     "sinker": ("small", "sink_servo", "C100", "G10 C900 I1 P15 Q25 R25"),
 }
 
-WORDS = {"wire": ("A0", "A1", "A1 B20"), "sinker": ("A0", "A1", "A1 B30")}
+WORDS = {"wire": ("A0", "A1", "A1 B20"), "punch": ("A0", "A1", "A1 B20"),
+         "sinker": ("A0", "A1", "A1 B30")}
+# Of the table: titles and digits.
+FIGURES = {
+    "sparks": ("sparks", 0), "burnt_us": ("burning time, µs", 2), "spread": ("its deviation, %", 1),
+    "whole": ("sparks in full", 0), "whole_us": ("their burning time, µs", 2),
+    "whole_spread": ("its deviation, %", 2), "waits": ("cut by the end of the wait", 0),
+    "removed_mm3": ("removed, mm³", 3), "shorts": ("Ss", 1), "arcs": ("arcs and shorted pulses", 0),
+    "drop_spread": ("deviation of the drop, %", 1), "kerf_um": ("deviation of the kerf, µm", 2),
+}
+WINDOW = 50     # samples of the trace, of 1 ms, for a mean of the voltage
 
 
 @dataclass(frozen=True)
@@ -56,6 +74,8 @@ class Cut:
     removed_mm3: float
     retractions: int
     way_mm: float
+    volts: tuple[float, ...]        # means of the gap voltage, while it machined
+    kerf_um: float | None           # deviation of the width of the kerf along X, of a wire
 
     def times_us(self, *ends):
         """Burning times of the sparks that ended so."""
@@ -80,13 +100,33 @@ def cut(place: str, words: str, *, seconds: float, seed: int = 1) -> Cut:
         done.execute()
         assert done.alarm is None, done.alarm
         changes, trace, clock_hz = session.changes(), session.trace(), session.clock_hz
+        left = session.workpiece() if name == "wire" else None
     found, pulses, arcs = _sparks(changes, _wait(row, words, clock_hz))
     counts = dict.fromkeys(COUNTS, 0)
     counts.update({name: value for _, name, value in changes if name in counts})
     shorts = sum(name == "gap_status_shorted" and value for _, name, value in changes)
     return Cut(found, pulses, tuple(counts.values()), arcs, clock_hz, trace["t"][-1],
                float(trace["removed_mm3"][-1]), shorts,
-               float(trace["path"].max()) / machine.pulses_per_mm)
+               float(trace["path"].max()) / machine.pulses_per_mm, _volts(trace), _kerf_um(left))
+
+
+def _volts(trace):
+    """Mean voltages of the gap in ``WINDOW`` samples each, from the first removal on."""
+    begun = int(np.argmax(trace["removed_mm3"] > 0))
+    volts = trace["gap_v"][begun:]
+    windows = len(volts) // WINDOW
+    return tuple(volts[:windows * WINDOW].reshape(windows, WINDOW).mean(axis=1).tolist())
+
+
+def _kerf_um(left):
+    """Deviation of the width of the cut along X, without its ends, or None without a wire."""
+    if left is None:
+        return None
+    cell_um = (left["y"][1] - left["y"][0]) * 1000
+    width = (1 - left["left"].astype(float) / left["left"].max()).sum(axis=0) * cell_um
+    cut = np.flatnonzero(width > 0.9 * width.max())
+    quarter = len(cut) // 4
+    return float(width[cut[quarter:-quarter]].std()) if quarter else None
 
 
 def _wait(row, words, clock_hz):
@@ -138,23 +178,50 @@ def _sparks(changes, wait):
     return sparks, len(pulses), sum(pulse.foul for pulse in pulses)
 
 
-def row_of(place: str, words: str, **more) -> str:
-    """One line of the table."""
-    done = cut(place, words, **more)
-    parts = []
-    for what, ends in (("all", ("time", "guard", "wait")), ("uncut", ("time",)),
-                       ("wait", ("wait",)), ("guard", ("guard",))):
-        times = done.times_us(*ends)
-        if times:
-            mean, share = done.spread(*ends)
-            parts.append(f"{what} {len(times)}: {mean:.2f} us +-{100 * share:.1f} %")
-    return (f"{place} {words}: {'; '.join(parts)}; pulses {done.pulses}, open/ok/dame/short "
-            f"{done.classes}, foul {done.arcs}, {done.removed_mm3:.4f} mm3, {done.way_mm:.4f} mm, "
-            f"Ss {done.retractions}, {done.seconds:.2f} s")
+def figures_of(trial: tuple[str, str, int, float]) -> dict:
+    """Figures of a run, by the names of ``FIGURES``; of place, words, seed and seconds."""
+    place, words, seed, seconds = trial
+    done = cut(place, words, seconds=seconds, seed=seed)
+    all_us, whole_us = done.times_us("time", "guard", "wait"), done.times_us("time")
+    level = machines.load(PLACES[place][0]).tables["source"]["open_v"]
+    letters = {word[0]: float(word[1:]) for word in f"{PLACES[place][3]} {words}".split()[1:]}
+    waits = letters.get("B", letters["P"])
+    drops = [level * waits / (waits + letters["Q"]) - volts for volts in done.volts]
+    return {
+        "place": place, "words": words, "seed": seed, "outcome": "whole",
+        "sparks": len(all_us), "burnt_us": fmean(all_us),
+        "spread": 100 * pstdev(all_us) / fmean(all_us),
+        "whole": len(whole_us), "whole_us": fmean(whole_us),
+        "whole_spread": 100 * pstdev(whole_us) / fmean(whole_us),
+        "waits": len(done.times_us("wait")), "removed_mm3": done.removed_mm3,
+        "shorts": done.retractions, "arcs": done.classes[2] + done.classes[3],
+        "drop_spread": 100 * pstdev(drops) / fmean(drops), "kerf_um": done.kerf_um}
+
+
+def main():
+    """Print the table, as Markdown."""
+    parser = argparse.ArgumentParser(prog="python -m testbench.cosim.sparks",
+                                     description=main.__doc__)
+    parser.add_argument("seconds", type=float, nargs="?", default=3.0,
+                        help="of the machine, from the start of the tape")
+    parser.add_argument("--seeds", type=int, default=1, help="runs of each kind: seeds 1 to N")
+    chosen = parser.parse_args()
+    trials = [(place, words, seed, chosen.seconds) for place in PLACES
+              for words, seed in product(WORDS[place], range(1, chosen.seeds + 1))]
+    runs = in_parallel(figures_of, trials, lambda _: None)
+    made = Table(box=box.MARKDOWN)
+    made.add_column("mean ± deviation of the seeds")
+    columns = []
+    for place in PLACES:
+        for words in WORDS[place]:
+            made.add_column(f"{PLACES[place][1]}, {words}", justify="right")
+            columns.append(summed_up([one for one in runs if (one["place"], one["words"]) == (
+                place, words)], FIGURES))
+    for name, (title, digits) in FIGURES.items():
+        made.add_row(title, *(value_with_spread(one[name], digits) if one[name] else ""
+                              for one in columns))
+    Console().print("\n".join(markdown(made)), soft_wrap=True)
 
 
 if __name__ == "__main__":
-    for place in PLACES:
-        for words in sys.argv[2:] or WORDS[place]:
-            print(row_of(place, words, seconds=float(sys.argv[1]) if sys.argv[1:] else 3.0),
-                  flush=True)
+    main()

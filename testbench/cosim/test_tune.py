@@ -65,6 +65,9 @@ def test_the_drives_of_the_simulated_machine_are_found(gain, tmp_path):
     wanted, told, picture = tuned("Z+", tmp_path, gain)
     assert wanted.values["loop_gain"] == pytest.approx(gain * GAIN, abs=0.6)
     assert wanted.values["feed_forward"] == 100
+    # The drive can do 5000 mm/s2. A turn from 10 to -10 mm/s may show less, but no more.
+    back = wanted.values["back_acceleration_mm_s2"]
+    assert 0.6 * 0.8 * 5000 <= back <= 0.8 * 5000
     assert "nothing has been changed" in told
     assert f"${named('loop_gain').number}={wanted.values['loop_gain']}" in told
     assert "Z: following error" in picture

@@ -4,7 +4,7 @@
 import math
 import random
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +12,7 @@ import pytest
 
 from host.errors import UsageError
 from host.tune.command import tune
-from host.tune.drive import MODEL_LAG_S, Drive, Loop, overshoot, phase_margin, response
+from host.tune.drive import MODEL_LAG_S, Drive, Fit, Loop, overshoot, phase_margin, response
 from host.tune.tune import Measured, TuneError, loop_of, measured, proposal, settings_of, speed_of
 from softcore.tables.settings import SETTINGS
 from testbench.some import some
@@ -42,7 +42,7 @@ class Machine:
         self.rng = random.Random(seed)
         self.time_s = 0.0
         self.command_mm = self.place = self.filtered = self.speed = self.model = 0.0
-        self.goal, self.feed = 0.0, 0.0
+        self.goals, self.goal, self.line, self.feed = [], 0.0, 0, 0.0
         self.late = [0.0] * max(1, round(real.dead_s / TICK_S))
         self.on_line, self.pipe = print, SimpleNamespace(time_s=lambda: self.time_s)
         self.furthest = []
@@ -51,6 +51,8 @@ class Machine:
     def run(self, seconds):
         for _ in range(round(seconds / TICK_S)):
             self.time_s += TICK_S
+            if self.goals and self.command_mm == self.goal:
+                self.line, self.goal = self.goals.pop(0)
             left = self.goal - self.command_mm
             way = math.copysign(min(abs(left), self.feed * TICK_S), left)
             self.command_mm += way
@@ -71,9 +73,12 @@ class Machine:
     def status(self):
         self.run(self.rng.uniform(0.002, 0.008))
         error = self.command_mm - self.place
-        rests = self.command_mm == self.goal and abs(self.speed) < 0.05
-        return {"state": "Idle" if rests else "Run", "MPos": f"0.0000,{self.place:.4f},0.0000",
+        rests = (self.command_mm == self.goal and not self.goals
+                 and abs(self.speed) < 0.05)
+        told = {"state": "Idle" if rests else "Run", "MPos": f"0.0000,{self.place:.4f},0.0000",
                 "Er": f"0,{round(error * 10_000)},0"}
+        self.run(self.rng.uniform(0, 0.001))
+        return told | {"Ln": str(self.line)}
 
     def poll(self, timeout_s):
         self.run(max(timeout_s, TICK_S))
@@ -85,10 +90,12 @@ class Machine:
         return SimpleNamespace(answer="ok")
 
     def command(self, line):
-        axis, way, feed = re.fullmatch(r"G21 G91 G94 G01 ([XYZ])(-?[\d.]+) F([\d.]+)",
-                                       line).groups()
+        number, axis, way, feed = re.fullmatch(
+            r"(?:N(\d+) )?G21 G91 G94 G01 ([XYZ])(-?[\d.]+) F([\d.]+)", line).groups()
         assert axis == "Y"
-        self.goal, self.feed = self.command_mm + float(way), float(feed) / 60
+        end = self.goals[-1][1] if self.goals else self.goal
+        self.goals.append((int(number or 0), end + float(way)))
+        self.feed = float(feed) / 60
 
 
 def found_on(real, settings=SET):
@@ -97,6 +104,8 @@ def found_on(real, settings=SET):
                     time_s=lambda: machine.time_s)
 
 
+# Limits of acceleration, and whether a turn from 10 to -10 mm/s shows them.
+LIMITS = [(1000, True), (2000, True), (4000, False), (20_000, False)]
 DRIVES = [Real(), Real(0.7, 0.05, 2e-3, 0.1), Real(1.3, -0.05, 2e-3, 0.1), Real(0.7, -0.05),
           Real(1.3, 0.05, acceleration=3000)]
 
@@ -110,7 +119,7 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
     lost = real.friction / speed_of(settings, "Y")
     assert one.drive.gain == pytest.approx(real.gain * (1 - lost), rel=0.02)
     assert one.drive.offset == pytest.approx(real.offset, abs=0.02)
-    assert one.drive.lag_s + one.drive.dead_s == pytest.approx(4e-3 + real.dead_s, abs=0.6e-3)
+    assert one.drive.late_s == pytest.approx(4e-3 + real.dead_s, abs=0.6e-3)
 
     wanted = proposal(settings, [one])
     assert wanted.values["loop_gain"] == pytest.approx(GAIN * one.drive.gain, abs=0.51)
@@ -131,6 +140,18 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
     assert abs(machine.command_mm - machine.place) * 10_000 <= wanted.values["follow_stopped"]
 
 
+@pytest.mark.parametrize(("limit", "seen"), some(LIMITS, LIMITS[1], LIMITS[3]))
+def test_the_greatest_acceleration_is_found_or_bounded(limit, seen):
+    one = found_on(Real(acceleration=limit))
+    print(one.fit)
+    assert one.fit.least <= limit
+    assert one.fit.least >= 0.7 * min(limit, 2 * 10 / 4e-3)
+    assert math.isinf(one.fit.most) != seen
+    assert not seen or one.fit.most >= limit
+    wanted = proposal(SET, [one])
+    assert 0 < wanted.values["back_acceleration_mm_s2"] <= 0.8 * limit
+
+
 def test_the_response_is_that_of_the_formula():
     """The plain loop, and a drive as the controller models it with feed-forward: its lag alone."""
     times = np.linspace(0, 0.1, 50)
@@ -148,8 +169,7 @@ def test_the_response_is_that_of_the_formula():
 
 def test_axes_that_differ_are_told():
     drives = [found_on(Real(gain)) for gain in (0.8, 1.2)]
-    found = [type(one)(axis, one.samples, one.drive, one.left)
-             for axis, one in zip("XY", drives, strict=True)]
+    found = [replace(one, axis=axis) for axis, one in zip("XY", drives, strict=True)]
     notes = " ".join(proposal(SET, found).notes)
     assert re.search(r"X has (40\.\d|39\.\d) 1/s, not 50: \$456 is for all axes", notes), notes
     assert re.search(r"Y has (60\.\d|59\.\d) 1/s, not 50", notes), notes
@@ -179,8 +199,8 @@ def test_a_drive_that_goes_against_its_command_is_told():
             speed = math.copysign(self.feed, self.goal - self.command_mm) * (
                 self.command_mm != self.goal)
             error = -0.6 * speed
-            return {"state": "Run" if speed else "Idle", "MPos": f"0,{self.command_mm - error},0",
-                    "Er": f"0,{round(error * 10_000)},0"}
+            return {"state": "Run" if speed else "Idle", "Ln": str(self.line),
+                    "MPos": f"0,{self.command_mm - error},0", "Er": f"0,{round(error * 10_000)},0"}
     machine = Swapped(Real(), SET)
     with pytest.raises(TuneError, match="axis Y: the drive goes against its command"):
         measured(machine, settings_of(machine), "Y", 1, TRAVEL_MM, time_s=lambda: machine.time_s)
@@ -198,7 +218,7 @@ def test_settings_that_are_not_listed_are_told():
     (9.0, "a gain of 450 1/s; $456 takes 400 at most. Lower")])
 def test_a_gain_that_cannot_be_set_is_told(gain, complaint):
     with pytest.raises(TuneError, match=re.escape(complaint)):
-        proposal(SET, [Measured("X", (), Drive(gain), 0.0)])
+        proposal(SET, [Measured("X", (), Fit(Drive(gain), 0.0, 1000.0, math.inf))])
 
 
 def test_speed_is_one_that_the_machine_reaches_at_once():
