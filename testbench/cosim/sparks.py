@@ -75,7 +75,7 @@ class Cut:
     retractions: int
     way_mm: float
     volts: tuple[float, ...]        # means of the gap voltage, while it machined
-    kerf_um: float | None           # deviation of the width of the kerf along X, of a wire
+    kerf_um: float | None           # deviation of the width of the slot along X
 
     def times_us(self, *ends):
         """Burning times of the sparks that ended so."""
@@ -100,7 +100,7 @@ def cut(place: str, words: str, *, seconds: float, seed: int = 1) -> Cut:
         done.execute()
         assert done.alarm is None, done.alarm
         changes, trace, clock_hz = session.changes(), session.trace(), session.clock_hz
-        left = session.workpiece() if name == "wire" else None
+        left = session.workpiece() if tape == "wire_slot" else None
     found, pulses, arcs = _sparks(changes, _wait(row, words, clock_hz))
     counts = dict.fromkeys(COUNTS, 0)
     counts.update({name: value for _, name, value in changes if name in counts})
@@ -119,12 +119,12 @@ def _volts(trace):
 
 
 def _kerf_um(left):
-    """Deviation of the width of the cut along X, without its ends, or None without a wire."""
+    """Deviation of the width of a slot along X, without its ends, or None without a slot."""
     if left is None:
         return None
     cell_um = (left["y"][1] - left["y"][0]) * 1000
-    width = (1 - left["left"].astype(float) / left["left"].max()).sum(axis=0) * cell_um
-    cut = np.flatnonzero(width > 0.9 * width.max())
+    width = (1 - left["left"].astype(float)).sum(axis=0) * cell_um
+    cut = np.flatnonzero((left["left"][0] > 0) & (width > 0))   # columns of the plate
     quarter = len(cut) // 4
     return float(width[cut[quarter:-quarter]].std()) if quarter else None
 
