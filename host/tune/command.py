@@ -79,12 +79,13 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
 
 def _told(one: Measured, settings: Mapping[str, int]) -> str:
     drive, fit = one.drive, one.fit
-    limit = (f"at least {fit.least:.0f}" if math.isinf(fit.most) else
-             f"{fit.least:.0f} to {fit.most:.0f}")
+    limit = ("unknown" if fit.least is None or fit.most is None else
+             f"at least {fit.least:.0f} mm/s2" if math.isinf(fit.most) else
+             f"{fit.least:.0f} to {fit.most:.0f} mm/s2")
     return (f"{one.axis}: loop gain {settings['loop_gain'] * drive.gain:.1f} 1/s "
             f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, lags "
             f"{1000 * drive.lag_s:.1f} and {1000 * drive.filter_s:.1f} ms, dead time "
-            f"{1000 * drive.dead_s:.1f} ms, acceleration {limit} mm/s2; {len(one.samples)} "
+            f"{1000 * drive.dead_s:.1f} ms, acceleration {limit}; {len(one.samples)} "
             f"reports, which this explains to {1000 * fit.left:.1f} um (rms)")
 
 

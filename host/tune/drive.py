@@ -32,6 +32,8 @@ STEP_S = 5e-5
 FITTED_S = 0.05             # of the begin of a motion, for the fit
 SEEN = 0.9                  # deviation with a limit of the acceleration, of that without, at most
 SURE = 3.0                  # standard deviations of the limit that is told
+WELL_MM = 1e-3              # deviation up to which the drive explains its motion well
+NEAR = 1.5                  # of the highest and the lowest limit that the samples allow, at most
 BOUND = 0.9                 # of the acceleration that a drive without a limit has shown
 
 # Of the fit, by parameter: lag, filter and dead time in ms, and the logarithm to base 2 of the
@@ -92,14 +94,14 @@ class Sample:
 class Fit:
     """The drive that explains samples best, and the deviation that is left, in mm rms.
 
-    Its acceleration is limited to ``least`` to ``most`` mm/s2; ``most`` is infinite if no limit
-    has shown.
+    The limit of its acceleration lies from ``least`` to ``most`` mm/s2; ``most`` is infinite if
+    the drive reached ``least`` without a limit. Both are None if the samples do not tell.
     """
 
     drive: Drive
     left: float
-    least: float
-    most: float
+    least: float | None
+    most: float | None
 
 
 def response(drive: Drive, loop: Loop, speed: float, times: Numbers, until_s: float = math.inf,
@@ -197,6 +199,7 @@ def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> Fit:
     taken = [(before, speed, np.array([one.time_s for one in way]),
               np.array([one.error for one in way])) for (before, speed), way in ways.items()]
     jump = max(abs(speed - before) for before, speed in ways)
+    turned_round = any(before for before, _ in ways)    # a start alone tells no acceleration
 
     def drive(lag: float, second: float, dead: float, share: float | None = None) -> Drive:
         limit = math.inf if share is None else jump / (lag * 1e-3) * 2**share
@@ -227,12 +230,16 @@ def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> Fit:
         shown, times = drive(*free.x), np.arange(0, FITTED_S, STEP_S)
         turned = response(shown, loop, jump / 2, times, before=-jump / 2)
         peak = float(np.abs(np.diff(turned, 2)).max()) / STEP_S**2
-        return Fit(shown, _rms(free, count), BOUND * peak, math.inf)
-    found = drive(*limited.x)
+        left = _rms(free, count)
+        known = turned_round and left <= WELL_MM
+        return Fit(shown, left, BOUND * peak if known else None, math.inf if known else None)
+    found, left = drive(*limited.x), _rms(limited, count)
     spread = 2 * limited.cost / max(1, count - 4) * np.linalg.pinv(limited.jac.T @ limited.jac)
-    factor = 2 ** (SURE * math.sqrt(spread[3, 3]))
-    return Fit(found, _rms(limited, count), found.acceleration / factor,
-               found.acceleration * factor)
+    octaves = SURE * math.sqrt(spread[3, 3])
+    if not turned_round or left > WELL_MM or 2 * octaves > math.log2(NEAR):
+        return Fit(found, left, None, None)
+    factor = 2**octaves
+    return Fit(found, left, found.acceleration / factor, found.acceleration * factor)
 
 
 def _rms(found: OptimizeResult, count: int) -> float:

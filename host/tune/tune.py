@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from host.errors import UserError
-from host.link.link import Link
+from host.link.link import HOLD, Link
 from host.tune.drive import (
     Drive,
     Fit,
@@ -33,11 +33,12 @@ AXES = "XYZ"
 FASTEST_MM_S = 10.0
 PAIRS = 4                   # motions there and back
 TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
+IN_TIME = 0.9               # of a part, within which the lines of all parts must have been taken
 UNSURE_S = 2e-3             # around a turn, in which a report's line may be that of the other leg
 SPREAD_S = 0.02             # over which the first reports of the motions are spread
 EVEN = 0.6                  # share of a motion after which its speed is taken for even
 FEWEST = 5                  # samples of even motion in each direction
-MOTION_S = 30.0             # after which a motion that does not end is given up
+MOTION_S = 10.0             # beyond twice its time, after which a motion is given up
 LIST_S, POLL_S = 15.0, 0.05     # of the list of settings
 MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
 SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
@@ -98,7 +99,7 @@ def settings_of(link: Link) -> dict[str, int]:
     finally:
         link.on_line = inner
     wanted = ("loop_gain", "feed_forward", "start_speed_um_s", "highest_speed_mm_min", "step_axes",
-              "follow_moving", "follow_stopped", "back_acceleration_mm_s2",
+              "follow_moving", "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
               *(f"highest_speed_{axis.lower()}" for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
     if missing:
@@ -163,7 +164,7 @@ def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
     start, error = _place(link.status(), index)
     link.command(_line(index, sign * travel_mm, speed))
     found = [Sample(0.0, error, sign * speed)]
-    for told, command, now in _reports(link, index, time_s, wait_s):
+    for told, command, now in _reports(link, index, time_s, wait_s, travel_mm / speed):
         gone = (command - start) * sign
         if 0 < gone < travel_mm - 1 / PULSES_PER_MM:
             found.append(Sample(gone / speed, now, sign * speed))
@@ -176,19 +177,23 @@ def _turns(link: Link, index: int, sign: int, speed: float, travel_mm: float,
            time_s: Callable[[], float], wait_s: float) -> list[Sample]:
     """Samples after the turns of a motion to and fro, in which the axis does not stop.
 
-    At a turn the speed changes by twice its amount, as no start from rest may. The reports name the
-    part of the motion by the number of its line. That may be later than the place by the time that
-    the controller takes to make the report, so what is near a turn is left out.
+    At a turn the speed changes by twice its amount, which no start from rest can do. The reports
+    name the part of the motion by the number of its line. That may be later than the place by the
+    time that the controller takes to make the report, so what is near a turn is left out. There are
+    no samples if the lines came so late that the axis may have stopped between them.
     """
     start, _ = _place(link.status(), index)
+    begun = time_s()
     for leg in range(LEGS):
         way = sign * (1 - leg % 2 * 2)
         link.command(_line(index, way * travel_mm, speed, number=leg + 1))
+    in_time = time_s() - begun <= IN_TIME * travel_mm / speed
     found: list[Sample] = []
-    for told, command, error in _reports(link, index, time_s, wait_s):
+    long_s = LEGS * travel_mm / speed
+    for told, command, error in _reports(link, index, time_s, wait_s, long_s):
         gone, leg = (command - start) * sign, int(told["Ln"]) - 1
         if told["state"] == "Idle":
-            return found
+            return found if in_time else []
         if leg % 2:
             gone = travel_mm - gone
         if leg and UNSURE_S < gone / speed < travel_mm / speed - UNSURE_S:
@@ -203,20 +208,25 @@ def _line(index: int, way_mm: float, speed: float, *, number: int | None = None)
     return f"{name}G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
 
 
-def _reports(link: Link, index: int, time_s: Callable[[], float],
-             wait_s: float) -> Iterator[tuple[Mapping[str, str], float, float]]:
-    """Reports of a motion: each as it was told, with command and following error in mm."""
+def _reports(link: Link, index: int, time_s: Callable[[], float], wait_s: float,
+             long_s: float) -> Iterator[tuple[Mapping[str, str], float, float]]:
+    """Reports of a motion of ``long_s``: each as told, with command and following error in mm.
+
+    A motion that does not end is held.
+    """
     first = time_s() + wait_s
     while (left := first - time_s()) > 0:
         link.poll(left)
-    end = time_s() + MOTION_S
+    end = time_s() + 2 * long_s + MOTION_S
     while True:
         told = link.status()
         if told["state"] == "Alarm":
             raise TuneError(f"axis {AXES[index]}: an alarm came while it moved.")
         if time_s() > end:
-            raise TuneError(f"axis {AXES[index]}: its motion has not ended within {MOTION_S:g} s; "
-                            "is a hold or an override of the feed in force?")
+            link.press(HOLD)
+            raise TuneError(f"axis {AXES[index]}: its motion has not ended within "
+                            f"{2 * long_s + MOTION_S:.0f} s, and is held now; is a hold or an "
+                            "override of the feed in force?")
         yield told, *_place(told, index)
 
 
@@ -266,12 +276,39 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
             notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
                          f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
                          "command at its amplifier.")
-    back = named("back_acceleration_mm_s2")
     values = {"loop_gain": gain, "feed_forward": share,
-              back.name: min(back.highest, int(BACK * min(one.fit.least for one in axes))),
               "follow_moving": _pulses(ERROR_MARGIN * furthest),
               "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
-    return Proposal(values, notes)
+    return Proposal(values | _back(settings, axes, notes), notes)
+
+
+def _back(settings: Mapping[str, int], axes: Sequence[Measured],
+          notes: list[str]) -> dict[str, int]:
+    """Acceleration on the way back, if the drives tell one; else a note says why there is none."""
+    setting, forward = named("back_acceleration_mm_s2"), named("acceleration_mm_s2")
+    sure = {one.axis: BACK * one.fit.least for one in axes if one.fit.least is not None}
+    limited = {one.axis for one in axes if one.fit.most is not None and one.fit.most < math.inf}
+    for axis in sorted(limited):
+        if settings[forward.name] > sure[axis]:
+            notes.append(f"{axis}: ${forward.number}={settings[forward.name]} mm/s2 is more than "
+                         f"{sure[axis]:.0f}, which is {BACK:g} times what its drive can do.")
+    unsure = [one.axis for one in axes if one.axis not in sure]
+    looped = [axis for at, axis in enumerate(AXES) if not settings["step_axes"] >> at & 1]
+    missing = [axis for axis in looped if axis not in {one.axis for one in axes}]
+    if unsure:
+        notes.append(f"${setting.number} is not proposed: friction, a very slow drive or a slow "
+                     f"link hides the acceleration of {', '.join(unsure)}.")
+        return {}
+    if missing:
+        notes.append(f"${setting.number} is not proposed: it is for all axes, so measure "
+                     f"{', '.join(missing)}, too.")
+        return {}
+    found, now = min(setting.highest, int(min(sure.values()))), settings[setting.name]
+    if now > found and not limited:
+        notes.append(f"${setting.number}={now} is more than the turns have shown ({found}), but no "
+                     "drive has come to a limit: it may stay.")
+        return {}
+    return {setting.name: found}
 
 
 def _pulses(way_mm: float) -> int:

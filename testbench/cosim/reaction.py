@@ -11,6 +11,8 @@ __all__ = ["SPEEDS", "at_speed", "summary"]
 # mm/min, and how many shorts. Pulses come closest just below the start/stop speed (600), and at no
 # fixed phase to anything else; above it the machine must slow down first.
 SPEEDS = ((593, 24), (1200, 6))
+MOST = 0xFFFF           # of the gateware's count
+SLOW_HZ = 2_000_000     # at this clock, no short takes as many
 
 
 def at_speed(session: Session, speed: float, shorts: int) -> dict:
@@ -30,8 +32,10 @@ def at_speed(session: Session, speed: float, shorts: int) -> dict:
     assert len(found["reactions"]) == shorts
     # The two counts of the same clocks agree: that of the gateware, which has 16 bits, and that of
     # the probes.
+    counts = [one["last_forward"] for one in found["reactions"]]
+    assert session.clock_hz > SLOW_HZ or max(counts) < MOST, "the gateware's count is full"
     assert [event["latency_cycles"] for event in job.told("retraction_start")] == [
-        min(one["last_forward"], 0xFFFF) for one in found["reactions"]]
+        min(count, MOST) for count in counts]
     return found
 
 

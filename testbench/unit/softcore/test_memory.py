@@ -13,13 +13,15 @@ ROUNDS = 400
 
 
 BANKED = 88     # words in banks of 64, 16 and 8
+BOARD = 184 * 256   # of the boards with an LFE5U-45F, in banks
 
 
-@pytest.fixture(params=[WORDS, BANKED], ids=["one", "banks"])
+@pytest.fixture(params=[WORDS, BANKED, pytest.param(BOARD, marks=pytest.mark.soak)],
+                ids=["one", "banks", "board"])
 def filled(request, rng):
     """A memory of random words, in one piece or in banks, and its model."""
     words = [rng.getrandbits(32) for _ in range(request.param)]
-    dut = BlockRam(size=4 * len(words), banks=request.param == BANKED,
+    dut = BlockRam(size=4 * len(words), banks=request.param != WORDS,
                    image=b"".join(word.to_bytes(4, "little") for word in words))
     return dut, Memory(words)
 

@@ -26,7 +26,7 @@ async def listen(ctx, dut, line):
     return found
 
 
-@pytest.mark.parametrize("divisor", [4, 5, 8, 25])
+@pytest.mark.parametrize("divisor", [40, 4, 5, 8, 25])     # 40: of the boards
 def test_receiver_follows_the_model(simulate, rng, divisor):
     """Bytes with and without gaps, with noise, lost stop bits and breaks."""
     line = [1] * 20
@@ -65,7 +65,7 @@ def test_receiver_bears_another_clock(simulate, rng, divisor, off):
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("divisor", [4, 7, 8])
+@pytest.mark.parametrize("divisor", [40, 4, 7, 8])
 def test_transmitter_follows_the_model(simulate, rng, divisor):
     dut = Transmitter(divisor=divisor)
     data = EDGES + [rng.randrange(256) for _ in range(10)]
