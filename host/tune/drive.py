@@ -219,7 +219,7 @@ def fitted(loop: Loop, samples: Sequence[Sample], after_s: float) -> Fit:
         return np.asarray((found[:, 1:] - found[:, :1]) / np.array(STEPS[:len(values)]))
 
     def best(begun: Sequence[float]) -> OptimizeResult:
-        return least_squares(away, begun, jac=slopes, x_scale=1.0, xtol=1e-4, ftol=1e-4,
+        return least_squares(away, begun, jac=slopes, xtol=1e-4, ftol=1e-4,
                              bounds=(LOWEST[:len(begun)], HIGHEST[:len(begun)]))
 
     free = best(BEGUN[0][:3])

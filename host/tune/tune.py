@@ -196,7 +196,7 @@ def _turns(link: Link, index: int, sign: int, speed: float, travel_mm: float,
             return found if in_time else []
         if leg % 2:
             gone = travel_mm - gone
-        if leg and UNSURE_S < gone / speed < travel_mm / speed - UNSURE_S:
+        if leg > 0 and UNSURE_S < gone / speed < travel_mm / speed - UNSURE_S:
             moved = sign * speed * (1 - leg % 2 * 2)
             found.append(Sample(gone / speed, error, moved, before=-moved))
     return found

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from itertools import product
 from statistics import fmean, pstdev
 
-import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -43,9 +42,7 @@ FIGURES = {
     "whole": ("sparks in full", 0), "whole_us": ("their burning time, µs", 2),
     "whole_spread": ("its deviation, %", 2), "waits": ("cut by the end of the wait", 0),
     "removed_mm3": ("removed, mm³", 3), "shorts": ("Ss", 1), "arcs": ("arcs and shorted pulses", 0),
-    "drop_spread": ("deviation of the drop, %", 1), "kerf_um": ("deviation of the kerf, µm", 2),
 }
-WINDOW = 50     # samples of the trace, of 1 ms, for a mean of the voltage
 
 
 @dataclass(frozen=True)
@@ -68,14 +65,9 @@ class Cut:
     sparks: list[Spark]
     pulses: int
     classes: tuple[int, ...]
-    arcs: int
     clock_hz: int
-    seconds: float
     removed_mm3: float
     retractions: int
-    way_mm: float
-    volts: tuple[float, ...]        # means of the gap voltage, while it machined
-    kerf_um: float | None           # deviation of the width of the slot along X
 
     def times_us(self, *ends):
         """Burning times of the sparks that ended so."""
@@ -100,33 +92,12 @@ def cut(place: str, words: str, *, seconds: float, seed: int = 1) -> Cut:
         done.execute()
         assert done.alarm is None, done.alarm
         changes, trace, clock_hz = session.changes(), session.trace(), session.clock_hz
-        left = session.workpiece() if tape == "wire_slot" else None
-    found, pulses, arcs = _sparks(changes, _wait(row, words, clock_hz))
+    found, pulses = _sparks(changes, _wait(row, words, clock_hz))
     counts = dict.fromkeys(COUNTS, 0)
     counts.update({name: value for _, name, value in changes if name in counts})
     shorts = sum(name == "gap_status_shorted" and value for _, name, value in changes)
-    return Cut(found, pulses, tuple(counts.values()), arcs, clock_hz, trace["t"][-1],
-               float(trace["removed_mm3"][-1]), shorts,
-               float(trace["path"].max()) / machine.pulses_per_mm, _volts(trace), _kerf_um(left))
-
-
-def _volts(trace):
-    """Mean voltages of the gap in ``WINDOW`` samples each, from the first removal on."""
-    begun = int(np.argmax(trace["removed_mm3"] > 0))
-    volts = trace["gap_v"][begun:]
-    windows = len(volts) // WINDOW
-    return tuple(volts[:windows * WINDOW].reshape(windows, WINDOW).mean(axis=1).tolist())
-
-
-def _kerf_um(left):
-    """Deviation of the width of a slot along X, without its ends, or None without a slot."""
-    if left is None:
-        return None
-    cell_um = (left["y"][1] - left["y"][0]) * 1000
-    width = (1 - left["left"].astype(float)).sum(axis=0) * cell_um
-    cut = np.flatnonzero((left["left"][0] > 0) & (width > 0))   # columns of the plate
-    quarter = len(cut) // 4
-    return float(width[cut[quarter:-quarter]].std()) if quarter else None
+    return Cut(found, pulses, tuple(counts.values()), clock_hz, float(trace["removed_mm3"][-1]),
+               shorts)
 
 
 def _wait(row, words, clock_hz):
@@ -152,7 +123,7 @@ class _Pulse:
 
 
 def _sparks(changes, wait):
-    """Sparks, number of main pulses, and number of the plant's arcs among them."""
+    """Sparks, and number of main pulses."""
     pulses, now, last = [], None, None
     for clock, name, value in changes:
         if name == "gap_on" and value:
@@ -175,7 +146,7 @@ def _sparks(changes, wait):
     sparks = [Spark(pulse.end - pulse.ignition,
                     "guard" if pulse.guarded else "wait" if pulse.unseen(wait) else "time")
               for pulse in whole if not pulse.foul]
-    return sparks, len(pulses), sum(pulse.foul for pulse in pulses)
+    return sparks, len(pulses)
 
 
 def figures_of(trial: tuple[str, str, int, float]) -> dict:
@@ -183,10 +154,6 @@ def figures_of(trial: tuple[str, str, int, float]) -> dict:
     place, words, seed, seconds = trial
     done = cut(place, words, seconds=seconds, seed=seed)
     all_us, whole_us = done.times_us("time", "guard", "wait"), done.times_us("time")
-    level = machines.load(PLACES[place][0]).tables["source"]["open_v"]
-    letters = {word[0]: float(word[1:]) for word in f"{PLACES[place][3]} {words}".split()[1:]}
-    waits = letters.get("B", letters["P"])
-    drops = [level * waits / (waits + letters["Q"]) - volts for volts in done.volts]
     return {
         "place": place, "words": words, "seed": seed, "outcome": "whole",
         "sparks": len(all_us), "burnt_us": fmean(all_us),
@@ -194,8 +161,7 @@ def figures_of(trial: tuple[str, str, int, float]) -> dict:
         "whole": len(whole_us), "whole_us": fmean(whole_us),
         "whole_spread": 100 * pstdev(whole_us) / fmean(whole_us),
         "waits": len(done.times_us("wait")), "removed_mm3": done.removed_mm3,
-        "shorts": done.retractions, "arcs": done.classes[2] + done.classes[3],
-        "drop_spread": 100 * pstdev(drops) / fmean(drops), "kerf_um": done.kerf_um}
+        "shorts": done.retractions, "arcs": done.classes[2] + done.classes[3]}
 
 
 def main():
