@@ -132,8 +132,8 @@ class RegisterFile(wiring.Component):
         parities = self._parities(m, registers)
 
         # The access is the outer condition, so that the simulator skips all registers in a clock
-        # without an access. What is written has a condition for each register: as cases of one
-        # switch, every signal would come with an empty case for each register before its own.
+        # without an access. What is written has a condition for each register: in one switch,
+        # the emitted Verilog would repeat an empty case per register for each signal.
         with m.If(taken):
             words, written = {}, {}
             for block, register in registers:

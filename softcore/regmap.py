@@ -57,11 +57,17 @@ PATH = Block(name="path", base=0x200, doc="The path: its window of segments, and
     ("back_limit", "Back limit: the lowest point that a retraction may reach (ceiling, soft limit "
      "or start of the path).",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("fast_ahead", "Next corner ahead: there the ramp is back at the start/stop speed.",
+    ("fast_ahead", "Next corner ahead, or a place before it: there the ramp is back at the "
+     "start/stop speed.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("fast_behind", "Next corner behind, for the way back.",
+    ("fast_behind", "Next corner behind, or a place before it, for the way back.",
      _value(32, "Path coordinate.", signed=True, unit="pulse")),
-    ("fast_slot", "Put both corners in force, if the machine is still in the segment of this slot.",
+    ("fast_ahead_rate", "Bound of every rate from that place ahead on; 0 for the start/stop speed "
+     "alone.", _value(26, "Rate.", unit="2**-28 pulse/clock")),
+    ("fast_behind_rate", "The same from the place behind on, for the way back.",
+     _value(26, "Rate.", unit="2**-28 pulse/clock")),
+    ("fast_slot", "Put both corners with their rates in force, if the machine is still in the "
+     "segment of this slot.",
      _value(8, "The slot."), "write"),
     ("origin", "Put the (resting) machine at coordinate 0, at the start of a slot's segment.",
      _value(8, "The slot.", access="w"), "write"),
@@ -129,6 +135,8 @@ RETRACTION = Block(name="retraction", base=0x400, doc="Retraction data in force 
      _value(16, "Path pulses.", unit="pulse", init=10)),
     ("repeats", "Return of the short in a short burst that halts the machine; 0 for no bound.",
      _value(8, "Shorts after the first.", init=20)),
+    ("walk", "Distance before the front to which the operator walks along the path, 0 for none. "
+     "Taken over at rest.", _value(31, "Path pulses.", unit="pulse")),
     ("settle", "Time at rest at the limit, with small error counters, until a short there halts.",
      _value(24, "Clocks.", unit="clock", init=1000)),
     ("control", "What motion may do.", (

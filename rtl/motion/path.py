@@ -45,9 +45,10 @@ class SegmentWindow(wiring.Component):
     when a segment is entered at the front for the first time: never again after a retraction.
 
     ``fast_ahead`` and ``fast_behind`` are the next places, ahead and behind, at which the machine
-    must be slow. Firmware's values are accepted if they were made for the segment in which the
-    machine is. When the window enters a segment backwards (forwards), the border becomes the next
-    such place ahead (behind), until firmware has written a better one.
+    must be slow, each with a bound of the rate from there on. Firmware's values are accepted if
+    they were made for the segment in which the machine is. When the window enters a segment
+    backwards (forwards), the border becomes the next such place ahead (behind), without a bound,
+    until firmware has written a better one.
 
     The segment at work has its feed from the ring. A new feed that is written there reaches it by
     ``pace``: in the clock after the strobe, or after a fetch under way. Nothing else of the segment
@@ -82,7 +83,7 @@ class SegmentWindow(wiring.Component):
         Put the machine at coordinate 0, at the start of the segment in a slot. That slot must be
         written before ``ahead`` passes 0. Only at rest, and with ``ahead`` at 0.
     fast_ahead_new, fast_behind_new : In(signed(32)), fast_slot : In(range(slots)),
-    fast_strobe : In(1)
+    fast_ahead_rate_new, fast_behind_rate_new : In(26), fast_strobe : In(1)
         Next places at which the machine must be slow, valid for the segment in this slot.
     pace : In(30), pace_slot : In(range(slots)), pace_strobe : In(1)
         A feed to put in force at once, if the machine is in the segment in this slot. It must not
@@ -112,6 +113,8 @@ class SegmentWindow(wiring.Component):
         the others in the clock in which ``slot`` changes.
     fast_ahead, fast_behind : Out(signed(32))
         Path coordinates.
+    fast_ahead_rate, fast_behind_rate : Out(26)
+        Bound of the rate from there on, 2**-28 pulse/clock; 0 for none.
     damaged_word, damaged_segment, damaged_place : Out(1)
         See above.
 
@@ -145,6 +148,8 @@ class SegmentWindow(wiring.Component):
             "load_slot": In(range(slots)),
             "fast_ahead_new": In(signed(32)),
             "fast_behind_new": In(signed(32)),
+            "fast_ahead_rate_new": In(26),
+            "fast_behind_rate_new": In(26),
             "fast_slot": In(range(slots)),
             "fast_strobe": In(1),
             "pace": In(30),
@@ -172,6 +177,8 @@ class SegmentWindow(wiring.Component):
             "entered": Out(1),
             "fast_ahead": Out(signed(32)),
             "fast_behind": Out(signed(32)),
+            "fast_ahead_rate": Out(26),
+            "fast_behind_rate": Out(26),
             "damaged_word": Out(1),
             "damaged_segment": Out(1),
             "damaged_place": Out(1),
@@ -202,7 +209,9 @@ class SegmentWindow(wiring.Component):
             m.d.sync += self.distribute_reverse.eq(self.reverse)
         with m.If(self.fast_strobe & (self.fast_slot == self.slot)):
             m.d.sync += [self.fast_ahead.eq(self.fast_ahead_new),
-                         self.fast_behind.eq(self.fast_behind_new)]
+                         self.fast_behind.eq(self.fast_behind_new),
+                         self.fast_ahead_rate.eq(self.fast_ahead_rate_new),
+                         self.fast_behind_rate.eq(self.fast_behind_rate_new)]
 
         moved = sum_or_difference(self.position, C(1), self.reverse)
         moved_again = sum_or_difference(position_again, C(1), ~self.reverse)
@@ -219,7 +228,8 @@ class SegmentWindow(wiring.Component):
                 with m.If(at_start):
                     m.d.comb += fetch.eq(1)
                     m.d.sync += [self.slot.eq(self.slot - 1), slot_again.eq(slot_again + 1),
-                                 returned.eq(1), self.fast_ahead.eq(self.position)]
+                                 returned.eq(1), self.fast_ahead.eq(self.position),
+                                 self.fast_ahead_rate.eq(0)]
         with m.Elif(fetched):
             m.d.sync += [self.distribute.eq(returned), returned.eq(0)]
             with m.If(returned):
@@ -233,7 +243,7 @@ class SegmentWindow(wiring.Component):
                 m.d.comb += fetch.eq(1)
                 m.d.sync += [self.slot.eq(self.slot + 1), slot_again.eq(slot_again - 1),
                              offset.eq(0), offset_again.eq(-1),
-                             self.fast_behind.eq(self.position)]
+                             self.fast_behind.eq(self.position), self.fast_behind_rate.eq(0)]
                 with m.If(at_front & (self.slot == front_slot)):
                     m.d.sync += front_slot.eq(self.slot + 1)
                     m.d.sync += self.entered.eq(1)
@@ -246,6 +256,7 @@ class SegmentWindow(wiring.Component):
                 self.position.eq(0), self.front.eq(0), offset.eq(0), self.slot.eq(self.load_slot),
                 front_slot.eq(self.load_slot), begun.eq(0), returned.eq(0), self.distribute.eq(0),
                 self.fast_ahead.eq(0), self.fast_behind.eq(0),
+                self.fast_ahead_rate.eq(0), self.fast_behind_rate.eq(0),
                 position_again.eq(-1), front_again.eq(-1), offset_again.eq(-1),
                 slot_again.eq(~self.load_slot),
             ]

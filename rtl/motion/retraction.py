@@ -34,6 +34,7 @@ class _Own:
         self.before = Signal(30)     # rate then
         self.settle = Signal(24)
         self.prepare = Signal(range(Retraction.PREPARE + 1))
+        self.walk = Signal(31)       # the operator's walk in force
         # Set by ``elaborate``: data in force, the servo, the bounds and whether they are valid, the
         # jump timer, figures for events.
         self.force = self.servo = self.bounds = self.ready = self.jump_due = self.figures = None
@@ -59,6 +60,11 @@ class Retraction(wiring.Component):
     * The re-advance changes from high to low exactly at ``BS - changeover``; if less was retracted,
       all of it is low. ``hold`` stops re-advance and machining, but never a retraction. So does
       ``backpressure``: firmware has not taken the events yet.
+    * With ``walk`` the operator's retraction ends at ``front - walk``, whatever the limit is, or at
+      ``back_limit``. No re-advance passes that place, and the machine stands there, with sensing
+      pulses only. ``retract`` in the re-advance goes back again. So the operator walks back and
+      forward along the path by new values of ``walk``; 0 leads to the front and on. A value is
+      taken over at rest.
     * A short at the front or in the re-advance starts a retraction. At or below the start/stop
       speed no pulse Ps follows ``shorted``; above it, only those needed to come to rest. Without
       valid data, or at the ``repeats``th return of the short in a short burst, it halts instead.
@@ -75,7 +81,9 @@ class Retraction(wiring.Component):
 
     No rate is above ``highest``, the bound of the segment in which the machine is, in 2**-28
     pulse/clock (0 for no bound). Like ``feed`` it holds within the segment: a faster machine must
-    have slowed down before, see ``fast_ahead`` and ``fast_behind``.
+    have slowed down before. It has at ``fast_ahead`` and ``fast_behind``: from there on the ramp is
+    at the start/stop speed, and no rate is above that of the place, so that the drives can follow
+    round the corner behind it.
 
     ``go`` falls in the same clock as ``shorted`` rises. From a machine at rest then, the first
     reversed pulse can come ``PREPARE + 2`` clocks later. ``commit`` puts the data words in force
@@ -104,6 +112,7 @@ class Retraction(wiring.Component):
         own.servo = self._servo(m)
         own.bounds = self._bounds(m, own)
         own.ready = self._preparation(m, own)
+        self._walk(m, own)
         own.jump_due = self._jump_timer(m)
         own.figures = self._figures(m, own)
         self._motion(m, own)
@@ -160,6 +169,11 @@ class Retraction(wiring.Component):
             m.d.sync += own.prepare.eq(own.prepare - 1)
         return own.prepare == 0
 
+    def _walk(self, m, own):
+        """Take a new walk over at rest: in motion the bound must not come nearer than braking."""
+        with m.If(self.rest & (own.walk != self.walk)):
+            m.d.sync += [own.walk.eq(self.walk), own.prepare.eq(self.PREPARE)]
+
     def _figures(self, m, own):
         """What the events tell of a retraction: its latency, pulses and clocks."""
         m.submodules.figures = figures = Figures()
@@ -193,13 +207,13 @@ class Retraction(wiring.Component):
                                       & ((own.cause != Cause.SHORT) | self.shorted))
         m.d.comb += [
             self.go.eq(own.moving & ~own.bounds["enough"]),
-            self.sensing.eq(~((state == State.FRONT) | (state == State.LOW)
+            self.sensing.eq(~((state == State.FRONT) | ((state == State.LOW) & ~own.walk.any())
                               | (state == State.HALTED))),
             self.quiet.eq(state == State.HALTED),
         ]
 
     def _rate(self, m, own):
-        """Rate of the state, bounded by that of the segment."""
+        """Rate of the state, bounded by those of the segment and of a corner."""
         force, jump = own.force, own.cause == Cause.JUMP
         wanted = Signal(30)
         with m.Switch(self.state):
@@ -211,9 +225,19 @@ class Retraction(wiring.Component):
                 m.d.comb += wanted.eq(Mux(jump, force["jump_rate"], force["rate"]))
             with m.Default():
                 m.d.comb += wanted.eq(self.feed)
-        # In a register, to meet timing: the ramp computes much with it.
-        bounded = self.highest.any() & (wanted[4:] > self.highest)
-        m.d.sync += self.target.eq(Mux(bounded, self.highest << 4, wanted))
+        # In registers, to meet timing: the ramp computes much with the target.
+        none = (1 << len(self.highest)) - 1
+        segment, corner, bound = (Signal(self.highest.shape(), name=f"{name}_bound")
+                                  for name in ("segment", "corner", "rate"))
+        at_corner = Mux(self.reverse, self.fast_behind_rate, self.fast_ahead_rate)
+        m.d.comb += [
+            segment.eq(Mux(self.highest.any(), self.highest, none)),
+            corner.eq(Mux(own.bounds["near_corner"] & at_corner.any(), at_corner, none)),
+        ]
+        m.d.sync += [
+            bound.eq(Mux(corner < segment, corner, segment)),
+            self.target.eq(Mux(wanted[4:] > bound, bound << 4, wanted)),
+        ]
 
     def _orders(self, own, why):
         """Come to rest, then go back."""
@@ -320,6 +344,8 @@ class Retraction(wiring.Component):
             m.d.sync += self._orders(own, Cause.SHORT)
         with m.Elif(own.ready & arrived):
             m.d.sync += [self.state.eq(then), own.announce.eq(1)]
+        with m.If(self.run & self.retract & ~self.shorted):
+            m.d.sync += [self._orders(own, Cause.OPERATOR), own.announce.eq(0)]
 
     def _halted(self, m, own):
         with m.If(own.announce & (own.halt != Halt.NONE)):
@@ -372,6 +398,9 @@ class Retraction(wiring.Component):
         with m.Else():
             m.d.sync += served.eq(Mux(later(servo.goal, self.ahead), self.ahead, servo.goal))
 
+        away = self.state != State.FRONT
+        walking = own.walk.any()
+        stop = Signal(signed(32))        # end of the operator's walk
         reach = Signal(31)
         target = Signal(signed(32))      # end of the way back by the limit
         lowest = servo.lowest            # ... by the back limit too
@@ -385,10 +414,11 @@ class Retraction(wiring.Component):
         at_front = Signal()
         at_target = Signal()
         m.d.sync += [
-            reach.eq(Mux((cause == Cause.JUMP) & (self.state != State.FRONT),
-                         force["jump_distance"],
-                         # Without data the back limit alone bounds the servo.
-                         Mux(force["valid"], force["limit"], (1 << 31) - 1))),
+            reach.eq(Mux(away & (cause == Cause.JUMP), force["jump_distance"],
+                         Mux(away & (cause == Cause.OPERATOR) & walking, own.walk,
+                             # Without data the back limit alone bounds the servo.
+                             Mux(force["valid"], force["limit"], (1 << 31) - 1)))),
+            stop.eq(self.front - own.walk),
             target.eq(Mux(returning & (cause == Cause.SHORT), self.first, self.front) - reach),
             back_limit_wins.eq(later(self.back_limit, target)),
             lowest.eq(Mux(later(self.back_limit, target), self.back_limit, target)),
@@ -407,14 +437,15 @@ class Retraction(wiring.Component):
             with m.Case(State.RETRACTING, State.AT_LIMIT):
                 m.d.sync += self.bound.eq(loaded)
             with m.Case(State.HIGH):
-                m.d.sync += self.bound.eq(high)
+                m.d.sync += self.bound.eq(Mux(walking & later(high, stop), stop, high))
             with m.Case(State.LOW):
-                m.d.sync += self.bound.eq(low)
+                m.d.sync += self.bound.eq(Mux(walking & later(low, stop), stop, low))
 
         # The ramp must be able to stop before the bound, and must be slow at a corner.
         to_bound = Signal(signed(32))
         to_corner = Signal(signed(32))
-        near = Signal()
+        near_bound = Signal()
+        near_corner = Signal()
         needed = Signal(25)
         # More stored pulses than the braking distance would only delay the stop.
         under_way = Signal(signed(32))
@@ -425,14 +456,16 @@ class Retraction(wiring.Component):
                             self.bound - self.position)),
             to_corner.eq(Mux(self.reverse, self.position - self.fast_behind,
                              self.fast_ahead - self.position)),
-            near.eq((to_bound <= needed) | (to_corner <= needed)),
+            near_bound.eq(to_bound <= needed),
+            near_corner.eq(to_corner <= needed),
             under_way.eq(Mux(self.reverse, self.position - self.command,
                              self.command - self.position)),
             enough.eq(under_way > needed),
         ]
-        m.d.comb += self.brake.eq(near | ~own.moving)
+        m.d.comb += self.brake.eq(near_bound | near_corner | ~own.moving)
         return {"back_limit_wins": back_limit_wins, "before_changeover": before_changeover,
-                "at_front": at_front, "at_target": at_target, "enough": enough}
+                "at_front": at_front, "at_target": at_target, "enough": enough,
+                "near_corner": near_corner}
 
     def _jump_timer(self, m):
         """Machining time since the last jump."""

@@ -32,6 +32,7 @@ DATA = {
     "gain": In(16),                 # progress beyond the first start point that ends a short burst
     "repeats": In(8),               # return of the short in a burst that halts; 0 for no bound
     "settle": In(24),               # time in position at the limit before a short halts, clocks
+    "walk": In(LENGTH),             # how far before the front the operator walks; 0 for none
 }
 MEMBERS = {
     **DATA,
@@ -72,6 +73,8 @@ MEMBERS = {
     "back_limit": In(COORDINATE),   # no pulse goes back beyond it
     "fast_ahead": In(COORDINATE),   # next place ahead where the machine must be slow
     "fast_behind": In(COORDINATE),  # next such place behind
+    "fast_ahead_rate": In(26),      # bound from there on, 2**-28 pulse/clock; 0 for none
+    "fast_behind_rate": In(26),
     "command": In(COORDINATE),      # of the last pulse Ps
     "position": In(COORDINATE),     # of the last pulse Pp
     "front": In(COORDINATE),        # furthest ``position`` since ``load``

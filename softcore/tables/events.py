@@ -132,7 +132,8 @@ EVENTS: tuple[Event, ...] = (
         _field("cause", "choice", "Its cause.", choices=CAUSES),
         _field("speed", "speed", "Speed before the retraction.", unit="mm/min"),
         _field("latency_cycles", "count", "From the sample that completed the short to the last "
-               "forward path pulse; 0 if none followed.", unit="clocks", only="short"))),
+               "forward path pulse, at most 65 535; 0 if none followed.",
+               unit="clocks", only="short"))),
     Event(name="retraction_end", number=2, word="back", doc="The way back has ended.",
           detail="reason", first="pulses of the plateau", second="its clocks", fields=(
         _field("reason", "choice", "Why it ended.", choices=REASONS),

@@ -22,6 +22,7 @@ OF_PATH = {"ahead": "ahead", "behind": "behind", "back_limit": "back_limit",
 OF_RAMP = ("start_rate", "acceleration", "back_start_rate", "back_acceleration")
 OF_GAP = ("shorted", "completed", "discharging", "servo", "up", "down", "step", "wait", "contact")
 OF_OTHERS = ("hold", "safe", "in_position", "cycle", "backpressure")
+FAST = "fast_ahead", "fast_behind", "fast_ahead_rate", "fast_behind_rate"
 FREE = {"commit_valid": "commit", "run": "control_run"}
 
 
@@ -43,7 +44,7 @@ class Motion(wiring.Component):
     -------
     load : In(1), load_slot : In(6)
         As ``path_origin`` of the registers: it acts at rest only.
-    fast_ahead, fast_behind : In(signed(32))
+    fast_ahead, fast_behind : In(signed(32)), fast_ahead_rate, fast_behind_rate : In(26)
         Next places at which the machine must be slow; written in every clock.
     start_rate, acceleration, back_start_rate, back_acceleration : In(30), lead : In(27)
         The registers of the ramp.
@@ -62,7 +63,7 @@ class Motion(wiring.Component):
         self.conservation = joined.conservation
         within = self.retraction.signature.members, self.path.signature.members
         names = (*OF_RETRACTION, *OF_PATH, *OF_GAP, *OF_OTHERS, *FREE, "retract", "release",
-                 "fast_ahead", "fast_behind")
+                 *FAST)
         super().__init__({name: In(next(members[name].shape for members in within
                                         if name in members)) for name in names} | {
             **{name: In(30) for name in OF_RAMP}, "lead": In(27),
@@ -83,8 +84,7 @@ class Motion(wiring.Component):
             registers.retraction.command_strobe.eq(1),
             *(getattr(registers.path, theirs).eq(getattr(self, name))
               for name, theirs in OF_PATH.items()),
-            registers.path.fast_ahead.eq(self.fast_ahead),
-            registers.path.fast_behind.eq(self.fast_behind),
+            *(getattr(registers.path, name).eq(getattr(self, name)) for name in FAST),
             registers.path.fast_slot.eq(registers.path.slot),
             registers.path.fast_slot_strobe.eq(1),
             *(getattr(registers.ramp, name).eq(getattr(self, name))

@@ -192,7 +192,9 @@ class Retraction:
             self.report(ADVANCE, phase, self.front - self.position, self.front - target)
             while self.position < target:
                 self.pulse(+1)
-                if self.gap.shorted:
-                    self.retract(SHORT, rate)
+                if self.gap.shorted or self.gap.order == OPERATOR:
+                    cause = SHORT if self.gap.shorted else OPERATOR
+                    self.gap.order = 0 if cause == OPERATOR else self.gap.order
+                    self.retract(cause, rate)
                     return
         self.report(RESUME)

@@ -123,9 +123,11 @@ typedef volatile struct {
     int32_t ahead; /* End of the loaded segments: no forward pulse passes it. [pulse] */
     int32_t behind; /* Start of the loaded segments: no backward pulse passes it. [pulse] */
     int32_t back_limit; /* Back limit: the lowest point that a retraction may reach (ceiling, soft limit or start of the path). [pulse] */
-    int32_t fast_ahead; /* Next corner ahead: there the ramp is back at the start/stop speed. [pulse] */
-    int32_t fast_behind; /* Next corner behind, for the way back. [pulse] */
-    uint32_t fast_slot; /* Put both corners in force, if the machine is still in the segment of this slot. */
+    int32_t fast_ahead; /* Next corner ahead, or a place before it: there the ramp is back at the start/stop speed. [pulse] */
+    int32_t fast_behind; /* Next corner behind, or a place before it, for the way back. [pulse] */
+    uint32_t fast_ahead_rate; /* Bound of every rate from that place ahead on; 0 for the start/stop speed alone. [2**-28 pulse/clock] */
+    uint32_t fast_behind_rate; /* The same from the place behind on, for the way back. [2**-28 pulse/clock] */
+    uint32_t fast_slot; /* Put both corners with their rates in force, if the machine is still in the segment of this slot. */
     uint32_t origin; /* Put the (resting) machine at coordinate 0, at the start of a slot's segment. */
     const int32_t command; /* Path coordinate of the last pulse Ps. [pulse] */
     const int32_t position; /* Path coordinate of the last ramped pulse Pp. [pulse] */
@@ -142,17 +144,23 @@ _Static_assert(offsetof(path_regs, behind) == 0xc, "");
 _Static_assert(offsetof(path_regs, back_limit) == 0x10, "");
 _Static_assert(offsetof(path_regs, fast_ahead) == 0x14, "");
 _Static_assert(offsetof(path_regs, fast_behind) == 0x18, "");
-_Static_assert(offsetof(path_regs, fast_slot) == 0x1c, "");
-_Static_assert(offsetof(path_regs, origin) == 0x20, "");
-_Static_assert(offsetof(path_regs, command) == 0x24, "");
-_Static_assert(offsetof(path_regs, position) == 0x28, "");
-_Static_assert(offsetof(path_regs, front) == 0x2c, "");
-_Static_assert(offsetof(path_regs, slot) == 0x30, "");
-_Static_assert(offsetof(path_regs, status) == 0x34, "");
-_Static_assert(offsetof(path_regs, pace) == 0x38, "");
-_Static_assert(offsetof(path_regs, pace_slot) == 0x3c, "");
+_Static_assert(offsetof(path_regs, fast_ahead_rate) == 0x1c, "");
+_Static_assert(offsetof(path_regs, fast_behind_rate) == 0x20, "");
+_Static_assert(offsetof(path_regs, fast_slot) == 0x24, "");
+_Static_assert(offsetof(path_regs, origin) == 0x28, "");
+_Static_assert(offsetof(path_regs, command) == 0x2c, "");
+_Static_assert(offsetof(path_regs, position) == 0x30, "");
+_Static_assert(offsetof(path_regs, front) == 0x34, "");
+_Static_assert(offsetof(path_regs, slot) == 0x38, "");
+_Static_assert(offsetof(path_regs, status) == 0x3c, "");
+_Static_assert(offsetof(path_regs, pace) == 0x40, "");
+_Static_assert(offsetof(path_regs, pace_slot) == 0x44, "");
 #define PATH_SLOT_SELECT_VALUE_SHIFT 0
 #define PATH_SLOT_SELECT_VALUE_MASK 0x000000ffu
+#define PATH_FAST_AHEAD_RATE_VALUE_SHIFT 0
+#define PATH_FAST_AHEAD_RATE_VALUE_MASK 0x03ffffffu
+#define PATH_FAST_BEHIND_RATE_VALUE_SHIFT 0
+#define PATH_FAST_BEHIND_RATE_VALUE_MASK 0x03ffffffu
 #define PATH_FAST_SLOT_VALUE_SHIFT 0
 #define PATH_FAST_SLOT_VALUE_MASK 0x000000ffu
 #define PATH_ORIGIN_VALUE_SHIFT 0
@@ -215,6 +223,7 @@ typedef volatile struct {
     uint32_t jump_period; /* Machining time between jumps; 0 for none. [clock] */
     uint32_t gain; /* Depth beyond the first start point that ends a short burst. [pulse] */
     uint32_t repeats; /* Return of the short in a short burst that halts the machine; 0 for no bound. */
+    uint32_t walk; /* Distance before the front to which the operator walks along the path, 0 for none. Taken over at rest. [pulse] */
     uint32_t settle; /* Time at rest at the limit, with small error counters, until a short there halts. [clock] */
     uint32_t control; /* What motion may do. */
     uint32_t command; /* Orders to the retraction. */
@@ -235,12 +244,13 @@ _Static_assert(offsetof(retraction_regs, commit) == 0x24, "");
 _Static_assert(offsetof(retraction_regs, jump_period) == 0x28, "");
 _Static_assert(offsetof(retraction_regs, gain) == 0x2c, "");
 _Static_assert(offsetof(retraction_regs, repeats) == 0x30, "");
-_Static_assert(offsetof(retraction_regs, settle) == 0x34, "");
-_Static_assert(offsetof(retraction_regs, control) == 0x38, "");
-_Static_assert(offsetof(retraction_regs, command) == 0x3c, "");
-_Static_assert(offsetof(retraction_regs, start) == 0x40, "");
-_Static_assert(offsetof(retraction_regs, first) == 0x44, "");
-_Static_assert(offsetof(retraction_regs, burst) == 0x48, "");
+_Static_assert(offsetof(retraction_regs, walk) == 0x34, "");
+_Static_assert(offsetof(retraction_regs, settle) == 0x38, "");
+_Static_assert(offsetof(retraction_regs, control) == 0x3c, "");
+_Static_assert(offsetof(retraction_regs, command) == 0x40, "");
+_Static_assert(offsetof(retraction_regs, start) == 0x44, "");
+_Static_assert(offsetof(retraction_regs, first) == 0x48, "");
+_Static_assert(offsetof(retraction_regs, burst) == 0x4c, "");
 #define RETRACTION_RATE_VALUE_SHIFT 0
 #define RETRACTION_RATE_VALUE_MASK 0x3fffffffu
 #define RETRACTION_LIMIT_VALUE_SHIFT 0
@@ -265,6 +275,8 @@ _Static_assert(offsetof(retraction_regs, burst) == 0x48, "");
 #define RETRACTION_GAIN_VALUE_MASK 0x0000ffffu
 #define RETRACTION_REPEATS_VALUE_SHIFT 0
 #define RETRACTION_REPEATS_VALUE_MASK 0x000000ffu
+#define RETRACTION_WALK_VALUE_SHIFT 0
+#define RETRACTION_WALK_VALUE_MASK 0x7fffffffu
 #define RETRACTION_SETTLE_VALUE_SHIFT 0
 #define RETRACTION_SETTLE_VALUE_MASK 0x00ffffffu
 #define RETRACTION_CONTROL_RUN_SHIFT 0

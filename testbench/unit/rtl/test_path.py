@@ -370,10 +370,12 @@ def test_a_border_crossed_is_the_next_place_to_be_slow_until_firmware_has_looked
     bench = Bench([Segment(4, 7, [3, 0]) for _ in range(4)])
     dut = bench.dut
 
-    async def looked(ctx, slot, ahead, behind):
+    async def looked(ctx, slot, ahead, behind, rates=(0, 0)):
         ctx.set(dut.fast_slot, slot)
         ctx.set(dut.fast_ahead_new, ahead)
         ctx.set(dut.fast_behind_new, behind)
+        ctx.set(dut.fast_ahead_rate_new, rates[0])
+        ctx.set(dut.fast_behind_rate_new, rates[1])
         ctx.set(dut.fast_strobe, 1)
         await bench.tick(ctx)
         ctx.set(dut.fast_strobe, 0)
@@ -382,6 +384,9 @@ def test_a_border_crossed_is_the_next_place_to_be_slow_until_firmware_has_looked
 
     def fast(ctx):
         return ctx.get(dut.fast_ahead), ctx.get(dut.fast_behind)
+
+    def rates(ctx):
+        return ctx.get(dut.fast_ahead_rate), ctx.get(dut.fast_behind_rate)
 
     async def go(ctx, pulses):
         for _ in range(abs(pulses)):
@@ -396,11 +401,17 @@ def test_a_border_crossed_is_the_next_place_to_be_slow_until_firmware_has_looked
         assert await go(ctx, 3) == (16, -3)
         assert await go(ctx, 1) == (16, 4)               # it stands in segment 1
         assert await looked(ctx, 0, 12, -9) == (16, 4)   # made for the one before
-        assert await looked(ctx, 1, 12, -9) == (12, -9)
+        assert await looked(ctx, 1, 12, -9, (7, 5)) == (12, -9)
+        assert rates(ctx) == (7, 5)
+        assert await looked(ctx, 2, 13, -8, (6, 4)) == (12, -9)
+        assert rates(ctx) == (7, 5)
         assert await go(ctx, 2) == (12, -9)
         assert await go(ctx, -2) == (12, -9)
+        assert rates(ctx) == (7, 5)
         assert await go(ctx, -1) == (4, -9)
+        assert rates(ctx) == (0, 5)      # nothing is known of the border
         assert await go(ctx, 1) == (4, 4)
+        assert rates(ctx) == (0, 0)
 
     simulate(dut, run)
 

@@ -248,6 +248,14 @@ CASES = {
         [Cue(OPERATOR, 50)], {}, {},
         [(START, OPERATOR, 50), (END, AT_LIMIT, 10), (ADVANCE, HIGH, 10), (ADVANCE, LOW, 42),
          (RESUME, 0, 50)]),
+    "the operator in the fast re-advance": (
+        [Cue(SHORT, 50, 20), Cue(OPERATOR, 30)], {}, {},
+        [(START, SHORT, 50), (END, CLEARED, 20), (ADVANCE, HIGH, 20), (START, OPERATOR, 30),
+         (END, AT_LIMIT, 10), (ADVANCE, HIGH, 10), (ADVANCE, LOW, 42), (RESUME, 0, 50)]),
+    "the operator in the slow re-advance": (
+        [Cue(SHORT, 50, 45), Cue(OPERATOR, 47)], {}, {},
+        [(START, SHORT, 50), (END, CLEARED, 45), (ADVANCE, LOW, 45), (START, OPERATOR, 47),
+         (END, AT_LIMIT, 10), (ADVANCE, HIGH, 10), (ADVANCE, LOW, 42), (RESUME, 0, 50)]),
     "a short without data": (
         [Cue(SHORT, 50)], dict(valid=False), {}, [(HALT, NO_DATA, 50)]),
     "the operator without data": (

@@ -241,8 +241,8 @@ FOLLOWS = {
     (END, CLEARED): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, BURST)},
     (END, AT_LIMIT): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 1), (HALT, BURST)},
     (END, 3): {(START, 1), (ADVANCE, HIGH), (ADVANCE, LOW), (HALT, 2), (HALT, BURST)},
-    (ADVANCE, HIGH): {(ADVANCE, LOW), (START, 1), (HALT, BURST)},
-    (ADVANCE, LOW): {(RESUME, 0), (START, 1), (HALT, BURST)},
+    (ADVANCE, HIGH): {(ADVANCE, LOW), (START, 1), (START, 3), (HALT, BURST)},
+    (ADVANCE, LOW): {(RESUME, 0), (START, 1), (START, 3), (HALT, BURST)},
     (RESUME, 0): {(START, 1), (START, 2), (START, 3)},
     (HALT, 1): {(ADVANCE, HIGH), (ADVANCE, LOW)},
     (HALT, 2): {(ADVANCE, HIGH), (ADVANCE, LOW)},
@@ -252,7 +252,7 @@ FOLLOWS = {
 
 @pytest.mark.parametrize("turn", some(range(3)))
 def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
-    """Shorts, holds, jumps and orders in any clock; the machine never leaves its bounds."""
+    """Shorts, holds, jumps, orders and walks in any clock; it never leaves its bounds."""
     axes = 2
     segments = [(200, TOP, [200, -13])]
     for _ in range(15):
@@ -275,7 +275,9 @@ def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
                 bench.short = not bench.short
             if clock % 64 == 0:
                 bench.set(ctx, hold=rng.random() < 0.1, run=rng.random() > 0.05,
-                          in_position=rng.random() < 0.8)
+                          in_position=rng.random() < 0.8,
+                          walk=rng.choice((0, 0, rng.randint(1, data.limit))),
+                          fast_ahead_rate=rng.choice((0, SLOW >> 6)))
             bench.gap.order = OPERATOR if rng.random() < 0.001 else JUMP
             bench.set(ctx, release=rng.random() < 0.05)
             await bench.tick(ctx)
@@ -286,7 +288,7 @@ def test_no_order_of_inputs_breaks_the_rules(simulate, rng, turn):
                 assert position >= min(max(min(front, first) - data.limit, back_limit), 0)
         bench.short = False
         bench.gap.order = 0
-        bench.set(ctx, hold=0, run=1, release=1, jump_period=0)
+        bench.set(ctx, hold=0, run=1, release=1, jump_period=0, walk=0)
         await bench.run(ctx)
         bench.check_axes(ctx)
 
